@@ -1,0 +1,112 @@
+# One word each; `make` alone lists them. Works on Linux and macOS.
+
+PYTHON ?= python3
+VENV   := .venv
+DIST   := dist
+DEMO   := out/demo
+BENCH  := out/bench
+
+PY := $(VENV)/bin/python
+# Absolute, because build scripts run in their own crate's folder.
+export PYO3_PYTHON := $(CURDIR)/$(PY)
+# Spares `cargo test` and `cargo clippy` a libpython to link, which many systems do not ship.
+export PYO3_BUILD_EXTENSION_MODULE := 1
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# They could put another popsteer, or another Python, before the installed one.
+unexport PYTHONPATH PYTHONHOME
+
+# What the wheel is made of. Folders count, so that a deleted file is noticed too.
+SOURCES := $(wildcard Cargo.toml Cargo.lock pyproject.toml README.md LICENSE) \
+           $(shell find rust python -name __pycache__ -prune -o -print 2>/dev/null)
+WHEEL   := $(DIST)/.built
+MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyproject.toml)
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+# cargo uses all cores by itself.
+.NOTPARALLEL:
+.PHONY: help setup demo test test-rust test-python lint bench wheel clean FORCE
+
+help: ## list these targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@echo
+	@echo "  make PYTHON=python3.12 ... uses that interpreter (default: python3, 3.10 or newer)"
+
+setup: $(VENV)/.dev ## make .venv with popsteer and all that developing it needs
+
+demo: $(VENV)/.lab ## drive the embedded track with every law, and draw it
+	$(VENV)/bin/popsteer compare --out $(DEMO)
+	@echo
+	@echo "Figures are in $(CURDIR)/$(DEMO):"
+	@find $(DEMO) -name '*.png' -o -name '*.svg' | sort | sed 's/^/  /'
+
+test: test-rust test-python lint ## run every check: Rust tests, Python tests, lints, stubs
+
+test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
+	cargo test --workspace --locked
+
+test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
+	$(PY) -m pytest
+
+lint: $(VENV)/.dev ## check format, lints, types and stubs
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	$(PY) -m ruff check
+	$(PY) -m ruff format --check
+	$(PY) -m mypy
+	$(PY) -m mypy.stubtest popsteer
+
+bench: $(VENV)/.lab ## measure the control step, in Rust and from Python
+	cargo bench --package popsteer-bench --locked
+	mkdir -p $(BENCH)
+	$(VENV)/bin/popsteer bench --json $(BENCH)/latency.json
+
+wheel: $(WHEEL) ## build an installable wheel into dist/
+	@ls $(DIST)/popsteer-*.whl
+
+clean: ## remove all that these targets made
+	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
+
+# What keeps this machine from building popsteer, in one line; empty if nothing does.
+toolchain_fault = $(shell \
+	if ! command -v '$(PYTHON)' >/dev/null 2>&1; then \
+		echo "$(PYTHON) not found: install Python 3.10 or newer, or name one: make PYTHON=python3.12"; \
+	elif ! '$(PYTHON)' -c 'import sys; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1; then \
+		echo "$(PYTHON) is not Python 3.10 or newer: install one, or name one: make PYTHON=python3.12"; \
+	elif ! '$(PYTHON)' -c 'import ensurepip, venv' >/dev/null 2>&1; then \
+		echo "$(PYTHON) lacks venv or ensurepip: install them (on Debian python3-venv), or name another: make PYTHON=python3.12"; \
+	elif ! command -v cargo >/dev/null 2>&1; then \
+		echo "cargo not found: install a Rust toolchain"; \
+	elif ! { cargo --version && rustc --version; } >/dev/null 2>&1; then \
+		echo "cargo is installed without a Rust toolchain that runs: install one (with rustup: rustup default stable)"; \
+	elif [ -n "$(filter setup test lint,$(MAKECMDGOALS))" ] && \
+			! { cargo fmt --version && cargo clippy --version; } >/dev/null 2>&1; then \
+		echo "cargo fmt or cargo clippy is missing: install them (with rustup: rustup component add rustfmt clippy)"; \
+	fi)
+
+# Looked at every time and made anew only when the interpreter or the checkout's place has changed; as long as the
+# file stays untouched, nothing that hangs on it is rebuilt.
+$(VENV)/pyvenv.cfg: FORCE
+	$(eval fault := $(toolchain_fault))$(if $(fault),$(error $(fault)))
+	@wanted=$$('$(PYTHON)' -c 'import sys; print(sys.base_prefix, sys.version)' && pwd); \
+	base=$$('$(PYTHON)' -c 'import sys; print(sys._base_executable)'); \
+	if [ "$$wanted" = "$$(cat $(VENV)/.made-for 2>/dev/null)" ] && $(PY) -c '' 2>/dev/null; then exit 0; fi; \
+	set -e; \
+	echo "making $(VENV) with $$base"; \
+	rm -rf $(VENV); \
+	"$$base" -m venv $(VENV); \
+	$(PY) -m pip install --quiet '$(MATURIN)'; \
+	echo "$$wanted" >$(VENV)/.made-for; \
+	touch $@
+
+$(WHEEL): $(VENV)/pyvenv.cfg $(SOURCES)
+	rm -f $(DIST)/popsteer-*.whl
+	$(VENV)/bin/maturin build --release --interpreter $(PY) --out $(DIST)
+	@touch $@
+
+# The first line brings in a wheel whose version has not changed, the second what its extra needs.
+$(VENV)/.lab $(VENV)/.dev: $(WHEEL)
+	$(PY) -m pip install --quiet --force-reinstall --no-deps $(DIST)/popsteer-*.whl
+	$(PY) -m pip install --quiet "$$(echo $(DIST)/popsteer-*.whl)[$(patsubst .%,%,$(@F))]"
+	@touch $@

@@ -1,0 +1,238 @@
+"""The exceptions of popsteer: one base, and one class for each place where input can be wrong.
+
+The Rust core and the pure-Python reference raise these same classes with the same arguments,
+so the wording of a message has one home, here.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = [
+    "ConfigError",
+    "InputError",
+    "PathError",
+    "PopsteerError",
+    "below",
+    "count_in_range",
+    "in_range",
+    "odd_in_range",
+]
+
+
+def in_range(low: float, high: float) -> str:
+    """Word the requirement that a number lies in a closed range.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends of the range; both belong to it.
+
+    Returns
+    -------
+    str
+        The requirement, as `ConfigError` and `InputError` take it.
+
+    Examples
+    --------
+    >>> in_range(0.001, 1000.0)
+    'in [0.001, 1000]'
+    """
+    return f"in [{low:g}, {high:g}]"
+
+
+def count_in_range(low: int, high: int) -> str:
+    """Word the requirement that a count lies in a closed range.
+
+    Examples
+    --------
+    >>> count_in_range(1, 1000)
+    'a count in [1, 1000]'
+    """
+    return f"a count in [{low}, {high}]"
+
+
+def odd_in_range(low: int, high: int) -> str:
+    """Word the requirement that a count is odd and lies in a closed range.
+
+    Examples
+    --------
+    >>> odd_in_range(3, 100001)
+    'odd and in [3, 100001]'
+    """
+    return f"odd and in [{low}, {high}]"
+
+
+def below(count: int) -> str:
+    """Word the requirement that an index is below a count.
+
+    Examples
+    --------
+    >>> below(10)
+    'below 10'
+    """
+    return f"below {count}"
+
+
+class PopsteerError(Exception):
+    """Base of all errors that popsteer raises on purpose.
+
+    Examples
+    --------
+    >>> issubclass(ConfigError, PopsteerError) and issubclass(ConfigError, ValueError)
+    True
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The default would call the class with `args`, the finished message alone, which the
+        # constructors below do not take. Restoring past them keeps message, attributes and notes.
+        return _restore, (type(self), *self.args), self.__dict__.copy()
+
+
+def _restore(kind: type[PopsteerError], *args: object) -> PopsteerError:
+    """Make an error from its message; its attributes follow as the pickled state."""
+    return kind.__new__(kind, *args)
+
+
+class _FieldError(PopsteerError, ValueError):
+    """A named value that breaks a requirement: what `ConfigError` and `InputError` share."""
+
+    field: str
+    value: object
+    requirement: str
+
+    def __init__(self, field: str, value: object, requirement: str) -> None:
+        super().__init__(f"{field} must be {requirement}, got {value!r}")
+        self.field = field
+        self.value = value
+        self.requirement = requirement
+
+
+class ConfigError(_FieldError):
+    """A parameter that a constructor refuses, or a name that is not known.
+
+    Parameters
+    ----------
+    field : str
+        Name of the parameter.
+    value : object
+        The value that was given.
+    requirement : str
+        What the value must be, worded to follow "must be".
+
+    Attributes
+    ----------
+    field, value, requirement
+        The arguments, as given.
+
+    Examples
+    --------
+    >>> raise ConfigError("max_steer", -0.5, in_range(0.001, 1.5))
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: max_steer must be in [0.001, 1.5], got -0.5
+    """
+
+    @classmethod
+    def unknown(cls, what: str, name: object, known: Iterable[str]) -> ConfigError:
+        """Make the error for a name that is not among the known ones.
+
+        Parameters
+        ----------
+        what : str
+            What is named, such as "law", "plant" or "track"; becomes `field`.
+        name : object
+            The name that was given; becomes `value`.
+        known : iterable of str
+            The names that would have been accepted, in the order to list them.
+
+        Returns
+        -------
+        ConfigError
+            To be raised by the caller.
+
+        Examples
+        --------
+        >>> print(ConfigError.unknown("law", "foo", ["bang-bang", "pid"]))
+        unknown law 'foo'; known: bang-bang, pid
+        """
+        listed = ", ".join(known)
+        error = cls(what, name, f"one of {listed}")
+        error.args = (f"unknown {what} {name!r}; known: {listed}",)
+        return error
+
+
+class InputError(_FieldError):
+    """An argument of one control step that a law refuses; the law's state is unchanged.
+
+    Parameters
+    ----------
+    field : str
+        Name of the argument.
+    value : object
+        The value that was given.
+    requirement : str
+        What the value must be, worded to follow "must be".
+
+    Attributes
+    ----------
+    field, value, requirement
+        The arguments, as given.
+
+    Examples
+    --------
+    >>> raise InputError("speed", float("nan"), "finite")
+    Traceback (most recent call last):
+    popsteer.errors.InputError: speed must be finite, got nan
+    """
+
+
+class PathError(PopsteerError, ValueError):
+    """Waypoints, or a file of waypoints, that make no path.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, and where.
+    index : int, optional
+        The waypoint concerned, counted from 0; None where it is not a single one.
+
+    Attributes
+    ----------
+    index : int or None
+        The argument, as given.
+
+    Examples
+    --------
+    >>> error = PathError("waypoints 3 and 4 coincide", index=4)
+    >>> str(error), error.index
+    ('waypoints 3 and 4 coincide', 4)
+    """
+
+    index: int | None
+
+    def __init__(self, message: str, index: int | None = None) -> None:
+        super().__init__(message)
+        self.index = index
+
+    @classmethod
+    def too_few_waypoints(cls, count: int, least: int) -> PathError:
+        """Make the error for a path of `count` waypoints that needs `least`."""
+        return cls(f"a path needs at least {least} waypoints, got {count}")
+
+    @classmethod
+    def length_mismatch(cls, field: str, length: int, waypoints: int) -> PathError:
+        """Make the error for `field` with `length` entries beside `waypoints` waypoints."""
+        return cls(f"{field} has {length} entries for {waypoints} waypoints")
+
+    @classmethod
+    def out_of_range(cls, field: str, index: int, value: float, requirement: str) -> PathError:
+        """Make the error for a number of waypoint `index` that breaks a requirement."""
+        return cls(f"{field} of waypoint {index} must be {requirement}, got {value!r}", index)
+
+    @classmethod
+    def coinciding(cls, index: int, following: int) -> PathError:
+        """Make the error for neighbours at one place."""
+        return cls(f"waypoints {index} and {following} coincide", index)

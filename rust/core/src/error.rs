@@ -1,0 +1,194 @@
+//! What is refused, and why: small `Copy` values that name the field and carry the value.
+
+use core::fmt;
+
+/// What a value has to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Requirement {
+    /// A finite number from the first bound to the second, both included.
+    InRange(f64, f64),
+    /// A count from the first bound to the second.
+    CountInRange(usize, usize),
+    /// An odd count from the first bound to the second.
+    OddInRange(usize, usize),
+    /// A whole number below this count.
+    Below(usize),
+}
+
+impl fmt::Display for Requirement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::InRange(low, high) => write!(f, "in [{low:?}, {high:?}]"),
+            Self::CountInRange(low, high) => write!(f, "a count in [{low}, {high}]"),
+            Self::OddInRange(low, high) => write!(f, "odd and in [{low}, {high}]"),
+            Self::Below(count) => write!(f, "below {count}"),
+        }
+    }
+}
+
+/// A parameter that a constructor refuses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConfigError {
+    /// The name of the parameter.
+    pub field: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it has to be.
+    pub requirement: Requirement,
+}
+
+/// An input of a step, or a state to restore, that is refused. The law's state is unchanged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InputError {
+    /// The name of the argument.
+    pub field: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it has to be.
+    pub requirement: Requirement,
+}
+
+/// Waypoints that do not make a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathError {
+    /// Fewer than two waypoints (three for a closed path).
+    TooFewWaypoints {
+        /// How many were given.
+        count: usize,
+        /// How many are needed.
+        least: usize,
+    },
+    /// `x`, `y`, `speed` or the room for arc lengths differ in length.
+    LengthMismatch {
+        /// The odd one out.
+        field: &'static str,
+        /// Its length.
+        length: usize,
+        /// The number of waypoints.
+        waypoints: usize,
+    },
+    /// A coordinate or a reference speed that is not a number or beyond its bound.
+    OutOfRange {
+        /// `x`, `y` or `speed`.
+        field: &'static str,
+        /// The index of the waypoint.
+        index: usize,
+        /// The value.
+        value: f64,
+        /// The bounds.
+        requirement: Requirement,
+    },
+    /// Two neighbours at one place: the path has no direction there.
+    Coinciding {
+        /// The index of the first of the two waypoints.
+        index: usize,
+        /// The index of the second: 0 where a closed path repeats its start.
+        next: usize,
+    },
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} must be {}, got {:?}",
+            self.field, self.requirement, self.value
+        )
+    }
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} must be {}, got {:?}",
+            self.field, self.requirement, self.value
+        )
+    }
+}
+
+impl fmt::Display for PathError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFewWaypoints { count, least } => {
+                write!(f, "a path needs at least {least} waypoints, got {count}")
+            }
+            Self::LengthMismatch {
+                field,
+                length,
+                waypoints,
+            } => {
+                write!(f, "{field} has {length} entries for {waypoints} waypoints")
+            }
+            Self::OutOfRange {
+                field,
+                index,
+                value,
+                requirement,
+            } => {
+                write!(
+                    f,
+                    "{field} of waypoint {index} must be {requirement}, got {value:?}"
+                )
+            }
+            Self::Coinciding { index, next } => {
+                write!(f, "waypoints {index} and {next} coincide")
+            }
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}
+impl core::error::Error for InputError {}
+impl core::error::Error for PathError {}
+
+/// Whether `value` is a number in `[low, high]`; false for NaN.
+#[inline]
+pub(crate) fn in_range(value: f64, low: f64, high: f64) -> bool {
+    low <= value && value <= high
+}
+
+/// `value`, or the error that names it where it is not in `[low, high]`.
+///
+/// # Errors
+///
+/// [`ConfigError`].
+pub fn config_in_range(
+    field: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+) -> Result<f64, ConfigError> {
+    if in_range(value, low, high) {
+        Ok(value)
+    } else {
+        Err(ConfigError {
+            field,
+            value,
+            requirement: Requirement::InRange(low, high),
+        })
+    }
+}
+
+/// `value`, or the error that names it where it is not in `[low, high]`.
+///
+/// # Errors
+///
+/// [`InputError`].
+#[inline]
+pub fn input_in_range(
+    field: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+) -> Result<f64, InputError> {
+    if in_range(value, low, high) {
+        Ok(value)
+    } else {
+        Err(InputError {
+            field,
+            value,
+            requirement: Requirement::InRange(low, high),
+        })
+    }
+}

@@ -1,0 +1,348 @@
+//! PID on the cross-track error, the paper's Equation 1.
+
+use super::{Body, Command, LateralLaw, check_waypoint};
+use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
+use crate::math::from_count;
+use crate::path::view::PathView;
+use crate::vehicle::VehicleState;
+
+/// Parameters of [`Pid`]; the paper's Table 1 by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PidParams {
+    /// Proportional gain `k_P` [rad/m].
+    pub kp: f64,
+    /// Integral gain `k_I` [rad/(m s)]; [rad/m] without `integral_with_dt`.
+    pub ki: f64,
+    /// Derivative gain `k_D` [rad s/m].
+    pub kd: f64,
+    /// Buffer length: how many of the last errors the integral sums, against wind-up.
+    pub buffer_length: usize,
+    /// Whether the integral weighs each error with its `dt`, as the published code does; the
+    /// paper's equation sums the bare errors.
+    pub integral_with_dt: bool,
+    /// Distance of the axles [m].
+    pub wheelbase: f64,
+    /// Reference point ahead of the rear axle [m]; the front axle, `wheelbase`, by default.
+    pub reference_offset: Option<f64>,
+    /// Steering limit `delta_max` [rad].
+    pub max_steer: f64,
+}
+
+impl PidParams {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        kp: 0.25,
+        ki: 0.01,
+        kd: 0.2,
+        buffer_length: 500,
+        integral_with_dt: true,
+        wheelbase: 3.0,
+        reference_offset: None,
+        max_steer: 1.22,
+    };
+}
+
+impl Default for PidParams {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// The last so many terms of the integral, first in, first out, and their sum.
+///
+/// The sum is carried along, and taken anew each time the buffer comes round, so that rounding
+/// cannot build up over a long run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorBuffer {
+    terms: [f64; Self::CAPACITY],
+    length: usize,
+    count: usize,
+    next: usize,
+    sum: f64,
+}
+
+impl ErrorBuffer {
+    /// The longest buffer.
+    pub const CAPACITY: usize = 1000;
+
+    /// An empty buffer for `length` terms, at least one and at most [`CAPACITY`](Self::CAPACITY).
+    pub fn new(length: usize) -> Self {
+        let length = length.clamp(1, Self::CAPACITY);
+        Self {
+            terms: [0.0; Self::CAPACITY],
+            length,
+            count: 0,
+            next: 0,
+            sum: 0.0,
+        }
+    }
+
+    /// Takes in a term; the oldest leaves a full buffer.
+    #[inline]
+    pub fn push(&mut self, term: f64) {
+        let full = self.count == self.length;
+        if let Some(place) = self.terms.get_mut(self.next) {
+            self.sum = if full {
+                self.sum - *place + term
+            } else {
+                self.sum + term
+            };
+            *place = term;
+        }
+        if !full {
+            self.count += 1;
+        }
+        self.next += 1;
+        if self.next == self.length {
+            self.next = 0;
+            self.sum = self
+                .terms
+                .iter()
+                .take(self.length)
+                .fold(0.0, |sum, term| sum + term);
+        }
+    }
+
+    /// A buffer as it was: `terms` oldest first, `next` the place of the next one, `sum` as
+    /// carried along.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where no buffer of this `length` could have been so.
+    pub fn restore(
+        length: usize,
+        terms: &[f64],
+        next: usize,
+        sum: f64,
+    ) -> Result<Self, InputError> {
+        const BOUND: f64 = 1e12;
+        let mut buffer = Self::new(length);
+        let count = terms.len();
+        if count > buffer.length {
+            return Err(InputError {
+                field: "terms",
+                value: from_count(count),
+                requirement: Requirement::CountInRange(0, buffer.length),
+            });
+        }
+        let (low, high) = if count < buffer.length {
+            (count, count)
+        } else {
+            (0, buffer.length - 1)
+        };
+        if next < low || next > high {
+            return Err(InputError {
+                field: "next",
+                value: from_count(next),
+                requirement: Requirement::CountInRange(low, high),
+            });
+        }
+        for &term in terms {
+            input_in_range("terms", term, -BOUND, BOUND)?;
+        }
+        input_in_range("sum", sum, -BOUND, BOUND)?;
+        let start = if count == buffer.length { next } else { 0 };
+        for (k, &term) in terms.iter().enumerate() {
+            if let Some(place) = buffer.terms.get_mut((start + k) % buffer.length) {
+                *place = term;
+            }
+        }
+        Ok(Self {
+            count,
+            next,
+            sum,
+            ..buffer
+        })
+    }
+
+    /// The sum of the terms held.
+    #[inline]
+    pub fn sum(&self) -> f64 {
+        self.sum
+    }
+
+    /// How many terms the buffer has room for.
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
+    /// The place of the next term.
+    pub fn next(&self) -> usize {
+        self.next
+    }
+
+    /// The terms held, oldest first.
+    pub fn terms(&self) -> impl Iterator<Item = f64> + '_ {
+        let start = if self.count == self.length {
+            self.next
+        } else {
+            0
+        };
+        (0..self.count).filter_map(move |k| self.terms.get((start + k) % self.length).copied())
+    }
+}
+
+/// What [`Pid`] remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PidState {
+    /// The waypoint nearest at the last step; none before the first.
+    pub waypoint: Option<usize>,
+    /// The last cross-track error [m]; none before the first step.
+    pub previous_error: Option<f64>,
+    /// The terms of the integral.
+    pub buffer: ErrorBuffer,
+}
+
+/// `steer = -(kp e + ki sum(e dt) + kd (e - e_previous) / dt)` on the cross-track error `e` at
+/// the front axle.
+///
+/// The sign is that of this crate's error, positive left of the path. The first step has no
+/// derivative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pid {
+    body: Body,
+    kp: f64,
+    ki: f64,
+    kd: f64,
+    buffer_length: usize,
+    integral_with_dt: bool,
+}
+
+impl Pid {
+    /// The law with these parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn new(params: PidParams) -> Result<Self, ConfigError> {
+        let buffer_length = params.buffer_length;
+        if !(1..=ErrorBuffer::CAPACITY).contains(&buffer_length) {
+            return Err(ConfigError {
+                field: "buffer_length",
+                value: from_count(buffer_length),
+                requirement: Requirement::CountInRange(1, ErrorBuffer::CAPACITY),
+            });
+        }
+        Ok(Self {
+            kp: config_in_range("kp", params.kp, 0.0, 1e6)?,
+            ki: config_in_range("ki", params.ki, 0.0, 1e6)?,
+            kd: config_in_range("kd", params.kd, 0.0, 1e6)?,
+            buffer_length,
+            integral_with_dt: params.integral_with_dt,
+            body: Body::new(
+                params.wheelbase,
+                params.reference_offset,
+                params.wheelbase,
+                params.max_steer,
+            )?,
+        })
+    }
+}
+
+impl LateralLaw for Pid {
+    type State = PidState;
+
+    fn initial_state(&self) -> PidState {
+        PidState {
+            waypoint: None,
+            previous_error: None,
+            buffer: ErrorBuffer::new(self.buffer_length),
+        }
+    }
+
+    fn reference_offset(&self) -> f64 {
+        self.body.reference_offset
+    }
+
+    fn step(
+        &self,
+        path: &PathView<'_>,
+        state: &mut PidState,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<Command, InputError> {
+        let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
+        let foot = at.project(path);
+        let error = foot.cross_track_error;
+        state.buffer.push(if self.integral_with_dt {
+            error * at.dt
+        } else {
+            error
+        });
+        let rate = state
+            .previous_error
+            .map_or(0.0, |previous| (error - previous) / at.dt);
+        let wanted = -(self.kp * error + self.ki * state.buffer.sum() + self.kd * rate);
+        let (steer, status) = self.body.limit(wanted);
+        state.waypoint = Some(at.nearest);
+        state.previous_error = Some(error);
+        Ok(at.command(&foot, steer, foot.point, status))
+    }
+
+    fn check_state(&self, path: &PathView<'_>, state: &PidState) -> Result<(), InputError> {
+        check_waypoint(path, state.waypoint)?;
+        if let Some(error) = state.previous_error {
+            input_in_range("previous_error", error, -1e12, 1e12)?;
+        }
+        if state.buffer.length() != self.buffer_length {
+            return Err(InputError {
+                field: "buffer_length",
+                value: from_count(state.buffer.length()),
+                requirement: Requirement::CountInRange(self.buffer_length, self.buffer_length),
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_error_buffer_forgets_the_oldest() {
+        let mut buffer = ErrorBuffer::new(3);
+        for term in [1.0, 2.0, 4.0, 8.0] {
+            buffer.push(term);
+        }
+        assert_eq!(buffer.sum(), 14.0);
+        assert!(buffer.terms().eq([2.0, 4.0, 8.0]));
+    }
+
+    #[test]
+    fn test_error_buffer_restored_goes_on_alike() {
+        for pushed in [0, 2, 3, 7] {
+            let mut buffer = ErrorBuffer::new(3);
+            (0..pushed).for_each(|k| buffer.push(0.1 * f64::from(k)));
+            let terms: alloc::vec::Vec<f64> = buffer.terms().collect();
+            let restored = ErrorBuffer::restore(3, &terms, buffer.next(), buffer.sum());
+            assert_eq!(restored, Ok(buffer));
+        }
+        assert_eq!(
+            ErrorBuffer::restore(3, &[0.0; 4], 0, 0.0)
+                .unwrap_err()
+                .field,
+            "terms"
+        );
+        assert_eq!(
+            ErrorBuffer::restore(3, &[0.0; 2], 0, 0.0)
+                .unwrap_err()
+                .field,
+            "next"
+        );
+        assert_eq!(
+            ErrorBuffer::restore(3, &[], 0, f64::NAN).unwrap_err().field,
+            "sum"
+        );
+    }
+
+    #[test]
+    fn test_error_buffer_sum_stays_exact_over_a_long_run() {
+        let mut buffer = ErrorBuffer::new(500);
+        for k in 0..1_000_000_u32 {
+            buffer.push(if k % 1000 == 0 { 1e12 } else { 0.1 });
+        }
+        let sum: f64 = buffer.terms().sum();
+        assert!((buffer.sum() - sum).abs() <= 1e-6);
+    }
+}

@@ -1,0 +1,192 @@
+//! Adaptive Pure-Pursuit, the paper's Equation 2.
+
+use super::{Body, Command, LateralLaw, Located, Search, Status, check_steer, check_waypoint};
+use crate::Point;
+use crate::error::{ConfigError, InputError};
+use crate::math::{PI, acos, atan2, cos, sin, wrap};
+use crate::path::lookahead::Lookahead;
+use crate::path::view::PathView;
+use crate::vehicle::VehicleState;
+
+/// Parameters of [`PurePursuit`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PurePursuitParams {
+    /// Velocity constant `k_v` [s]: `lookahead = max(min_lookahead, lookahead_gain speed)`.
+    pub lookahead_gain: f64,
+    /// Least lookahead [m]; the published code's 10 m by default, the paper's equation has 0.
+    pub min_lookahead: f64,
+    /// Whether `alpha` is taken as the published code does, `acos(heading . line / lookahead)`,
+    /// instead of as the angle between heading and line. The grid point lies up to the threshold
+    /// inside the circle, so that reading never sees less than about `sqrt(2 tolerance /
+    /// lookahead)`: the wheels chatter about straight ahead, and the path is tracked more tightly.
+    pub alpha_by_arccos: bool,
+    /// Threshold `epsilon` of the lookahead search [m].
+    pub lookahead_tolerance: f64,
+    /// Arc ahead of the vehicle that is searched [m].
+    pub window_ahead: f64,
+    /// Greatest distance of neighbours on the re-discretised path [m].
+    pub grid_spacing: f64,
+    /// Distance of the axles `L` [m].
+    pub wheelbase: f64,
+    /// Reference point ahead of the rear axle [m]; the rear axle, 0, by default.
+    pub reference_offset: Option<f64>,
+    /// Steering limit `delta_max` [rad].
+    pub max_steer: f64,
+}
+
+impl PurePursuitParams {
+    /// The defaults: the paper's Table 1, the least lookahead from the published code.
+    pub const DEFAULT: Self = Self {
+        lookahead_gain: 0.9,
+        min_lookahead: 10.0,
+        alpha_by_arccos: false,
+        lookahead_tolerance: 0.01,
+        window_ahead: 20.0,
+        grid_spacing: 0.01,
+        wheelbase: 3.0,
+        reference_offset: None,
+        max_steer: 1.22,
+    };
+}
+
+impl Default for PurePursuitParams {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What [`PurePursuit`] remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PurePursuitState {
+    /// The waypoint nearest at the last step; none before the first.
+    pub waypoint: Option<usize>,
+    /// The last bearing `alpha` [rad], which stands in where its arc cosine is not defined.
+    pub previous_alpha: f64,
+}
+
+/// The circle from the rear axle through the lookahead point:
+/// `steer = atan(2 wheelbase sin(alpha) / lookahead)`, with `alpha` the bearing of the lookahead
+/// point off the heading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PurePursuit {
+    body: Body,
+    search: Search,
+    alpha_by_arccos: bool,
+}
+
+impl PurePursuit {
+    /// The law with these parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn new(params: PurePursuitParams) -> Result<Self, ConfigError> {
+        let search = Search {
+            lookahead_gain: params.lookahead_gain,
+            min_lookahead: params.min_lookahead,
+            lookahead_tolerance: params.lookahead_tolerance,
+            window_ahead: params.window_ahead,
+            grid_spacing: params.grid_spacing,
+        }
+        .checked()?;
+        let body = Body::new(
+            params.wheelbase,
+            params.reference_offset,
+            0.0,
+            params.max_steer,
+        )?;
+        Ok(Self {
+            body,
+            search,
+            alpha_by_arccos: params.alpha_by_arccos,
+        })
+    }
+
+    #[inline]
+    fn decide(
+        &self,
+        path: &PathView<'_>,
+        state: &mut PurePursuitState,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<(Located, Lookahead, f64, Status), InputError> {
+        let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
+        let scheduled = self.search.lookahead_gain * vehicle.forward_speed();
+        let lookahead = if scheduled > self.search.min_lookahead {
+            scheduled
+        } else {
+            self.search.min_lookahead
+        };
+        let target = self.search.find(path, &at, lookahead);
+        let to = target.point - at.position;
+        let alpha = if self.alpha_by_arccos {
+            alpha_by_arccos(to, vehicle.yaw, lookahead, state.previous_alpha)
+        } else {
+            wrap(atan2(to.y, to.x) - vehicle.yaw)
+        };
+        // atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
+        let wanted = atan2(2.0 * self.body.wheelbase * sin(alpha), lookahead);
+        let (steer, status) = self.body.limit(wanted);
+        *state = PurePursuitState {
+            waypoint: Some(at.nearest),
+            previous_alpha: alpha,
+        };
+        Ok((at, target, steer, status))
+    }
+}
+
+/// The published code's `alpha` towards `to` [m], signed here: `previous` where the point lies
+/// outside the circle straight ahead, and the arc cosine is not defined.
+fn alpha_by_arccos(to: Point, yaw: f64, lookahead: f64, previous: f64) -> f64 {
+    let (ahead, left) = (cos(yaw), sin(yaw));
+    let cosine = (to.x * ahead + to.y * left) / lookahead;
+    if cosine.abs() <= 1.0 {
+        acos(cosine).copysign(ahead * to.y - left * to.x)
+    } else {
+        previous
+    }
+}
+
+impl LateralLaw for PurePursuit {
+    type State = PurePursuitState;
+
+    fn initial_state(&self) -> PurePursuitState {
+        PurePursuitState::default()
+    }
+
+    fn reference_offset(&self) -> f64 {
+        self.body.reference_offset
+    }
+
+    fn step(
+        &self,
+        path: &PathView<'_>,
+        state: &mut PurePursuitState,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<Command, InputError> {
+        let (at, target, steer, limited) = self.decide(path, state, vehicle, dt)?;
+        let status = if target.found {
+            limited
+        } else {
+            Status::LookaheadLost
+        };
+        Ok(at.command(&at.project(path), steer, target.point, status))
+    }
+
+    fn steer(
+        &self,
+        path: &PathView<'_>,
+        state: &mut PurePursuitState,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<f64, InputError> {
+        self.decide(path, state, vehicle, dt)
+            .map(|(_, _, steer, _)| steer)
+    }
+
+    fn check_state(&self, path: &PathView<'_>, state: &PurePursuitState) -> Result<(), InputError> {
+        check_waypoint(path, state.waypoint)?;
+        check_steer("previous_alpha", state.previous_alpha, PI)
+    }
+}

@@ -1,0 +1,78 @@
+//! Path-tracking steering laws for car-like vehicles.
+//!
+//! The crate holds the POP controller (proximally optimal predictive) and the laws it is
+//! measured against: PID, Pure-Pursuit, Stanley and bang-bang, with two longitudinal laws.
+//! "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal
+//! Predictive Control Algorithm for Path Tracking of Self-Driving Cars*.
+//!
+//! One control step is one walk through the rooms, always in this order:
+//!
+//! ```text
+//! pose + speed -> path::locate -> path::lookahead -> lateral law -> steering angle
+//! speed + angle -> longitudinal law -> throttle, brake
+//! ```
+//!
+//! Every law has the same shape: immutable parameters, validated once; a small plain state;
+//! and [`LateralLaw::step`], which reads both. SI units and radians throughout, x forward,
+//! y left, yaw counter-clockwise, positive steering to the left.
+//!
+//! # Examples
+//!
+//! ```
+//! use popsteer_core::{LateralLaw, Path, VehicleState, lateral::{Pop, PopParams}};
+//!
+//! let path = Path::new(&[0.0, 10.0, 20.0], &[0.0, 0.0, 0.0], None, false)?;
+//! let law = Pop::new(PopParams::DEFAULT)?;
+//! let mut state = law.initial_state();
+//! let vehicle = VehicleState { x: 0.0, y: 0.5, yaw: 0.0, speed: 5.0 };
+//! let command = law.step(&path.view(), &mut state, vehicle, 0.05)?;
+//! assert!(command.steer < 0.0); // left of the path: steer right
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    clippy::as_conversions,
+    clippy::float_cmp,
+    clippy::std_instead_of_core,
+    clippy::std_instead_of_alloc,
+    clippy::alloc_instead_of_core,
+    clippy::missing_errors_doc
+)]
+#![cfg_attr(
+    test,
+    expect(
+        clippy::unwrap_used,
+        clippy::float_cmp,
+        reason = "a test fails by panicking, and compares bits"
+    )
+)]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+#[cfg(any(feature = "std", test))]
+extern crate std;
+
+#[cfg(not(any(feature = "std", feature = "libm")))]
+compile_error!("popsteer-core needs the feature `std` or the feature `libm` for its mathematics");
+
+pub mod error;
+pub mod lateral;
+pub mod longitudinal;
+pub mod math;
+pub mod path;
+pub mod vehicle;
+
+pub use error::{ConfigError, InputError, PathError};
+pub use lateral::{Command, LateralLaw, Status};
+#[cfg(feature = "alloc")]
+pub use path::Path;
+pub use path::PathView;
+pub use vehicle::VehicleState;
+
+/// A point or a displacement in the plane [m].
+pub type Point = nalgebra::Vector2<f64>;

@@ -1,0 +1,129 @@
+//! Angles, limits and the float shim.
+//!
+//! The functions of the platform's mathematics library are bit-equal to `CPython`'s on one
+//! machine, which is what lets the pure-Python reference agree to the last bit. `hypot`,
+//! `powi`, `mul_add` and `f64::clamp` are not used: the first three round differently, the
+//! last keeps a panic path.
+
+pub use core::f64::consts::PI;
+use core::f64::consts::TAU;
+
+macro_rules! shim {
+    ($($name:ident($($arg:ident),+) = $libm:ident;)+) => {$(
+        #[doc = concat!("`", stringify!($name), "` from `std`, or from `libm` without it.")]
+        #[inline]
+        pub fn $name($($arg: f64),+) -> f64 {
+            #[cfg(feature = "std")]
+            return f64::$name($($arg),+);
+            #[cfg(not(feature = "std"))]
+            return libm::$libm($($arg),+);
+        }
+    )+};
+}
+
+shim! {
+    sin(x) = sin;
+    cos(x) = cos;
+    tan(x) = tan;
+    acos(x) = acos;
+    atan(x) = atan;
+    atan2(y, x) = atan2;
+    sqrt(x) = sqrt;
+    ceil(x) = ceil;
+}
+
+/// `value` limited to `[low, high]`, for `low <= high` and a `value` that is a number.
+///
+/// # Examples
+///
+/// ```
+/// assert_eq!(popsteer_core::math::saturate(3.0, -1.0, 1.0), 1.0);
+/// ```
+#[inline]
+pub fn saturate(value: f64, low: f64, high: f64) -> f64 {
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
+}
+
+/// `angle` [rad] brought into `[-pi, pi]` by whole turns.
+///
+/// The remainder is exact, so an angle that needs no turn comes back unchanged, and
+/// `wrap(-a) == -wrap(a)` for every `a`.
+///
+/// # Examples
+///
+/// ```
+/// use popsteer_core::math::{PI, wrap};
+/// assert_eq!(wrap(0.5), 0.5);
+/// assert!((wrap(1.5 * PI) + 0.5 * PI).abs() < 1e-15);
+/// ```
+#[inline]
+pub fn wrap(angle: f64) -> f64 {
+    if (-PI..=PI).contains(&angle) {
+        return angle;
+    }
+    let turned = angle % TAU;
+    if turned > PI {
+        turned - TAU
+    } else if turned < -PI {
+        turned + TAU
+    } else {
+        turned
+    }
+}
+
+/// A count as a float; exact below 2^53.
+#[inline]
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "counts of waypoints and grid points stay far below 2^53"
+)]
+pub fn from_count(count: usize) -> f64 {
+    count as f64
+}
+
+/// A float that is not negative as a count, rounded down; too large a one saturates.
+#[inline]
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the cast saturates, and NaN becomes 0"
+)]
+pub fn to_count(value: f64) -> usize {
+    value as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_wrap_odd_function_exactly() {
+        for angle in [0.0, 1.0, PI, 3.5, TAU, 7.0, 1e3, 12_345.678, 1e6] {
+            assert_eq!(wrap(-angle), -wrap(angle));
+            assert!(wrap(angle).abs() <= PI);
+        }
+    }
+
+    #[test]
+    fn test_saturate_inside_and_outside() {
+        assert_eq!(saturate(-2.0, -1.0, 1.0), -1.0);
+        assert_eq!(saturate(0.25, -1.0, 1.0), 0.25);
+        assert_eq!(saturate(2.0, -1.0, 1.0), 1.0);
+    }
+
+    #[test]
+    fn test_counts_saturate() {
+        assert_eq!(to_count(f64::NAN), 0);
+        assert_eq!(to_count(2.9), 2);
+        assert_eq!(to_count(f64::INFINITY), usize::MAX);
+        assert_eq!(from_count(21), 21.0);
+    }
+}

@@ -1,0 +1,16 @@
+//! The reference path: where am I, and where do I aim?
+//!
+//! [`view`] holds the waypoints, [`locate`] finds the vehicle beside them, [`resample`] makes
+//! the fine grid of the near neighbourhood and [`lookahead`] searches it.
+
+pub mod locate;
+pub mod lookahead;
+#[cfg(feature = "alloc")]
+mod owned;
+pub mod resample;
+pub mod view;
+
+pub use locate::Projection;
+#[cfg(feature = "alloc")]
+pub use owned::Path;
+pub use view::PathView;

@@ -1,0 +1,196 @@
+//! The near neighbourhood of the vehicle, interpolated linearly and re-discretised.
+//!
+//! The paper's waypoints, about 1 m apart, are too sparse to steer by; those around the vehicle
+//! are joined by straight lines and cut into a grid of 0.01 m.
+
+use super::view::{PathView, get_distance};
+use crate::Point;
+use crate::math::{ceil, from_count, to_count};
+
+/// A stretch of consecutive segments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// The first segment, which starts at the waypoint of the same index.
+    pub first: usize,
+    /// How many segments follow each other, across the seam of a closed path too.
+    pub segments: usize,
+}
+
+/// From one waypoint behind `nearest` to the first that lies `ahead` [m] of arc beyond it; at
+/// most to the end of an open path, and once around a closed one.
+pub fn window(path: &PathView<'_>, nearest: usize, ahead: f64) -> Window {
+    let (first, behind) = match path.previous(nearest) {
+        Some(previous) => (previous, 1),
+        None => (nearest, 0),
+    };
+    let mut segments = behind;
+    let mut last = nearest;
+    let mut lap = 0.0;
+    while segments < path.segments() {
+        let Some(next) = path.next(last) else { break };
+        if next < last {
+            lap = path.length();
+        }
+        segments += 1;
+        last = next;
+        if path.arc(last) + lap - path.arc(nearest) >= ahead {
+            break;
+        }
+    }
+    Window { first, segments }
+}
+
+/// The grid on one segment: `count` points from its start on, its end left to the next segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentGrid {
+    /// The start of the segment [m].
+    pub start: Point,
+    /// From the start of the segment to its end [m].
+    pub along: Point,
+    /// How many grid points the segment carries.
+    pub count: usize,
+}
+
+impl SegmentGrid {
+    /// Cuts segment `segment` evenly, no two neighbours farther apart than `spacing` [m].
+    #[inline]
+    pub fn new(path: &PathView<'_>, segment: usize, spacing: f64) -> Self {
+        let (start, end) = path.segment(segment);
+        let count = to_count(ceil(get_distance(start, end) / spacing));
+        Self {
+            start,
+            along: end - start,
+            count,
+        }
+    }
+
+    /// Grid point `index` of `count` [m].
+    #[inline]
+    pub fn point(&self, index: usize) -> Point {
+        let fraction = from_count(index) / from_count(self.count);
+        Point::new(
+            self.start.x + fraction * self.along.x,
+            self.start.y + fraction * self.along.y,
+        )
+    }
+}
+
+/// The fine grid over a window: the points of each segment in turn, then the last waypoint.
+/// Nothing is stored; points are made when asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid<'a> {
+    path: PathView<'a>,
+    window: Window,
+    spacing: f64,
+}
+
+impl<'a> Grid<'a> {
+    /// The grid over `window`, with neighbours at most `spacing` [m] apart.
+    #[inline]
+    pub fn new(path: PathView<'a>, window: Window, spacing: f64) -> Self {
+        Self {
+            path,
+            window,
+            spacing,
+        }
+    }
+
+    /// The grids of the window's segments, in order.
+    #[inline]
+    pub fn segments(&self) -> impl Iterator<Item = SegmentGrid> + use<'a> {
+        let Self {
+            path,
+            window,
+            spacing,
+        } = *self;
+        (0..window.segments).map(move |k| {
+            let segment = (window.first + k) % path.len();
+            SegmentGrid::new(&path, segment, spacing)
+        })
+    }
+
+    /// The last point of the grid: the waypoint that ends the window [m].
+    #[inline]
+    pub fn last(&self) -> Point {
+        self.path
+            .waypoint((self.window.first + self.window.segments) % self.path.len())
+    }
+
+    /// The grid points in order.
+    pub fn points(&self) -> impl Iterator<Item = Point> + use<'a> {
+        self.segments()
+            .flat_map(|segment| (0..segment.count).map(move |index| segment.point(index)))
+            .chain(core::iter::once(self.last()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Path;
+    use alloc::vec::Vec;
+
+    #[test]
+    fn test_window_one_waypoint_behind_to_the_arc_ahead() {
+        let x: Vec<f64> = (0..50).map(f64::from).collect();
+        let path = Path::new(&x, &[0.0; 50], None, false).unwrap();
+        let view = path.view();
+        assert_eq!(
+            window(&view, 10, 20.0),
+            Window {
+                first: 9,
+                segments: 21
+            }
+        );
+        assert_eq!(
+            window(&view, 0, 20.0),
+            Window {
+                first: 0,
+                segments: 20
+            }
+        );
+        assert_eq!(
+            window(&view, 49, 20.0),
+            Window {
+                first: 48,
+                segments: 1
+            }
+        );
+    }
+
+    #[test]
+    fn test_window_on_a_closed_path_crosses_the_seam_once() {
+        let path = Path::new(&[0.0, 3.0, 3.0, 0.0], &[0.0, 0.0, 3.0, 3.0], None, true).unwrap();
+        let view = path.view();
+        assert_eq!(
+            window(&view, 3, 4.0),
+            Window {
+                first: 2,
+                segments: 3
+            }
+        );
+        assert_eq!(
+            window(&view, 0, 100.0),
+            Window {
+                first: 3,
+                segments: 4
+            }
+        );
+        let grid = Grid::new(view, window(&view, 3, 4.0), 1.0);
+        assert_eq!(grid.points().count(), 10);
+        assert_eq!(grid.last(), Point::new(3.0, 0.0));
+    }
+
+    #[test]
+    fn test_grid_neighbours_at_most_the_spacing_apart() {
+        let path = Path::new(&[0.0, 1.005, 2.0], &[0.0, 0.0, 0.3], None, false).unwrap();
+        let view = path.view();
+        let points: Vec<Point> = Grid::new(view, window(&view, 0, 20.0), 0.01)
+            .points()
+            .collect();
+        assert_eq!(points.len(), 101 + 104 + 1);
+        for (&here, &next) in points.iter().zip(points.iter().skip(1)) {
+            assert!(get_distance(here, next) <= 0.01 + 1e-12);
+        }
+    }
+}

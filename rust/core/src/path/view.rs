@@ -1,0 +1,314 @@
+//! Waypoints as borrowed slices, validated once.
+
+use crate::Point;
+use crate::error::{PathError, Requirement, in_range};
+use crate::math::sqrt;
+
+/// The largest coordinate [m], of waypoints and vehicles alike.
+pub const MAX_COORDINATE: f64 = 1e9;
+/// The largest reference speed, and the largest speed of a vehicle [m/s].
+pub const MAX_SPEED: f64 = 1e4;
+/// Neighbouring waypoints at most this far apart [m] coincide.
+pub const COINCIDING: f64 = 1e-9;
+
+/// Euclidean distance of two points [m], the paper's Equation 4.
+#[inline]
+pub fn get_distance(a: Point, b: Point) -> f64 {
+    sqrt(squared_distance(a, b))
+}
+
+/// The square of [`get_distance`], enough where distances are only compared [m^2].
+#[inline]
+pub(crate) fn squared_distance(a: Point, b: Point) -> f64 {
+    let dx = b.x - a.x;
+    let dy = b.y - a.y;
+    dx * dx + dy * dy
+}
+
+/// N waypoints, the arc length at each, and whether the last leads back to the first.
+///
+/// Segment `k` runs from waypoint `k` to its successor: N - 1 segments in an open path, N in a
+/// closed one.
+#[derive(Clone, Copy, Debug)]
+pub struct PathView<'a> {
+    x: &'a [f64],
+    y: &'a [f64],
+    s: &'a [f64],
+    speed: Option<&'a [f64]>,
+    length: f64,
+    closed: bool,
+}
+
+impl<'a> PathView<'a> {
+    /// Borrows waypoints `x`, `y` [m] and reference speeds `speed` [m/s]; writes the arc length
+    /// at each waypoint into `s`, which needs room for N numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`PathError`]: fewer than two waypoints (three for a closed path), slices of differing
+    /// length, a number that is not finite or beyond its bound, neighbours that coincide.
+    pub fn new(
+        x: &'a [f64],
+        y: &'a [f64],
+        speed: Option<&'a [f64]>,
+        closed: bool,
+        s: &'a mut [f64],
+    ) -> Result<Self, PathError> {
+        let length = measure(x, y, speed, closed, s)?;
+        Ok(Self {
+            x,
+            y,
+            s,
+            speed,
+            length,
+            closed,
+        })
+    }
+
+    /// A view of slices that [`measure`] has accepted.
+    #[cfg(feature = "alloc")]
+    pub(super) fn from_measured(
+        x: &'a [f64],
+        y: &'a [f64],
+        s: &'a [f64],
+        speed: Option<&'a [f64]>,
+        length: f64,
+        closed: bool,
+    ) -> Self {
+        Self {
+            x,
+            y,
+            s,
+            speed,
+            length,
+            closed,
+        }
+    }
+
+    /// The number of waypoints.
+    #[inline]
+    #[expect(clippy::len_without_is_empty, reason = "a path is never empty")]
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// The number of segments.
+    #[inline]
+    pub fn segments(&self) -> usize {
+        if self.closed {
+            self.len()
+        } else {
+            self.len() - 1
+        }
+    }
+
+    /// Whether the last waypoint leads back to the first.
+    #[inline]
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// Arc length of the whole path [m], the closing segment included.
+    #[inline]
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The abscissas of the waypoints [m].
+    pub fn x(&self) -> &'a [f64] {
+        self.x
+    }
+
+    /// The ordinates of the waypoints [m].
+    pub fn y(&self) -> &'a [f64] {
+        self.y
+    }
+
+    /// The arc length at each waypoint [m].
+    pub fn s(&self) -> &'a [f64] {
+        self.s
+    }
+
+    /// The reference speed at each waypoint [m/s], where the path has one.
+    pub fn speed(&self) -> Option<&'a [f64]> {
+        self.speed
+    }
+
+    /// Waypoint `index`; the origin beyond the last, which no caller in this crate asks for.
+    #[inline]
+    pub(crate) fn waypoint(&self, index: usize) -> Point {
+        match (self.x.get(index), self.y.get(index)) {
+            (Some(&x), Some(&y)) => Point::new(x, y),
+            _ => Point::new(0.0, 0.0),
+        }
+    }
+
+    /// Arc length at waypoint `index` [m].
+    #[inline]
+    pub(crate) fn arc(&self, index: usize) -> f64 {
+        self.s.get(index).copied().unwrap_or(self.length)
+    }
+
+    /// The waypoint after `index`; none after the last of an open path.
+    #[inline]
+    pub(crate) fn next(&self, index: usize) -> Option<usize> {
+        if index + 1 < self.len() {
+            Some(index + 1)
+        } else if self.closed {
+            Some(0)
+        } else {
+            None
+        }
+    }
+
+    /// The waypoint before `index`; none before the first of an open path.
+    #[inline]
+    pub(crate) fn previous(&self, index: usize) -> Option<usize> {
+        if index > 0 {
+            Some(index - 1)
+        } else if self.closed {
+            Some(self.len() - 1)
+        } else {
+            None
+        }
+    }
+
+    /// Both ends of segment `index`.
+    #[inline]
+    pub(crate) fn segment(&self, index: usize) -> (Point, Point) {
+        (
+            self.waypoint(index),
+            self.waypoint(self.next(index).unwrap_or(index)),
+        )
+    }
+}
+
+/// Checks waypoints, writes the arc length at each into `s`, returns the length of the path.
+pub(super) fn measure(
+    x: &[f64],
+    y: &[f64],
+    speed: Option<&[f64]>,
+    closed: bool,
+    s: &mut [f64],
+) -> Result<f64, PathError> {
+    let waypoints = x.len();
+    let least = if closed { 3 } else { 2 };
+    if waypoints < least {
+        return Err(PathError::TooFewWaypoints {
+            count: waypoints,
+            least,
+        });
+    }
+    let lengths = [
+        ("y", y.len()),
+        ("speed", speed.map_or(waypoints, <[f64]>::len)),
+        ("s", s.len()),
+    ];
+    for (field, length) in lengths {
+        if length != waypoints {
+            return Err(PathError::LengthMismatch {
+                field,
+                length,
+                waypoints,
+            });
+        }
+    }
+    check_numbers("x", x, MAX_COORDINATE)?;
+    check_numbers("y", y, MAX_COORDINATE)?;
+    if let Some(speed) = speed {
+        check_numbers("speed", speed, MAX_SPEED)?;
+    }
+
+    let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
+    let mut length = 0.0;
+    for (index, ((here, next), room)) in points()
+        .zip(points().cycle().skip(1))
+        .zip(s.iter_mut())
+        .enumerate()
+    {
+        *room = length;
+        let last = index + 1 == waypoints;
+        if last && !closed {
+            break;
+        }
+        let step = get_distance(here, next);
+        if step <= COINCIDING {
+            return Err(PathError::Coinciding {
+                index,
+                next: if last { 0 } else { index + 1 },
+            });
+        }
+        length += step;
+    }
+    Ok(length)
+}
+
+fn check_numbers(field: &'static str, values: &[f64], bound: f64) -> Result<(), PathError> {
+    match values
+        .iter()
+        .position(|&value| !in_range(value, -bound, bound))
+    {
+        None => Ok(()),
+        Some(index) => Err(PathError::OutOfRange {
+            field,
+            index,
+            value: values.get(index).copied().unwrap_or(f64::NAN),
+            requirement: Requirement::InRange(-bound, bound),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_path_arc_length_open_and_closed() {
+        let (x, y) = ([0.0, 3.0, 3.0], [0.0, 0.0, 4.0]);
+        let mut s = [0.0; 3];
+        let open = PathView::new(&x, &y, None, false, &mut s).unwrap();
+        assert_eq!((open.length(), open.segments()), (7.0, 2));
+        assert_eq!(open.s(), [0.0, 3.0, 7.0]);
+        let mut s = [0.0; 3];
+        let closed = PathView::new(&x, &y, None, true, &mut s).unwrap();
+        assert_eq!((closed.length(), closed.segments()), (12.0, 3));
+    }
+
+    #[test]
+    fn test_path_bad_waypoints_names_them() {
+        let mut s = [0.0; 3];
+        let error = |x: &[f64], y: &[f64], closed, s: &mut [f64]| {
+            PathView::new(x, y, None, closed, s)
+                .map(|_| ())
+                .unwrap_err()
+        };
+        assert_eq!(
+            error(&[0.0], &[0.0], false, &mut s[..1]),
+            PathError::TooFewWaypoints { count: 1, least: 2 }
+        );
+        assert_eq!(
+            error(&[0.0, 1.0, 1.0], &[0.0; 3], false, &mut s),
+            PathError::Coinciding { index: 1, next: 2 }
+        );
+        assert_eq!(
+            error(&[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0], true, &mut s),
+            PathError::Coinciding { index: 2, next: 0 }
+        );
+        assert_eq!(
+            error(&[0.0, 1.0], &[0.0], false, &mut s[..2]),
+            PathError::LengthMismatch {
+                field: "y",
+                length: 1,
+                waypoints: 2
+            }
+        );
+        assert!(matches!(
+            error(&[0.0, f64::NAN], &[0.0; 2], false, &mut s[..2]),
+            PathError::OutOfRange {
+                field: "x",
+                index: 1,
+                ..
+            }
+        ));
+    }
+}

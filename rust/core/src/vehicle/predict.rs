@@ -1,0 +1,107 @@
+//! Where will the vehicle be? The paper's one-step prediction, and the kinematic bicycle.
+
+use super::VehicleState;
+use crate::Point;
+use crate::math::{cos, sin, tan};
+use nalgebra::{SMatrix, SVector, Vector2};
+
+/// The vehicle's location after `dt` [s]: the first two rows of the paper's Equation 6,
+/// `x + cos(yaw + steer) dt speed` and `y + sin(yaw + steer) dt speed` [m].
+#[inline]
+pub fn get_predicted_location(vehicle: VehicleState, steer: f64, dt: f64) -> Point {
+    let heading = vehicle.yaw + steer;
+    Point::new(
+        vehicle.x + cos(heading) * dt * vehicle.speed,
+        vehicle.y + sin(heading) * dt * vehicle.speed,
+    )
+}
+
+/// The paper's Equation 6 whole: `A(yaw + steer, dt) z + B u` for the state
+/// `z = (x, y, yaw, speed, yaw rate)` and the input `u = (throttle or brake, steering)`.
+///
+/// As printed, the input adds to speed and yaw rate without `dt`.
+pub fn state_transition(
+    state: SVector<f64, 5>,
+    input: Vector2<f64>,
+    steer: f64,
+    dt: f64,
+) -> SVector<f64, 5> {
+    let heading = state.z + steer;
+    let (c, s) = (cos(heading) * dt, sin(heading) * dt);
+    #[rustfmt::skip]
+    let a = SMatrix::<f64, 5, 5>::new(
+        1.0, 0.0, 0.0,   c, 0.0,
+        0.0, 1.0, 0.0,   s, 0.0,
+        0.0, 0.0, 1.0, 0.0,  dt,
+        0.0, 0.0, 0.0, 1.0, 0.0,
+        0.0, 0.0, 0.0, 0.0, 1.0,
+    );
+    #[rustfmt::skip]
+    let b = SMatrix::<f64, 5, 2>::new(
+        0.0, 0.0,
+        0.0, 0.0,
+        0.0, 0.0,
+        1.0, 0.0,
+        0.0, 1.0,
+    );
+    a * state + b * input
+}
+
+/// One step of the kinematic bicycle about the rear axle: `yaw rate = speed tan(steer) /
+/// wheelbase`, the position moved along the heading of mid-step (second order in `dt`),
+/// `speed` changed by `acceleration` [m/s^2] at the end.
+#[inline]
+pub fn kinematic_bicycle(
+    vehicle: VehicleState,
+    steer: f64,
+    acceleration: f64,
+    wheelbase: f64,
+    dt: f64,
+) -> VehicleState {
+    let travel = vehicle.speed * dt;
+    let turn = travel * tan(steer) / wheelbase;
+    let heading = vehicle.yaw + 0.5 * turn;
+    VehicleState {
+        x: vehicle.x + travel * cos(heading),
+        y: vehicle.y + travel * sin(heading),
+        yaw: vehicle.yaw + turn,
+        speed: vehicle.speed + acceleration * dt,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_state_transition_location_is_the_predicted_one() {
+        let vehicle = VehicleState {
+            x: 3.0,
+            y: -2.0,
+            yaw: 0.7,
+            speed: 12.0,
+        };
+        let state = SVector::<f64, 5>::new(3.0, -2.0, 0.7, 12.0, 0.3);
+        let next = state_transition(state, Vector2::new(0.5, 0.1), -0.2, 0.05);
+        let location = get_predicted_location(vehicle, -0.2, 0.05);
+        assert_eq!((next.x, next.y), (location.x, location.y));
+        assert_eq!((next.z, next.w), (0.7 + 0.3 * 0.05, 12.5));
+    }
+
+    #[test]
+    fn test_kinematic_bicycle_drives_its_circle() {
+        let mut vehicle = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 5.0,
+        };
+        let (steer, wheelbase): (f64, f64) = (0.2, 3.0);
+        let radius = wheelbase / tan(steer);
+        for _ in 0..1000 {
+            vehicle = kinematic_bicycle(vehicle, steer, 0.0, wheelbase, 0.01);
+            let (dx, dy) = (vehicle.x, vehicle.y - radius);
+            assert!((crate::math::sqrt(dx * dx + dy * dy) - radius).abs() < 1e-4);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Pose and speed of the vehicle, checked at the door of every step.
+
+use crate::Point;
+use crate::error::{InputError, input_in_range};
+use crate::math::{cos, sin};
+use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
+
+/// The largest yaw [rad] that a step takes; it need not be wrapped.
+pub const MAX_YAW: f64 = 1e6;
+/// The shortest control period [s].
+pub const MIN_DT: f64 = 1e-6;
+/// The longest control period [s].
+pub const MAX_DT: f64 = 1e3;
+
+/// Pose of the middle of the rear axle, and speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleState {
+    /// Position along x [m].
+    pub x: f64,
+    /// Position along y [m].
+    pub y: f64,
+    /// Heading [rad], counter-clockwise from x.
+    pub yaw: f64,
+    /// Forward speed [m/s]; negative while rolling backwards.
+    pub speed: f64,
+}
+
+impl VehicleState {
+    /// The state itself where every number in it is finite and within its bound.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the first field that is not.
+    #[inline]
+    pub fn checked(self) -> Result<Self, InputError> {
+        input_in_range("x", self.x, -MAX_COORDINATE, MAX_COORDINATE)?;
+        input_in_range("y", self.y, -MAX_COORDINATE, MAX_COORDINATE)?;
+        input_in_range("yaw", self.yaw, -MAX_YAW, MAX_YAW)?;
+        input_in_range("speed", self.speed, -MAX_SPEED, MAX_SPEED)?;
+        Ok(self)
+    }
+
+    /// The point `offset` [m] ahead of the rear axle along the heading.
+    #[inline]
+    pub fn point_ahead(&self, offset: f64) -> Point {
+        Point::new(
+            self.x + offset * cos(self.yaw),
+            self.y + offset * sin(self.yaw),
+        )
+    }
+
+    /// The speed where the vehicle rolls forward, else 0 [m/s]: the laws drive forward only.
+    #[inline]
+    pub fn forward_speed(&self) -> f64 {
+        if self.speed > 0.0 { self.speed } else { 0.0 }
+    }
+}
+
+/// `dt` [s] where it is a control period that a step can take.
+///
+/// # Errors
+///
+/// [`InputError`] for one that is not finite, not positive, or beyond the bounds.
+#[inline]
+pub fn checked_dt(dt: f64) -> Result<f64, InputError> {
+    input_in_range("dt", dt, MIN_DT, MAX_DT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_state_bad_field_is_named() {
+        let good = VehicleState {
+            x: 1.0,
+            y: 2.0,
+            yaw: 0.0,
+            speed: -3.0,
+        };
+        assert_eq!(good.checked(), Ok(good));
+        for bad in [f64::NAN, f64::INFINITY, 1e308] {
+            let field = |state: VehicleState| state.checked().unwrap_err().field;
+            assert_eq!(field(VehicleState { x: bad, ..good }), "x");
+            assert_eq!(field(VehicleState { y: -bad, ..good }), "y");
+            assert_eq!(field(VehicleState { yaw: bad, ..good }), "yaw");
+            assert_eq!(field(VehicleState { speed: bad, ..good }), "speed");
+        }
+        for bad in [0.0, -0.05, f64::NAN, f64::MIN_POSITIVE, 1e4] {
+            assert_eq!(checked_dt(bad).unwrap_err().field, "dt");
+        }
+    }
+}

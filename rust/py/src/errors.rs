@@ -1,0 +1,139 @@
+//! The core's errors as the Python classes of `popsteer.errors`, which word them.
+
+use popsteer_core::error::{ConfigError, InputError, PathError, Requirement};
+use popsteer_sim::simulation::SimulationError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+
+static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+
+fn module(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
+    let module = MODULE.get_or_try_init(py, || py.import("popsteer.errors").map(Bound::unbind))?;
+    Ok(module.bind(py))
+}
+
+/// The requirement in the words of `popsteer.errors`.
+fn worded(py: Python<'_>, requirement: Requirement) -> PyResult<Bound<'_, PyAny>> {
+    let module = module(py)?;
+    match requirement {
+        Requirement::InRange(low, high) => module.call_method1("in_range", (low, high)),
+        Requirement::CountInRange(low, high) => module.call_method1("count_in_range", (low, high)),
+        Requirement::OddInRange(low, high) => module.call_method1("odd_in_range", (low, high)),
+        Requirement::Below(count) => module.call_method1("below", (count,)),
+    }
+}
+
+/// The refused value: an `int` where a count is asked for.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "counts come from 64-bit integers"
+)]
+fn shown(py: Python<'_>, value: f64, requirement: Requirement) -> PyResult<Bound<'_, PyAny>> {
+    Ok(match requirement {
+        Requirement::InRange(..) => value.into_pyobject(py)?.into_any(),
+        _ => (value as i64).into_pyobject(py)?.into_any(),
+    })
+}
+
+/// An error of class `name` about one field.
+fn field_error(
+    py: Python<'_>,
+    name: &str,
+    field: &str,
+    value: f64,
+    requirement: Requirement,
+) -> PyErr {
+    let made = || -> PyResult<Bound<'_, PyAny>> {
+        let words = worded(py, requirement)?;
+        module(py)?
+            .getattr(name)?
+            .call1((field, shown(py, value, requirement)?, words))
+    };
+    made().map_or_else(|error| error, PyErr::from_value)
+}
+
+/// Turns one of the core's errors into a Python exception.
+pub(crate) trait IntoPyErr {
+    fn into_py_err(self, py: Python<'_>) -> PyErr;
+}
+
+impl IntoPyErr for ConfigError {
+    fn into_py_err(self, py: Python<'_>) -> PyErr {
+        field_error(py, "ConfigError", self.field, self.value, self.requirement)
+    }
+}
+
+impl IntoPyErr for InputError {
+    #[cold]
+    fn into_py_err(self, py: Python<'_>) -> PyErr {
+        field_error(py, "InputError", self.field, self.value, self.requirement)
+    }
+}
+
+impl IntoPyErr for SimulationError {
+    fn into_py_err(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Config(error) => error.into_py_err(py),
+            Self::Input(error) => error.into_py_err(py),
+        }
+    }
+}
+
+impl IntoPyErr for PathError {
+    fn into_py_err(self, py: Python<'_>) -> PyErr {
+        let made = || -> PyResult<Bound<'_, PyAny>> {
+            let class = module(py)?.getattr("PathError")?;
+            match self {
+                Self::TooFewWaypoints { count, least } => {
+                    class.call_method1("too_few_waypoints", (count, least))
+                }
+                Self::LengthMismatch {
+                    field,
+                    length,
+                    waypoints,
+                } => class.call_method1("length_mismatch", (field, length, waypoints)),
+                Self::OutOfRange {
+                    field,
+                    index,
+                    value,
+                    requirement,
+                } => class.call_method1(
+                    "out_of_range",
+                    (field, index, value, worded(py, requirement)?),
+                ),
+                Self::Coinciding { index, next } => class.call_method1("coinciding", (index, next)),
+            }
+        };
+        made().map_or_else(|error| error, PyErr::from_value)
+    }
+}
+
+/// A `PathError` with this message.
+pub(crate) fn path_error(py: Python<'_>, message: String) -> PyErr {
+    let made =
+        || -> PyResult<Bound<'_, PyAny>> { module(py)?.getattr("PathError")?.call1((message,)) };
+    made().map_or_else(|error| error, PyErr::from_value)
+}
+
+/// A `ConfigError` about a name that is not known.
+pub(crate) fn unknown(py: Python<'_>, what: &str, name: &str, known: &[&str]) -> PyErr {
+    let made = || -> PyResult<Bound<'_, PyAny>> {
+        let class = module(py)?.getattr("ConfigError")?;
+        let class = class.cast::<PyType>()?;
+        class.call_method1("unknown", (what, name, known.to_vec()))
+    };
+    made().map_or_else(|error| error, PyErr::from_value)
+}
+
+/// Raises an error of the core as a Python exception.
+pub(crate) trait OrRaise<T> {
+    fn or_raise(self, py: Python<'_>) -> PyResult<T>;
+}
+
+impl<T, E: IntoPyErr> OrRaise<T> for Result<T, E> {
+    #[inline]
+    fn or_raise(self, py: Python<'_>) -> PyResult<T> {
+        self.map_err(|error| error.into_py_err(py))
+    }
+}

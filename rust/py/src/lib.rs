@@ -1,0 +1,60 @@
+//! `popsteer._core`: the Rust core under Python names.
+//!
+//! This crate converts and nothing else. What it exposes is documented for Python users in the
+//! doc comments of its classes; their types are in `python/popsteer/_core.pyi`.
+#![expect(
+    clippy::doc_markdown,
+    clippy::needless_pass_by_value,
+    clippy::too_many_arguments,
+    reason = "doc comments are numpydoc for Python users, and signatures are Python's"
+)]
+
+mod command;
+mod errors;
+mod functions;
+mod lateral;
+mod longitudinal;
+mod params;
+mod path;
+mod sim;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _core {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::command::PyCommand;
+    #[pymodule_export]
+    use crate::functions::{
+        get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition, wrap,
+    };
+    #[pymodule_export]
+    use crate::lateral::{
+        PyBangBang, PyBangBangParams, PyBangBangState, PyPid, PyPidParams, PyPidState, PyPop,
+        PyPopParams, PyPopState, PyPurePursuit, PyPurePursuitParams, PyPurePursuitState, PyStanley,
+        PyStanleyParams, PyStanleyState,
+    };
+    #[pymodule_export]
+    use crate::longitudinal::{
+        PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
+        PySpeedPidState,
+    };
+    #[pymodule_export]
+    use crate::path::{PyLookahead, PyPath, PyProjection};
+    #[pymodule_export]
+    use crate::sim::{PyCarlaIdentified, PyKinematicBicycle, PySettings, PySimulation, plants};
+
+    /// Names the version and the profile that this module was built with.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        let profile = if cfg!(debug_assertions) {
+            "debug"
+        } else {
+            "release"
+        };
+        module.add("build_profile", profile)
+    }
+}

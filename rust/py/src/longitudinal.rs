@@ -1,0 +1,282 @@
+//! The longitudinal laws.
+
+use popsteer_core::longitudinal::{
+    CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
+};
+use popsteer_sim::Drive;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::errors::OrRaise;
+use crate::params::params;
+
+params! {
+    /// Parameters of `CoupledLongitudinal`; the paper's Table 2 by default.
+    PyCoupledLongitudinalParams(CoupledLongitudinalParams)
+    named "CoupledLongitudinalParams" in "popsteer",
+    defaults CoupledLongitudinalParams::DEFAULT, checked by CoupledLongitudinal::new,
+    cutoff: f64, "float, default 0.5",
+        "Cutoff constant k_tau, 0 to 1: offset and aggressiveness of the command.";
+    steer_limit: f64, "float, default 1.22",
+        "Steering limit delta_lim [rad].";
+    speed_limit: f64, "float, default 69.44",
+        "Speed limit v_lim [m/s].";
+}
+
+params! {
+    /// Parameters of `SpeedPid`.
+    PySpeedPidParams(SpeedPidParams) named "SpeedPidParams" in "popsteer",
+    defaults SpeedPidParams::DEFAULT, checked by SpeedPid::new,
+    kp: f64, "float, default 0.5",
+        "Proportional gain [s/m].";
+    ki: f64, "float, default 0.1",
+        "Integral gain [1/m].";
+    kd: f64, "float, default 0.0",
+        "Derivative gain [s^2/m].";
+}
+
+/// The paper's longitudinal law, coupled with the steering angle (Equation 7).
+///
+/// ``command = cutoff + ((speed_limit - speed) / speed_limit - |steer| / steer_limit)
+/// (1 - cutoff)``; throttle where it is positive, brake where it is negative. It has no memory.
+///
+/// Parameters
+/// ----------
+/// params : CoupledLongitudinalParams, optional
+///     By default the paper's.
+///
+/// Examples
+/// --------
+/// >>> popsteer.CoupledLongitudinal().step(0.0, 0.0)
+/// (1.0, 0.0)
+#[pyclass(frozen, name = "CoupledLongitudinal", module = "popsteer")]
+#[derive(Debug)]
+pub(crate) struct PyCoupledLongitudinal {
+    law: CoupledLongitudinal,
+    params: Py<PyCoupledLongitudinalParams>,
+}
+
+#[pymethods]
+impl PyCoupledLongitudinal {
+    #[new]
+    #[pyo3(signature = (params=None))]
+    fn new(py: Python<'_>, params: Option<Py<PyCoupledLongitudinalParams>>) -> PyResult<Self> {
+        let params = match params {
+            Some(params) => params,
+            None => Py::new(
+                py,
+                PyCoupledLongitudinalParams(CoupledLongitudinalParams::DEFAULT),
+            )?,
+        };
+        Ok(Self {
+            law: CoupledLongitudinal::new(params.get().0).or_raise(py)?,
+            params,
+        })
+    }
+
+    /// Take one control step.
+    ///
+    /// Parameters
+    /// ----------
+    /// speed : float
+    ///     Speed [m/s].
+    /// steer : float
+    ///     Commanded angle [rad].
+    ///
+    /// Returns
+    /// -------
+    /// tuple of float
+    ///     (throttle, brake), each in 0 to 1.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If a number is not finite or beyond its bound.
+    fn step(&self, py: Python<'_>, speed: f64, steer: f64) -> PyResult<(f64, f64)> {
+        let pedals = self.law.step(speed, steer).or_raise(py)?;
+        Ok((pedals.throttle, pedals.brake))
+    }
+
+    /// The parameters.
+    #[getter]
+    fn params(&self, py: Python<'_>) -> Py<PyCoupledLongitudinalParams> {
+        self.params.clone_ref(py)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!(
+            "CoupledLongitudinal({})",
+            self.params.bind(py).repr()?
+        ))
+    }
+}
+
+/// What `SpeedPid` remembers from one step to the next.
+///
+/// Parameters
+/// ----------
+/// integral : float, default 0.0
+///     The integral's share of the command, within -1 to 1.
+/// previous_error : float, optional
+///     The last speed error [m/s]; None before the first step.
+#[pyclass(frozen, eq, name = "SpeedPidState", module = "popsteer")]
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PySpeedPidState(SpeedPidState);
+
+#[pymethods]
+impl PySpeedPidState {
+    #[new]
+    #[pyo3(signature = (*, integral=0.0, previous_error=None))]
+    fn new(integral: f64, previous_error: Option<f64>) -> Self {
+        Self(SpeedPidState {
+            integral,
+            previous_error,
+        })
+    }
+
+    /// The integral's share of the command, within -1 to 1.
+    #[getter]
+    fn integral(&self) -> f64 {
+        self.0.integral
+    }
+
+    /// The last speed error [m/s]; None before the first step.
+    #[getter]
+    fn previous_error(&self) -> Option<f64> {
+        self.0.previous_error
+    }
+
+    /// The fields by name, as a new ``dict``.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let fields = PyDict::new(py);
+        fields.set_item("integral", self.0.integral)?;
+        fields.set_item("previous_error", self.0.previous_error)?;
+        Ok(fields)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        crate::params::repr("SpeedPidState", &self.as_dict(py)?)
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        Ok((PyTuple::empty(py), self.as_dict(py)?))
+    }
+}
+
+/// PID that tracks a reference speed.
+///
+/// ``command = kp e + ki integral(e) + kd de/dt`` on ``e = target_speed - speed``; throttle where
+/// it is positive, brake where it is negative. The integral's share is held within -1 to 1.
+///
+/// Parameters
+/// ----------
+/// params : SpeedPidParams, optional
+///     Gains.
+///
+/// Examples
+/// --------
+/// >>> popsteer.SpeedPid().step(10.0, 9.0, 0.05)
+/// (0.0, 0.505)
+#[pyclass(name = "SpeedPid", module = "popsteer")]
+#[derive(Debug)]
+pub(crate) struct PySpeedPid {
+    law: SpeedPid,
+    state: SpeedPidState,
+    params: Py<PySpeedPidParams>,
+}
+
+#[pymethods]
+impl PySpeedPid {
+    #[new]
+    #[pyo3(signature = (params=None))]
+    fn new(py: Python<'_>, params: Option<Py<PySpeedPidParams>>) -> PyResult<Self> {
+        let params = match params {
+            Some(params) => params,
+            None => Py::new(py, PySpeedPidParams(SpeedPidParams::DEFAULT))?,
+        };
+        let law = SpeedPid::new(params.get().0).or_raise(py)?;
+        Ok(Self {
+            law,
+            state: SpeedPidState::default(),
+            params,
+        })
+    }
+
+    /// Take one control step.
+    ///
+    /// Parameters
+    /// ----------
+    /// speed : float
+    ///     Speed [m/s].
+    /// target_speed : float
+    ///     The speed to hold [m/s].
+    /// dt : float
+    ///     Time since the last step [s], 1e-6 to 1e3.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of float
+    ///     (throttle, brake), each in 0 to 1.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If a number is not finite or beyond its bound; the state is then unchanged.
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        speed: f64,
+        target_speed: f64,
+        dt: f64,
+    ) -> PyResult<(f64, f64)> {
+        let pedals = self
+            .law
+            .step(&mut self.state, speed, target_speed, dt)
+            .or_raise(py)?;
+        Ok((pedals.throttle, pedals.brake))
+    }
+
+    /// Forget all steps taken so far.
+    fn reset(&mut self) {
+        self.state = SpeedPidState::default();
+    }
+
+    /// What the law remembers; a copy, which can be compared, saved and set again.
+    #[getter]
+    fn state(&self) -> PySpeedPidState {
+        PySpeedPidState(self.state)
+    }
+
+    #[setter]
+    fn set_state(&mut self, py: Python<'_>, state: PyRef<'_, PySpeedPidState>) -> PyResult<()> {
+        self.law.check_state(&state.0).or_raise(py)?;
+        self.state = state.0;
+        Ok(())
+    }
+
+    /// The parameters.
+    #[getter]
+    fn params(&self, py: Python<'_>) -> Py<PySpeedPidParams> {
+        self.params.clone_ref(py)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("SpeedPid({})", self.params.bind(py).repr()?))
+    }
+}
+
+/// Either of the longitudinal laws, as the closed loop takes it.
+pub(crate) fn drive_of(object: &Bound<'_, PyAny>) -> Option<Drive> {
+    if let Ok(law) = object.cast_exact::<PyCoupledLongitudinal>() {
+        return Some(Drive::Coupled(law.get().law));
+    }
+    object
+        .cast_exact::<PySpeedPid>()
+        .ok()?
+        .try_borrow()
+        .ok()
+        .map(|law| Drive::Speed(law.law))
+}

@@ -1,0 +1,195 @@
+//! Parameter classes, made from the core's structs: one macro, so that a field has one home.
+
+use popsteer_core::ConfigError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A whole number from Python, of any size: one that does not fit becomes the nearest that does,
+/// and the core refuses it by name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Count(pub(crate) i64);
+
+impl<'py> FromPyObject<'_, 'py> for Count {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract::<i64>() {
+            Ok(count) => Ok(Self(count)),
+            Err(error)
+                if error.is_instance_of::<pyo3::exceptions::PyOverflowError>(object.py()) =>
+            {
+                Ok(Self(if object.lt(0)? { i64::MIN } else { i64::MAX }))
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl<'py> IntoPyObject<'py> for Count {
+    type Target = pyo3::types::PyInt;
+    type Output = Bound<'py, Self::Target>;
+    type Error = std::convert::Infallible;
+
+    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
+        self.0.into_pyobject(py)
+    }
+}
+
+/// How a field of the core comes from Python, and goes back.
+pub(crate) trait Field: Copy {
+    /// The type of the argument.
+    type Argument: Copy;
+    /// The core's value, the nearest one where the argument cannot be represented.
+    fn from_argument(argument: Self::Argument) -> Self;
+    /// The argument that stands for the core's value.
+    fn argument(self) -> Self::Argument;
+    /// The argument as an error shows it, where `from_argument` had to change it.
+    fn changed(_argument: Self::Argument) -> Option<f64> {
+        None
+    }
+}
+
+macro_rules! plain_fields {
+    ($($kind:ty),+) => {$(
+        impl Field for $kind {
+            type Argument = $kind;
+            fn from_argument(argument: $kind) -> $kind { argument }
+            fn argument(self) -> $kind { self }
+        }
+    )+};
+}
+plain_fields!(f64, bool, Option<f64>);
+
+impl Field for usize {
+    type Argument = Count;
+
+    fn from_argument(argument: Count) -> usize {
+        usize::try_from(argument.0.max(0)).unwrap_or(usize::MAX)
+    }
+
+    fn argument(self) -> Count {
+        Count(i64::try_from(self).unwrap_or(i64::MAX))
+    }
+
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "shown in an error, where it is out of range"
+    )]
+    fn changed(argument: Count) -> Option<f64> {
+        (argument.0 < 0).then_some(argument.0 as f64)
+    }
+}
+
+/// `error` with the value as Python gave it.
+pub(crate) fn as_given(mut error: ConfigError, given: &[(&str, Option<f64>)]) -> ConfigError {
+    for (field, value) in given {
+        if let (true, Some(value)) = (*field == error.field, value) {
+            error.value = *value;
+        }
+    }
+    error
+}
+
+/// A frozen, keyword-only class around a struct of the core, validated by `$check`.
+///
+/// The text of each field is its documentation in the class and on the attribute.
+macro_rules! params {
+    (
+        $(#[doc = $about:literal])+
+        $class:ident($core:ident) named $name:literal in $module:literal,
+        defaults $defaults:expr, checked by $check:expr,
+        $($field:ident: $kind:ty, $words:literal, $text:literal;)+
+    ) => {
+        $(#[doc = $about])+
+        ///
+        /// Parameters
+        /// ----------
+        $(
+            #[doc = concat!(stringify!($field), " : ", $words)]
+            #[doc = concat!("    ", $text)]
+        )+
+        ///
+        /// Raises
+        /// ------
+        /// ConfigError
+        ///     If a parameter is out of its range; names it and its value.
+        #[pyclass(frozen, eq, name = $name, module = $module)]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub(crate) struct $class(pub(crate) $core);
+
+        #[pymethods]
+        impl $class {
+            #[new]
+            #[pyo3(signature = (*, $($field = $crate::params::Field::argument($defaults.$field)),+))]
+            fn new(
+                py: Python<'_>,
+                $($field: <$kind as $crate::params::Field>::Argument),+
+            ) -> PyResult<Self> {
+                let given = [$((
+                    stringify!($field),
+                    <$kind as $crate::params::Field>::changed($field),
+                )),+];
+                let params = $core {
+                    $($field: <$kind as $crate::params::Field>::from_argument($field)),+
+                };
+                match $check(params) {
+                    Ok(_) => Ok(Self(params)),
+                    Err(error) => {
+                        let error = $crate::params::as_given(error.into(), &given);
+                        Err($crate::errors::IntoPyErr::into_py_err(error, py))
+                    }
+                }
+            }
+
+            $(
+                #[doc = $text]
+                #[getter]
+                fn $field(&self) -> <$kind as $crate::params::Field>::Argument {
+                    $crate::params::Field::argument(self.0.$field)
+                }
+            )+
+
+            /// The parameters by name, as a new ``dict``.
+            fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                let fields = PyDict::new(py);
+                $(fields.set_item(stringify!($field), self.$field())?;)+
+                Ok(fields)
+            }
+
+            /// The same parameters but for the ones given by name.
+            #[pyo3(signature = (**changes))]
+            fn replace<'py>(
+                &self,
+                py: Python<'py>,
+                changes: Option<&Bound<'py, PyDict>>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let fields = self.as_dict(py)?;
+                if let Some(changes) = changes {
+                    fields.update(changes.as_mapping())?;
+                }
+                py.get_type::<Self>().call((), Some(&fields))
+            }
+
+            fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+                $crate::params::repr($name, &self.as_dict(py)?)
+            }
+
+            fn __getnewargs_ex__<'py>(
+                &self,
+                py: Python<'py>,
+            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+                Ok((PyTuple::empty(py), self.as_dict(py)?))
+            }
+        }
+    };
+}
+pub(crate) use params;
+
+/// `name(field=value, ...)`.
+pub(crate) fn repr(name: &str, fields: &Bound<'_, PyDict>) -> PyResult<String> {
+    let mut shown = Vec::with_capacity(fields.len());
+    for (field, value) in fields.iter() {
+        shown.push(format!("{field}={}", value.repr()?));
+    }
+    Ok(format!("{name}({})", shown.join(", ")))
+}

@@ -1,0 +1,693 @@
+//! The path: arrays in, geometry out.
+
+use std::sync::Arc;
+
+use numpy::ndarray::{ArrayView1, ArrayView2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use popsteer_core::Point;
+use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
+use popsteer_core::path::lookahead::{self, Lookahead};
+use popsteer_core::path::resample::{self, Grid};
+use popsteer_core::path::{Path, PathView, Projection, locate};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple, PyType};
+
+use crate::errors::{OrRaise, path_error};
+use crate::functions::checked_point;
+use crate::params::Count;
+
+/// The foot of a position on a path.
+///
+/// Attributes
+/// ----------
+/// segment : int
+///     The segment that carries the foot; it starts at the waypoint of the same index.
+/// fraction : float
+///     Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+/// point : tuple of float
+///     The foot (x, y) [m].
+/// arc_length : float
+///     Arc length at the foot [m].
+/// cross_track_error : float
+///     Signed distance to the foot [m], positive left of the path.
+/// path_yaw : float
+///     Direction of the segment [rad].
+#[pyclass(frozen, eq, name = "Projection", module = "popsteer")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PyProjection(Projection);
+
+#[pymethods]
+impl PyProjection {
+    /// The segment that carries the foot.
+    #[getter]
+    fn segment(&self) -> usize {
+        self.0.segment
+    }
+
+    /// Where on the segment: 0 at its start, 1 at its end.
+    #[getter]
+    fn fraction(&self) -> f64 {
+        self.0.fraction
+    }
+
+    /// The foot (x, y) [m].
+    #[getter]
+    fn point(&self) -> (f64, f64) {
+        (self.0.point.x, self.0.point.y)
+    }
+
+    /// Arc length at the foot [m].
+    #[getter]
+    fn arc_length(&self) -> f64 {
+        self.0.arc_length
+    }
+
+    /// Signed distance to the foot [m], positive left of the path.
+    #[getter]
+    fn cross_track_error(&self) -> f64 {
+        self.0.cross_track_error
+    }
+
+    /// Direction of the segment [rad].
+    #[getter]
+    fn path_yaw(&self) -> f64 {
+        self.0.path_yaw
+    }
+
+    fn __repr__(&self) -> String {
+        let foot = self.0;
+        format!(
+            "Projection(segment={}, fraction={:?}, point=({:?}, {:?}), arc_length={:?}, \
+             cross_track_error={:?}, path_yaw={:?})",
+            foot.segment,
+            foot.fraction,
+            foot.point.x,
+            foot.point.y,
+            foot.arc_length,
+            foot.cross_track_error,
+            foot.path_yaw
+        )
+    }
+}
+
+/// What the search for the lookahead point came back with.
+///
+/// Attributes
+/// ----------
+/// index : int
+///     The index of the point in the re-discretised window.
+/// point : tuple of float
+///     The point (x, y) [m].
+/// found : bool
+///     Whether it lies on the circle; otherwise it is the last point of the window.
+#[pyclass(frozen, eq, name = "Lookahead", module = "popsteer")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PyLookahead(Lookahead);
+
+#[pymethods]
+impl PyLookahead {
+    /// The index of the point in the re-discretised window.
+    #[getter]
+    fn index(&self) -> usize {
+        self.0.index
+    }
+
+    /// The point (x, y) [m].
+    #[getter]
+    fn point(&self) -> (f64, f64) {
+        (self.0.point.x, self.0.point.y)
+    }
+
+    /// Whether it lies on the circle; otherwise it is the last point of the window.
+    #[getter]
+    fn found(&self) -> bool {
+        self.0.found
+    }
+
+    fn __repr__(&self) -> String {
+        let Lookahead {
+            index,
+            point,
+            found,
+        } = self.0;
+        let found = if found { "True" } else { "False" };
+        format!(
+            "Lookahead(index={index}, point=({:?}, {:?}), found={found})",
+            point.x, point.y
+        )
+    }
+}
+
+/// A reference path: waypoints, copied once and validated.
+///
+/// Parameters
+/// ----------
+/// xy : array_like
+///     Waypoints, shape (N, 2) [m]; N >= 2, or 3 for a closed path.
+/// speed : array_like, optional
+///     Reference speed at each waypoint, shape (N,) [m/s].
+/// closed : bool, default False
+///     Whether the last waypoint leads back to the first, which is then not repeated.
+///
+/// Raises
+/// ------
+/// PathError
+///     If the shape is wrong, a number is not finite or beyond its bound (1e9 m, 1e4 m/s), or
+///     neighbours coincide; names the waypoint.
+///
+/// Examples
+/// --------
+/// >>> path = popsteer.Path([(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)])
+/// >>> len(path), path.length
+/// (3, 7.0)
+/// >>> path.project(1.0, 0.5).cross_track_error
+/// 0.5
+#[pyclass(frozen, name = "Path", module = "popsteer")]
+#[derive(Debug)]
+pub(crate) struct PyPath(pub(crate) Arc<Path>);
+
+impl PyPath {
+    fn view(&self) -> PathView<'_> {
+        self.0.view()
+    }
+
+    /// A waypoint to go on from, by default the nearest of all.
+    fn start(
+        &self,
+        field: &'static str,
+        nearest: Option<Count>,
+        position: Point,
+    ) -> Result<usize, InputError> {
+        match nearest {
+            None => Ok(locate::nearest_waypoint(&self.view(), position)),
+            Some(index) => self.index(field, index),
+        }
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "shown in an error")]
+    fn index(&self, field: &'static str, index: Count) -> Result<usize, InputError> {
+        let count = self.view().len();
+        match usize::try_from(index.0) {
+            Ok(index) if index < count => Ok(index),
+            _ => Err(InputError {
+                field,
+                value: index.0 as f64,
+                requirement: Requirement::Below(count),
+            }),
+        }
+    }
+
+    fn grid(
+        &self,
+        nearest: usize,
+        fields: (&'static str, &'static str),
+        ahead: f64,
+        spacing: f64,
+    ) -> Result<Grid<'_>, InputError> {
+        checked(fields.0, ahead, 1e-3, 1e6)?;
+        checked(fields.1, spacing, 1e-4, 1e3)?;
+        let view = self.view();
+        Ok(Grid::new(
+            view,
+            resample::window(&view, nearest, ahead),
+            spacing,
+        ))
+    }
+}
+
+#[pymethods]
+impl PyPath {
+    #[new]
+    #[pyo3(signature = (xy, *, speed=None, closed=false))]
+    fn new(
+        py: Python<'_>,
+        xy: &Bound<'_, PyAny>,
+        speed: Option<&Bound<'_, PyAny>>,
+        closed: bool,
+    ) -> PyResult<Self> {
+        let xy = as_array(xy, "xy", "(N, 2)")?;
+        let wrong_shape = |name: &str, want: &str, shape: &[usize]| -> PyErr {
+            let shape = PyTuple::new(py, shape)
+                .and_then(|shape| shape.repr())
+                .map(|shape| shape.to_string());
+            path_error(
+                py,
+                format!(
+                    "{name} must have shape {want}, got {}",
+                    shape.unwrap_or_default()
+                ),
+            )
+        };
+        let waypoints = xy
+            .cast::<PyArray2<f64>>()
+            .ok()
+            .filter(|waypoints| waypoints.shape().get(1) == Some(&2))
+            .ok_or_else(|| wrong_shape("xy", "(N, 2)", &shape_of(&xy)))?
+            .try_readonly()?;
+        let waypoints: ArrayView2<'_, f64> = waypoints.as_array();
+        let (x, y) = (waypoints.column(0).to_vec(), waypoints.column(1).to_vec());
+        let speed = match speed {
+            None => None,
+            Some(speed) => {
+                let speed = as_array(speed, "speed", "(N,)")?;
+                let speed = speed
+                    .cast::<PyArray1<f64>>()
+                    .map_err(|_| wrong_shape("speed", "(N,)", &shape_of(&speed)))?
+                    .try_readonly()?;
+                let speed: ArrayView1<'_, f64> = speed.as_array();
+                Some(speed.to_vec())
+            }
+        };
+        let path = Path::new(&x, &y, speed.as_deref(), closed).or_raise(py)?;
+        Ok(Self(Arc::new(path)))
+    }
+
+    /// Read a path from a CSV file.
+    ///
+    /// Parameters
+    /// ----------
+    /// file : str or path-like
+    ///     Columns x [m], y [m] and optionally reference speed [m/s], apart by commas or white
+    ///     space; ``#`` comments; further columns are left alone.
+    /// closed : bool, default False
+    ///     Whether the last waypoint leads back to the first.
+    ///
+    /// Returns
+    /// -------
+    /// Path
+    ///     The path.
+    ///
+    /// Raises
+    /// ------
+    /// PathError
+    ///     If the file cannot be read or makes no path; names file, line and column.
+    #[classmethod]
+    #[pyo3(signature = (file, *, closed=false))]
+    fn from_csv<'py>(
+        cls: &Bound<'py, PyType>,
+        file: &Bound<'py, PyAny>,
+        closed: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = cls.py();
+        let read = py.import("popsteer.csv_file")?.getattr("read_waypoints")?;
+        let (xy, speed): (Bound<'py, PyAny>, Bound<'py, PyAny>) = read.call1((file,))?.extract()?;
+        let options = PyDict::new(py);
+        options.set_item("speed", speed)?;
+        options.set_item("closed", closed)?;
+        cls.call((xy,), Some(&options))
+    }
+
+    /// Abscissas of the waypoints, a new array of shape (N,) [m].
+    #[getter]
+    fn x<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.view().x())
+    }
+
+    /// Ordinates of the waypoints, a new array of shape (N,) [m].
+    #[getter]
+    fn y<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.view().y())
+    }
+
+    /// Arc length at each waypoint, a new array of shape (N,) [m].
+    #[getter]
+    fn s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.view().s())
+    }
+
+    /// Reference speed at each waypoint, a new array of shape (N,) [m/s]; None without.
+    #[getter]
+    fn speed<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.view()
+            .speed()
+            .map(|speed| PyArray1::from_slice(py, speed))
+    }
+
+    /// Arc length of the whole path [m], the closing segment included.
+    #[getter]
+    fn length(&self) -> f64 {
+        self.view().length()
+    }
+
+    /// Whether the last waypoint leads back to the first.
+    #[getter]
+    fn closed(&self) -> bool {
+        self.view().is_closed()
+    }
+
+    fn __len__(&self) -> usize {
+        self.view().len()
+    }
+
+    fn __repr__(&self) -> String {
+        let view = self.view();
+        let closed = if view.is_closed() { ", closed" } else { "" };
+        format!(
+            "<Path of {} waypoints, {:.1} m{closed}>",
+            view.len(),
+            view.length()
+        )
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        let rows: Vec<Vec<f64>> = self
+            .view()
+            .x()
+            .iter()
+            .zip(self.view().y())
+            .map(|(&x, &y)| vec![x, y])
+            .collect();
+        let options = PyDict::new(py);
+        options.set_item("speed", self.speed(py))?;
+        options.set_item("closed", self.closed())?;
+        Ok((
+            PyTuple::new(py, [PyArray2::from_vec2(py, &rows)?])?,
+            options,
+        ))
+    }
+
+    /// Find the waypoint nearest to a position, of all.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y : float
+    ///     Position [m].
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Its index; the first of several as near.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If a coordinate is not finite or beyond its bound.
+    fn nearest_waypoint(&self, py: Python<'_>, x: f64, y: f64) -> PyResult<usize> {
+        let position = checked_point(x, y).or_raise(py)?;
+        Ok(locate::nearest_waypoint(&self.view(), position))
+    }
+
+    /// Walk from a waypoint to one with no nearer neighbour: the paper's near neighbourhood.
+    ///
+    /// Parameters
+    /// ----------
+    /// start : int
+    ///     The waypoint to walk from.
+    /// x, y : float
+    ///     Position [m].
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     The waypoint arrived at.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If `start` is no waypoint, or a coordinate is not finite or beyond its bound.
+    fn walk(&self, py: Python<'_>, start: Count, x: f64, y: f64) -> PyResult<usize> {
+        let position = checked_point(x, y).or_raise(py)?;
+        let start = self.index("start", start).or_raise(py)?;
+        Ok(locate::walk(&self.view(), start, position))
+    }
+
+    /// Project a position exactly onto the segments at a waypoint.
+    ///
+    /// Before the first and beyond the last waypoint of an open path the end segments go on as
+    /// straight lines, so the cross-track error stays the offset to the side.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y : float
+    ///     Position [m].
+    /// nearest : int, optional
+    ///     The waypoint; by default the nearest of all.
+    ///
+    /// Returns
+    /// -------
+    /// Projection
+    ///     The nearer foot on the two segments that meet at the waypoint.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If `nearest` is no waypoint, or a coordinate is not finite or beyond its bound.
+    #[pyo3(signature = (x, y, nearest=None))]
+    fn project(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        nearest: Option<Count>,
+    ) -> PyResult<PyProjection> {
+        let position = checked_point(x, y).or_raise(py)?;
+        let nearest = self.start("nearest", nearest, position).or_raise(py)?;
+        Ok(PyProjection(locate::project(
+            &self.view(),
+            nearest,
+            position,
+        )))
+    }
+
+    /// Give the direction of the segment that leads to a waypoint.
+    ///
+    /// The path's heading as the paper's published code takes it.
+    ///
+    /// Parameters
+    /// ----------
+    /// nearest : int
+    ///     The waypoint.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Direction [rad]; of the first segment at the start of an open path.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If `nearest` is no waypoint.
+    fn path_yaw_behind(&self, py: Python<'_>, nearest: Count) -> PyResult<f64> {
+        let nearest = self.index("nearest", nearest).or_raise(py)?;
+        Ok(locate::path_yaw_behind(&self.view(), nearest))
+    }
+
+    /// Give the reference speed beside a position.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y : float
+    ///     Position [m].
+    /// nearest : int, optional
+    ///     The waypoint nearest to it; by default the nearest of all.
+    ///
+    /// Returns
+    /// -------
+    /// float or None
+    ///     Speed [m/s], between the waypoints' linearly; None where the path has no speeds.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If `nearest` is no waypoint, or a coordinate is not finite or beyond its bound.
+    #[pyo3(signature = (x, y, nearest=None))]
+    fn reference_speed(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        nearest: Option<Count>,
+    ) -> PyResult<Option<f64>> {
+        let foot = self.project(py, x, y, nearest)?.0;
+        Ok(locate::reference_speed(&self.view(), &foot))
+    }
+
+    /// Give the window around a waypoint: one waypoint behind it to so much arc ahead.
+    ///
+    /// Parameters
+    /// ----------
+    /// nearest : int
+    ///     The waypoint.
+    /// ahead : float, default 20.0
+    ///     Arc ahead of it [m].
+    ///
+    /// Returns
+    /// -------
+    /// tuple of int
+    ///     First segment, number of segments.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If `nearest` is no waypoint or `ahead` out of range.
+    #[pyo3(signature = (nearest, ahead=20.0))]
+    fn window(&self, py: Python<'_>, nearest: Count, ahead: f64) -> PyResult<(usize, usize)> {
+        let nearest = self.index("nearest", nearest).or_raise(py)?;
+        checked("ahead", ahead, 1e-3, 1e6).or_raise(py)?;
+        let window = resample::window(&self.view(), nearest, ahead);
+        Ok((window.first, window.segments))
+    }
+
+    /// Re-discretise the window around a waypoint.
+    ///
+    /// Parameters
+    /// ----------
+    /// nearest : int
+    ///     The waypoint.
+    /// ahead : float, default 20.0
+    ///     Arc ahead of it [m].
+    /// spacing : float, default 0.01
+    ///     Greatest distance of neighbours [m].
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     Points, shape (M, 2) [m].
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If `nearest` is no waypoint, or a length is out of range.
+    #[pyo3(signature = (nearest, ahead=20.0, spacing=0.01))]
+    fn resample<'py>(
+        &self,
+        py: Python<'py>,
+        nearest: Count,
+        ahead: f64,
+        spacing: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let nearest = self.index("nearest", nearest).or_raise(py)?;
+        let grid = self
+            .grid(nearest, ("ahead", "spacing"), ahead, spacing)
+            .or_raise(py)?;
+        let rows: Vec<Vec<f64>> = grid.points().map(|point| vec![point.x, point.y]).collect();
+        Ok(PyArray2::from_vec2(py, &rows)?)
+    }
+
+    /// Search the re-discretised window for the lookahead point.
+    ///
+    /// The first point whose distance from the position differs from `lookahead` by at most
+    /// `tolerance`, else the last: the paper's `get_lookahead_point_index` (Equation 5) and
+    /// `get_lookahead_point` in one.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y : float
+    ///     Position [m].
+    /// lookahead : float
+    ///     Lookahead distance [m].
+    /// nearest : int, optional
+    ///     The waypoint nearest to the position; by default the nearest of all.
+    /// tolerance : float, default 0.01
+    ///     Threshold of the comparison [m].
+    /// window_ahead : float, default 20.0
+    ///     Arc ahead of the nearest waypoint that is searched [m].
+    /// grid_spacing : float, default 0.01
+    ///     Greatest distance of neighbours on the grid [m].
+    ///
+    /// Returns
+    /// -------
+    /// Lookahead
+    ///     Index, point, and whether it lies on the circle.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If `nearest` is no waypoint, or a number is out of range.
+    #[pyo3(signature = (
+        x, y, lookahead, *, nearest=None, tolerance=0.01, window_ahead=20.0, grid_spacing=0.01
+    ))]
+    fn get_lookahead_point(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        lookahead: f64,
+        nearest: Option<Count>,
+        tolerance: f64,
+        window_ahead: f64,
+        grid_spacing: f64,
+    ) -> PyResult<PyLookahead> {
+        let found = || {
+            let position = checked_point(x, y)?;
+            let nearest = self.start("nearest", nearest, position)?;
+            checked("lookahead", lookahead, 0.0, 1e6)?;
+            checked("tolerance", tolerance, 1e-9, 1e3)?;
+            let names = ("window_ahead", "grid_spacing");
+            let grid = self.grid(nearest, names, window_ahead, grid_spacing)?;
+            Ok(lookahead::get_lookahead_point(
+                &grid, position, lookahead, tolerance,
+            ))
+        };
+        found()
+            .map(PyLookahead)
+            .map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
+    }
+
+    /// Search the re-discretised window for the lookahead point; give its index alone.
+    ///
+    /// Parameters and errors as `get_lookahead_point` (the paper's Equation 5).
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Index in ``resample(nearest, window_ahead, grid_spacing)``.
+    #[pyo3(signature = (
+        x, y, lookahead, *, nearest=None, tolerance=0.01, window_ahead=20.0, grid_spacing=0.01
+    ))]
+    fn get_lookahead_point_index(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        lookahead: f64,
+        nearest: Option<Count>,
+        tolerance: f64,
+        window_ahead: f64,
+        grid_spacing: f64,
+    ) -> PyResult<usize> {
+        self.get_lookahead_point(
+            py,
+            x,
+            y,
+            lookahead,
+            nearest,
+            tolerance,
+            window_ahead,
+            grid_spacing,
+        )
+        .map(|found| found.0.index)
+    }
+}
+
+/// `object` as an array of floats, or a `PathError` that says why not.
+fn as_array<'py>(
+    object: &Bound<'py, PyAny>,
+    name: &str,
+    shape: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = object.py();
+    let options = PyDict::new(py);
+    options.set_item("dtype", "float64")?;
+    py.import("numpy")?
+        .call_method("asarray", (object,), Some(&options))
+        .map_err(|error| {
+            path_error(
+                py,
+                format!(
+                    "{name} must be an array of numbers of shape {shape}: {}",
+                    error.value(py)
+                ),
+            )
+        })
+}
+
+fn shape_of(array: &Bound<'_, PyAny>) -> Vec<usize> {
+    array
+        .getattr("shape")
+        .and_then(|shape| shape.extract())
+        .unwrap_or_default()
+}

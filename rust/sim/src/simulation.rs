@@ -1,0 +1,386 @@
+//! A vehicle on a path, moved one control step at a time and measured.
+
+use std::sync::Arc;
+
+use popsteer_core::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
+use popsteer_core::math::{from_count, wrap};
+use popsteer_core::path::locate::{Projection, locate, path_yaw_behind, project};
+use popsteer_core::path::view::get_distance;
+use popsteer_core::{Path, Point, Status, VehicleState};
+
+use crate::metrics::{Gatherer, Metrics};
+use crate::plant::{Control, Plant, PlantState};
+
+/// How a run goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Control period [s].
+    pub dt: f64,
+    /// Plant steps in a control period.
+    pub substeps: usize,
+    /// The end is reached when the front axle has at most this much path ahead [m].
+    pub stop_distance: f64,
+    /// The run ends unfinished after this time [s].
+    pub time_limit: f64,
+    /// The run ends unfinished this far from the path [m].
+    pub give_up_distance: f64,
+    /// Errors from this time on count as settled [s].
+    pub settling_time: f64,
+    /// Whether the records are kept; the metrics come either way.
+    pub keep_records: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// The largest number of plant steps in a control period.
+const MAX_SUBSTEPS: usize = 1_000_000;
+
+impl Settings {
+    /// The paper's control period, and the rest to suit.
+    pub const DEFAULT: Self = Self {
+        dt: 0.05,
+        substeps: 10,
+        stop_distance: 1.0,
+        time_limit: 1000.0,
+        give_up_distance: 50.0,
+        settling_time: 5.0,
+        keep_records: true,
+    };
+
+    /// The settings themselves where each is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the one that is not.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        config_in_range("dt", self.dt, 1e-6, 1.0)?;
+        if !(1..=MAX_SUBSTEPS).contains(&self.substeps) {
+            return Err(ConfigError {
+                field: "substeps",
+                value: from_count(self.substeps),
+                requirement: Requirement::CountInRange(1, MAX_SUBSTEPS),
+            });
+        }
+        config_in_range("stop_distance", self.stop_distance, 0.0, 1e6)?;
+        config_in_range("time_limit", self.time_limit, self.dt, 1e6)?;
+        config_in_range("give_up_distance", self.give_up_distance, 1e-3, 1e9)?;
+        config_in_range("settling_time", self.settling_time, 0.0, 1e6)?;
+        Ok(self)
+    }
+}
+
+/// One control step as it was measured, before the plant moved on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record {
+    /// Time [s].
+    pub time: f64,
+    /// Position of the law's reference point [m].
+    pub reference: Point,
+    /// Position along x of the point whose pose the plant reports [m].
+    pub x: f64,
+    /// Position along y of that point [m].
+    pub y: f64,
+    /// Heading [rad].
+    pub yaw: f64,
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Angle commanded [rad].
+    pub steer: f64,
+    /// Throttle commanded, 0 to 1.
+    pub throttle: f64,
+    /// Brake commanded, 0 to 1.
+    pub brake: f64,
+    /// Cross-track error at the law's reference point [m].
+    pub cross_track_error: f64,
+    /// Heading error at the law's reference point [rad] against the segment behind the nearest
+    /// waypoint, as the paper's authors measured it.
+    pub heading_error: f64,
+    /// Cross-track error at the rear axle [m].
+    pub rear_cross_track_error: f64,
+    /// Heading error at the rear axle [rad] against the segment beside it.
+    pub rear_heading_error: f64,
+    /// Point aimed at [m]; not a number without a law.
+    pub target: Point,
+    /// How the law's step went.
+    pub status: Status,
+}
+
+/// A point of the vehicle, followed along the path.
+#[derive(Clone, Copy, Debug)]
+struct Follower {
+    offset: f64,
+    waypoint: Option<usize>,
+}
+
+impl Follower {
+    fn new(offset: f64) -> Self {
+        Self {
+            offset,
+            waypoint: None,
+        }
+    }
+
+    fn follow(&mut self, path: &Path, vehicle: VehicleState) -> Followed {
+        let path = path.view();
+        let position = vehicle.point_ahead(self.offset);
+        let nearest = locate(&path, self.waypoint, position);
+        self.waypoint = Some(nearest);
+        Followed {
+            position,
+            nearest,
+            foot: project(&path, nearest, position),
+        }
+    }
+}
+
+struct Followed {
+    position: Point,
+    nearest: usize,
+    foot: Projection,
+}
+
+/// A vehicle on a path, moved one control step at a time and measured.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    path: Arc<Path>,
+    plant: Arc<dyn Plant>,
+    settings: Settings,
+    state: PlantState,
+    reference: Follower,
+    rear: Follower,
+    front: Follower,
+    front_arc: f64,
+    travelled: f64,
+    steps: usize,
+    finished: bool,
+    lost: bool,
+    gatherer: Gatherer,
+    records: Vec<Record>,
+}
+
+impl Simulation {
+    /// A vehicle at rest or rolling at `start`, the pose of its *front axle*; errors are measured
+    /// at `reference_offset` [m] ahead of the point whose pose the plant reports, and at the rear
+    /// axle.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] for a setting out of its range, [`InputError`] for a bad start.
+    pub fn new(
+        path: Arc<Path>,
+        plant: Arc<dyn Plant>,
+        start: VehicleState,
+        reference_offset: f64,
+        settings: Settings,
+    ) -> Result<Self, SimulationError> {
+        let settings = settings.checked()?;
+        let start = start.checked()?;
+        let geometry = plant.geometry();
+        let point = start.point_ahead(-geometry.front_offset);
+        let vehicle = VehicleState {
+            x: point.x,
+            y: point.y,
+            ..start
+        }
+        .checked()?;
+        let mut front = Follower::new(geometry.front_offset);
+        let foot = front.follow(&path, vehicle).foot;
+        Ok(Self {
+            state: PlantState {
+                vehicle,
+                yaw_rate: 0.0,
+                throttle: 0.0,
+            },
+            reference: Follower::new(reference_offset),
+            rear: Follower::new(geometry.rear_offset),
+            front,
+            front_arc: foot.arc_length,
+            travelled: 0.0,
+            steps: 0,
+            finished: false,
+            lost: false,
+            gatherer: Gatherer::default(),
+            records: Vec::new(),
+            path,
+            plant,
+            settings,
+        })
+    }
+
+    /// The pose that the laws are given, and the speed.
+    pub fn vehicle(&self) -> VehicleState {
+        self.state.vehicle
+    }
+
+    /// The path driven.
+    pub fn path(&self) -> &Arc<Path> {
+        &self.path
+    }
+
+    /// The plant that moves.
+    pub fn plant(&self) -> &Arc<dyn Plant> {
+        &self.plant
+    }
+
+    /// How the run goes.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Time since the start [s].
+    pub fn time(&self) -> f64 {
+        from_count(self.steps) * self.settings.dt
+    }
+
+    /// Share of the path behind the front axle, 0 to 1.
+    pub fn progress(&self) -> f64 {
+        let length = self.path.view().length();
+        let done = if self.path.view().is_closed() {
+            self.travelled
+        } else {
+            self.front_arc
+        };
+        (done / length).clamp(0.0, 1.0)
+    }
+
+    /// Whether the end of the path was reached: of an open one, or once around a closed one.
+    pub fn is_finished(&self) -> bool {
+        self.finished
+    }
+
+    /// Whether the run is over: finished, out of time, or too far from the path.
+    pub fn is_over(&self) -> bool {
+        self.finished || self.lost || self.time() >= self.settings.time_limit
+    }
+
+    /// What was measured so far, a record a step, where the settings keep them.
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// What the run came to so far.
+    pub fn metrics(&self) -> Metrics {
+        self.gatherer.metrics(self.time(), self.finished)
+    }
+
+    /// Reference speed of the path beside the front axle [m/s], where it has one.
+    pub fn reference_speed(&self) -> Option<f64> {
+        let position = self.state.vehicle.point_ahead(self.front.offset);
+        let path = self.path.view();
+        let nearest = locate(&path, self.front.waypoint, position);
+        popsteer_core::path::locate::reference_speed(&path, &project(&path, nearest, position))
+    }
+
+    /// Measures the vehicle, then moves it on by one control step under `control`.
+    ///
+    /// `target` and `status` go into the record as they are.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] for a control that is not finite or beyond its bound; nothing moves then.
+    pub fn step(
+        &mut self,
+        control: Control,
+        target: Point,
+        status: Status,
+    ) -> Result<(), InputError> {
+        input_in_range("steer", control.steer, -1.57, 1.57)?;
+        input_in_range("throttle", control.throttle, 0.0, 1.0)?;
+        input_in_range("brake", control.brake, 0.0, 1.0)?;
+
+        let record = self.measure(control, target, status);
+        self.gatherer
+            .push(&record, self.settings.settling_time, self.settings.dt);
+        if self.settings.keep_records {
+            self.records.push(record);
+        }
+        let dt = self.settings.dt / from_count(self.settings.substeps);
+        for _ in 0..self.settings.substeps {
+            self.plant.advance(&mut self.state, control, dt);
+        }
+        self.steps += 1;
+        self.look_ahead();
+        Ok(())
+    }
+
+    fn measure(&mut self, control: Control, target: Point, status: Status) -> Record {
+        let vehicle = self.state.vehicle;
+        let at = self.reference.follow(&self.path, vehicle);
+        let published_yaw = path_yaw_behind(&self.path.view(), at.nearest);
+        let rear_foot = self.rear.follow(&self.path, vehicle).foot;
+        Record {
+            time: self.time(),
+            reference: at.position,
+            x: vehicle.x,
+            y: vehicle.y,
+            yaw: vehicle.yaw,
+            speed: vehicle.speed,
+            steer: control.steer,
+            throttle: control.throttle,
+            brake: control.brake,
+            cross_track_error: at.foot.cross_track_error,
+            heading_error: wrap(vehicle.yaw - published_yaw),
+            rear_cross_track_error: rear_foot.cross_track_error,
+            rear_heading_error: wrap(vehicle.yaw - rear_foot.path_yaw),
+            target,
+            status,
+        }
+    }
+
+    /// Follows the front axle: how far the vehicle has come, and whether the run is over.
+    fn look_ahead(&mut self) {
+        let Followed { position, foot, .. } = self.front.follow(&self.path, self.state.vehicle);
+        let path = self.path.view();
+        let length = path.length();
+        let mut moved = foot.arc_length - self.front_arc;
+        if path.is_closed() {
+            // The short way round: a step across the seam is not a lap back.
+            moved -= length * (moved / length).round();
+        }
+        self.front_arc = foot.arc_length;
+        self.travelled += moved;
+        let done = if path.is_closed() {
+            self.travelled
+        } else {
+            self.front_arc
+        };
+        self.finished |= length - done <= self.settings.stop_distance;
+        self.lost |= get_distance(position, foot.point) > self.settings.give_up_distance;
+    }
+}
+
+/// What a simulation is refused for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SimulationError {
+    /// A setting.
+    Config(ConfigError),
+    /// The start.
+    Input(InputError),
+}
+
+impl From<ConfigError> for SimulationError {
+    fn from(error: ConfigError) -> Self {
+        Self::Config(error)
+    }
+}
+
+impl From<InputError> for SimulationError {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl std::fmt::Display for SimulationError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Config(error) => error.fmt(f),
+            Self::Input(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SimulationError {}

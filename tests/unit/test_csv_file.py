@@ -1,0 +1,164 @@
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from popsteer.csv_file import read_waypoints
+from popsteer.errors import PathError
+from popsteer.tracks import Track
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+# Each example writes its file anew, so one folder serves all; and a disk may be slow.
+ONE_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+ROWS = st.lists(st.tuples(FINITE, FINITE, FINITE), min_size=2, max_size=20)
+
+
+def _file(folder: Path, content: str | bytes) -> Path:
+    file = folder / "waypoints.csv"
+    file.write_bytes(content.encode() if isinstance(content, str) else content)
+    return file
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "1,2\n3,4\n",
+        "1,2\n3,4",
+        "1 2\n3 4\n",
+        "\t1\t2\n  3    4  \n",
+        "1 , 2\n3, 4\n",
+        "1,2\r\n3,4\r\n",
+        "1,2\r3,4\r",
+        b"\xef\xbb\xbf1,2\n3,4\n",
+        b"\xef\xbb\xbf# head\n1,2\n3,4\n",
+        "x,y\n1,2\n3,4\n",
+        "# two\n\n  # comments\nx y # names\n\n1 2 # first\n   \n3 4#last\n",
+        "# \u2028 is no line end\n1,2\n3,4\n",
+        "1e0,+2.0\n3.,.4e1\n",
+    ],
+)
+def test_read_waypoints_two_columns_gives_xy_alone(tmp_path: Path, content: str | bytes) -> None:
+    xy, speed = read_waypoints(_file(tmp_path, content))
+    assert xy.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert speed is None
+    assert xy.dtype == np.float64
+    assert xy.flags.c_contiguous
+
+
+@pytest.mark.parametrize(
+    "content", ["1,2,5\n3,4,6\n", "x y speed\n1 2 5\n3 4 6\n", "1,2,5,gravel,\n3,4,6,nan,#\n"]
+)
+def test_read_waypoints_third_column_is_speed_and_more_are_left_alone(
+    tmp_path: Path, content: str
+) -> None:
+    xy, speed = read_waypoints(_file(tmp_path, content))
+    assert xy.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert speed is not None
+    assert speed.tolist() == [5.0, 6.0]
+
+
+@pytest.mark.parametrize("as_given", [str, Path, os.fspath])
+def test_read_waypoints_takes_str_and_path_like(tmp_path: Path, as_given: type) -> None:
+    xy, _ = read_waypoints(as_given(_file(tmp_path, "1,2\n3,4\n")))
+    assert xy.shape == (2, 2)
+
+
+@pytest.mark.parametrize(
+    ("content", "place", "fault", "index"),
+    [
+        ("1,2\n# c\nabc,4\n", ", line 3, column 1", "'abc' is not a number", 1),
+        ("1,2\n3,abc\n", ", line 2, column 2", "'abc' is not a number", 1),
+        ("1,2,5\n3,4,x\n", ", line 2, column 3", "'x' is not a number", 1),
+        ("1,2,5\n3,4,\n", ", line 2, column 3", "'' is not a number", 1),
+        ("1,x\n3,4\n", ", line 1, column 2", "'x' is not a number", 0),
+        ("x,1\n3,4\n", ", line 1, column 1", "'x' is not a number", 0),
+        ("x,y\nx,y\n3,4\n", ", line 2, column 1", "'x' is not a number", 0),
+        ("1,2\nx,y\n3,4\n", ", line 2, column 1", "'x' is not a number", 1),
+        ("1_0,2\n3,4\n", ", line 1, column 1", "'1_0' is not a number", 0),
+        ("1,2\n" + "z" * 99 + ",4\n", ", line 2, column 1", f"'{'z' * 40}...' is not a number", 1),
+        ("nan,inf\n3,4\n", ", line 1, column 1", "'nan' is not finite", 0),
+        ("1,2\n3,-inf\n", ", line 2, column 2", "'-inf' is not finite", 1),
+        ("1,2\r\n3,1e999\r\n", ", line 2, column 2", "'1e999' is not finite", 1),
+        ("1,2\n3,4,5\n", ", line 2", "found 3 columns, the first row has 2", 1),
+        ("x,y,v\n3,4\n", ", line 2", "found 2 columns, the first row has 3", 0),
+        ("1,2,3\n3,4\n", ", line 2", "found 2 columns, the first row has 3", 1),
+        ("1,2\n3\n", ", line 2", "found 1 column, at least 2 are needed", 1),
+        ("x;y\n1;2\n3;4\n", ", line 1", "found 1 column, at least 2 are needed", None),
+        ("1;2\n3;4\n", ", line 1", "found 1 column, at least 2 are needed", None),
+        ("", "", "at least 2 waypoints are needed, found 0", None),
+        ("# nothing\n\n", "", "at least 2 waypoints are needed, found 0", None),
+        ("x,y\n", "", "at least 2 waypoints are needed, found 0", None),
+        ("x,y\n1,2\n", "", "at least 2 waypoints are needed, found 1", None),
+        (b"1,2\n3,4\n\xff\xfe", ", line 3", "is not text in UTF-8", None),
+        (b"\x89PNG\r\n\x1a\n", ", line 1", "is not text in UTF-8", None),
+        (b"1,2\n3,\x004\n", ", line 2", "holds a null character, is not text", None),
+    ],
+)
+def test_read_waypoints_bad_content_names_file_line_and_column(
+    tmp_path: Path, content: str | bytes, place: str, fault: str, index: int | None
+) -> None:
+    file = _file(tmp_path, content)
+    with pytest.raises(PathError, match=f"^{re.escape(f'{file}{place}: {fault}')}") as caught:
+        read_waypoints(file)
+    assert caught.value.index == index
+    assert "\n" not in str(caught.value)
+
+
+def test_read_waypoints_missing_file_gives_the_reason(tmp_path: Path) -> None:
+    with pytest.raises(PathError, match=r"none\.csv: cannot be read: No such file") as caught:
+        read_waypoints(tmp_path / "none.csv")
+    assert isinstance(caught.value.__cause__, FileNotFoundError)
+
+
+def test_read_waypoints_folder_gives_the_reason(tmp_path: Path) -> None:
+    with pytest.raises(PathError, match="cannot be read"):
+        read_waypoints(tmp_path)
+
+
+def test_read_waypoints_impossible_name_is_refused() -> None:
+    with pytest.raises(PathError, match=r"^'a\\x00b': cannot be read"):
+        read_waypoints("a\0b")
+
+
+@ONE_FOLDER
+@given(rows=ROWS, closed=st.booleans())
+def test_read_waypoints_of_exported_track_gives_the_same_bits(
+    tmp_path: Path, rows: list[tuple[float, float, float]], closed: bool
+) -> None:
+    table = np.array(rows)
+    Track("t", "any", "", table[:, :2], table[:, 2], closed).to_csv(tmp_path / "t.csv")
+    xy, speed = read_waypoints(tmp_path / "t.csv")
+    assert speed is not None
+    assert xy.tobytes() == np.ascontiguousarray(table[:, :2]).tobytes()
+    assert speed.tobytes() == table[:, 2].tobytes()
+
+
+@ONE_FOLDER
+@given(rows=ROWS, separator=st.sampled_from([",", " ", "\t", " , "]), end=st.sampled_from("\r\n"))
+def test_read_waypoints_any_separator_gives_the_same_bits(
+    tmp_path: Path, rows: list[tuple[float, float, float]], separator: str, end: str
+) -> None:
+    lines = [separator.join(map(repr, row)) for row in rows]
+    xy, speed = read_waypoints(_file(tmp_path, end.join(lines)))
+    assert speed is not None
+    assert np.column_stack((xy, speed)).tobytes() == np.array(rows).tobytes()
+
+
+@ONE_FOLDER
+@given(content=st.binary(max_size=60) | st.text(alphabet="0123e.,-# \n\r_;xnaif", max_size=60))
+def test_read_waypoints_any_content_gives_finite_waypoints_or_a_path_error(
+    tmp_path: Path, content: bytes | str
+) -> None:
+    try:
+        xy, speed = read_waypoints(_file(tmp_path, content))
+    except PathError:
+        return
+    assert len(xy) >= 2
+    assert np.isfinite(xy).all()
+    assert speed is None or np.isfinite(speed).all()
