@@ -30,6 +30,7 @@ shim! {
     atan2(y, x) = atan2;
     sqrt(x) = sqrt;
     ceil(x) = ceil;
+    floor(x) = floor;
 }
 
 /// `value` limited to `[low, high]`, for `low <= high` and a `value` that is a number.

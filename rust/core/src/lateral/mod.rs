@@ -20,9 +20,8 @@ use core::fmt;
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use crate::math::wrap;
+use crate::path::jump::find_lookahead_point;
 use crate::path::locate::{Projection, locate, project};
-use crate::path::lookahead::{Lookahead, get_lookahead_point};
-use crate::path::resample::{Grid, window};
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 use crate::vehicle::state::checked_dt;
@@ -220,14 +219,25 @@ impl Search {
 
     /// The lookahead point at distance `lookahead` [m] in the window around a located vehicle.
     #[inline]
-    fn find(&self, path: &PathView<'_>, at: &Located, lookahead: f64) -> Lookahead {
-        let grid = Grid::new(
-            *path,
-            window(path, at.nearest, self.window_ahead),
+    fn find(&self, path: &PathView<'_>, at: &Located, lookahead: f64) -> Target {
+        let (point, found) = find_lookahead_point(
+            path,
+            at.nearest,
+            self.window_ahead,
             self.grid_spacing,
+            at.position,
+            lookahead,
+            self.lookahead_tolerance,
         );
-        get_lookahead_point(&grid, at.position, lookahead, self.lookahead_tolerance)
+        Target { point, found }
     }
+}
+
+/// The point to aim at, and whether it lies on the lookahead circle.
+#[derive(Clone, Copy, Debug)]
+struct Target {
+    point: Point,
+    found: bool,
 }
 
 /// Whether a remembered waypoint is one of `path`.

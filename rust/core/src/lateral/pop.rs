@@ -1,10 +1,11 @@
 //! POP: proximally optimal predictive control, the paper's Algorithm 1.
 
-use super::{Body, Command, LateralLaw, Located, Search, Status, check_steer, check_waypoint};
+use super::{
+    Body, Command, LateralLaw, Located, Search, Status, Target, check_steer, check_waypoint,
+};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range};
-use crate::math::{PI, from_count, saturate};
-use crate::path::lookahead::Lookahead;
+use crate::math::{PI, atan2, floor, from_count, saturate, to_count, wrap};
 use crate::path::view::{PathView, get_distance};
 use crate::vehicle::VehicleState;
 use crate::vehicle::predict::get_predicted_location;
@@ -128,7 +129,7 @@ impl Pop {
         state: &mut PopState,
         vehicle: VehicleState,
         dt: f64,
-    ) -> Result<(Located, Lookahead, f64), InputError> {
+    ) -> Result<(Located, Target, f64), InputError> {
         let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
         let speed = vehicle.forward_speed();
         let lookahead = self.search.min_lookahead + self.search.lookahead_gain * speed;
@@ -151,8 +152,9 @@ impl Pop {
         Ok((at, target, steer))
     }
 
-    /// The optimization loop of Algorithm 1, with the vehicle at the origin: distances are the
-    /// same there, and no digits are lost far from it.
+    /// The optimization of Algorithm 1, with the vehicle at the origin: distances are the same
+    /// there, and no digits are lost far from it.
+    #[inline]
     fn choose(&self, target: Point, vehicle: VehicleState, previous_steer: f64, dt: f64) -> f64 {
         let travel = vehicle.speed * dt;
         let range = get_distance(Point::new(0.0, 0.0), target);
@@ -161,6 +163,18 @@ impl Pop {
         if travel * self.steer_span * self.steer_span <= 16.0 * f64::EPSILON * range {
             return previous_steer;
         }
+        self.choose_in_closed_form(target, vehicle.yaw, previous_steer, travel, range)
+            .unwrap_or_else(|| self.choose_by_loop(target, vehicle, previous_steer, dt))
+    }
+
+    /// The loop of Algorithm 1: the definition of the law.
+    fn choose_by_loop(
+        &self,
+        target: Point,
+        vehicle: VehicleState,
+        previous_steer: f64,
+        dt: f64,
+    ) -> f64 {
         let distance_to_target =
             |steer| get_distance(get_predicted_location(vehicle, steer, dt), target);
         let mut steer = previous_steer;
@@ -174,6 +188,53 @@ impl Pop {
             }
         }
         steer
+    }
+
+    /// What the loop chooses, where that is certain; none where rounding could decide.
+    ///
+    /// With `range` and `bearing` of the target and `travel` of the vehicle, the squared distance
+    /// of a candidate is `range^2 + travel^2 - 2 range travel cos(heading - bearing)`: the best
+    /// is the one whose heading is nearest to the bearing.
+    #[inline]
+    fn choose_in_closed_form(
+        &self,
+        target: Point,
+        yaw: f64,
+        previous_steer: f64,
+        travel: f64,
+        range: f64,
+    ) -> Option<f64> {
+        let half = from_count(self.candidate_count / 2);
+        let step = self.steer_span / half;
+        let wanted = wrap(atan2(target.y, target.x) - yaw - previous_steer);
+        // Near the opposite direction the cosine turns round within the list.
+        if wanted.abs() >= PI - 2.0 * self.steer_span {
+            return None;
+        }
+        // The place of the wanted angle in the list, and the candidate nearest to it.
+        let place = wanted / step + half;
+        let k = to_count(saturate(floor(place + 0.5), 0.0, 2.0 * half));
+        // How far the place is from where the next candidate would be as good, in steps.
+        let beyond = place < 0.0 || place > 2.0 * half;
+        let clearance = if beyond {
+            0.25
+        } else {
+            0.5 - (place - from_count(k)).abs()
+        };
+        let sum = range + travel;
+        let decided = clearance * step * step * range * travel > 64.0 * f64::EPSILON * sum * sum
+            && clearance * step > 64.0 * f64::EPSILON * (yaw.abs() + 8.0);
+        if !decided {
+            return None;
+        }
+        let middle = self.candidate_count / 2;
+        let candidate = if k == middle {
+            previous_steer
+        } else {
+            self.candidate(previous_steer, k)
+        };
+        // At the limit candidates run together, and a neighbour may be nearer than its place.
+        (candidate.abs() + step < self.body.max_steer).then_some(candidate)
     }
 
     /// Candidate `k` of `delta_list`: evenly over `previous_steer +- steer_span`, within the
@@ -230,5 +291,105 @@ impl LateralLaw for Pop {
     fn check_state(&self, path: &PathView<'_>, state: &PopState) -> Result<(), InputError> {
         check_waypoint(path, state.waypoint)?;
         check_steer("previous_steer", state.previous_steer, self.body.max_steer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{cos, sin};
+    use proptest::prelude::*;
+
+    fn law(steer_span: f64, half: usize, max_steer: f64) -> Pop {
+        Pop::new(PopParams {
+            steer_span,
+            candidate_count: 2 * half + 1,
+            max_steer,
+            ..PopParams::DEFAULT
+        })
+        .unwrap()
+    }
+
+    /// A bearing relative to the last wheel heading: anywhere, on a candidate, or half way
+    /// between two, where they tie.
+    fn bearings() -> impl Strategy<Value = (f64, f64)> {
+        let nudge = prop_oneof![Just(0.0), -1e-15..1e-15, -1e-9..1e-9, -0.5..0.5];
+        prop_oneof![
+            (-3.2..3.2, Just(f64::NAN)),
+            ((-30_i32..=30).prop_map(f64::from), nudge.clone()),
+            ((-30_i32..=30).prop_map(|k| f64::from(k) + 0.5), nudge),
+        ]
+    }
+
+    fn travels() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            0.01..2.0,
+            (-12.0..2.0).prop_map(|e| f64::powf(10.0, e)),
+            Just(0.0)
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn test_choice_in_closed_form_is_that_of_the_loop(
+            (place, nudge) in bearings(),
+            travel in travels(),
+            range in prop_oneof![1.0..20.0, (-6.0..4.0).prop_map(|e| f64::powf(10.0, e))],
+            yaw in prop_oneof![-3.2..3.2, -1e6..1e6, Just(0.0)],
+            previous in prop_oneof![-1.22..1.22, Just(0.0), Just(-0.0), Just(1.22), Just(-1.22)],
+            span in prop_oneof![Just(3.0_f64.to_radians()), 1e-6..3.1],
+            half in prop_oneof![Just(10_usize), 1_usize..60],
+            max_steer in prop_oneof![Just(1.22), 0.01..1.57],
+        ) {
+            let law = law(span, half, max_steer);
+            let previous = saturate(previous, -max_steer, max_steer);
+            let step = span / from_count(half);
+            let relative = if nudge.is_nan() { place } else { (place + nudge) * step };
+            let bearing = yaw + previous + relative;
+            let target = Point::new(range * cos(bearing), range * sin(bearing));
+            let vehicle = VehicleState { x: 0.0, y: 0.0, yaw, speed: travel };
+            let range = get_distance(Point::new(0.0, 0.0), target);
+            if let Some(steer) =
+                law.choose_in_closed_form(target, yaw, previous, travel, range)
+            {
+                let by_loop = law.choose_by_loop(target, vehicle, previous, 1.0);
+                prop_assert_eq!(steer.to_bits(), by_loop.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn test_closed_form_decides_in_plain_driving() {
+        let law = law(3.0_f64.to_radians(), 10, 1.22);
+        let mut decided = 0;
+        for k in 0..1000 {
+            let bearing = -0.1 + 0.0002 * f64::from(k);
+            let target = Point::new(8.0 * cos(bearing), 8.0 * sin(bearing));
+            let steer = law.choose_in_closed_form(target, 0.0, 0.0, 0.5, 8.0);
+            decided += usize::from(steer.is_some());
+        }
+        assert!(decided > 990);
+    }
+
+    #[test]
+    fn test_pop_at_rest_keeps_its_angle() {
+        let law = law(3.0_f64.to_radians(), 10, 1.22);
+        let path = crate::Path::new(&[0.0, 10.0, 20.0], &[0.0, 3.0, 0.0], None, false).unwrap();
+        let mut state = PopState {
+            waypoint: None,
+            previous_steer: 0.125,
+        };
+        let vehicle = VehicleState {
+            x: 0.0,
+            y: 1.0,
+            yaw: 0.3,
+            speed: 0.0,
+        };
+        for _ in 0..100 {
+            assert_eq!(
+                law.steer(&path.view(), &mut state, vehicle, 0.05),
+                Ok(0.125)
+            );
+        }
     }
 }

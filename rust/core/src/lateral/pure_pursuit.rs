@@ -1,10 +1,11 @@
 //! Adaptive Pure-Pursuit, the paper's Equation 2.
 
-use super::{Body, Command, LateralLaw, Located, Search, Status, check_steer, check_waypoint};
+use super::{
+    Body, Command, LateralLaw, Located, Search, Status, Target, check_steer, check_waypoint,
+};
 use crate::Point;
 use crate::error::{ConfigError, InputError};
 use crate::math::{PI, acos, atan2, cos, sin, wrap};
-use crate::path::lookahead::Lookahead;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 
@@ -109,7 +110,7 @@ impl PurePursuit {
         state: &mut PurePursuitState,
         vehicle: VehicleState,
         dt: f64,
-    ) -> Result<(Located, Lookahead, f64, Status), InputError> {
+    ) -> Result<(Located, Target, f64, Status), InputError> {
         let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
         let scheduled = self.search.lookahead_gain * vehicle.forward_speed();
         let lookahead = if scheduled > self.search.min_lookahead {

@@ -76,56 +76,83 @@ pub fn locate(path: &PathView<'_>, last: Option<usize>, position: Point) -> usiz
 ///
 /// Before the first and beyond the last waypoint of an open path the end segments go on as
 /// straight lines, so the cross-track error stays the offset to the side.
+#[inline]
 pub fn project(path: &PathView<'_>, nearest: usize, position: Point) -> Projection {
     let incoming = path.previous(nearest);
     let outgoing = path.next(nearest).map(|_| nearest);
-    match (incoming, outgoing) {
+    let foot = match (incoming, outgoing) {
         (Some(incoming), Some(outgoing)) => {
-            let behind = project_on(path, incoming, position);
-            let ahead = project_on(path, outgoing, position);
-            let distance = |foot: &Projection| squared_distance(position, foot.point);
-            if distance(&behind) < distance(&ahead) {
+            let behind = Foot::new(path, incoming, position);
+            let ahead = Foot::new(path, outgoing, position);
+            if behind.squared_distance < ahead.squared_distance {
                 behind
             } else {
                 ahead
             }
         }
-        (Some(only), None) | (None, Some(only)) => project_on(path, only, position),
-        (None, None) => project_on(path, nearest, position),
-    }
+        (Some(only), None) | (None, Some(only)) => Foot::new(path, only, position),
+        (None, None) => Foot::new(path, nearest, position),
+    };
+    foot.projection(path)
 }
 
-/// The foot of `position` on one segment.
-fn project_on(path: &PathView<'_>, segment: usize, position: Point) -> Projection {
-    let (start, end) = path.segment(segment);
-    let along = end - start;
-    let to = position - start;
-    let squared_length = along.x * along.x + along.y * along.y;
-    let open = !path.is_closed();
-    let low = if open && segment == 0 {
-        f64::NEG_INFINITY
-    } else {
-        0.0
-    };
-    let high = if open && segment + 1 == path.segments() {
-        f64::INFINITY
-    } else {
-        1.0
-    };
-    let fraction = saturate(
-        (to.x * along.x + to.y * along.y) / squared_length,
-        low,
-        high,
-    );
-    let point = Point::new(start.x + fraction * along.x, start.y + fraction * along.y);
-    let side = along.x * to.y - along.y * to.x;
-    Projection {
-        segment,
-        fraction,
-        point,
-        arc_length: path.arc(segment) + fraction * sqrt(squared_length),
-        cross_track_error: sqrt(squared_distance(position, point)).copysign(side),
-        path_yaw: atan2(along.y, along.x),
+/// The foot of a position on one segment: what is needed to choose between two.
+#[derive(Clone, Copy)]
+struct Foot {
+    segment: usize,
+    fraction: f64,
+    point: Point,
+    along: Point,
+    squared_length: f64,
+    squared_distance: f64,
+    side: f64,
+}
+
+impl Foot {
+    #[inline]
+    fn new(path: &PathView<'_>, segment: usize, position: Point) -> Self {
+        let (start, end) = path.segment(segment);
+        let along = end - start;
+        let to = position - start;
+        let squared_length = along.x * along.x + along.y * along.y;
+        let open = !path.is_closed();
+        let low = if open && segment == 0 {
+            f64::NEG_INFINITY
+        } else {
+            0.0
+        };
+        let high = if open && segment + 1 == path.segments() {
+            f64::INFINITY
+        } else {
+            1.0
+        };
+        let fraction = saturate(
+            (to.x * along.x + to.y * along.y) / squared_length,
+            low,
+            high,
+        );
+        let point = Point::new(start.x + fraction * along.x, start.y + fraction * along.y);
+        Self {
+            segment,
+            fraction,
+            point,
+            along,
+            squared_length,
+            squared_distance: squared_distance(position, point),
+            side: along.x * to.y - along.y * to.x,
+        }
+    }
+
+    #[inline]
+    fn projection(&self, path: &PathView<'_>) -> Projection {
+        Projection {
+            segment: self.segment,
+            fraction: self.fraction,
+            point: self.point,
+            arc_length: path.arc(self.segment) + self.fraction * sqrt(self.squared_length),
+            cross_track_error: sqrt(self.squared_distance).copysign(self.side),
+            path_yaw: atan2(self.along.y, self.along.x),
+        }
     }
 }
 

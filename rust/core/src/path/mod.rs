@@ -3,6 +3,7 @@
 //! [`view`] holds the waypoints, [`locate`] finds the vehicle beside them, [`resample`] makes
 //! the fine grid of the near neighbourhood and [`lookahead`] searches it.
 
+pub mod jump;
 pub mod locate;
 pub mod lookahead;
 #[cfg(feature = "alloc")]

@@ -56,6 +56,12 @@ impl SegmentGrid {
     #[inline]
     pub fn new(path: &PathView<'_>, segment: usize, spacing: f64) -> Self {
         let (start, end) = path.segment(segment);
+        Self::between(start, end, spacing)
+    }
+
+    /// Cuts the line from `start` to `end` so.
+    #[inline]
+    pub(super) fn between(start: Point, end: Point, spacing: f64) -> Self {
         let count = to_count(ceil(get_distance(start, end) / spacing));
         Self {
             start,
