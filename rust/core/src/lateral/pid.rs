@@ -48,6 +48,9 @@ impl Default for PidParams {
     }
 }
 
+/// More than any error, term or sum of them can come to [m], [m s].
+const BOUND: f64 = 1e16;
+
 /// The last so many terms of the integral, first in, first out, and their sum.
 ///
 /// The sum is carried along, and taken anew each time the buffer comes round, so that rounding
@@ -115,7 +118,6 @@ impl ErrorBuffer {
         next: usize,
         sum: f64,
     ) -> Result<Self, InputError> {
-        const BOUND: f64 = 1e12;
         let mut buffer = Self::new(length);
         let count = terms.len();
         if count > buffer.length {
@@ -282,7 +284,7 @@ impl LateralLaw for Pid {
     fn check_state(&self, path: &PathView<'_>, state: &PidState) -> Result<(), InputError> {
         check_waypoint(path, state.waypoint)?;
         if let Some(error) = state.previous_error {
-            input_in_range("previous_error", error, -1e12, 1e12)?;
+            input_in_range("previous_error", error, -BOUND, BOUND)?;
         }
         if state.buffer.length() != self.buffer_length {
             return Err(InputError {

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range};
-use crate::math::{PI, atan2, floor, from_count, saturate, to_count, wrap};
+use crate::math::{PI, atan2, from_count, saturate, to_count, wrap};
 use crate::path::view::{PathView, get_distance};
 use crate::vehicle::VehicleState;
 use crate::vehicle::predict::get_predicted_location;
@@ -78,6 +78,11 @@ pub struct Pop {
     search: Search,
     steer_span: f64,
     candidate_count: usize,
+    /// Candidates on either side of the last angle.
+    half: f64,
+    /// Difference of neighbouring candidates [rad], and its inverse.
+    step: f64,
+    steps_per_rad: f64,
 }
 
 impl Pop {
@@ -113,11 +118,17 @@ impl Pop {
             params.wheelbase,
             params.max_steer,
         )?;
+        let half = from_count(count / 2);
+        let step = steer_span / half;
+        let steps_per_rad = 1.0 / step;
         Ok(Self {
             body,
             search,
             steer_span,
             candidate_count: count,
+            half,
+            step,
+            steps_per_rad,
         })
     }
 
@@ -204,16 +215,20 @@ impl Pop {
         travel: f64,
         range: f64,
     ) -> Option<f64> {
-        let half = from_count(self.candidate_count / 2);
-        let step = self.steer_span / half;
+        let Self {
+            half,
+            step,
+            steps_per_rad,
+            ..
+        } = *self;
         let wanted = wrap(atan2(target.y, target.x) - yaw - previous_steer);
         // Near the opposite direction the cosine turns round within the list.
         if wanted.abs() >= PI - 2.0 * self.steer_span {
             return None;
         }
         // The place of the wanted angle in the list, and the candidate nearest to it.
-        let place = wanted / step + half;
-        let k = to_count(saturate(floor(place + 0.5), 0.0, 2.0 * half));
+        let place = wanted * steps_per_rad + half;
+        let k = to_count(saturate(place + 0.5, 0.0, 2.0 * half));
         // How far the place is from where the next candidate would be as good, in steps.
         let beyond = place < 0.0 || place > 2.0 * half;
         let clearance = if beyond {
@@ -241,8 +256,7 @@ impl Pop {
     /// limit.
     #[inline]
     fn candidate(&self, previous_steer: f64, k: usize) -> f64 {
-        let half = from_count(self.candidate_count / 2);
-        let offset = self.steer_span * ((from_count(k) - half) / half);
+        let offset = self.steer_span * ((from_count(k) - self.half) / self.half);
         let max_steer = self.body.max_steer;
         saturate(previous_steer + offset, -max_steer, max_steer)
     }
@@ -330,6 +344,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
+
         #[test]
         fn test_choice_in_closed_form_is_that_of_the_loop(
             (place, nudge) in bearings(),

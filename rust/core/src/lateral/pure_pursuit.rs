@@ -118,6 +118,8 @@ impl PurePursuit {
         } else {
             self.search.min_lookahead
         };
+        // -0.0, a lookahead of nothing on the other side, becomes 0.0.
+        let lookahead = lookahead + 0.0;
         let target = self.search.find(path, &at, lookahead);
         let to = target.point - at.position;
         let alpha = if self.alpha_by_arccos {

@@ -7,7 +7,7 @@
 //! point that the plain loop finds; `tests` below holds the two together.
 
 use super::resample::SegmentGrid;
-use super::view::{PathView, get_distance};
+use super::view::{PathView, get_distance, squared_distance};
 use crate::Point;
 use crate::math::{from_count, sqrt, to_count};
 
@@ -24,29 +24,37 @@ pub fn find_lookahead_point(
     lookahead: f64,
     tolerance: f64,
 ) -> (Point, bool) {
-    let circle = Circle {
-        position,
-        lookahead,
-        tolerance,
+    let circle = Circle::new(position, lookahead, tolerance);
+    let (mut here, mut ends_window) = match path.previous(nearest) {
+        Some(previous) => (previous, false),
+        None => (nearest, true),
     };
-    let (first, mut here) = match path.previous(nearest) {
-        Some(previous) => (previous, previous),
-        None => (nearest, nearest),
-    };
-    // The window's end as `resample::window` has it: the first waypoint that is far enough
-    // ahead, the end of an open path, or once around a closed one.
+    // The window ends as `resample::window` has it: at the first waypoint that is far enough
+    // ahead, at the end of an open path, or once around a closed one.
     let start_arc = path.arc(nearest);
-    let mut passed_nearest = first == nearest;
     let mut lap = 0.0;
+    // Segments with both ends well inside the circle carry no point on it. The run of them that
+    // most windows start with is left behind in one go, where it does not end the window.
+    let mut run = circle.clear_run(path, here);
+    if run > 0 && path.arc(here + run) - start_arc < ahead {
+        here += run;
+        ends_window = true;
+    } else {
+        run = 0;
+    }
     let mut from = path.waypoint(here);
-    let mut visited = 0;
-    while visited < path.segments() {
+    let mut from_inside = circle.clears(from);
+    for _ in run..path.segments() {
         let Some(next) = path.next(here) else { break };
         let to = path.waypoint(next);
-        if let Some(point) = circle.first_point_on(from, to, spacing) {
+        let to_inside = circle.clears(to);
+        // The distance along a segment is largest at an end.
+        if !(from_inside && to_inside)
+            && let Some(point) = circle.first_point_on(from, to, spacing)
+        {
             return (point, true);
         }
-        if passed_nearest {
+        if ends_window {
             if next < here {
                 lap = path.length();
             }
@@ -54,13 +62,15 @@ pub fn find_lookahead_point(
                 return (to, circle.carries(to));
             }
         }
-        passed_nearest = true;
-        visited += 1;
-        here = next;
-        from = to;
+        ends_window = true;
+        (here, from, from_inside) = (next, to, to_inside);
     }
     (from, circle.carries(from))
 }
+
+/// More than the plain arithmetic can be off at coordinates of this size, in units of `size`: a
+/// grid point is a product and a sum, its distance two differences, two squares and a root.
+const MARGIN: f64 = 32.0 * f64::EPSILON;
 
 /// The lookahead circle with its threshold.
 #[derive(Clone, Copy)]
@@ -68,9 +78,42 @@ struct Circle {
     position: Point,
     lookahead: f64,
     tolerance: f64,
+    /// The square of a radius within which no grid point can be on the circle; 0 for none.
+    squared_clear: f64,
 }
 
 impl Circle {
+    #[inline]
+    fn new(position: Point, lookahead: f64, tolerance: f64) -> Self {
+        // Within the circle no coordinate is larger than this.
+        let size = 2.0 * (position.x.abs() + position.y.abs() + 2.0 * lookahead);
+        let clear = lookahead - tolerance - MARGIN * size;
+        let squared_clear = if clear > 0.0 { clear * clear } else { 0.0 };
+        Self {
+            position,
+            lookahead,
+            tolerance,
+            squared_clear,
+        }
+    }
+
+    /// Whether a point is so far inside that it cannot be on the circle.
+    #[inline]
+    fn clears(&self, point: Point) -> bool {
+        squared_distance(self.position, point) < self.squared_clear
+    }
+
+    /// How many segments from waypoint `here` on have both ends cleared; at most a few dozen, and
+    /// none across the seam of a closed path.
+    #[inline]
+    fn clear_run(&self, path: &PathView<'_>, here: usize) -> usize {
+        let ahead = path.x().iter().zip(path.y()).skip(here).take(32);
+        let cleared = ahead
+            .take_while(|&(&x, &y)| self.clears(Point::new(x, y)))
+            .count();
+        cleared.saturating_sub(1)
+    }
+
     /// The plain comparison.
     #[inline]
     fn carries(&self, point: Point) -> bool {
@@ -80,59 +123,34 @@ impl Circle {
     /// The first grid point of the segment from `start` to `end` that lies on the circle.
     #[inline]
     fn first_point_on(&self, start: Point, end: Point, spacing: f64) -> Option<Point> {
-        let to_start = start - self.position;
-        let to_end = end - self.position;
-        let size = self.position.x.abs()
-            + self.position.y.abs()
-            + start.x.abs()
-            + start.y.abs()
-            + end.x.abs()
-            + end.y.abs();
-        // More than the plain arithmetic can be off: a grid point is a product and a sum, its
-        // distance two differences, two squares and a root, each rounded within EPSILON of `size`.
-        let margin = 32.0 * f64::EPSILON * size;
-        let inner = self.lookahead - self.tolerance - margin;
-        let at_start = to_start.x * to_start.x + to_start.y * to_start.y;
-        let at_end = to_end.x * to_end.x + to_end.y * to_end.y;
-        // The distance along a segment is largest at an end.
-        if inner > 0.0 && at_start < inner * inner && at_end < inner * inner {
-            return None;
-        }
-        self.search(
-            SegmentGrid::between(start, end, spacing),
-            to_start,
-            at_start,
-            inner,
-            margin,
-        )
-    }
-
-    /// The search where a point may lie on the circle. `at_start` is the squared distance of the
-    /// segment's start; `inner` the radius within which no point can.
-    fn search(
-        &self,
-        grid: SegmentGrid,
-        to_start: Point,
-        at_start: f64,
-        inner: f64,
-        margin: f64,
-    ) -> Option<Point> {
-        let along = grid.along;
+        let grid = SegmentGrid::between(start, end, spacing);
         let count = from_count(grid.count);
+        let along = grid.along;
+        let to_start = start - self.position;
+        let margin = MARGIN
+            * (self.position.x.abs()
+                + self.position.y.abs()
+                + start.x.abs()
+                + start.y.abs()
+                + end.x.abs()
+                + end.y.abs());
+        let inner = self.lookahead - self.tolerance - margin;
+        let outer = self.lookahead + self.tolerance + margin;
+        // squared_length t^2 + 2 approach t + at_start is the squared distance at fraction t.
         let squared_length = along.x * along.x + along.y * along.y;
         let approach = to_start.x * along.x + to_start.y * along.y;
-        let outer = self.lookahead + self.tolerance + margin;
-        // Of squared_length t^2 + 2 approach t + at_start = radius^2, with what rounding may add.
+        let at_start = to_start.x * to_start.x + to_start.y * to_start.y;
+        // A quarter of the discriminant for a radius, and what rounding may add to it.
         let discriminant =
             |radius: f64| approach * approach - squared_length * (at_start - radius * radius);
         let slack = 64.0
             * f64::EPSILON
             * (approach * approach + squared_length * (at_start + outer * outer));
-
+        // The last grid index before the segment leaves the inner circle.
         let exit = || {
             let narrowed = discriminant(inner) - slack;
             if narrowed > 0.0 {
-                Self::index_before((sqrt(narrowed) - approach) / squared_length, count)
+                to_count((sqrt(narrowed) - approach) / squared_length * count)
             } else {
                 0
             }
@@ -142,14 +160,14 @@ impl Circle {
         let mut jumped = inner <= 0.0;
         if !jumped && at_start < inner * inner {
             jumped = true;
-            index = exit();
+            index = exit() + 1;
         } else if at_start > outer * outer {
             let widened = discriminant(outer) + slack;
             if approach >= 0.0 || widened < 0.0 {
                 return None;
             }
-            let entry = (-approach - sqrt(widened)) / squared_length;
-            index = Self::index_before(entry, count);
+            let entry = (-approach - sqrt(widened)) / squared_length * count;
+            index = to_count(entry).saturating_sub(1);
         }
         while index < grid.count {
             let point = grid.point(index);
@@ -172,12 +190,6 @@ impl Circle {
             index += 1;
         }
         None
-    }
-
-    /// A grid index that lies before `fraction` of the segment, with one to spare for rounding.
-    #[inline]
-    fn index_before(fraction: f64, count: f64) -> usize {
-        to_count(fraction * count).saturating_sub(1)
     }
 }
 
@@ -221,6 +233,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
+
         #[test]
         fn test_jump_finds_what_the_plain_loop_finds(
             (path, origin) in paths(),

@@ -5,7 +5,7 @@
 
 use super::view::{PathView, get_distance};
 use crate::Point;
-use crate::math::{ceil, from_count, to_count};
+use crate::math::{ceil_to_count, from_count};
 
 /// A stretch of consecutive segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ impl SegmentGrid {
     /// Cuts the line from `start` to `end` so.
     #[inline]
     pub(super) fn between(start: Point, end: Point, spacing: f64) -> Self {
-        let count = to_count(ceil(get_distance(start, end) / spacing));
+        let count = ceil_to_count(get_distance(start, end) / spacing);
         Self {
             start,
             along: end - start,

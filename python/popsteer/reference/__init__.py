@@ -1,0 +1,223 @@
+"""The laws once more in plain Python, file for file the mirror of the Rust core.
+
+Written to be read beside the paper, C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal
+Predictive Control Algorithm for Path Tracking of Self-Driving Cars*: Algorithm 1 is
+`lateral.pop`, Equations 1 to 3 are `lateral.pid`, `lateral.pure_pursuit` and `lateral.stanley`,
+Equations 4 to 6 `path.view`, `path.lookahead` and `vehicle.predict`, Equation 7
+`longitudinal.coupled`. Names and signatures are those of `popsteer` itself, and on one machine
+the answers are the same to the last bit: the same operations in the same order.
+
+One control step is one walk through the rooms, always in this order::
+
+    pose + speed -> path.locate -> path.lookahead -> lateral law -> steering angle
+    speed + angle -> longitudinal law -> throttle, brake
+
+SI units and radians throughout, x forward, y left, yaw counter-clockwise, positive steering to
+the left. The plain loops visit every point, so a path whose segments are very long for its
+grid spacing takes long, and much memory.
+
+Examples
+--------
+>>> from popsteer.reference import Path, Pop
+>>> pop = Pop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+>>> command = pop.step(0.0, 0.5, 0.0, 5.0, 0.05)
+>>> command.cross_track_error, command.status.value
+(0.5, 'ok')
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from popsteer.reference import math
+from popsteer.reference.error import input_in_range
+from popsteer.reference.lateral import Command
+from popsteer.reference.lateral.bang_bang import BangBang, BangBangParams, BangBangState
+from popsteer.reference.lateral.pid import Pid, PidParams, PidState
+from popsteer.reference.lateral.pop import Pop, PopParams, PopState
+from popsteer.reference.lateral.pure_pursuit import (
+    PurePursuit,
+    PurePursuitParams,
+    PurePursuitState,
+)
+from popsteer.reference.lateral.stanley import Stanley, StanleyParams, StanleyState
+from popsteer.reference.longitudinal import Pedals
+from popsteer.reference.longitudinal.coupled import CoupledLongitudinal, CoupledLongitudinalParams
+from popsteer.reference.longitudinal.speed_pid import SpeedPid, SpeedPidParams, SpeedPidState
+from popsteer.reference.math import PI, saturate
+from popsteer.reference.path import view
+from popsteer.reference.path.locate import Projection
+from popsteer.reference.path.lookahead import Lookahead
+from popsteer.reference.path.owned import Path
+from popsteer.reference.path.resample import Window
+from popsteer.reference.path.view import MAX_COORDINATE
+from popsteer.reference.vehicle import predict
+from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from popsteer.reference.path.view import Point
+
+__all__ = [
+    "BangBang",
+    "BangBangParams",
+    "BangBangState",
+    "Command",
+    "CoupledLongitudinal",
+    "CoupledLongitudinalParams",
+    "Lookahead",
+    "Path",
+    "Pedals",
+    "Pid",
+    "PidParams",
+    "PidState",
+    "Pop",
+    "PopParams",
+    "PopState",
+    "Projection",
+    "PurePursuit",
+    "PurePursuitParams",
+    "PurePursuitState",
+    "SpeedPid",
+    "SpeedPidParams",
+    "SpeedPidState",
+    "Stanley",
+    "StanleyParams",
+    "StanleyState",
+    "Status",
+    "Window",
+    "get_distance",
+    "get_predicted_location",
+    "kinematic_bicycle",
+    "saturate",
+    "state_transition",
+    "wrap",
+]
+
+
+# The plain functions, with their arguments checked: what a user calls. The laws call the ones
+# behind them, whose arguments they have checked already.
+
+
+def wrap(angle: float, /) -> float:
+    """Bring an angle [rad], within 1e6, into [-π, π] by whole turns; see `math.wrap`.
+
+    Raises
+    ------
+    InputError
+        Where it is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> wrap(7.0)
+    0.7168146928204138
+    """
+    return math.wrap(input_in_range("angle", angle, -MAX_YAW, MAX_YAW))
+
+
+def get_distance(a: Point, b: Point, /) -> float:
+    """Measure the Euclidean distance of two points (x, y) [m]: Equation 4.
+
+    Raises
+    ------
+    InputError
+        Where a coordinate is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> get_distance((0.0, 0.0), (3.0, 4.0))
+    5.0
+    """
+    return view.get_distance(_checked_point(a), _checked_point(b))
+
+
+def get_predicted_location(
+    x: float, y: float, yaw: float, speed: float, steer: float, dt: float, /
+) -> Point:
+    """Predict the location after `dt` [s]: Equation 6; see `predict.get_predicted_location`.
+
+    Raises
+    ------
+    InputError
+        Where a number is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> get_predicted_location(0.0, 0.0, 0.0, 10.0, 0.0, 0.05)
+    (0.5, 0.0)
+    """
+    return predict.get_predicted_location(*_checked_motion(x, y, yaw, speed, steer, dt))
+
+
+def state_transition(
+    state: Sequence[float], control: Sequence[float], steer: float, dt: float, /
+) -> tuple[float, float, float, float, float]:
+    """Predict the whole state after `dt` [s]: Equation 6; see `predict.state_transition`.
+
+    Raises
+    ------
+    InputError
+        Where a number is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> state_transition((0.0, 0.0, 0.0, 10.0, 0.1), (0.5, 0.0), 0.0, 0.5)
+    (5.0, 0.0, 0.05, 10.5, 0.1)
+    """
+    x, y, yaw, speed, yaw_rate = state
+    longitudinal, lateral = control
+    x, y, yaw, speed, steer, dt = _checked_motion(x, y, yaw, speed, steer, dt)
+    yaw_rate = input_in_range("yaw_rate", yaw_rate, -1e6, 1e6)
+    longitudinal = input_in_range("longitudinal", longitudinal, -1e6, 1e6)
+    lateral = input_in_range("lateral", lateral, -1e6, 1e6)
+    return predict.state_transition(
+        (x, y, yaw, speed, yaw_rate), (longitudinal, lateral), steer, dt
+    )
+
+
+def kinematic_bicycle(
+    x: float,
+    y: float,
+    yaw: float,
+    speed: float,
+    steer: float,
+    acceleration: float,
+    wheelbase: float,
+    dt: float,
+    /,
+) -> tuple[float, float, float, float]:
+    """Move the kinematic bicycle by `dt` [s]; see `predict.kinematic_bicycle`.
+
+    Raises
+    ------
+    InputError
+        Where a number is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> kinematic_bicycle(0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 3.0, 0.5)
+    (5.0, 0.0, 0.0, 10.5)
+    """
+    x, y, yaw, speed, steer, dt = _checked_motion(x, y, yaw, speed, steer, dt)
+    acceleration = input_in_range("acceleration", acceleration, -1e6, 1e6)
+    wheelbase = input_in_range("wheelbase", wheelbase, 1e-3, 1e3)
+    return predict.kinematic_bicycle(x, y, yaw, speed, steer, acceleration, wheelbase, dt)
+
+
+def _checked_point(point: Point) -> Point:
+    x, y = point
+    return (
+        input_in_range("x", x, -MAX_COORDINATE, MAX_COORDINATE),
+        input_in_range("y", y, -MAX_COORDINATE, MAX_COORDINATE),
+    )
+
+
+def _checked_motion(
+    x: float, y: float, yaw: float, speed: float, steer: float, dt: float
+) -> tuple[float, float, float, float, float, float]:
+    vehicle = VehicleState(x, y, yaw, speed).checked()
+    steer = input_in_range("steer", steer, -PI, PI)
+    dt = checked_dt(dt)
+    return vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, steer, dt

@@ -1,0 +1,131 @@
+"""The checks behind every refusal; the classes they raise live in `popsteer.errors`."""
+
+from __future__ import annotations
+
+import operator
+
+from popsteer import errors
+
+__all__ = [
+    "config_count",
+    "config_in_range",
+    "config_odd",
+    "in_range",
+    "input_below",
+    "input_in_range",
+]
+
+
+def in_range(value: float, low: float, high: float) -> bool:
+    """Tell whether `value` is a number in [low, high]; False for NaN.
+
+    Examples
+    --------
+    >>> in_range(1.0, 0.0, 1.0), in_range(float("nan"), 0.0, 1.0)
+    (True, False)
+    """
+    return low <= value <= high
+
+
+def config_in_range(params: object, field: str, low: float, high: float) -> None:
+    """Settle one field of new parameters: made a float, and found in [low, high].
+
+    Raises
+    ------
+    ConfigError
+        Naming the field, where its value is not.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> config_in_range(SimpleNamespace(kp=-1), "kp", 0.0, 1e6)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: kp must be in [0, 1e+06], got -1.0
+    """
+    value = float(getattr(params, field))
+    if not in_range(value, low, high):
+        raise errors.ConfigError(field, value, errors.in_range(low, high))
+    # Parameters are frozen; this runs inside their construction.
+    object.__setattr__(params, field, value)
+
+
+def config_count(params: object, field: str, low: int, high: int) -> None:
+    """Settle one field of new parameters: a whole number in [low, high].
+
+    Raises
+    ------
+    ConfigError
+        Naming the field, where its value is not.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> config_count(SimpleNamespace(buffer_length=0), "buffer_length", 1, 1000)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: buffer_length must be a count in [1, 1000], got 0
+    """
+    value = operator.index(getattr(params, field))
+    if not low <= value <= high:
+        raise errors.ConfigError(field, value, errors.count_in_range(low, high))
+    object.__setattr__(params, field, value)
+
+
+def config_odd(params: object, field: str, low: int, high: int) -> None:
+    """Settle one field of new parameters: an odd whole number in [low, high].
+
+    Raises
+    ------
+    ConfigError
+        Naming the field, where its value is not.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> config_odd(SimpleNamespace(candidate_count=20), "candidate_count", 3, 101)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: candidate_count must be odd and in [3, 101], got 20
+    """
+    value = operator.index(getattr(params, field))
+    if value % 2 == 0 or not low <= value <= high:
+        raise errors.ConfigError(field, value, errors.odd_in_range(low, high))
+    object.__setattr__(params, field, value)
+
+
+def input_in_range(field: str, value: float, low: float, high: float) -> float:
+    """Return `value` as a float, where it lies in [low, high].
+
+    Raises
+    ------
+    InputError
+        Naming the argument, where it does not.
+
+    Examples
+    --------
+    >>> input_in_range("dt", 0, 1e-6, 1e3)
+    Traceback (most recent call last):
+    popsteer.errors.InputError: dt must be in [1e-06, 1000], got 0.0
+    """
+    value = float(value)
+    if not in_range(value, low, high):
+        raise errors.InputError(field, value, errors.in_range(low, high))
+    return value
+
+
+def input_below(field: str, value: int, count: int) -> int:
+    """Return `value`, where it is an index below `count`.
+
+    Raises
+    ------
+    InputError
+        Naming the argument, where it is not.
+
+    Examples
+    --------
+    >>> input_below("nearest", 3, 3)
+    Traceback (most recent call last):
+    popsteer.errors.InputError: nearest must be below 3, got 3
+    """
+    value = operator.index(value)
+    if not 0 <= value < count:
+        raise errors.InputError(field, value, errors.below(count))
+    return value

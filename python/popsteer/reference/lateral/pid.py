@@ -1,0 +1,200 @@
+"""PID on the cross-track error, the paper's Equation 1."""
+
+from __future__ import annotations
+
+import operator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from popsteer import errors
+from popsteer.reference.error import config_count, config_in_range, input_in_range
+from popsteer.reference.lateral import Command, LateralLaw, check_body, check_waypoint
+
+if TYPE_CHECKING:
+    from popsteer.reference.path.view import PathView
+
+__all__ = ["Pid", "PidParams", "PidState"]
+
+CAPACITY = 1000
+"""The longest buffer."""
+BOUND = 1e16
+"""The largest error, term of the integral and sum of terms of a state to restore."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PidParams:
+    """Parameters of `Pid`; the paper's Table 1 by default.
+
+    Attributes
+    ----------
+    kp : float
+        Proportional gain k_P [rad/m].
+    ki : float
+        Integral gain k_I [rad/(m s)]; [rad/m] without `integral_with_dt`.
+    kd : float
+        Derivative gain k_D [rad s/m].
+    buffer_length : int
+        How many of the last errors the integral sums, against wind-up.
+    integral_with_dt : bool
+        Whether the integral weighs each error with its Δt, as the published code does; the
+        paper's equation sums the bare errors.
+    wheelbase : float
+        Distance of the axles [m].
+    reference_offset : float or None
+        Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
+    max_steer : float
+        Steering limit δ_max [rad].
+
+    Raises
+    ------
+    ConfigError
+        Naming the parameter that is out of its range.
+
+    Examples
+    --------
+    >>> PidParams(buffer_length=0)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: buffer_length must be a count in [1, 1000], got 0
+    """
+
+    kp: float = 0.25
+    ki: float = 0.01
+    kd: float = 0.2
+    buffer_length: int = 500
+    integral_with_dt: bool = True
+    wheelbase: float = 3.0
+    reference_offset: float | None = None
+    max_steer: float = 1.22
+
+    def __post_init__(self) -> None:
+        config_count(self, "buffer_length", 1, CAPACITY)
+        config_in_range(self, "kp", 0.0, 1e6)
+        config_in_range(self, "ki", 0.0, 1e6)
+        config_in_range(self, "kd", 0.0, 1e6)
+        check_body(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PidState:
+    """What `Pid` remembers.
+
+    Attributes
+    ----------
+    waypoint : int or None
+        The waypoint nearest at the last step; None before the first.
+    previous_error : float or None
+        The last cross-track error [m]; None before the first step.
+    terms : tuple of float
+        The terms of the integral, oldest first.
+    next : int
+        Where in the buffer the next term goes; the sum is taken anew when it comes round to 0.
+    sum : float
+        The sum of the terms as carried along.
+
+    Examples
+    --------
+    >>> PidState()
+    PidState(waypoint=None, previous_error=None, terms=(), next=0, sum=0.0)
+    """
+
+    waypoint: int | None = None
+    previous_error: float | None = None
+    terms: tuple[float, ...] = ()
+    next: int = 0
+    sum: float = 0.0
+
+
+def push(state: PidState, term: float, length: int) -> PidState:
+    """Take a term into the buffer of a state; the oldest leaves a buffer that is full.
+
+    The sum is carried along, and taken anew each time the buffer comes round, so that rounding
+    cannot build up over a long run.
+
+    Examples
+    --------
+    >>> state = PidState()
+    >>> for term in (1.0, 2.0, 4.0, 8.0):
+    ...     state = push(state, term, length=3)
+    >>> state.terms, state.next, state.sum
+    ((2.0, 4.0, 8.0), 1, 14.0)
+    """
+    if len(state.terms) == length:
+        total = state.sum - state.terms[0] + term
+        terms = (*state.terms[1:], term)
+    else:
+        total = state.sum + term
+        terms = (*state.terms, term)
+    following = state.next + 1
+    if following == length:
+        following = 0
+        # No sum(), which compensates its rounding from Python 3.12 on.
+        total = 0.0
+        for held in terms:
+            total += held
+    return replace(state, terms=terms, next=following, sum=total)
+
+
+class Pid(LateralLaw[PidParams, PidState]):
+    """PID on the cross-track error e at the front axle: Equation 1.
+
+    δ = -(k_P e + k_I Σ e Δt + k_D (e - e_previous) / Δt), limited to ±δ_max. The sign is that of
+    this package's error, positive left of the path. The first step has no derivative.
+
+    Parameters
+    ----------
+    path : Path
+        The path to follow.
+    params : PidParams, optional
+        The parameters; the paper's without.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> law = Pid(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> law.steer(0.0, 0.5, 0.0, 5.0, 0.05)  # left of the path: steer right
+    -0.12525
+    """
+
+    def __init__(self, path: PathView, params: PidParams | None = None) -> None:
+        params = PidParams() if params is None else params
+        super().__init__(path, params, default_offset=params.wheelbase)
+
+    def initial_state(self) -> PidState:
+        """Return the state before the first step."""
+        return PidState()
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
+        """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
+        at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
+        foot = self._project(at)
+        error = foot.cross_track_error
+        term = error * at.dt if self.params.integral_with_dt else error
+        pushed = push(self.state, term, self.params.buffer_length)
+        previous = self.state.previous_error
+        rate = 0.0 if previous is None else (error - previous) / at.dt
+        kp, ki, kd = self.params.kp, self.params.ki, self.params.kd
+        wanted = -(kp * error + ki * pushed.sum + kd * rate)
+        steer, status = self._limit(wanted)
+        self._state = replace(pushed, waypoint=at.nearest, previous_error=error)
+        return at.command(foot, steer, foot.point, status)
+
+    def check_state(self, state: PidState) -> PidState:
+        """Return `state`, where it is one that this law could have on its path."""
+        length = self.params.buffer_length
+        held = len(state.terms)
+        if held > length:
+            raise errors.InputError("terms", held, errors.count_in_range(0, length))
+        # Until the buffer is full, the next term goes behind the last.
+        low, high = (held, held) if held < length else (0, length - 1)
+        following = operator.index(state.next)
+        if not low <= following <= high:
+            raise errors.InputError("next", following, errors.count_in_range(low, high))
+        terms = tuple(input_in_range("terms", term, -BOUND, BOUND) for term in state.terms)
+        total = input_in_range("sum", state.sum, -BOUND, BOUND)
+        waypoint = check_waypoint(self.path, state.waypoint)
+        previous = state.previous_error
+        if previous is not None:
+            previous = input_in_range("previous_error", previous, -BOUND, BOUND)
+        return PidState(
+            waypoint=waypoint, previous_error=previous, terms=terms, next=following, sum=total
+        )

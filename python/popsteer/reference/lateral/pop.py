@@ -1,0 +1,234 @@
+"""POP: proximally optimal predictive control, the paper's Algorithm 1."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from popsteer.reference.error import config_in_range, config_odd
+from popsteer.reference.lateral import (
+    Command,
+    LateralLaw,
+    Located,
+    check_body,
+    check_search,
+    check_steer,
+    check_waypoint,
+    find,
+)
+from popsteer.reference.math import PI, saturate
+from popsteer.reference.path.view import get_distance
+from popsteer.reference.vehicle.predict import get_predicted_location
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from popsteer.reference.path.lookahead import Lookahead
+    from popsteer.reference.path.view import PathView, Point
+
+__all__ = ["Pop", "PopParams", "PopState"]
+
+MAX_CANDIDATES = 100_001
+"""The largest number of candidates."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PopParams:
+    """Parameters of `Pop`; the paper's Table 1 by default.
+
+    Attributes
+    ----------
+    lookahead_gain : float
+        Velocity constant k_v [s]: ld = ld_min + k_v v.
+    min_lookahead : float
+        Lookahead at rest ld_min [m]; the published code's 6 m, the paper gives none.
+    steer_span : float
+        Optimization range δ_nbd [rad]: candidates lie at most this far from the last angle.
+    candidate_count : int
+        Optimization resolution: the number of candidates, odd.
+    lookahead_tolerance : float
+        Threshold ε of the lookahead search [m].
+    window_ahead : float
+        Arc ahead of the vehicle that is searched [m].
+    grid_spacing : float
+        Greatest distance of neighbours on the re-discretised path [m].
+    wheelbase : float
+        Distance of the axles [m].
+    reference_offset : float or None
+        Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
+    max_steer : float
+        Steering limit δ_max [rad].
+
+    Raises
+    ------
+    ConfigError
+        Naming the parameter that is out of its range.
+
+    Examples
+    --------
+    >>> PopParams(min_lookahead=5).min_lookahead
+    5.0
+    >>> PopParams(candidate_count=20)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: candidate_count must be odd and in [3, 100001], got 20
+    """
+
+    lookahead_gain: float = 0.2
+    min_lookahead: float = 6.0
+    steer_span: float = 3.0 * (PI / 180.0)
+    candidate_count: int = 21
+    lookahead_tolerance: float = 0.01
+    window_ahead: float = 20.0
+    grid_spacing: float = 0.01
+    wheelbase: float = 3.0
+    reference_offset: float | None = None
+    max_steer: float = 1.22
+
+    def __post_init__(self) -> None:
+        check_search(self)
+        config_in_range(self, "steer_span", 1e-6, PI)
+        config_odd(self, "candidate_count", 3, MAX_CANDIDATES)
+        check_body(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PopState:
+    """What `Pop` remembers.
+
+    Attributes
+    ----------
+    waypoint : int or None
+        The waypoint nearest at the last step; None before the first.
+    previous_steer : float
+        The last angle δ_prev [rad].
+
+    Examples
+    --------
+    >>> PopState() == PopState(waypoint=None, previous_steer=0.0)
+    True
+    """
+
+    waypoint: int | None = None
+    previous_steer: float = 0.0
+
+
+class Pop(LateralLaw[PopParams, PopState]):
+    """The POP controller: Algorithm 1.
+
+    Of the angles in the neighbourhood of the last one, the angle whose predicted location lies
+    closest to the lookahead point. With one-step point prediction the wheelbase does not enter;
+    it only places the reference point. The last angle is looked at first and wins ties, so a
+    vehicle at rest, where every candidate predicts the same location, keeps its wheels still.
+
+    Parameters
+    ----------
+    path : Path
+        The path to follow.
+    params : PopParams, optional
+        The parameters; the paper's without.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> pop = Pop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> round(pop.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
+    -0.05236
+    >>> pop.state.waypoint
+    0
+    """
+
+    def __init__(self, path: PathView, params: PopParams | None = None) -> None:
+        params = PopParams() if params is None else params
+        super().__init__(path, params, default_offset=params.wheelbase)
+
+    def initial_state(self) -> PopState:
+        """Return the state before the first step."""
+        return PopState()
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
+        """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
+        at, target, steer = self._decide(x, y, yaw, speed, dt)
+        if not target.found:
+            status = Status.LOOKAHEAD_LOST
+        elif abs(steer) >= self.params.max_steer:
+            status = Status.SATURATED
+        else:
+            status = Status.OK
+        return at.command(self._project(at), steer, target.point, status)
+
+    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+        """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
+        _, _, steer = self._decide(x, y, yaw, speed, dt)
+        return steer
+
+    def _decide(
+        self, x: float, y: float, yaw: float, speed: float, dt: float
+    ) -> tuple[Located, Lookahead, float]:
+        """Run Algorithm 1; the numbers are those of its lines."""
+        at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
+        speed = at.vehicle.forward_speed()
+        previous_steer = self.state.previous_steer
+        # 2: ld = ld_min + k_v * v
+        lookahead = self.params.min_lookahead + self.params.lookahead_gain * speed
+        # 3: lp_i = get_lookahead_point_index(x, y, {w}, ld)
+        # 4: lp = get_lookahead_point({w}, lp_i)
+        target = find(self.path, at, lookahead, self.params)
+        # 1, 5 to 15: with the vehicle at the origin. Distances are the same there, and no digits
+        # are lost far from it.
+        lookahead_point = (target.point[0] - at.position[0], target.point[1] - at.position[1])
+        steer = self._choose(lookahead_point, at.vehicle.yaw, speed, previous_steer, at.dt)
+        # 16: delta_prev = delta
+        self._state = PopState(waypoint=at.nearest, previous_steer=steer)
+        return at, target, steer
+
+    def _choose(
+        self, lookahead_point: Point, yaw: float, speed: float, previous_steer: float, dt: float
+    ) -> float:
+        """Optimize: lines 1 and 5 to 15 of Algorithm 1, with the vehicle at the origin."""
+        x, y = 0.0, 0.0
+        travel = speed * dt
+        span = self.params.steer_span
+        # The candidates' distances differ by about travel * span²; below the rounding of the
+        # distances themselves their order is noise, and following it would wind the wheels up.
+        lookahead_range = get_distance((x, y), lookahead_point)
+        if travel * span * span <= 16.0 * sys.float_info.epsilon * lookahead_range:
+            return previous_steer
+
+        # 1: delta_list += delta_prev
+        steer_list = [
+            self._candidate(previous_steer, k) for k in range(self.params.candidate_count)
+        ]
+        # 6: delta = delta_prev
+        steer = previous_steer
+        # 5: min dist <- infinity; here the distance that delta_prev leads to, so that it wins ties
+        predicted = get_predicted_location(x, y, yaw, speed, steer, dt)
+        min_distance = get_distance(predicted, lookahead_point)
+        # 7: for k <- 1 to len(delta_list)
+        for candidate in steer_list:
+            # 9: V_pred = get_predicted_location(x, y, theta, v, delta_list[k])
+            predicted = get_predicted_location(x, y, yaw, speed, candidate, dt)
+            # 11: dist = get_distance(V_pred, lp)
+            distance = get_distance(predicted, lookahead_point)
+            # 13: if dist < min dist
+            if distance < min_distance:
+                # 14: delta = delta_list[k]
+                steer = candidate
+                # 15: min dist = dist
+                min_distance = distance
+        return steer
+
+    def _candidate(self, previous_steer: float, k: int) -> float:
+        """Return entry k of δ_list: evenly over δ_prev ± δ_nbd, within ±δ_max."""
+        half = self.params.candidate_count // 2
+        offset = self.params.steer_span * ((k - half) / half)
+        max_steer = self.params.max_steer
+        return saturate(previous_steer + offset, -max_steer, max_steer)
+
+    def check_state(self, state: PopState) -> PopState:
+        """Return `state`, where it is one that this law could have on its path."""
+        return PopState(
+            waypoint=check_waypoint(self.path, state.waypoint),
+            previous_steer=check_steer(
+                "previous_steer", state.previous_steer, self.params.max_steer
+            ),
+        )

@@ -1,0 +1,186 @@
+"""Adaptive Pure-Pursuit, the paper's Equation 2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign
+from typing import TYPE_CHECKING
+
+from popsteer.reference.lateral import (
+    Command,
+    LateralLaw,
+    Located,
+    check_body,
+    check_search,
+    check_steer,
+    check_waypoint,
+    find,
+)
+from popsteer.reference.math import PI, acos, atan2, cos, divide, sin, wrap
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from popsteer.reference.path.lookahead import Lookahead
+    from popsteer.reference.path.view import PathView, Point
+
+__all__ = ["PurePursuit", "PurePursuitParams", "PurePursuitState"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PurePursuitParams:
+    """Parameters of `PurePursuit`; the paper's Table 1, and the published code's least lookahead.
+
+    Attributes
+    ----------
+    lookahead_gain : float
+        Velocity constant k_v [s]: ld = max(ld_min, k_v v).
+    min_lookahead : float
+        Least lookahead ld_min [m]; the published code's 10 m, the paper's equation has 0.
+    alpha_by_arccos : bool
+        Whether α is taken as the published code does, acos(heading · line / ld), instead of as
+        the angle between heading and line. The grid point lies up to ε inside the circle, so
+        that reading never sees less than about √(2 ε / ld): the wheels chatter about straight
+        ahead, and the path is tracked more tightly.
+    lookahead_tolerance : float
+        Threshold ε of the lookahead search [m].
+    window_ahead : float
+        Arc ahead of the vehicle that is searched [m].
+    grid_spacing : float
+        Greatest distance of neighbours on the re-discretised path [m].
+    wheelbase : float
+        Distance of the axles L [m].
+    reference_offset : float or None
+        Reference point ahead of the rear axle [m]; None is the rear axle, 0.
+    max_steer : float
+        Steering limit δ_max [rad].
+
+    Raises
+    ------
+    ConfigError
+        Naming the parameter that is out of its range.
+
+    Examples
+    --------
+    >>> PurePursuitParams(wheelbase=2.5).wheelbase
+    2.5
+    """
+
+    lookahead_gain: float = 0.9
+    min_lookahead: float = 10.0
+    alpha_by_arccos: bool = False
+    lookahead_tolerance: float = 0.01
+    window_ahead: float = 20.0
+    grid_spacing: float = 0.01
+    wheelbase: float = 3.0
+    reference_offset: float | None = None
+    max_steer: float = 1.22
+
+    def __post_init__(self) -> None:
+        check_search(self)
+        check_body(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PurePursuitState:
+    """What `PurePursuit` remembers.
+
+    Attributes
+    ----------
+    waypoint : int or None
+        The waypoint nearest at the last step; None before the first.
+    previous_alpha : float
+        The last bearing α [rad], which stands in where its arc cosine is not defined.
+
+    Examples
+    --------
+    >>> PurePursuitState()
+    PurePursuitState(waypoint=None, previous_alpha=0.0)
+    """
+
+    waypoint: int | None = None
+    previous_alpha: float = 0.0
+
+
+class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
+    """The circle from the rear axle through the lookahead point: Equation 2.
+
+    δ = atan(2 L sin α / ld), limited to ±δ_max, with α the bearing of the lookahead point off
+    the heading and ld = max(ld_min, k_v v).
+
+    Parameters
+    ----------
+    path : Path
+        The path to follow.
+    params : PurePursuitParams, optional
+        The parameters.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> law = PurePursuit(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> round(law.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
+    -0.030013
+    """
+
+    def __init__(self, path: PathView, params: PurePursuitParams | None = None) -> None:
+        params = PurePursuitParams() if params is None else params
+        super().__init__(path, params, default_offset=0.0)
+
+    def initial_state(self) -> PurePursuitState:
+        """Return the state before the first step."""
+        return PurePursuitState()
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
+        """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
+        at, target, steer, limited = self._decide(x, y, yaw, speed, dt)
+        status = limited if target.found else Status.LOOKAHEAD_LOST
+        return at.command(self._project(at), steer, target.point, status)
+
+    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+        """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
+        _, _, steer, _ = self._decide(x, y, yaw, speed, dt)
+        return steer
+
+    def _decide(
+        self, x: float, y: float, yaw: float, speed: float, dt: float
+    ) -> tuple[Located, Lookahead, float, Status]:
+        """Aim and steer."""
+        at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
+        scheduled = self.params.lookahead_gain * at.vehicle.forward_speed()
+        if scheduled > self.params.min_lookahead:
+            lookahead = scheduled
+        else:
+            lookahead = self.params.min_lookahead
+        # -0.0, a lookahead of nothing on the other side, becomes 0.0.
+        lookahead = lookahead + 0.0
+        target = find(self.path, at, lookahead, self.params)
+        to = (target.point[0] - at.position[0], target.point[1] - at.position[1])
+        if self.params.alpha_by_arccos:
+            alpha = _alpha_by_arccos(to, at.vehicle.yaw, lookahead, self.state.previous_alpha)
+        else:
+            alpha = wrap(atan2(to[1], to[0]) - at.vehicle.yaw)
+        # atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
+        wanted = atan2(2.0 * self.params.wheelbase * sin(alpha), lookahead)
+        steer, status = self._limit(wanted)
+        self._state = PurePursuitState(waypoint=at.nearest, previous_alpha=alpha)
+        return at, target, steer, status
+
+    def check_state(self, state: PurePursuitState) -> PurePursuitState:
+        """Return `state`, where it is one that this law could have on its path."""
+        return PurePursuitState(
+            waypoint=check_waypoint(self.path, state.waypoint),
+            previous_alpha=check_steer("previous_alpha", state.previous_alpha, PI),
+        )
+
+
+def _alpha_by_arccos(to: Point, yaw: float, lookahead: float, previous: float) -> float:
+    """Bearing α towards `to` [m] as the published code takes it, signed here.
+
+    `previous` where the point lies outside the circle straight ahead, and the arc cosine is not
+    defined.
+    """
+    ahead, left = cos(yaw), sin(yaw)
+    cosine = divide(to[0] * ahead + to[1] * left, lookahead)
+    if abs(cosine) <= 1.0:
+        return copysign(acos(cosine), ahead * to[1] - left * to[0])
+    return previous

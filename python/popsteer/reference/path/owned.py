@@ -1,0 +1,172 @@
+"""The path as a user makes it: waypoints, and the questions one asks them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from popsteer.reference.error import input_below, input_in_range
+from popsteer.reference.path import locate, resample
+from popsteer.reference.path.lookahead import get_lookahead_point
+from popsteer.reference.path.view import MAX_COORDINATE, PathView
+
+if TYPE_CHECKING:
+    from popsteer.reference.path.locate import Projection
+    from popsteer.reference.path.lookahead import Lookahead
+    from popsteer.reference.path.resample import Window
+    from popsteer.reference.path.view import Point
+
+__all__ = ["Path"]
+
+
+class Path(PathView):
+    """Waypoints to follow, validated once.
+
+    Every method raises `InputError` naming the first of its arguments that is not finite or
+    beyond its bound, and takes `nearest` as the waypoint near which to look; None is the nearest
+    of all.
+
+    Parameters
+    ----------
+    xy : iterable of pairs of float
+        The waypoints [m], shape (N, 2).
+    speed : iterable of float, optional
+        Reference speed at each waypoint [m/s].
+    closed : bool, optional
+        Whether the last waypoint leads back to the first.
+
+    Raises
+    ------
+    PathError
+        As `PathView`.
+
+    Examples
+    --------
+    >>> path = Path([(0.0, 0.0), (3.0, 4.0)])
+    >>> len(path), path.length
+    (2, 5.0)
+    >>> Path([(0.0, 0.0), (0.0, 0.0)])
+    Traceback (most recent call last):
+    popsteer.errors.PathError: waypoints 0 and 1 coincide
+    """
+
+    def nearest_waypoint(self, x: float, y: float) -> int:
+        """Find the waypoint nearest to (x, y) [m] of all; the first of several."""
+        return locate.nearest_waypoint(self, _position(x, y))
+
+    def walk(self, start: int, x: float, y: float) -> int:
+        """Walk from waypoint `start` to a waypoint with no neighbour nearer to (x, y) [m]."""
+        position = _position(x, y)
+        return locate.walk(self, input_below("start", start, len(self)), position)
+
+    def project(self, x: float, y: float, nearest: int | None = None) -> Projection:
+        """Project (x, y) [m] exactly onto the two segments at waypoint `nearest`."""
+        position = _position(x, y)
+        return locate.project(self, self._near(nearest, position), position)
+
+    def path_yaw_behind(self, nearest: int) -> float:
+        """Give the direction of the segment that leads to waypoint `nearest` [rad]."""
+        return locate.path_yaw_behind(self, input_below("nearest", nearest, len(self)))
+
+    def reference_speed(self, x: float, y: float, nearest: int | None = None) -> float | None:
+        """Give the reference speed beside (x, y) [m/s]; None where there are no speeds."""
+        return locate.reference_speed(self, self.project(x, y, nearest))
+
+    def window(self, nearest: int, ahead: float = 20.0) -> Window:
+        """Choose the segments from one waypoint behind `nearest` to `ahead` [m] beyond it."""
+        nearest = input_below("nearest", nearest, len(self))
+        ahead = input_in_range("ahead", ahead, 1e-3, 1e6)
+        return resample.window(self, nearest, ahead)
+
+    def resample(self, nearest: int, ahead: float = 20.0, spacing: float = 0.01) -> list[Point]:
+        """Cut the window around waypoint `nearest` into points at most `spacing` [m] apart."""
+        window = self.window(nearest, ahead)
+        spacing = input_in_range("spacing", spacing, 1e-4, 1e3)
+        return resample.grid(self, window, spacing)
+
+    def get_lookahead_point_index(
+        self,
+        x: float,
+        y: float,
+        lookahead: float,
+        *,
+        nearest: int | None = None,
+        tolerance: float = 0.01,
+        window_ahead: float = 20.0,
+        grid_spacing: float = 0.01,
+    ) -> int:
+        """Find the index of the lookahead point in the grid around (x, y): Equation 5.
+
+        Parameters are those of `get_lookahead_point`.
+        """
+        return self.get_lookahead_point(
+            x,
+            y,
+            lookahead,
+            nearest=nearest,
+            tolerance=tolerance,
+            window_ahead=window_ahead,
+            grid_spacing=grid_spacing,
+        ).index
+
+    def get_lookahead_point(
+        self,
+        x: float,
+        y: float,
+        lookahead: float,
+        *,
+        nearest: int | None = None,
+        tolerance: float = 0.01,
+        window_ahead: float = 20.0,
+        grid_spacing: float = 0.01,
+    ) -> Lookahead:
+        """Find the first point of the grid around (x, y) almost `lookahead` away, else the last.
+
+        Parameters
+        ----------
+        x, y : float
+            Where to measure from [m].
+        lookahead : float
+            Lookahead distance ld [m].
+        nearest : int, optional
+            The waypoint around which the grid is made.
+        tolerance : float, optional
+            Threshold ε [m].
+        window_ahead : float, optional
+            Arc ahead of `nearest` that is searched [m].
+        grid_spacing : float, optional
+            Greatest distance of neighbours on the grid [m].
+
+        Returns
+        -------
+        Lookahead
+            Index in the grid, point, and whether it is almost at the lookahead distance.
+
+        Examples
+        --------
+        >>> path = Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+        >>> path.get_lookahead_point(0.0, 0.0, 6.0, grid_spacing=0.5)
+        Lookahead(index=12, point=(6.0, 0.0), found=True)
+        """
+        position = _position(x, y)
+        nearest = self._near(nearest, position)
+        lookahead = input_in_range("lookahead", lookahead, 0.0, 1e6)
+        tolerance = input_in_range("tolerance", tolerance, 1e-9, 1e3)
+        window_ahead = input_in_range("window_ahead", window_ahead, 1e-3, 1e6)
+        grid_spacing = input_in_range("grid_spacing", grid_spacing, 1e-4, 1e3)
+        window = resample.window(self, nearest, window_ahead)
+        grid = resample.grid(self, window, grid_spacing)
+        return get_lookahead_point(grid, position, lookahead, tolerance)
+
+    def _near(self, nearest: int | None, position: Point) -> int:
+        """Return `nearest` checked; None is looked for."""
+        if nearest is None:
+            return locate.nearest_waypoint(self, position)
+        return input_below("nearest", nearest, len(self))
+
+
+def _position(x: float, y: float) -> Point:
+    """Return a position whose coordinates are finite and within their bound."""
+    return (
+        input_in_range("x", x, -MAX_COORDINATE, MAX_COORDINATE),
+        input_in_range("y", y, -MAX_COORDINATE, MAX_COORDINATE),
+    )

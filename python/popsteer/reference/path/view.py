@@ -1,0 +1,228 @@
+"""Waypoints, validated once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sized
+from typing import TYPE_CHECKING, TypeAlias
+
+from popsteer import errors
+from popsteer.errors import PathError
+from popsteer.reference.error import in_range
+from popsteer.reference.math import sqrt
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = [
+    "COINCIDING",
+    "MAX_COORDINATE",
+    "MAX_SPEED",
+    "PathView",
+    "Point",
+    "get_distance",
+    "squared_distance",
+]
+
+Point: TypeAlias = tuple[float, float]
+"""A point or a displacement in the plane, (x, y) [m]."""
+
+MAX_COORDINATE = 1e9
+"""The largest coordinate [m], of waypoints and vehicles alike."""
+MAX_SPEED = 1e4
+"""The largest reference speed, and the largest speed of a vehicle [m/s]."""
+COINCIDING = 1e-9
+"""Neighbouring waypoints at most this far apart [m] coincide."""
+
+
+def get_distance(a: Point, b: Point) -> float:
+    """Euclidean distance of two points [m]: Equation 4, √((x₂ - x₁)² + (y₂ - y₁)²).
+
+    Examples
+    --------
+    >>> get_distance((1.0, 1.0), (4.0, 5.0))
+    5.0
+    """
+    return sqrt(squared_distance(a, b))
+
+
+def squared_distance(a: Point, b: Point) -> float:
+    """Square of `get_distance` [m²], enough where distances are only compared.
+
+    Examples
+    --------
+    >>> squared_distance((1.0, 1.0), (4.0, 5.0))
+    25.0
+    """
+    dx = b[0] - a[0]
+    dy = b[1] - a[1]
+    return dx * dx + dy * dy
+
+
+class PathView:
+    """N waypoints, the arc length at each, and whether the last leads back to the first.
+
+    Segment k runs from waypoint k to its successor: N - 1 segments in an open path, N in a
+    closed one.
+
+    Parameters
+    ----------
+    xy : iterable of pairs of float
+        The waypoints [m], shape (N, 2).
+    speed : iterable of float, optional
+        Reference speed at each waypoint [m/s].
+    closed : bool, optional
+        Whether the last waypoint leads back to the first.
+
+    Raises
+    ------
+    PathError
+        Fewer than two waypoints (three for a closed path), a speed too many or
+        too few, a number that is not finite or beyond its bound, neighbours that coincide.
+
+    Examples
+    --------
+    >>> path = PathView([(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)], closed=True)
+    >>> path.s, path.length, path.segments
+    ((0.0, 3.0, 7.0), 12.0, 3)
+    """
+
+    def __init__(
+        self,
+        xy: Iterable[Sequence[float]],
+        *,
+        speed: Iterable[float] | None = None,
+        closed: bool = False,
+    ) -> None:
+        self._x, self._y = _columns(xy)
+        self._speed = None if speed is None else _floats(speed)
+        self._closed = bool(closed)
+        self._s, self._length = _measure(self._x, self._y, self._speed, closed=self._closed)
+
+    def __len__(self) -> int:
+        return len(self._x)
+
+    @property
+    def x(self) -> tuple[float, ...]:
+        """The abscissas of the waypoints [m]."""
+        return self._x
+
+    @property
+    def y(self) -> tuple[float, ...]:
+        """The ordinates of the waypoints [m]."""
+        return self._y
+
+    @property
+    def s(self) -> tuple[float, ...]:
+        """The arc length at each waypoint [m]."""
+        return self._s
+
+    @property
+    def speed(self) -> tuple[float, ...] | None:
+        """The reference speed at each waypoint [m/s], where the path has one."""
+        return self._speed
+
+    @property
+    def length(self) -> float:
+        """Arc length of the whole path [m], the closing segment included."""
+        return self._length
+
+    @property
+    def closed(self) -> bool:
+        """Whether the last waypoint leads back to the first."""
+        return self._closed
+
+    @property
+    def segments(self) -> int:
+        """The number of segments."""
+        return len(self) if self._closed else len(self) - 1
+
+    def waypoint(self, index: int) -> Point:
+        """Return waypoint `index` [m]."""
+        return self._x[index], self._y[index]
+
+    def next(self, index: int) -> int | None:
+        """Return the waypoint after `index`; None after the last of an open path."""
+        if index + 1 < len(self):
+            return index + 1
+        return 0 if self._closed else None
+
+    def previous(self, index: int) -> int | None:
+        """Return the waypoint before `index`; None before the first of an open path."""
+        if index > 0:
+            return index - 1
+        return len(self) - 1 if self._closed else None
+
+    def segment(self, index: int) -> tuple[Point, Point]:
+        """Return both ends of segment `index` [m]."""
+        following = self.next(index)
+        return self.waypoint(index), self.waypoint(index if following is None else following)
+
+
+def _columns(xy: Iterable[Sequence[float]]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Take pairs apart into abscissas and ordinates."""
+    try:
+        rows = list(xy)
+        shape = _shape(rows)
+        pairs = [(float(x), float(y)) for x, y in rows] if shape[1:] == (2,) else None
+    except (TypeError, ValueError) as error:
+        raise PathError(f"xy must be an array of numbers of shape (N, 2): {error}") from error
+    if pairs is None:
+        raise PathError(f"xy must have shape (N, 2), got {shape}")
+    return tuple(x for x, _ in pairs), tuple(y for _, y in pairs)
+
+
+def _floats(speed: Iterable[float]) -> tuple[float, ...]:
+    """Copy reference speeds."""
+    try:
+        return tuple(float(value) for value in speed)
+    except (TypeError, ValueError) as error:
+        raise PathError(f"speed must be an array of numbers of shape (N,): {error}") from error
+
+
+def _shape(values: object) -> tuple[int, ...]:
+    """Tell the shape of nested sequences by the first entry of each."""
+    if not isinstance(values, Sized) or isinstance(values, str):
+        return ()
+    inner = _shape(next(iter(values))) if isinstance(values, Iterable) and len(values) > 0 else ()
+    return (len(values), *inner)
+
+
+def _measure(
+    x: tuple[float, ...],
+    y: tuple[float, ...],
+    speed: tuple[float, ...] | None,
+    *,
+    closed: bool,
+) -> tuple[tuple[float, ...], float]:
+    """Check waypoints; return the arc length at each, and the length of the path."""
+    waypoints = len(x)
+    least = 3 if closed else 2
+    if waypoints < least:
+        raise PathError.too_few_waypoints(waypoints, least)
+    if speed is not None and len(speed) != waypoints:
+        raise PathError.length_mismatch("speed", len(speed), waypoints)
+    _check_numbers("x", x, MAX_COORDINATE)
+    _check_numbers("y", y, MAX_COORDINATE)
+    if speed is not None:
+        _check_numbers("speed", speed, MAX_SPEED)
+
+    s: list[float] = []
+    length = 0.0
+    for index in range(waypoints):
+        s.append(length)
+        last = index + 1 == waypoints
+        if last and not closed:
+            break
+        following = 0 if last else index + 1
+        step = get_distance((x[index], y[index]), (x[following], y[following]))
+        if step <= COINCIDING:
+            raise PathError.coinciding(index, following)
+        length += step
+    return tuple(s), length
+
+
+def _check_numbers(field: str, values: tuple[float, ...], bound: float) -> None:
+    """Raise `PathError` for the first value that is no number in [-bound, bound]."""
+    for index, value in enumerate(values):
+        if not in_range(value, -bound, bound):
+            raise PathError.out_of_range(field, index, value, errors.in_range(-bound, bound))

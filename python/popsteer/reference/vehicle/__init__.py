@@ -1,0 +1,1 @@
+"""The vehicle: pose and speed, and where it will be."""

@@ -1,0 +1,167 @@
+"""Where will the vehicle be? The paper's one-step prediction, and the kinematic bicycle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from popsteer.reference.math import cos, divide, sin, tan
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from popsteer.reference.path.view import Point
+
+__all__ = ["get_predicted_location", "kinematic_bicycle", "state_transition"]
+
+
+def get_predicted_location(
+    x: float, y: float, yaw: float, speed: float, steer: float, dt: float
+) -> Point:
+    """Predict the vehicle's location after `dt`: the first two rows of Equation 6.
+
+    With φ = θ + δ::
+
+        x_{t+1} = x_t + cos φ · Δt · v
+        y_{t+1} = y_t + sin φ · Δt · v
+
+    Parameters
+    ----------
+    x, y : float
+        Location now [m].
+    yaw : float
+        Heading θ [rad].
+    speed : float
+        Speed v [m/s].
+    steer : float
+        Steering angle δ [rad].
+    dt : float
+        Time to look ahead Δt [s].
+
+    Returns
+    -------
+    tuple of float
+        Location then, (x, y) [m].
+
+    Examples
+    --------
+    >>> get_predicted_location(1.0, 2.0, 0.25, 10.0, -0.25, 0.5)
+    (6.0, 2.0)
+    """
+    heading = yaw + steer
+    return (
+        x + cos(heading) * dt * speed,
+        y + sin(heading) * dt * speed,
+    )
+
+
+def state_transition(
+    state: Sequence[float], control: Sequence[float], steer: float, dt: float
+) -> tuple[float, float, float, float, float]:
+    """Predict the whole state after `dt`: Equation 6, z_{t+1} = A(φ, Δt) z_t + B u.
+
+    As printed, the control adds to speed and yaw rate without Δt.
+
+    Parameters
+    ----------
+    state : sequence of float, length 5
+        z = (x, y, θ, v, ω): position [m], heading [rad], speed [m/s], yaw rate [rad/s].
+    control : sequence of float, length 2
+        u = (u_τ, u_δ): throttle or brake, and steering.
+    steer : float
+        Steering angle δ [rad]; φ = θ + δ.
+    dt : float
+        Time interval Δt [s].
+
+    Returns
+    -------
+    tuple of float, length 5
+        The state then.
+
+    Examples
+    --------
+    >>> state_transition((1.0, 2.0, 0.25, 10.0, 0.5), (0.5, 0.25), -0.25, 0.5)
+    (6.0, 2.0, 0.5, 10.5, 0.75)
+    """
+    heading = state[2] + steer
+    c, s = cos(heading) * dt, sin(heading) * dt
+    a = (
+        (1.0, 0.0, 0.0, c, 0.0),
+        (0.0, 1.0, 0.0, s, 0.0),
+        (0.0, 0.0, 1.0, 0.0, dt),
+        (0.0, 0.0, 0.0, 1.0, 0.0),
+        (0.0, 0.0, 0.0, 0.0, 1.0),
+    )
+    b = (
+        (0.0, 0.0),
+        (0.0, 0.0),
+        (0.0, 0.0),
+        (1.0, 0.0),
+        (0.0, 1.0),
+    )
+    x, y, yaw, speed, yaw_rate = (
+        _dot(row_a, state) + _dot(row_b, control) for row_a, row_b in zip(a, b, strict=True)
+    )
+    return x, y, yaw, speed, yaw_rate
+
+
+def _dot(row: Sequence[float], column: Sequence[float]) -> float:
+    """Multiply a row of a matrix with a column, from left to right."""
+    # Begun with the first product, not with 0.0, which would lose the sign of a zero; and no
+    # sum(), which compensates its rounding from Python 3.12 on.
+    total = row[0] * column[0]
+    for j in range(1, len(row)):
+        total += row[j] * column[j]
+    return total
+
+
+def kinematic_bicycle(
+    x: float,
+    y: float,
+    yaw: float,
+    speed: float,
+    steer: float,
+    acceleration: float,
+    wheelbase: float,
+    dt: float,
+) -> tuple[float, float, float, float]:
+    """Move a kinematic bicycle about its rear axle by one step.
+
+    The yaw rate is v tan δ / L. The position moves along the heading of mid-step (second order
+    in `dt`); the speed changes at the end.
+
+    Parameters
+    ----------
+    x, y : float
+        Position of the middle of the rear axle [m].
+    yaw : float
+        Heading [rad].
+    speed : float
+        Speed v [m/s].
+    steer : float
+        Angle of the front wheel δ [rad].
+    acceleration : float
+        Change of speed [m/s²].
+    wheelbase : float
+        Distance of the axles L [m].
+    dt : float
+        Time step [s].
+
+    Returns
+    -------
+    tuple of float
+        The step's end, (x, y, yaw, speed).
+
+    Examples
+    --------
+    >>> kinematic_bicycle(0.0, 0.0, 0.0, 10.0, 0.0, 2.0, 3.0, 0.5)
+    (5.0, 0.0, 0.0, 11.0)
+    """
+    travel = speed * dt
+    turn = divide(travel * tan(steer), wheelbase)
+    heading = yaw + 0.5 * turn
+    return (
+        x + travel * cos(heading),
+        y + travel * sin(heading),
+        yaw + turn,
+        speed + acceleration * dt,
+    )

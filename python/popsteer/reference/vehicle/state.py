@@ -1,0 +1,86 @@
+"""Pose and speed of the vehicle, checked at the door of every step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from popsteer.reference.error import input_in_range
+from popsteer.reference.math import cos, sin
+from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED, Point
+
+__all__ = ["MAX_DT", "MAX_YAW", "MIN_DT", "VehicleState", "checked_dt"]
+
+MAX_YAW = 1e6
+"""The largest yaw [rad] that a step takes; it need not be wrapped."""
+MIN_DT = 1e-6
+"""The shortest control period [s]."""
+MAX_DT = 1e3
+"""The longest control period [s]."""
+
+
+@dataclass(frozen=True)
+class VehicleState:
+    """Pose of the middle of the rear axle, and speed.
+
+    Attributes
+    ----------
+    x, y : float
+        Position [m].
+    yaw : float
+        Heading [rad], counter-clockwise from x.
+    speed : float
+        Forward speed [m/s]; negative while rolling backwards.
+
+    Examples
+    --------
+    >>> VehicleState(1.0, 2.0, 0.0, 5.0).point_ahead(3.0)
+    (4.0, 2.0)
+    """
+
+    x: float
+    y: float
+    yaw: float
+    speed: float
+
+    def checked(self) -> VehicleState:
+        """Return the state, as floats, where each is finite and within its bound.
+
+        Raises
+        ------
+        InputError
+            Naming the first field that is not.
+        """
+        return VehicleState(
+            x=input_in_range("x", self.x, -MAX_COORDINATE, MAX_COORDINATE),
+            y=input_in_range("y", self.y, -MAX_COORDINATE, MAX_COORDINATE),
+            yaw=input_in_range("yaw", self.yaw, -MAX_YAW, MAX_YAW),
+            speed=input_in_range("speed", self.speed, -MAX_SPEED, MAX_SPEED),
+        )
+
+    def point_ahead(self, offset: float) -> Point:
+        """Return the point `offset` [m] ahead of the rear axle along the heading."""
+        return (
+            self.x + offset * cos(self.yaw),
+            self.y + offset * sin(self.yaw),
+        )
+
+    def forward_speed(self) -> float:
+        """Return the speed while rolling forward, else 0 [m/s]: the laws drive forward only."""
+        return self.speed if self.speed > 0.0 else 0.0
+
+
+def checked_dt(dt: float) -> float:
+    """Return `dt` [s], where it is a control period that a step can take.
+
+    Raises
+    ------
+    InputError
+        For one that is not finite, not positive, or beyond the bounds.
+
+    Examples
+    --------
+    >>> checked_dt(-0.05)
+    Traceback (most recent call last):
+    popsteer.errors.InputError: dt must be in [1e-06, 1000], got -0.05
+    """
+    return input_in_range("dt", dt, MIN_DT, MAX_DT)
