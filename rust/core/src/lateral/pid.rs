@@ -119,6 +119,7 @@ impl ErrorBuffer {
         sum: f64,
     ) -> Result<Self, InputError> {
         let mut buffer = Self::new(length);
+        let length = buffer.length;
         let count = terms.len();
         if count > buffer.length {
             return Err(InputError {
@@ -145,7 +146,7 @@ impl ErrorBuffer {
         input_in_range("sum", sum, -BOUND, BOUND)?;
         let start = if count == buffer.length { next } else { 0 };
         for (k, &term) in terms.iter().enumerate() {
-            if let Some(place) = buffer.terms.get_mut((start + k) % buffer.length) {
+            if let Some(place) = buffer.terms.get_mut(Self::around(start + k, length)) {
                 *place = term;
             }
         }
@@ -155,6 +156,15 @@ impl ErrorBuffer {
             sum,
             ..buffer
         })
+    }
+
+    /// A place in a buffer of this length, counted round its end at most once.
+    fn around(place: usize, length: usize) -> usize {
+        if place < length {
+            place
+        } else {
+            place - length
+        }
     }
 
     /// The sum of the terms held.
@@ -180,7 +190,11 @@ impl ErrorBuffer {
         } else {
             0
         };
-        (0..self.count).filter_map(move |k| self.terms.get((start + k) % self.length).copied())
+        (0..self.count).filter_map(move |k| {
+            self.terms
+                .get(Self::around(start + k, self.length))
+                .copied()
+        })
     }
 }
 

@@ -109,17 +109,15 @@ impl<'a> Grid<'a> {
             window,
             spacing,
         } = *self;
-        (0..window.segments).map(move |k| {
-            let segment = (window.first + k) % path.len();
-            SegmentGrid::new(&path, segment, spacing)
-        })
+        (0..window.segments)
+            .map(move |k| SegmentGrid::new(&path, path.around(window.first + k), spacing))
     }
 
     /// The last point of the grid: the waypoint that ends the window [m].
     #[inline]
     pub fn last(&self) -> Point {
         self.path
-            .waypoint((self.window.first + self.window.segments) % self.path.len())
+            .waypoint(self.path.around(self.window.first + self.window.segments))
     }
 
     /// The grid points in order.

@@ -149,6 +149,16 @@ impl<'a> PathView<'a> {
         self.s.get(index).copied().unwrap_or(self.length)
     }
 
+    /// `index` counted on across the seam of a closed path, at most once.
+    #[inline]
+    pub(crate) fn around(&self, index: usize) -> usize {
+        if index < self.len() {
+            index
+        } else {
+            index - self.len()
+        }
+    }
+
     /// The waypoint after `index`; none after the last of an open path.
     #[inline]
     pub(crate) fn next(&self, index: usize) -> Option<usize> {

@@ -1,0 +1,123 @@
+"""The calls that the benchmark times, each under its name in the report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import popsteer
+from popsteer import reference
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from popsteer.bench.states import Drive
+
+__all__ = [
+    "EMPTY_CALL",
+    "LABELS",
+    "POP_COMMAND",
+    "POP_STEP",
+    "REFERENCE_STEP",
+    "Driver",
+    "lineup",
+]
+
+POP_STEP = "pop_step_ns"
+POP_COMMAND = "pop_command_ns"
+REFERENCE_STEP = "reference_step_ns"
+EMPTY_CALL = "empty_call_ns"
+
+LABELS = {
+    POP_STEP: "POP, angle",
+    POP_COMMAND: "POP, command",
+    "pid_step_ns": "PID",
+    "pure_pursuit_step_ns": "pure pursuit",
+    "stanley_step_ns": "Stanley",
+    EMPTY_CALL: "empty call",
+    REFERENCE_STEP: "POP in Python",
+}
+"""What a person reads for each name."""
+
+
+class Driver(NamedTuple):
+    """A controller as the benchmark drives it.
+
+    Attributes
+    ----------
+    call : callable
+        The control step, of (x, y, yaw, speed, dt).
+    reset : callable
+        Forgets the steps taken so far; of nothing.
+    """
+
+    call: Callable[[float, float, float, float, float], object]
+    reset: Callable[[], None]
+
+
+def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
+    """Give a maker of drivers for each call that is timed.
+
+    Parameters
+    ----------
+    drive : Drive
+        Gives the path and the reference points of the laws.
+
+    Returns
+    -------
+    dict
+        Name in the report to maker. Each driver made has a state of its own.
+
+    Notes
+    -----
+    ``pop_step_ns`` and the other laws are ``steer``, the angle alone; ``pop_command_ns`` is
+    ``step``, which measures the errors besides. ``empty_call_ns`` is a method of `popsteer.Pop`
+    with the signature of ``steer`` that returns at once: what the border between Python and Rust
+    costs by itself.
+    """
+    path, front, rear = drive.path, drive.front_offset, drive.rear_offset
+    pop_params = popsteer.PopParams(reference_offset=front)
+    pid_params = popsteer.PidParams(reference_offset=front)
+    pure_pursuit_params = popsteer.PurePursuitParams(reference_offset=rear)
+    stanley_params = popsteer.StanleyParams(reference_offset=front)
+    reference_path = reference.Path(
+        zip(path.x.tolist(), path.y.tolist(), strict=True), closed=path.closed
+    )
+    reference_params = reference.PopParams(reference_offset=front)
+
+    def pop() -> Driver:
+        law = popsteer.Pop(path, pop_params)
+        return Driver(law.steer, law.reset)
+
+    def pop_command() -> Driver:
+        law = popsteer.Pop(path, pop_params)
+        return Driver(law.step, law.reset)
+
+    def pid() -> Driver:
+        law = popsteer.Pid(path, pid_params)
+        return Driver(law.steer, law.reset)
+
+    def pure_pursuit() -> Driver:
+        law = popsteer.PurePursuit(path, pure_pursuit_params)
+        return Driver(law.steer, law.reset)
+
+    def stanley() -> Driver:
+        law = popsteer.Stanley(path, stanley_params)
+        return Driver(law.steer, law.reset)
+
+    def empty_call() -> Driver:
+        law = popsteer.Pop(path, pop_params)
+        return Driver(law._empty_call, law.reset)  # noqa: SLF001 - it is there for this
+
+    def reference_pop() -> Driver:
+        law = reference.Pop(reference_path, reference_params)
+        return Driver(law.steer, law.reset)
+
+    return {
+        POP_STEP: pop,
+        POP_COMMAND: pop_command,
+        "pid_step_ns": pid,
+        "pure_pursuit_step_ns": pure_pursuit,
+        "stanley_step_ns": stanley,
+        EMPTY_CALL: empty_call,
+        REFERENCE_STEP: reference_pop,
+    }

@@ -1,0 +1,41 @@
+"""What a benchmark ran on."""
+
+from __future__ import annotations
+
+import platform
+from pathlib import Path
+
+__all__ = ["describe"]
+
+
+def describe() -> dict[str, str]:
+    """Name processor, Python and system.
+
+    Returns
+    -------
+    dict
+        ``cpu``, ``python`` and ``platform``.
+
+    Examples
+    --------
+    >>> sorted(describe())
+    ['cpu', 'platform', 'python']
+    """
+    return {
+        "cpu": _cpu(),
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+        "platform": platform.platform(),
+    }
+
+
+def _cpu() -> str:
+    """Name the processor, as far as the system tells."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:  # not on Linux
+        text = ""
+    for line in text.splitlines():
+        key, _, value = line.partition(":")
+        if key.strip() == "model name" and value.strip():
+            return value.strip()
+    return platform.processor() or platform.machine() or "unknown"

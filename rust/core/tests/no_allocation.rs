@@ -1,0 +1,122 @@
+//! After construction no law allocates: counted over 100,000 steps of each.
+#![expect(unsafe_code, reason = "an allocator is unsafe to implement")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::hint::black_box;
+
+use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley};
+use popsteer_core::longitudinal::{CoupledLongitudinal, SpeedPid, SpeedPidState};
+use popsteer_core::vehicle::predict::kinematic_bicycle;
+use popsteer_core::{LateralLaw, Path, VehicleState};
+
+thread_local! {
+    /// Allocations of this thread: the test harness has threads of its own.
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: hands everything on to the system's allocator; the counter itself does not allocate.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promises are the same.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are the same.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations_of(work: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+/// Drives round and round a wavy loop, with a step refused now and then.
+fn drive<L: LateralLaw>(law: &L) {
+    let angle = |k: u32| f64::from(k) * std::f64::consts::TAU / 600.0;
+    let radius = |k: u32| 100.0 + 4.0 * (12.0 * angle(k)).sin();
+    let (x, y): (Vec<f64>, Vec<f64>) = (0..600)
+        .map(|k| (radius(k) * angle(k).cos(), radius(k) * angle(k).sin()))
+        .unzip();
+    let path = Path::new(&x, &y, None, true).unwrap();
+    let mut state = law.initial_state();
+    let mut vehicle = VehicleState {
+        x: 101.0,
+        y: 0.0,
+        yaw: 1.5,
+        speed: 8.0,
+    };
+    let mut steered = 0.0;
+    let count = allocations_of(|| {
+        for k in 0..100_000 {
+            if k % 1000 == 999 {
+                let bad = VehicleState {
+                    x: f64::NAN,
+                    ..vehicle
+                };
+                assert!(law.step(&path.view(), &mut state, bad, 0.05).is_err());
+            }
+            let command = law.step(&path.view(), &mut state, vehicle, 0.05).unwrap();
+            steered += command.steer.abs();
+            vehicle = kinematic_bicycle(vehicle, command.steer, 0.0, 3.0, 0.05);
+        }
+    });
+    assert!(steered > 0.0, "the law never steered");
+    assert_eq!(count, 0);
+}
+
+#[test]
+fn test_pop_steps_allocate_nothing() {
+    drive(&Pop::new(Default::default()).unwrap());
+}
+
+#[test]
+fn test_pid_steps_allocate_nothing() {
+    drive(&Pid::new(Default::default()).unwrap());
+}
+
+#[test]
+fn test_pure_pursuit_steps_allocate_nothing() {
+    drive(&PurePursuit::new(Default::default()).unwrap());
+}
+
+#[test]
+fn test_stanley_steps_allocate_nothing() {
+    drive(&Stanley::new(Default::default()).unwrap());
+}
+
+#[test]
+fn test_bang_bang_steps_allocate_nothing() {
+    drive(&BangBang::new(Default::default()).unwrap());
+}
+
+#[test]
+fn test_longitudinal_steps_allocate_nothing() {
+    let coupled = CoupledLongitudinal::new(Default::default()).unwrap();
+    let pid = SpeedPid::new(Default::default()).unwrap();
+    let mut state = SpeedPidState::default();
+    let mut throttle = 0.0;
+    let count = allocations_of(|| {
+        for k in 0..100_000 {
+            let speed = f64::from(k % 300) / 10.0;
+            throttle += coupled.step(speed, 0.1).unwrap().throttle;
+            throttle += pid.step(&mut state, speed, 15.0, 0.05).unwrap().throttle;
+        }
+    });
+    assert!(throttle > 0.0);
+    assert_eq!(count, 0);
+}
+
+#[test]
+fn test_counter_sees_an_allocation() {
+    assert_eq!(allocations_of(|| drop(black_box(vec![1.0; 3]))), 1);
+}
