@@ -167,18 +167,12 @@ impl Pop {
     /// there, and no digits are lost far from it.
     #[inline]
     fn choose(&self, target: Point, vehicle: VehicleState, previous_steer: f64, dt: f64) -> f64 {
-        let travel = vehicle.speed * dt;
-        let range = get_distance(Point::new(0.0, 0.0), target);
-        // The candidates' distances differ by about travel * span^2; below the rounding of the
-        // distances themselves their order is noise, and following it would wind the wheels up.
-        if travel * self.steer_span * self.steer_span <= 16.0 * f64::EPSILON * range {
-            return previous_steer;
-        }
-        self.choose_in_closed_form(target, vehicle.yaw, previous_steer, travel, range)
+        self.choose_in_closed_form(target, vehicle, previous_steer, dt)
             .unwrap_or_else(|| self.choose_by_loop(target, vehicle, previous_steer, dt))
     }
 
     /// The loop of Algorithm 1: the definition of the law.
+    #[cold]
     fn choose_by_loop(
         &self,
         target: Point,
@@ -186,6 +180,13 @@ impl Pop {
         previous_steer: f64,
         dt: f64,
     ) -> f64 {
+        let travel = vehicle.speed * dt;
+        let range = get_distance(Point::new(0.0, 0.0), target);
+        // The candidates' distances differ by about travel * span^2; below the rounding of the
+        // distances themselves their order is noise, and following it would wind the wheels up.
+        if travel * self.steer_span * self.steer_span <= 16.0 * f64::EPSILON * range {
+            return previous_steer;
+        }
         let distance_to_target =
             |steer| get_distance(get_predicted_location(vehicle, steer, dt), target);
         let mut steer = previous_steer;
@@ -210,24 +211,18 @@ impl Pop {
     fn choose_in_closed_form(
         &self,
         target: Point,
-        yaw: f64,
+        vehicle: VehicleState,
         previous_steer: f64,
-        travel: f64,
-        range: f64,
+        dt: f64,
     ) -> Option<f64> {
-        let Self {
-            half,
-            step,
-            steps_per_rad,
-            ..
-        } = *self;
-        let wanted = wrap(atan2(target.y, target.x) - yaw - previous_steer);
+        let Self { half, step, .. } = *self;
+        let wanted = wrap(atan2(target.y, target.x) - vehicle.yaw - previous_steer);
         // Near the opposite direction the cosine turns round within the list.
         if wanted.abs() >= PI - 2.0 * self.steer_span {
             return None;
         }
         // The place of the wanted angle in the list, and the candidate nearest to it.
-        let place = wanted * steps_per_rad + half;
+        let place = wanted * self.steps_per_rad + half;
         let k = to_count(saturate(place + 0.5, 0.0, 2.0 * half));
         // How far the place is from where the next candidate would be as good, in steps.
         let beyond = place < 0.0 || place > 2.0 * half;
@@ -236,12 +231,14 @@ impl Pop {
         } else {
             0.5 - (place - from_count(k)).abs()
         };
-        let sum = range + travel;
-        let decided = clearance * step * step * range * travel > 64.0 * f64::EPSILON * sum * sum
-            && clearance * step > 64.0 * f64::EPSILON * (yaw.abs() + 8.0);
-        if !decided {
-            return None;
-        }
+        // The next candidate's distance has to differ by more than rounding can hide. The range
+        // lies between the larger of the coordinates and their sum.
+        let (x, y) = (target.x.abs(), target.y.abs());
+        let travel = vehicle.speed * dt;
+        let (least_range, sum) = (if x > y { x } else { y }, x + y + travel);
+        let decided = clearance * step * step * least_range * travel
+            > 64.0 * f64::EPSILON * sum * sum
+            && clearance * step > 64.0 * f64::EPSILON * (vehicle.yaw.abs() + 8.0);
         let middle = self.candidate_count / 2;
         let candidate = if k == middle {
             previous_steer
@@ -249,7 +246,7 @@ impl Pop {
             self.candidate(previous_steer, k)
         };
         // At the limit candidates run together, and a neighbour may be nearer than its place.
-        (candidate.abs() + step < self.body.max_steer).then_some(candidate)
+        (decided && candidate.abs() + step < self.body.max_steer).then_some(candidate)
     }
 
     /// Candidate `k` of `delta_list`: evenly over `previous_steer +- steer_span`, within the
@@ -364,10 +361,7 @@ mod tests {
             let bearing = yaw + previous + relative;
             let target = Point::new(range * cos(bearing), range * sin(bearing));
             let vehicle = VehicleState { x: 0.0, y: 0.0, yaw, speed: travel };
-            let range = get_distance(Point::new(0.0, 0.0), target);
-            if let Some(steer) =
-                law.choose_in_closed_form(target, yaw, previous, travel, range)
-            {
+            if let Some(steer) = law.choose_in_closed_form(target, vehicle, previous, 1.0) {
                 let by_loop = law.choose_by_loop(target, vehicle, previous, 1.0);
                 prop_assert_eq!(steer.to_bits(), by_loop.to_bits());
             }
@@ -377,11 +371,17 @@ mod tests {
     #[test]
     fn test_closed_form_decides_in_plain_driving() {
         let law = law(3.0_f64.to_radians(), 10, 1.22);
+        let vehicle = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 10.0,
+        };
         let mut decided = 0;
         for k in 0..1000 {
             let bearing = -0.1 + 0.0002 * f64::from(k);
             let target = Point::new(8.0 * cos(bearing), 8.0 * sin(bearing));
-            let steer = law.choose_in_closed_form(target, 0.0, 0.0, 0.5, 8.0);
+            let steer = law.choose_in_closed_form(target, vehicle, 0.0, 0.05);
             decided += usize::from(steer.is_some());
         }
         assert!(decided > 990);

@@ -107,11 +107,15 @@ impl Circle {
     /// none across the seam of a closed path.
     #[inline]
     fn clear_run(&self, path: &PathView<'_>, here: usize) -> usize {
-        let ahead = path.x().iter().zip(path.y()).skip(here).take(32);
-        let cleared = ahead
-            .take_while(|&(&x, &y)| self.clears(Point::new(x, y)))
-            .count();
-        cleared.saturating_sub(1)
+        let end = path.len().min(here + 32);
+        let (Some(x), Some(y)) = (path.x().get(here..end), path.y().get(here..end)) else {
+            return 0;
+        };
+        let out = x
+            .iter()
+            .zip(y)
+            .position(|(&x, &y)| !self.clears(Point::new(x, y)));
+        out.unwrap_or(x.len()).saturating_sub(1)
     }
 
     /// The plain comparison.
