@@ -1,0 +1,63 @@
+"""``popsteer compare``: several laws on one track."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated
+
+import typer
+
+from popsteer import laws, presets, study
+from popsteer.cli import inputs, options, outputs
+from popsteer.cli.progress import Progress
+from popsteer.sim import Settings
+
+__all__ = ["HELP", "compare"]
+
+HELP = """\
+Drive several laws along one track, and set their figures beside the paper's.
+
+Errors are measured at each law's own reference point, as the paper did (the rear axle for
+Pure-Pursuit, the front axle for the others), and once more at the rear axle, one point for all.
+The reference points are those of the plant's axles.
+
+\b
+Examples:
+  popsteer compare
+  popsteer compare --controllers stanley,pop --track figure-eight --out out
+  popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --out out
+  popsteer compare --preset paper --plant kinematic-bicycle
+"""
+
+
+def compare(
+    *,
+    waypoints: options.Waypoints = None,
+    track: options.Track = None,
+    closed: options.Closed = False,
+    controllers: Annotated[
+        str,
+        typer.Option(metavar="LAWS", help=f"The laws, of {', '.join(laws.names())}."),
+    ] = ",".join(study.DEFAULT_LAWS),
+    preset: options.Preset = presets.REPRODUCTION,
+    plant: options.Plant = "carla-identified",
+    start: options.Start = None,
+    dt: options.Dt = options.DEFAULT_DT,
+    out: options.Out = None,
+) -> None:
+    """Drive several laws along one track."""
+    names = inputs.names(controllers)
+    course = inputs.course(waypoints, track, closed=closed)
+    outputs.check_folder(out)
+    with Progress() as progress:
+        comparison = study.compare(
+            course.path,
+            names,
+            plant,
+            preset=preset,
+            start=inputs.pose(start),
+            settings=Settings(dt=dt),
+            progress=progress.update,
+        )
+        comparison = replace(comparison, track=course.name)
+        outputs.deliver(comparison, out, progress)

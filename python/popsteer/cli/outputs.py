@@ -1,0 +1,97 @@
+"""What the commands print and write."""
+
+from __future__ import annotations
+
+import errno
+import os
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+from popsteer import report
+from popsteer.cli.progress import Progress
+from popsteer.report.table import WIDE, caption, notes
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from popsteer.study import Comparison
+
+__all__ = ["check_folder", "deliver", "show"]
+
+
+def check_folder(out: Path | None) -> None:
+    """Refuse early what cannot become a folder, before anything is driven and drawn.
+
+    Parameters
+    ----------
+    out : pathlib.Path or None
+        The folder to write to.
+
+    Raises
+    ------
+    OSError
+        It, or one above it, is a file, or may not be written to.
+    """
+    if out is None:
+        return
+    standing = out.absolute()
+    while not standing.exists():
+        standing = standing.parent
+    if not standing.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(out))
+    if not os.access(standing, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(out))
+
+
+def show(comparison: Comparison) -> None:
+    """Print the table, with what has to be known to read it.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs.
+    """
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDE)  # a file or a pipe has room for all columns
+    console.print(Text(caption(comparison), style="bold"), soft_wrap=True)
+    for table in report.tables(comparison, console.width):
+        console.print()
+        console.print(table)
+    console.print()
+    for note in notes(comparison):
+        console.print(Text(note, style="dim"), soft_wrap=not console.is_terminal)
+
+
+def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> None:
+    """Write the files, if a folder is given, then print the table.
+
+    In this order, so that the files are there also for one who reads only the head of the output.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs, with their records.
+    out : pathlib.Path or None
+        The folder to write to.
+    progress : Progress
+        Told how far it is.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written; nothing was printed then.
+    """
+    if out is None:
+        said = "--out DIR writes figures, records and metrics.json."
+    else:
+        content = report.files(comparison, progress.update)
+        report.write(content, out)
+        records = [name for name in content if name.startswith("runs/")]
+        others = ", ".join(sorted(content.keys() - records))
+        said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"
+    progress.stop()
+    show(comparison)
+    print(said)

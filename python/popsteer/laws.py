@@ -1,0 +1,141 @@
+"""The lateral laws by name: the one list that presets, comparisons and the command line share.
+
+Examples
+--------
+>>> from popsteer import laws
+>>> laws.names()
+('bang-bang', 'pid', 'pure-pursuit', 'stanley', 'pop')
+>>> laws.get("pop").controller
+<class 'popsteer.Pop'>
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple, TypeAlias
+
+from popsteer._core import (
+    BangBang,
+    BangBangParams,
+    Pid,
+    PidParams,
+    Pop,
+    PopParams,
+    PurePursuit,
+    PurePursuitParams,
+    Stanley,
+    StanleyParams,
+)
+from popsteer.errors import ConfigError
+
+__all__ = ["CONTROLLERS", "Controller", "Law", "Params", "get", "name_of", "names"]
+
+Controller: TypeAlias = Pop | Pid | PurePursuit | Stanley | BangBang
+"""A law of popsteer with its state and its path."""
+Params: TypeAlias = PopParams | PidParams | PurePursuitParams | StanleyParams | BangBangParams
+"""The parameters of a law of popsteer."""
+CONTROLLERS = (Pop, Pid, PurePursuit, Stanley, BangBang)
+"""The classes of `Controller`, as `isinstance` takes them."""
+
+
+class Law(NamedTuple):
+    """What is to be known about a law by those who deal with any of them."""
+
+    name: str
+    """Name on the command line and in files."""
+    title: str
+    """Name as a person reads it, in tables and figures."""
+    controller: type[Controller]
+    """The class that steers."""
+    params: type[Params]
+    """The class of its parameters."""
+    axle: Literal["front", "rear"]
+    """The axle that is its reference point."""
+
+
+_LAWS = {
+    law.name: law
+    for law in (
+        Law("bang-bang", "Bang-bang", BangBang, BangBangParams, "front"),
+        Law("pid", "PID", Pid, PidParams, "front"),
+        Law("pure-pursuit", "Pure-Pursuit", PurePursuit, PurePursuitParams, "rear"),
+        Law("stanley", "Stanley", Stanley, StanleyParams, "front"),
+        Law("pop", "POP", Pop, PopParams, "front"),
+    )
+}
+
+
+def names() -> tuple[str, ...]:
+    """Names of the laws, from the plainest to POP.
+
+    Returns
+    -------
+    tuple of str
+        The names that `get` knows.
+
+    Examples
+    --------
+    >>> names()
+    ('bang-bang', 'pid', 'pure-pursuit', 'stanley', 'pop')
+    """
+    return tuple(_LAWS)
+
+
+def get(name: str) -> Law:
+    """Give a law by its name.
+
+    Parameters
+    ----------
+    name : str
+        One of `names`.
+
+    Returns
+    -------
+    Law
+        Its classes, its title and its axle.
+
+    Raises
+    ------
+    ConfigError
+        No law has this name.
+
+    Examples
+    --------
+    >>> get("pure-pursuit").axle
+    'rear'
+    >>> get("lqr")
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: unknown law 'lqr'; known: bang-bang, pid, pure-pursuit, stanley, \
+pop
+    """
+    if name not in names():
+        raise ConfigError.unknown("law", name, names())
+    return _LAWS[name]
+
+
+def name_of(kind: type[object]) -> str:
+    """Name of the law of a controller class or a class of parameters.
+
+    Parameters
+    ----------
+    kind : type
+        One of the classes of `Controller` or `Params`.
+
+    Returns
+    -------
+    str
+        One of `names`.
+
+    Raises
+    ------
+    TypeError
+        The class belongs to no law of popsteer.
+
+    Examples
+    --------
+    >>> name_of(PurePursuit), name_of(PopParams)
+    ('pure-pursuit', 'pop')
+    """
+    for law in _LAWS.values():
+        if kind in (law.controller, law.params):
+            return law.name
+    raise TypeError(f"{kind.__name__} belongs to no law of popsteer")

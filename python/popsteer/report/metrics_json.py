@@ -1,0 +1,114 @@
+"""The figures of a comparison as JSON, for programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from popsteer._core import __version__
+from popsteer.study.paper import PAPER
+
+if TYPE_CHECKING:
+    from popsteer.sim import Metrics, Run
+    from popsteer.study import Comparison
+
+__all__ = ["SCHEMA", "metrics_document", "metrics_json"]
+
+SCHEMA = 1
+"""Number of the layout; it grows when a reader of the old layout would be misled."""
+
+_REAR = "rear_axle_"
+
+
+def metrics_document(comparison: Comparison) -> dict[str, Any]:
+    """Lay out the figures of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs.
+
+    Returns
+    -------
+    dict
+        `schema`, `dt` [s], `plant`, `path` with `waypoints` and `length` [m], `controllers` with
+        the metrics of each law in SI units and radians (those of the rear axle under `rear_axle`),
+        and `paper` with the paper's figures. A number that is not finite is None.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.study import compare
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> document = metrics_document(compare(path, ["pop"]))
+    >>> document["schema"], document["dt"], document["path"]["waypoints"]
+    (1, 0.05, 81)
+    >>> document["controllers"]["pop"]["finished"]
+    True
+    """
+    path = comparison.path
+    return {
+        "schema": SCHEMA,
+        "version": __version__,
+        "dt": comparison.dt,
+        "plant": comparison.plant,
+        "preset": comparison.preset,
+        "path": {
+            "name": comparison.track,
+            "waypoints": len(path),
+            "length": path.length,
+            "closed": path.closed,
+        },
+        "start": dict(zip(("x", "y", "yaw"), comparison.first.start, strict=True)),
+        "controllers": {name: _controller(run) for name, run in comparison.runs.items()},
+        "paper": {name: figures._asdict() for name, figures in PAPER.items()},
+    }
+
+
+def metrics_json(comparison: Comparison) -> str:
+    """Write the figures of a comparison as JSON.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs.
+
+    Returns
+    -------
+    str
+        `metrics_document` as text.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.study import compare
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> print(metrics_json(compare(path, ["pop"]))[:15])
+    {
+      "schema": 1
+    """
+    document = metrics_document(comparison)
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _controller(run: Run) -> dict[str, Any]:
+    """Lay out one run: the metrics, those of the rear axle nested, and the law's parameters."""
+    return {**_metrics(run.metrics), "params": {k: _finite(v) for k, v in run.params.items()}}
+
+
+def _metrics(metrics: Metrics) -> dict[str, Any]:
+    plain: dict[str, Any] = {}
+    rear: dict[str, Any] = {}
+    for name, value in asdict(metrics).items():
+        if name.startswith(_REAR):
+            rear[name.removeprefix(_REAR)] = _finite(value)
+        else:
+            plain[name] = _finite(value)
+    return {**plain, "rear_axle": rear}
+
+
+def _finite(value: object) -> object:
+    """Give None for what JSON has no number for."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

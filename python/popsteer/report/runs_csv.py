@@ -1,0 +1,69 @@
+"""The records of a run as a CSV file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from popsteer.sim import Run
+
+__all__ = ["run_csv"]
+
+_UNITS = {
+    "time": "s",
+    "x": "m",
+    "y": "m",
+    "yaw": "rad",
+    "speed": "m/s",
+    "steer": "rad",
+    "throttle": "0 to 1",
+    "brake": "0 to 1",
+    "reference_x": "m",
+    "reference_y": "m",
+    "cross_track_error": "m",
+    "heading_error": "rad",
+    "rear_cross_track_error": "m",
+    "rear_heading_error": "rad",
+    "target_x": "m",
+    "target_y": "m",
+    "status": "0 ok, 1 lookahead lost, 2 saturated",
+}
+
+
+def run_csv(run: Run) -> str:
+    """Write the records of a run as CSV.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+
+    Returns
+    -------
+    str
+        Two comments, with what was run and with the units, a row of names, and a row for each
+        control step. The numbers read back to the same bits; one that is not finite is ``nan``.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer import sim
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> result = sim.run(popsteer.Pop(path))
+    >>> lines = run_csv(result).splitlines()
+    >>> lines[0]
+    '# pop on carla-identified, dt = 0.05 s'
+    >>> lines[2].split(",")[:5]
+    ['time', 'x', 'y', 'yaw', 'speed']
+    """
+    units = ", ".join(f"{name} [{_UNITS[name]}]" for name in run.records)
+    lines = [
+        f"# {' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s",
+        f"# {units}",
+        ",".join(run.records),
+    ]
+    columns = [np.asarray(column).tolist() for column in run.records.values()]
+    lines += [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,150 @@
+"""Where a plant's axles lie, and laws fitted to them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar, cast
+
+from popsteer import laws
+from popsteer._core import CarlaIdentified, KinematicBicycle, plants
+from popsteer.errors import ConfigError
+
+if TYPE_CHECKING:
+    from popsteer.laws import Params
+
+__all__ = ["Geometry", "Plant", "fitted", "geometry", "plant_name", "plant_names"]
+
+Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
+"""A plant: its name for the default parameters, or an object with its own."""
+
+_CLASSES: dict[type[object], str] = {
+    CarlaIdentified: "carla-identified",
+    KinematicBicycle: "kinematic-bicycle",
+}
+
+_P = TypeVar("_P", bound="Params")
+
+
+class Geometry(NamedTuple):
+    """Where the axles lie ahead of the point whose pose the laws are given."""
+
+    front_offset: float
+    """Front axle ahead of that point [m]."""
+    rear_offset: float
+    """Rear axle ahead of that point [m]; negative behind it."""
+    wheelbase: float
+    """Distance of the axles, as the laws take it [m]."""
+
+
+def plant_names() -> tuple[str, ...]:
+    """Names of the plants.
+
+    Returns
+    -------
+    tuple of str
+        The names that are known, the identified one first.
+
+    Examples
+    --------
+    >>> plant_names()
+    ('carla-identified', 'kinematic-bicycle')
+    """
+    return tuple(plants())
+
+
+def plant_name(plant: Plant) -> str:
+    """Name of a plant.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle
+        The plant.
+
+    Returns
+    -------
+    str
+        One of `plant_names`.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+    TypeError
+        The object is no plant.
+
+    Examples
+    --------
+    >>> plant_name(KinematicBicycle())
+    'kinematic-bicycle'
+    """
+    if isinstance(plant, str):
+        if plant not in plant_names():
+            raise ConfigError.unknown("plant", plant, plant_names())
+        return plant
+    name = _CLASSES.get(type(plant))
+    if name is None:
+        raise TypeError(f"plant must be a name or an object of a plant class, got {plant!r}")
+    return name
+
+
+def geometry(plant: Plant) -> Geometry:
+    """Tell where the axles of a plant lie.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle
+        The plant.
+
+    Returns
+    -------
+    Geometry
+        Its axles.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+
+    Examples
+    --------
+    >>> geometry("carla-identified")
+    Geometry(front_offset=1.06, rear_offset=-1.94, wheelbase=3.0)
+    >>> geometry(KinematicBicycle(wheelbase=2.5)).front_offset
+    2.5
+    """
+    if isinstance(plant, KinematicBicycle):
+        # Its pose is that of the rear axle, so its axles follow from its one parameter.
+        return Geometry(plant.wheelbase, 0.0, plant.wheelbase)
+    return Geometry(*plants()[plant_name(plant)])
+
+
+def fitted(params: _P, plant: Plant) -> _P:
+    """Set a law's reference point and wheelbase to those of a plant.
+
+    Parameters
+    ----------
+    params : PopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
+        The parameters of a law.
+    plant : str or CarlaIdentified or KinematicBicycle
+        The plant that it is to steer.
+
+    Returns
+    -------
+    same as `params`
+        A copy whose `reference_offset` is the law's axle and whose `wheelbase` is the plant's.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> fitted(popsteer.PurePursuitParams(), "carla-identified").reference_offset
+    -1.94
+    """
+    at = geometry(plant)
+    law = laws.get(laws.name_of(type(params)))
+    offset = at.front_offset if law.axle == "front" else at.rear_offset
+    # `replace` of each class gives that class; through the union the type checker loses it.
+    return cast("_P", params.replace(wheelbase=at.wheelbase, reference_offset=offset))

@@ -1,0 +1,220 @@
+"""One law, one plant, one path, from the start to the end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from popsteer import laws
+from popsteer._core import Path, Settings, Simulation, SpeedPid
+from popsteer.errors import PathError
+from popsteer.sim import steering
+from popsteer.sim.geometry import Plant, fitted, geometry, plant_name
+from popsteer.sim.metrics import Metrics
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    from popsteer._core import CoupledLongitudinal
+    from popsteer.sim.steering import OwnLaw
+
+__all__ = ["START_OFFSET", "Pose", "Run", "default_start", "run"]
+
+START_OFFSET = 2.44
+"""How far to the right of the first waypoint a run starts [m]: as the paper's did."""
+
+Pose: TypeAlias = tuple[float, float, float]
+"""Position and heading: x [m], y [m], yaw [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What a run was, and what was measured.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> result = run(popsteer.Stanley(path))
+    >>> result.law, result.dt, len(result.records["steer"]) == result.metrics.steps
+    ('stanley', 0.05, True)
+    """
+
+    law: str
+    """Name of the law, as on the command line; of one's own law its `name` or its class."""
+    plant: str
+    """Name of the plant."""
+    path: Path
+    """What was to be followed."""
+    start: Pose
+    """Pose of the front axle at the start [m, m, rad]."""
+    settings: Settings
+    """How the run went."""
+    metrics: Metrics
+    """What it came to."""
+    records: Mapping[str, NDArray[Any]]
+    """A column for each quantity, an entry for each step; `Simulation.records` names them."""
+    params: Mapping[str, Any]
+    """The law's parameters by name; empty for a law of one's own."""
+
+    @property
+    def dt(self) -> float:
+        """Control period.
+
+        Returns
+        -------
+        float
+            In [s].
+        """
+        return self.settings.dt
+
+
+def default_start(path: Path) -> Pose:
+    """Give the pose that a run starts from unless told otherwise.
+
+    The front axle stands `START_OFFSET` to the right of the first waypoint and looks along the
+    first segment, as in the paper's run.
+
+    Parameters
+    ----------
+    path : Path
+        The path to follow.
+
+    Returns
+    -------
+    tuple of float
+        Pose of the front axle, (x, y, yaw) [m, m, rad].
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> default_start(popsteer.Path([(0.0, 0.0), (10.0, 0.0)]))
+    (0.0, -2.44, 0.0)
+    """
+    x, y = float(path.x[0]), float(path.y[0])
+    yaw = math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)
+    return x + START_OFFSET * math.sin(yaw), y - START_OFFSET * math.cos(yaw), yaw
+
+
+def run(
+    law: laws.Controller | OwnLaw,
+    plant: Plant = "carla-identified",
+    *,
+    path: Path | None = None,
+    start: Pose | None = None,
+    longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+    settings: Settings | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Run:
+    """Let a law drive a plant along a path until the end, or until there is no hope of it.
+
+    Parameters
+    ----------
+    law : Pop or Pid or PurePursuit or Stanley or BangBang, or a law of your own
+        What steers. A law of popsteer drives in the core, from a fresh state; where its parameters
+        leave `reference_offset` open, it is the plant's axle. Your own has a method
+        ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it as
+        `steer`; see `OwnLaw` for what else it may have. It is called in the state that it is in,
+        and what it raises reaches you.
+    plant : str or CarlaIdentified or KinematicBicycle, default "carla-identified"
+        What moves.
+    path : Path, optional
+        What is followed; the law's by default.
+    start : tuple of float, optional
+        Pose of the front axle at the start, (x, y, yaw) [m, m, rad], at rest; `default_start` by
+        default.
+    longitudinal : CoupledLongitudinal or SpeedPid, optional
+        What works the pedals; the paper's coupled law by default.
+    settings : Settings, optional
+        Control period, limits and the like.
+    progress : callable, optional
+        Called now and then with the share of the path done, 0 to 1.
+
+    Returns
+    -------
+    Run
+        The records and what they come to.
+
+    Raises
+    ------
+    ConfigError
+        The plant is not known.
+    InputError
+        The start, or an angle from your law, is not finite or beyond its bound.
+    PathError
+        `SpeedPid` is to follow the reference speeds of a path that has none.
+    TypeError
+        Your law carries no path and none is given, or `step` returns no angle.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+    >>> run(popsteer.Pop(path)).metrics.finished
+    True
+
+    A law of your own:
+
+    >>> class TowardsZero:
+    ...     def step(self, x, y, yaw, speed, dt):
+    ...         return max(-0.5, min(0.5, -0.2 * y - yaw))
+    >>> result = run(TowardsZero(), path=path)
+    >>> result.law, bool(abs(result.records["y"][-1]) < 0.05)
+    ('TowardsZero', True)
+    """
+    path = path if path is not None else getattr(law, "path", None)
+    if path is None:
+        raise TypeError("the law carries no path: give one as path=...")
+    if isinstance(longitudinal, SpeedPid) and path.speed is None:
+        raise PathError("the path has no reference speeds for SpeedPid to follow")
+    start = default_start(path) if start is None else start
+    settings = Settings() if settings is None else settings
+    plant_name(plant)  # refuses an unknown one before anything is asked of it
+
+    if isinstance(law, laws.CONTROLLERS):
+        name = laws.name_of(type(law))
+        params = law.params.as_dict()
+        if params["reference_offset"] is None:
+            params["reference_offset"] = fitted(law.params, plant).reference_offset
+            law = _with(law, path, params)
+        offset = law.reference_offset
+        simulation = Simulation(
+            path, plant, start=start, reference_offset=offset, settings=settings
+        )
+        simulation.drive(law, longitudinal, progress)
+        records = simulation.records()
+    else:
+        name = str(getattr(law, "name", type(law).__name__))
+        params = {}
+        offset = getattr(law, "reference_offset", geometry(plant).front_offset)
+        simulation = Simulation(
+            path, plant, start=start, reference_offset=offset, settings=settings
+        )
+        steps = steering.drive(simulation, law, longitudinal, progress)
+        records = simulation.records()
+        if settings.keep_records:
+            records["target_x"] = np.array([step.target[0] for step in steps], dtype=np.float64)
+            records["target_y"] = np.array([step.target[1] for step in steps], dtype=np.float64)
+            records["status"] = np.array([step.status for step in steps], dtype=np.uint8)
+    return Run(
+        law=name,
+        plant=simulation.plant,
+        path=path,
+        start=start,
+        settings=settings,
+        metrics=Metrics.of(simulation),
+        records=records,
+        params=params,
+    )
+
+
+def _with(law: laws.Controller, path: Path, params: Mapping[str, Any]) -> laws.Controller:
+    """Make a controller of the same law with other parameters."""
+    known = laws.get(laws.name_of(type(law)))
+    # The registry pairs each controller with its parameters; the type checker cannot see that.
+    return known.controller(path, known.params(**params))  # type: ignore[arg-type]

@@ -1,0 +1,195 @@
+"""Several laws on one plant and one path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from popsteer import laws, presets
+from popsteer.sim import fitted, run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from popsteer._core import CoupledLongitudinal, Path, Settings, SpeedPid
+    from popsteer.laws import Params
+    from popsteer.sim import Plant, Run
+    from popsteer.sim.run import Pose
+
+__all__ = ["DEFAULT_LAWS", "Comparison", "compare", "parameters"]
+
+DEFAULT_LAWS = ("pid", "pure-pursuit", "stanley", "pop")
+"""The laws of the paper, in the order of its table."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Runs of several laws on one plant and one path.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> comparison = compare(path, ["stanley", "pop"])
+    >>> comparison.plant, list(comparison.runs)
+    ('carla-identified', ['stanley', 'pop'])
+    """
+
+    runs: Mapping[str, Run]
+    """The runs by name of the law, in the order to show them; at least one."""
+    preset: str
+    """Where the laws' parameters come from."""
+    track: str = ""
+    """What the path is called; ``dataclasses.replace`` gives it a name."""
+
+    @property
+    def first(self) -> Run:
+        """Any of the runs, for what they have in common.
+
+        Returns
+        -------
+        Run
+            The first one.
+        """
+        return next(iter(self.runs.values()))
+
+    @property
+    def path(self) -> Path:
+        """What was followed.
+
+        Returns
+        -------
+        Path
+            The same for all runs.
+        """
+        return self.first.path
+
+    @property
+    def plant(self) -> str:
+        """What moved.
+
+        Returns
+        -------
+        str
+            The plant's name.
+        """
+        return self.first.plant
+
+    @property
+    def dt(self) -> float:
+        """Control period.
+
+        Returns
+        -------
+        float
+            In [s].
+        """
+        return self.first.dt
+
+
+def parameters(names: Sequence[str], preset: str, plant: Plant) -> dict[str, Params]:
+    """Give the parameters of several laws from a preset, fitted to a plant.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of laws.
+    preset : str
+        Name of a preset.
+    plant : str or CarlaIdentified or KinematicBicycle
+        The plant whose axles and wheelbase the laws are given.
+
+    Returns
+    -------
+    dict
+        Parameters by name of the law, in the order given.
+
+    Raises
+    ------
+    ConfigError
+        A law, the preset or the plant is not known.
+
+    Examples
+    --------
+    >>> parameters(["pid"], "paper", "carla-identified")["pid"].reference_offset
+    1.06
+    """
+    return {name: fitted(presets.get(name, preset), plant) for name in names}
+
+
+def compare(
+    path: Path,
+    names: Sequence[str] | Mapping[str, Params] = DEFAULT_LAWS,
+    plant: Plant = "carla-identified",
+    *,
+    preset: str = presets.REPRODUCTION,
+    start: Pose | None = None,
+    longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+    settings: Settings | None = None,
+    progress: Callable[[str, float], object] | None = None,
+) -> Comparison:
+    """Let several laws drive the same plant along the same path, one after the other.
+
+    Parameters
+    ----------
+    path : Path
+        What they follow.
+    names : sequence of str, or mapping of str to parameters
+        The laws; by default the paper's four. A mapping gives each its parameters, and `preset`
+        then only says what they are called.
+    plant : str or CarlaIdentified or KinematicBicycle, default "carla-identified"
+        What moves. The laws' reference points and wheelbase are its axles'.
+    preset : str, default "reproduction"
+        Where the parameters come from; see `popsteer.presets`.
+    start : tuple of float, optional
+        Pose of the front axle at the start, (x, y, yaw) [m, m, rad]; by default 2.44 m to the right
+        of the first waypoint.
+    longitudinal : CoupledLongitudinal or SpeedPid, optional
+        What works the pedals; the paper's coupled law by default.
+    settings : Settings, optional
+        Control period, limits and the like.
+    progress : callable, optional
+        Called now and then with the name of the law and the share of its path done, 0 to 1.
+
+    Returns
+    -------
+    Comparison
+        The runs.
+
+    Raises
+    ------
+    ConfigError
+        A law, the preset or the plant is not known; nothing was driven then.
+    InputError
+        The start is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer import tracks
+    >>> comparison = compare(popsteer.Path(tracks.get("slalom").xy))
+    >>> {name: run.metrics.finished for name, run in comparison.runs.items()}
+    {'pid': True, 'pure-pursuit': True, 'stanley': True, 'pop': True}
+    """
+    chosen = dict(names) if isinstance(names, Mapping) else parameters(names, preset, plant)
+    runs: dict[str, Run] = {}
+    for name, params in chosen.items():
+        law = laws.get(name)
+
+        def advance(share: float, name: str = name) -> None:
+            if progress is not None:
+                progress(name, share)
+
+        advance(0.0)
+        runs[name] = run(
+            # The registry pairs each controller with its parameters.
+            law.controller(path, params),  # type: ignore[arg-type]
+            plant,
+            start=start,
+            longitudinal=longitudinal,
+            settings=settings,
+            progress=advance,
+        )
+        advance(1.0)
+    return Comparison(runs=runs, preset=preset)

@@ -1,0 +1,243 @@
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import subprocess
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from matplotlib import image
+
+import popsteer
+from popsteer import report, study, tracks
+from popsteer.report.table import WIDE
+from tests.cli import command
+from tests.helpers import authors_data
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.cli.command import Outcome
+
+FIGURES = ("results", "results-dark", "overview", "overview-dark")
+LAWS = ("pid", "pure-pursuit", "stanley", "pop")
+METRICS = (
+    "mean_abs_cross_track_error",
+    "rms_cross_track_error",
+    "max_abs_cross_track_error",
+    "settled_mean_abs_cross_track_error",
+    "mean_abs_heading_error",
+    "max_abs_steer",
+    "rms_steer_rate",
+    "time",
+)
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Outcome, Path]:
+    """The main job, once, as anybody would start it."""
+    out = tmp_path_factory.mktemp("demo") / "new" / "out"
+    return command.run("compare", "--out", str(out)), out
+
+
+def test_compare_prints_one_table_without_control_characters(demo: tuple[Outcome, Path]) -> None:
+    outcome, out = demo
+    assert outcome.status == 0
+    assert outcome.err == ""
+    assert "\x1b" not in outcome.out
+    assert "…" not in outcome.out
+    for title in ("PID", "Pure-Pursuit", "Stanley", "POP"):
+        assert sum(line.startswith(f"{title} ") for line in outcome.out.splitlines()) == 1
+    assert "racetrack, 1274 waypoints, 1273 m, plant carla-identified" in outcome.out
+    assert "another track" in outcome.out
+    assert str(out) in outcome.out
+
+
+def test_compare_writes_all_files_and_no_other(demo: tuple[Outcome, Path]) -> None:
+    _, out = demo
+    files = {str(file.relative_to(out)) for file in out.rglob("*") if file.is_file()}
+    expected = {"metrics.json"}
+    expected |= {f"runs/{law}.csv" for law in LAWS}
+    expected |= {f"{figure}.{kind}" for figure in FIGURES for kind in ("png", "svg")}
+    assert files == expected
+
+
+def test_compare_metrics_have_the_documented_layout(demo: tuple[Outcome, Path]) -> None:
+    metrics = json.loads((demo[1] / "metrics.json").read_text(encoding="utf-8"))
+    assert metrics["schema"] == 1
+    assert metrics["dt"] == 0.05
+    assert metrics["plant"] == "carla-identified"
+    assert metrics["path"]["waypoints"] == 1274
+    assert metrics["path"]["length"] == pytest.approx(1273, abs=1)
+    assert list(metrics["controllers"]) == list(LAWS)
+    for controller in metrics["controllers"].values():
+        assert all(math.isfinite(controller[name]) for name in METRICS)
+        assert all(math.isfinite(controller["rear_axle"][name]) for name in METRICS[:5])
+        assert controller["finished"] is True
+        assert isinstance(controller["steps"], int)
+    assert metrics["paper"] == {law: study.PAPER[law]._asdict() for law in metrics["paper"]}
+    assert set(metrics["paper"]) == set(LAWS)
+
+
+def test_compare_table_shows_the_figures_of_the_metrics(demo: tuple[Outcome, Path]) -> None:
+    outcome, out = demo
+    metrics = json.loads((out / "metrics.json").read_text(encoding="utf-8"))
+    row = next(line for line in outcome.out.splitlines() if line.startswith("POP "))
+    pop = metrics["controllers"]["pop"]
+    assert f"{pop['mean_abs_cross_track_error']:.4f}" in row
+    assert f"{pop['rear_axle']['mean_abs_cross_track_error']:.4f}" in row
+    assert f"{math.degrees(pop['max_abs_steer']):.1f}" in row
+
+
+def test_compare_runs_read_back_to_the_bits_that_were_measured(demo: tuple[Outcome, Path]) -> None:
+    track = tracks.get("racetrack")
+    path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
+    run = study.compare(path, ["stanley"]).runs["stanley"]
+    text = (demo[1] / "runs" / "stanley.csv").read_text(encoding="utf-8")
+    comments = [line for line in text.splitlines() if line.startswith("#")]
+    assert any("cross_track_error [m]" in line for line in comments)
+    rows = csv.DictReader(io.StringIO("".join(text.splitlines(keepends=True)[len(comments) :])))
+    columns: dict[str, list[str]] = {name: [] for name in rows.fieldnames or ()}
+    for row in rows:
+        for name, value in row.items():
+            columns[name].append(value)
+    assert columns.keys() == run.records.keys()
+    for name, column in run.records.items():
+        read = np.array(columns[name], dtype=column.dtype)
+        assert np.array_equal(read.view(np.uint8), column.view(np.uint8)), name
+
+
+@pytest.mark.parametrize("figure", FIGURES)
+def test_compare_figures_are_real_pictures(demo: tuple[Outcome, Path], figure: str) -> None:
+    pixels = image.imread(demo[1] / f"{figure}.png")
+    height, width = pixels.shape[:2]
+    assert min(height, width) >= 800
+    brightness = float(pixels[..., :3].mean())
+    assert brightness < 0.3 if "dark" in figure else brightness > 0.7
+    assert float(pixels[..., :3].std()) > 0.03  # something is drawn
+    svg = ET.parse(demo[1] / f"{figure}.svg").getroot()
+    assert svg.tag.endswith("svg")
+    assert len(list(svg.iter())) > 100
+
+
+def test_compare_of_the_authors_run_reproduces_the_paper(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    waypoints = authors_data() / "waypoints.csv"
+    outcome = command.call(
+        capsys, "compare", "--waypoints", str(waypoints), "--start", "-183.8,78.7,-1.574"
+    )
+    assert outcome.status == 0
+    assert "PID row is reproduced by no reading" in outcome.out
+    assert "another track" not in outcome.out
+    pop = next(line for line in outcome.out.splitlines() if line.startswith("POP ")).split()
+    assert float(pop[3]) == pytest.approx(1.0, abs=0.05)  # the ratio to the paper
+
+
+@pytest.mark.parametrize("preset", ["default", "paper", "published-code", "reproduction"])
+@pytest.mark.parametrize("plant", ["carla-identified", "kinematic-bicycle"])
+def test_compare_with_each_preset_and_plant_says_so(
+    capsys: pytest.CaptureFixture[str], preset: str, plant: str
+) -> None:
+    arguments = ("compare", "--track", "slalom", "--preset", preset, "--plant", plant)
+    outcome = command.call(capsys, *arguments)
+    assert outcome.status == 0
+    assert f"plant {plant}, preset {preset}" in outcome.out
+
+
+def test_compare_keeps_the_order_of_the_controllers_and_drops_repetitions(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    arguments = ("compare", "--track", "straight", "--controllers", "pop, bang-bang,pop,pid")
+    outcome = command.call(capsys, *arguments)
+    titles = ["POP", "Bang-bang", "PID"]
+    rows = [line.partition(" ")[0] for line in outcome.out.splitlines()]
+    assert [row for row in rows if row in titles] == titles
+
+
+def test_compare_closed_waypoints_go_round(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "ring.csv"
+    command.call(capsys, "tracks", "export", "circle", str(file))
+    arguments = ("compare", "--waypoints", str(file), "--controllers", "pop")
+    opened = command.call(capsys, *arguments)
+    closed = command.call(capsys, *arguments, "--closed")
+    assert "314 waypoints, 313 m" in opened.out
+    assert "314 waypoints, 314 m" in closed.out
+
+
+def test_compare_where_drawing_fails_writes_nothing(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from popsteer.report import figures
+
+    def fail(*arguments: Any) -> Any:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(figures, "render", fail)
+    out = tmp_path / "out"
+    outcome = command.call(capsys, "compare", "--track", "straight", "--out", str(out))
+    assert (outcome.status, outcome.err) == (2, "popsteer: No space left on device\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_figures_drawn_twice_are_the_same_files() -> None:
+    comparison = study.compare(popsteer.Path(tracks.get("straight").xy), ["pop"])
+    assert report.files(comparison) == report.files(comparison)
+
+
+@pytest.mark.parametrize("width", [80, WIDE])
+def test_table_of_all_laws_fits_its_width(width: int) -> None:
+    from rich.console import Console
+
+    comparison = study.compare(
+        popsteer.Path(tracks.get("racetrack").xy),
+        ["bang-bang", *LAWS],
+    )
+    stream = io.StringIO()
+    console = Console(file=stream, width=width)
+    for table in report.tables(comparison, width):
+        console.print(table)
+    lines = stream.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    assert "…" not in stream.getvalue()
+
+
+def test_metrics_of_a_single_step_hold_null_for_what_is_not_a_number() -> None:
+    settings = popsteer.sim.Settings(time_limit=0.05)
+    path = popsteer.Path(tracks.get("straight").xy)
+    document = report.metrics_document(study.compare(path, ["pop"], settings=settings))
+    pop = document["controllers"]["pop"]
+    assert pop["steps"] == 1
+    assert pop["settled_mean_abs_cross_track_error"] is None
+    assert pop["rms_steer_rate"] is None
+    json.dumps(document, allow_nan=False)
+
+
+def test_files_of_a_single_step_can_be_drawn() -> None:
+    settings = popsteer.sim.Settings(time_limit=0.05)
+    path = popsteer.Path([(0.0, 0.0), (0.0, 30.0)])
+    content = report.files(study.compare(path, ["bang-bang", "pop"], settings=settings))
+    assert content["results.png"].startswith(b"\x89PNG")
+
+
+def test_compare_whose_output_is_cut_off_has_written_its_files(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        [command.script(), "compare", "--track", "straight", "--out", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    error = process.stderr.read()
+    process.stderr.close()
+    assert process.wait() == 1
+    assert error == b""
+    assert (out / "metrics.json").is_file()

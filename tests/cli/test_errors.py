@@ -1,0 +1,214 @@
+"""Whatever is wrong: one line on stderr, exit status 2, nothing written."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.cli import command
+
+RAGGED = "0,0\n1,0\n2,0,5\n"
+WRONG = {
+    "law": (("compare", "--controllers", "pid,lqr"), "unknown law 'lqr'; known: bang-bang, pid, "),
+    "no-law": (("compare", "--controllers", " , "), "--controllers must be names of laws"),
+    "plant": (("compare", "--plant", "tank"), "unknown plant 'tank'; known: carla-identified, "),
+    "track": (("compare", "--track", "monza"), "unknown track 'monza'; known: racetrack, "),
+    "preset": (("compare", "--preset", "mine"), "unknown preset 'mine'; known: default, paper, "),
+    "start-text": (("compare", "--start", "here"), "--start must be three numbers X,Y,YAW"),
+    "start-two": (("compare", "--start=1,2"), "--start must be three numbers X,Y,YAW"),
+    "start-nan": (("compare", "--start=nan,0,0"), "x must be in"),
+    "start-inf": (("compare", "--start=0,0,-inf"), "yaw must be in"),
+    "dt-negative": (("compare", "--dt", "-0.05"), "dt must be in [1e-06, 1], got -0.05"),
+    "dt-zero": (("compare", "--dt", "0"), "dt must be in [1e-06, 1], got 0.0"),
+    "dt-nan": (("compare", "--dt", "nan"), "dt must be in [1e-06, 1], got nan"),
+    "dt-text": (("compare", "--dt", "soon"), "Invalid value for '--dt': "),
+    "closed-track": (("compare", "--closed"), "--closed must be given with --waypoints"),
+    "both": (("compare", "--waypoints", "a.csv", "--track", "circle"), "--track must be left out"),
+    "option": (("compare", "--colour"), "No such option: --colour"),
+    "command": (("drive",), "No such command 'drive'"),
+    "argument": (("compare", "extra"), "unexpected extra argument"),
+    "missing": (("tracks", "export", "circle"), "Missing argument 'FILE'"),
+    "export": (("tracks", "export", "monza", "a.csv"), "unknown track 'monza'"),
+    "controller": (("simulate", "--controller", "x"), "unknown law 'x'"),
+    "set-name": (("simulate", "--set", "gain=1"), "unknown parameter of pop 'gain'; known: look"),
+    "set-form": (("simulate", "--set", "wheelbase"), "must be written NAME=VALUE, got 'wheelbase'"),
+    "set-text": (("simulate", "--set", "wheelbase=x"), "wheelbase must be a number, got 'x'"),
+    "set-nan": (("simulate", "--set", "wheelbase=nan"), "wheelbase must be"),
+    "set-range": (("simulate", "--set", "max_steer=-1"), "max_steer must be"),
+    "set-even": (("simulate", "--set", "candidate_count=20"), "candidate_count must be odd"),
+    "set-real": (("simulate", "--set", "candidate_count=2.5"), "candidate_count must be a whole"),
+    "set-truth": (
+        ("simulate", "--controller", "pid", "--set", "integral_with_dt=2"),
+        "integral_with_dt must be true or false, got '2'",
+    ),
+    "set-plant": (("simulate", "--set-plant", "mass=1"), "unknown parameter of carla-identified"),
+    "set-run": (("simulate", "--set-run", "substeps=0"), "substeps must be"),
+    "set-records": (("simulate", "--set-run", "keep_records=no"), "keep_records must be true"),
+    "longitudinal": (("simulate", "--longitudinal", "x"), "unknown longitudinal law 'x'; known: "),
+}
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG.values(), ids=WRONG)
+def test_wrong_use_is_one_line_and_writes_nothing(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if arguments[0] != "tracks" and arguments[0] != "drive":
+        arguments = (*arguments, "--out", "out")
+    outcome = command.call(capsys, *arguments)
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err.startswith("popsteer: ")
+    assert message in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "cannot be read"),
+        ("", "at least 2 waypoints are needed"),
+        ("1,2\n", "at least 2 waypoints are needed"),
+        (RAGGED, "line 3: found 3 columns, the first row has 2"),
+        ("0,0\n1,x\n", "line 2, column 2: 'x' is not a number"),
+        ("0,0\n1,nan\n", "line 2, column 2: 'nan' is not finite"),
+        ("0,0\n0,0\n", "coincide"),
+        ("0,0,1\n1,0,fast\n", "line 2, column 3: 'fast' is not a number"),
+    ],
+)
+def test_waypoints_at_fault_are_named(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, content: str | None, message: str
+) -> None:
+    file = tmp_path / "way.csv"
+    if content is not None:
+        file.write_text(content, encoding="utf-8")
+    out = tmp_path / "out"
+    outcome = command.call(capsys, "compare", "--waypoints", str(file), "--out", str(out))
+    assert outcome.status == 2
+    assert outcome.err.count("\n") == 1
+    assert message in outcome.err
+    assert not out.exists()
+
+
+def test_speed_pid_on_waypoints_without_speeds_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "way.csv"
+    file.write_text("0,0\n1,0\n", encoding="utf-8")
+    arguments = ("simulate", "--longitudinal", "speed-pid", "--waypoints", str(file))
+    outcome = command.call(capsys, *arguments)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert "no reference speeds" in outcome.err
+
+
+@pytest.mark.parametrize("below", ["", "deeper"])
+def test_out_folder_that_is_a_file_is_refused_before_anything_is_driven(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, below: str
+) -> None:
+    file = tmp_path / "taken"
+    file.write_text("mine", encoding="utf-8")
+    outcome = command.call(capsys, "compare", "--out", str(file / below))
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err == f"popsteer: {file / below}: Not a directory\n"
+    assert file.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_out_folder_without_permission_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    tmp_path.chmod(0o500)
+    outcome = command.call(capsys, "compare", "--out", str(tmp_path / "out"))
+    tmp_path.chmod(0o700)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert "Permission denied" in outcome.err
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc here")
+def test_out_folder_that_cannot_be_made_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ("simulate", "--track", "straight", "--out", "/proc/popsteer")
+    outcome = command.call(capsys, *arguments)
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err.startswith("popsteer: /proc/popsteer")
+    assert outcome.err.count("\n") == 1
+
+
+def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:
+    outcome = command.run("compare", "--controllers", "foo")
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err == (
+        "popsteer: unknown law 'foo'; known: bang-bang, pid, pure-pursuit, stanley, pop\n"
+    )
+
+
+@pytest.mark.parametrize("missing", ["typer", "rich", "matplotlib"])
+def test_command_without_the_extra_names_it(tmp_path: Path, missing: str) -> None:
+    code = f"""
+import sys
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == {missing!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Blocked())
+import popsteer, popsteer.sim, popsteer.study, popsteer.presets
+from popsteer.cli import main
+main(["compare", "--track", "straight", "--out", {str(tmp_path / "out")!r}])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == (
+        'popsteer: the command line needs the extra "lab": pip install "popsteer[lab]"\n'
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_interrupt_while_driving_exits_130_and_writes_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        [command.script(), "compare", "--dt", "1e-6", "--out", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(1.5)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    output, error = process.communicate(timeout=10)
+    assert process.returncode == 130
+    assert "Traceback" not in error
+    assert output == ""
+    assert not out.exists()
+
+
+def test_output_that_nobody_reads_is_no_traceback() -> None:
+    process = subprocess.Popen(
+        [command.script(), "simulate", "--help"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    error = process.stderr.read()
+    process.stderr.close()
+    process.wait()
+    assert error == b""
+
+
+def test_output_to_a_terminal_without_greek_is_no_error() -> None:
+    outcome = command.run(
+        "compare", "--track", "straight", environment={"PYTHONIOENCODING": "ascii"}
+    )
+    assert outcome.status == 0
+    assert outcome.err == ""
