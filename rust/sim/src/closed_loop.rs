@@ -1,7 +1,7 @@
 //! A law drives a simulation.
 
 use popsteer_core::longitudinal::SpeedPidState;
-use popsteer_core::{InputError, LateralLaw};
+use popsteer_core::{InputError, LateralLaw, Point, Status, VehicleState};
 
 use crate::drive::Drive;
 use crate::plant::Control;
@@ -18,15 +18,36 @@ pub fn run<L: LateralLaw>(
     simulation: &mut Simulation,
     law: &L,
     drive: &Drive,
+    go_on: impl FnMut(&Simulation) -> bool,
+) -> Result<(), InputError> {
+    run_perceiving(simulation, law, drive, |vehicle| vehicle, go_on)
+}
+
+/// As [`run`], with the laws shown what `perceive` makes of the vehicle.
+///
+/// # Errors
+///
+/// As [`run`].
+pub fn run_perceiving<L: LateralLaw>(
+    simulation: &mut Simulation,
+    law: &L,
+    drive: &Drive,
+    mut perceive: impl FnMut(VehicleState) -> VehicleState,
     mut go_on: impl FnMut(&Simulation) -> bool,
 ) -> Result<(), InputError> {
     let mut law_state = law.initial_state();
     let mut drive_state = SpeedPidState::default();
     let path = simulation.path().clone();
-    let dt = simulation.settings().dt;
+    let settings = *simulation.settings();
     while !simulation.is_over() {
-        let vehicle = simulation.vehicle();
-        let command = law.step(&path.view(), &mut law_state, vehicle, dt)?;
+        let vehicle = perceive(simulation.vehicle());
+        let (steer, target, status) = if settings.keep_records {
+            let command = law.step(&path.view(), &mut law_state, vehicle, settings.dt)?;
+            (command.steer, command.target, command.status)
+        } else {
+            let steer = law.steer(&path.view(), &mut law_state, vehicle, settings.dt)?;
+            (steer, Point::new(f64::NAN, f64::NAN), Status::Ok)
+        };
         let reference_speed = if drive.needs_reference_speed() {
             simulation.reference_speed()
         } else {
@@ -35,19 +56,16 @@ pub fn run<L: LateralLaw>(
         let pedals = drive.step(
             &mut drive_state,
             vehicle.speed,
-            command.steer,
+            steer,
             reference_speed,
-            dt,
+            settings.dt,
         )?;
-        simulation.step(
-            Control {
-                steer: command.steer,
-                throttle: pedals.throttle,
-                brake: pedals.brake,
-            },
-            command.target,
-            command.status,
-        )?;
+        let control = Control {
+            steer,
+            throttle: pedals.throttle,
+            brake: pedals.brake,
+        };
+        simulation.step(control, target, status)?;
         if !go_on(simulation) {
             break;
         }

@@ -21,13 +21,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod batch;
 pub mod closed_loop;
 pub mod drive;
 pub mod law;
+pub mod many;
 pub mod metrics;
 pub mod plant;
 pub mod simulation;
 
+pub use batch::{Batch, BatchError};
 pub use drive::Drive;
 pub use law::{Law, LawState};
 pub use metrics::{ErrorStats, Metrics};

@@ -299,9 +299,8 @@ impl Simulation {
             self.records.push(record);
         }
         let dt = self.settings.dt / from_count(self.settings.substeps);
-        for _ in 0..self.settings.substeps {
-            self.plant.advance(&mut self.state, control, dt);
-        }
+        self.plant
+            .advance(&mut self.state, control, dt, self.settings.substeps);
         self.steps += 1;
         self.look_ahead();
         Ok(())

@@ -62,19 +62,21 @@ impl Plant for KinematicBicycle {
         }
     }
 
-    fn advance(&self, state: &mut PlantState, control: Control, dt: f64) {
-        let speed = state.vehicle.speed;
-        let acceleration =
-            self.drive * control.throttle - self.braking * control.brake - self.drag * speed;
-        state.yaw_rate = speed * control.steer.tan() / self.wheelbase;
-        state.throttle = control.throttle;
-        state.vehicle = kinematic_bicycle(
-            state.vehicle,
-            control.steer,
-            acceleration,
-            self.wheelbase,
-            dt,
-        );
-        state.vehicle.speed = state.vehicle.speed.max(0.0);
+    fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
+        for _ in 0..substeps {
+            let speed = state.vehicle.speed;
+            let acceleration =
+                self.drive * control.throttle - self.braking * control.brake - self.drag * speed;
+            state.yaw_rate = speed * control.steer.tan() / self.wheelbase;
+            state.throttle = control.throttle;
+            state.vehicle = kinematic_bicycle(
+                state.vehicle,
+                control.steer,
+                acceleration,
+                self.wheelbase,
+                dt,
+            );
+            state.vehicle.speed = state.vehicle.speed.max(0.0);
+        }
     }
 }

@@ -92,25 +92,27 @@ impl Plant for CarlaIdentified {
         }
     }
 
-    fn advance(&self, state: &mut PlantState, control: Control, dt: f64) {
-        let PlantState {
-            vehicle,
-            yaw_rate,
-            throttle,
-        } = *state;
-        let speed = vehicle.speed;
-        let steady =
-            speed * control.steer.tan() / (self.wheelbase + self.understeer * speed * speed);
-        let acceleration = self.drive * throttle
-            - self.drag * speed
-            - self.air_drag * speed * speed
-            - self.bend_loss * yaw_rate.abs() * speed
-            - self.braking * control.brake;
-        state.vehicle.x += dt * speed * vehicle.yaw.cos();
-        state.vehicle.y += dt * speed * vehicle.yaw.sin();
-        state.vehicle.yaw += dt * yaw_rate;
-        state.vehicle.speed = (speed + dt * acceleration).max(0.0);
-        state.yaw_rate += dt * (steady - yaw_rate) / self.yaw_lag;
-        state.throttle += dt * (control.throttle - throttle) / self.throttle_lag;
+    fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
+        let tangent = control.steer.tan();
+        for _ in 0..substeps {
+            let PlantState {
+                vehicle,
+                yaw_rate,
+                throttle,
+            } = *state;
+            let speed = vehicle.speed;
+            let steady = speed * tangent / (self.wheelbase + self.understeer * speed * speed);
+            let acceleration = self.drive * throttle
+                - self.drag * speed
+                - self.air_drag * speed * speed
+                - self.bend_loss * yaw_rate.abs() * speed
+                - self.braking * control.brake;
+            state.vehicle.x += dt * speed * vehicle.yaw.cos();
+            state.vehicle.y += dt * speed * vehicle.yaw.sin();
+            state.vehicle.yaw += dt * yaw_rate;
+            state.vehicle.speed = (speed + dt * acceleration).max(0.0);
+            state.yaw_rate += dt * (steady - yaw_rate) / self.yaw_lag;
+            state.throttle += dt * (control.throttle - throttle) / self.throttle_lag;
+        }
     }
 }

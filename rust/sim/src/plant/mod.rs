@@ -52,8 +52,8 @@ pub trait Plant: fmt::Debug + Send + Sync {
     /// Where its axles are.
     fn geometry(&self) -> Geometry;
 
-    /// Moves `state` on by `dt` [s] under a constant `control`.
-    fn advance(&self, state: &mut PlantState, control: Control, dt: f64);
+    /// Moves `state` on by `substeps` steps of `dt` [s] under a constant `control`.
+    fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize);
 }
 
 /// The names that [`by_name`] knows, in the order of a listing.

@@ -1,0 +1,235 @@
+//! Many runs on all cores, the same whatever the number of threads.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use popsteer_core::error::{ConfigError, config_in_range};
+use popsteer_core::math::wrap;
+use popsteer_core::{Path, VehicleState};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+use crate::closed_loop::run_perceiving;
+use crate::drive::Drive;
+use crate::law::Law;
+use crate::metrics::Metrics;
+use crate::plant::Plant;
+use crate::simulation::{Settings, Simulation, SimulationError};
+
+/// One run of many.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Who steers.
+    pub law: Law,
+    /// Along which path.
+    pub path: Arc<Path>,
+    /// Which vehicle.
+    pub plant: Arc<dyn Plant>,
+    /// From which pose of the front axle, at which speed.
+    pub start: VehicleState,
+}
+
+/// How far off the laws see the vehicle: standard deviations of normal noise, drawn anew at
+/// every step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Noise {
+    /// Of x and of y [m].
+    pub position: f64,
+    /// Of the yaw [rad].
+    pub yaw: f64,
+    /// Of the speed [m/s].
+    pub speed: f64,
+}
+
+impl Noise {
+    /// None.
+    pub const DEFAULT: Self = Self {
+        position: 0.0,
+        yaw: 0.0,
+        speed: 0.0,
+    };
+
+    /// The noise itself where every deviation is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the one that is not.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        config_in_range("position", self.position, 0.0, 1e3)?;
+        config_in_range("yaw", self.yaw, 0.0, 10.0)?;
+        config_in_range("speed", self.speed, 0.0, 1e3)?;
+        Ok(self)
+    }
+
+    fn perceive(&self, vehicle: VehicleState, random: &mut Pcg64) -> VehicleState {
+        let mut draw = |deviation: f64| -> f64 {
+            let normal: f64 = StandardNormal.sample(random);
+            deviation * normal
+        };
+        VehicleState {
+            x: vehicle.x + draw(self.position),
+            y: vehicle.y + draw(self.position),
+            yaw: wrap(vehicle.yaw + draw(self.yaw)),
+            speed: vehicle.speed + draw(self.speed),
+        }
+    }
+}
+
+/// What can be seen of [`run_many`] from another thread, and how to stop it.
+#[derive(Debug, Default)]
+pub struct Watch {
+    done: AtomicUsize,
+    stop: AtomicBool,
+}
+
+impl Watch {
+    /// How many runs are done.
+    pub fn done(&self) -> usize {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    /// Stops the runs within a few thousand steps of each.
+    pub fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Drives all `runs`, without records; what each came to, in order.
+///
+/// Run `k` draws its noise from stream `k` of a generator with this `seed`, so the result is the
+/// same on any number of threads. A run that is stopped counts as not finished.
+///
+/// # Errors
+///
+/// [`SimulationError`] of the first run that is refused.
+pub fn run_many(
+    runs: &[Run],
+    drive: &Drive,
+    settings: Settings,
+    noise: Noise,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Vec<Metrics>, SimulationError> {
+    let settings = Settings {
+        keep_records: false,
+        ..settings
+    }
+    .checked()?;
+    let noise = noise.checked()?;
+    let silent = noise == Noise::DEFAULT;
+    runs.par_iter()
+        .enumerate()
+        .map(|(stream, run)| {
+            let mut random = Pcg64::new(u128::from(seed), stream as u128);
+            let offset = popsteer_core::LateralLaw::reference_offset(&run.law);
+            let path = Arc::clone(&run.path);
+            let plant = Arc::clone(&run.plant);
+            let mut simulation = Simulation::new(path, plant, run.start, offset, settings)?;
+            let perceive = |vehicle| {
+                if silent {
+                    vehicle
+                } else {
+                    noise.perceive(vehicle, &mut random)
+                }
+            };
+            let mut steps = 0_usize;
+            let go_on = |_: &Simulation| {
+                steps += 1;
+                !(steps.is_multiple_of(1024) && watch.is_stopped())
+            };
+            if !watch.is_stopped() {
+                run_perceiving(&mut simulation, &run.law, drive, perceive, go_on)?;
+            }
+            watch.done.fetch_add(1, Ordering::Relaxed);
+            Ok(simulation.metrics())
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::CarlaIdentified;
+    use popsteer_core::lateral::{Pop, PopParams};
+
+    fn runs(count: u32) -> Vec<Run> {
+        let x: Vec<f64> = (0..300).map(f64::from).collect();
+        let y: Vec<f64> = x.iter().map(|x| 5.0 * (x / 20.0).sin()).collect();
+        let path = Arc::new(Path::new(&x, &y, None, false).unwrap());
+        let law = Law::from(Pop::new(PopParams::default()).unwrap());
+        let plant: Arc<dyn Plant> = Arc::new(CarlaIdentified::default());
+        let start = |k| VehicleState {
+            x: 0.0,
+            y: 0.1 * f64::from(k),
+            yaw: 0.2,
+            speed: 5.0,
+        };
+        (0..count)
+            .map(|k| Run {
+                law,
+                path: Arc::clone(&path),
+                plant: Arc::clone(&plant),
+                start: start(k),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn test_runs_same_seed_same_bits_on_any_number_of_threads() {
+        let noise = Noise {
+            position: 0.1,
+            yaw: 0.005,
+            speed: 0.1,
+        };
+        let on = |threads, seed| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            let (drive, settings) = (Drive::default(), Settings::default());
+            let watch = Watch::default();
+            pool.install(|| run_many(&runs(20), &drive, settings, noise, seed, &watch))
+                .unwrap()
+        };
+        let one = on(1, 7);
+        assert!(one.iter().all(|metrics| metrics.finished));
+        assert_eq!(one, on(3, 7));
+        assert_ne!(one, on(1, 8));
+        let errors: Vec<f64> = one
+            .iter()
+            .map(|m| m.reference.cross_track.mean_abs)
+            .collect();
+        assert!(errors.windows(2).all(|pair| (pair[0] - pair[1]).abs() > 0.0));
+    }
+
+    #[test]
+    fn test_runs_without_noise_are_single_runs() {
+        let (drive, settings) = (Drive::default(), Settings::default());
+        let watch = Watch::default();
+        let many = run_many(&runs(3), &drive, settings, Noise::DEFAULT, 0, &watch).unwrap();
+        assert_eq!(watch.done(), 3);
+        for (run, metrics) in runs(3).into_iter().zip(many) {
+            let mut simulation =
+                Simulation::new(run.path, run.plant, run.start, 3.0, settings).unwrap();
+            crate::closed_loop::run(&mut simulation, &run.law, &drive, |_| true).unwrap();
+            assert_eq!(simulation.metrics(), metrics);
+        }
+    }
+
+    #[test]
+    fn test_runs_stopped_do_not_finish() {
+        let watch = Watch::default();
+        watch.stop();
+        let (drive, settings) = (Drive::default(), Settings::default());
+        let many = run_many(&runs(3), &drive, settings, Noise::DEFAULT, 0, &watch).unwrap();
+        assert!(
+            many.iter()
+                .all(|metrics| !metrics.finished && metrics.steps == 0)
+        );
+    }
+}
