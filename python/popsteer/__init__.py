@@ -14,8 +14,10 @@ True
 "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal Predictive
 Control Algorithm for Path Tracking of Self-Driving Cars*.
 
-Modules: `popsteer.sim` (plants and the closed loop), `popsteer.tracks`, `popsteer.presets`,
-`popsteer.reference` (the same laws in plain Python, to read and to compare with).
+Modules: `popsteer.sim` (plants and the closed loop), `popsteer.tracks`, `popsteer.laws` and
+`popsteer.presets` (the laws and their parameter sets by name), `popsteer.study` (comparisons),
+`popsteer.report` (tables, figures, files), `popsteer.bench`, and `popsteer.reference` (the same
+laws in plain Python, to read and to compare with).
 """
 
 from popsteer._core import (

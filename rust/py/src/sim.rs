@@ -122,6 +122,7 @@ fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
 /// --------
 /// A law of your own, here one that always steers straight ahead:
 ///
+/// >>> import popsteer.sim
 /// >>> path = popsteer.Path([(float(x), 0.0) for x in range(50)])
 /// >>> simulation = popsteer.sim.Simulation(path, start=(0.0, 0.0, 0.0))
 /// >>> while not simulation.is_over:
