@@ -4,7 +4,7 @@ use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PurePursuit, PurePursuitState, Stanley,
     StanleyState,
 };
-use popsteer_core::{Command, InputError, LateralLaw, PathView, VehicleState};
+use popsteer_core::{Command, InputError, LateralLaw, PathView, VehicleState, WaypointState};
 
 macro_rules! laws {
     ($($law:ident($state:ident)),+ $(,)?) => {
@@ -59,6 +59,12 @@ macro_rules! laws {
                     $((Self::$law(law), LawState::$law(state)) => law.check_state(path, state),)+
                     _ => Ok(()),
                 }
+            }
+        }
+
+        impl WaypointState for LawState {
+            fn set_waypoint(&mut self, waypoint: usize) {
+                match self { $(Self::$law(state) => state.set_waypoint(waypoint),)+ }
             }
         }
 

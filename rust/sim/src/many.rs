@@ -204,7 +204,11 @@ mod tests {
             .iter()
             .map(|m| m.reference.cross_track.mean_abs)
             .collect();
-        assert!(errors.windows(2).all(|pair| (pair[0] - pair[1]).abs() > 0.0));
+        assert!(
+            errors
+                .windows(2)
+                .all(|pair| (pair[0] - pair[1]).abs() > 0.0)
+        );
     }
 
     #[test]

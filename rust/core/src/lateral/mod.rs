@@ -21,7 +21,7 @@ use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use crate::math::wrap;
 use crate::path::jump::find_lookahead_point;
-use crate::path::locate::{Projection, locate, project};
+use crate::path::locate::{Projection, locate, project, relocalise};
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 use crate::vehicle::state::checked_dt;
@@ -52,10 +52,34 @@ pub struct Command {
     pub status: Status,
 }
 
+/// A state that remembers where on the path the vehicle is.
+pub trait WaypointState {
+    /// Puts the remembered waypoint; the rest stays as it is.
+    fn set_waypoint(&mut self, waypoint: usize);
+}
+
+macro_rules! waypoint_states {
+    ($($state:ty),+) => {$(
+        impl WaypointState for $state {
+            #[inline]
+            fn set_waypoint(&mut self, waypoint: usize) {
+                self.waypoint = Some(waypoint);
+            }
+        }
+    )+};
+}
+waypoint_states!(
+    BangBangState,
+    PidState,
+    PopState,
+    PurePursuitState,
+    StanleyState
+);
+
 /// A steering law: validated parameters that step a state.
 pub trait LateralLaw {
     /// What the law remembers from one step to the next.
-    type State: Clone + PartialEq + fmt::Debug;
+    type State: Clone + PartialEq + fmt::Debug + WaypointState;
 
     /// The state before the first step.
     fn initial_state(&self) -> Self::State;
@@ -91,6 +115,39 @@ pub trait LateralLaw {
     ) -> Result<f64, InputError> {
         self.step(path, state, vehicle, dt)
             .map(|command| command.steer)
+    }
+
+    /// Where the law's reference point is while the rear axle is at (`x`, `y`) [m], its heading
+    /// `yaw` [rad].
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the first of them that is not finite or beyond its bound.
+    fn reference_point(&self, x: f64, y: f64, yaw: f64) -> Result<Point, InputError> {
+        let speed = 0.0;
+        let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
+        Ok(vehicle.point_ahead(self.reference_offset()))
+    }
+
+    /// After a jump of the vehicle, of its localisation or along the path: finds the waypoint
+    /// that the next step goes on from, by [`relocalise`]. The rest of `state` stays.
+    ///
+    /// Visits every waypoint, unlike a step.
+    ///
+    /// # Errors
+    ///
+    /// As [`reference_point`](Self::reference_point); `state` is then unchanged.
+    fn relocalise(
+        &self,
+        path: &PathView<'_>,
+        state: &mut Self::State,
+        x: f64,
+        y: f64,
+        yaw: f64,
+    ) -> Result<(), InputError> {
+        let position = self.reference_point(x, y, yaw)?;
+        state.set_waypoint(relocalise(path, position, yaw));
+        Ok(())
     }
 
     /// Whether `state` is one that this law could have on `path`.

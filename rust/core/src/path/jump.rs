@@ -142,6 +142,7 @@ impl Circle {
         let outer = self.lookahead + self.tolerance + margin;
         // squared_length t^2 + 2 approach t + at_start is the squared distance at fraction t.
         let squared_length = along.x * along.x + along.y * along.y;
+        let inverse = 1.0 / squared_length;
         let approach = to_start.x * along.x + to_start.y * along.y;
         let at_start = to_start.x * to_start.x + to_start.y * to_start.y;
         // A quarter of the discriminant for a radius, and what rounding may add to it.
@@ -154,7 +155,7 @@ impl Circle {
         let exit = || {
             let narrowed = discriminant(inner) - slack;
             if narrowed > 0.0 {
-                to_count((sqrt(narrowed) - approach) / squared_length * count)
+                to_count((sqrt(narrowed) - approach) * inverse * count)
             } else {
                 0
             }
@@ -170,7 +171,7 @@ impl Circle {
             if approach >= 0.0 || widened < 0.0 {
                 return None;
             }
-            let entry = (-approach - sqrt(widened)) / squared_length * count;
+            let entry = (-approach - sqrt(widened)) * inverse * count;
             index = to_count(entry).saturating_sub(1);
         }
         while index < grid.count {
@@ -180,7 +181,7 @@ impl Circle {
                 return Some(point);
             }
             if difference > self.tolerance + margin {
-                let fraction = from_count(index) / count;
+                let fraction = from_count(index) * grid.step;
                 if approach + fraction * squared_length > 0.0 {
                     // Outside the circle, and going away from it.
                     return None;

@@ -49,6 +49,8 @@ pub struct SegmentGrid {
     pub along: Point,
     /// How many grid points the segment carries.
     pub count: usize,
+    /// The share of the segment from one grid point to the next.
+    pub step: f64,
 }
 
 impl SegmentGrid {
@@ -67,13 +69,14 @@ impl SegmentGrid {
             start,
             along: end - start,
             count,
+            step: 1.0 / from_count(count),
         }
     }
 
     /// Grid point `index` of `count` [m].
     #[inline]
     pub fn point(&self, index: usize) -> Point {
-        let fraction = from_count(index) / from_count(self.count);
+        let fraction = from_count(index) * self.step;
         Point::new(
             self.start.x + fraction * self.along.x,
             self.start.y + fraction * self.along.y,
