@@ -220,8 +220,7 @@ class Pop(LateralLaw[PopParams, PopState]):
     def _candidate(self, previous_steer: float, k: int) -> float:
         """Return entry k of δ_list: evenly over δ_prev ± δ_nbd, within ±δ_max."""
         half = self.params.candidate_count // 2
-        step = self.params.steer_span / half
-        offset = (k - half) * step
+        offset = self.params.steer_span * ((k - half) / half)
         max_steer = self.params.max_steer
         return saturate(previous_steer + offset, -max_steer, max_steer)
 

@@ -78,10 +78,9 @@ def segment_grid(path: PathView, segment: int, spacing: float) -> list[Point]:
     (start_x, start_y), (end_x, end_y) = start, end = path.segment(segment)
     along_x, along_y = end_x - start_x, end_y - start_y
     count = ceil(get_distance(start, end) / spacing)
-    step = 1.0 / count
     points = []
     for index in range(count):
-        fraction = index * step
+        fraction = index / count
         points.append((start_x + fraction * along_x, start_y + fraction * along_y))
     return points
 

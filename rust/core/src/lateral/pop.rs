@@ -253,7 +253,7 @@ impl Pop {
     /// limit.
     #[inline]
     fn candidate(&self, previous_steer: f64, k: usize) -> f64 {
-        let offset = (from_count(k) - self.half) * self.step;
+        let offset = self.steer_span * ((from_count(k) - self.half) / self.half);
         let max_steer = self.body.max_steer;
         saturate(previous_steer + offset, -max_steer, max_steer)
     }

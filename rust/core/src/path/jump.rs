@@ -181,7 +181,7 @@ impl Circle {
                 return Some(point);
             }
             if difference > self.tolerance + margin {
-                let fraction = from_count(index) * grid.step;
+                let fraction = from_count(index) / count;
                 if approach + fraction * squared_length > 0.0 {
                     // Outside the circle, and going away from it.
                     return None;

@@ -49,8 +49,6 @@ pub struct SegmentGrid {
     pub along: Point,
     /// How many grid points the segment carries.
     pub count: usize,
-    /// The share of the segment from one grid point to the next.
-    pub step: f64,
 }
 
 impl SegmentGrid {
@@ -69,14 +67,13 @@ impl SegmentGrid {
             start,
             along: end - start,
             count,
-            step: 1.0 / from_count(count),
         }
     }
 
     /// Grid point `index` of `count` [m].
     #[inline]
     pub fn point(&self, index: usize) -> Point {
-        let fraction = from_count(index) * self.step;
+        let fraction = from_count(index) / from_count(self.count);
         Point::new(
             self.start.x + fraction * self.along.x,
             self.start.y + fraction * self.along.y,
