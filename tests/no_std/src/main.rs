@@ -19,6 +19,7 @@ use popsteer_core::longitudinal::{
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::locate;
 use popsteer_core::path::lookahead::{get_lookahead_point, get_lookahead_point_index};
+use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
 use popsteer_core::vehicle::predict::{
     get_predicted_location, kinematic_bicycle, state_transition,
@@ -50,7 +51,10 @@ fn step<L: LateralLaw>(law: &L, path: &PathView<'_>, vehicle: VehicleState) -> f
     let first = law
         .step(path, &mut state, black_box(vehicle), dt)
         .map_or(0.0, |c| c.steer);
-    let checked = law.check_state(path, &state).is_ok();
+    let checked = law.check_state(path, &state).is_ok()
+        && law
+            .relocalise(path, &mut state, vehicle.x, vehicle.y, vehicle.yaw)
+            .is_ok();
     let second = law
         .steer(path, &mut state, black_box(vehicle), dt)
         .unwrap_or(0.0);
@@ -96,8 +100,9 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let nearest = locate::nearest_waypoint(path, position);
     let walked = locate::walk(path, index, position);
     let located = locate::locate(path, black_box(Some(index)), position);
+    let jumped_to = relocalise(path, position, black_box(0.3));
     let foot = locate::project(path, index, position);
-    let mut sum = math::from_count(nearest + walked + located) + foot.cross_track_error;
+    let mut sum = math::from_count(nearest + walked + located + jumped_to) + foot.cross_track_error;
     sum += locate::path_yaw_behind(path, index);
     sum += locate::reference_speed(path, &foot).unwrap_or(0.0);
     let grid = Grid::new(*path, window(path, index, black_box(20.0)), black_box(0.01));

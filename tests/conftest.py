@@ -1,0 +1,39 @@
+"""How hard hypothesis tries: HYPOTHESIS_PROFILE=thorough, or --hypothesis-profile=thorough."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from hypothesis import HealthCheck, settings
+
+if TYPE_CHECKING:
+    import pytest
+
+# No deadline anywhere: a slow machine is no fault of the code.
+# `default` draws the same examples each time, on every machine: a run that fails has failed for
+# the change at hand, and can be repeated from the log alone. New examples are `thorough`'s work.
+settings.register_profile(
+    "default",
+    max_examples=200,
+    deadline=None,
+    derandomize=True,
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile(
+    "thorough",
+    max_examples=10_000,
+    deadline=None,
+    derandomize=False,
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line(
+        "markers",
+        "covers(*names): public names of popsteer that the test compares with the reference",
+    )

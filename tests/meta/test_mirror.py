@@ -1,0 +1,84 @@
+"""The reference mirrors the Rust core, file for file and name for name."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import popsteer
+from popsteer import _core, reference, sim
+from tests.helpers import ROOT
+from tests.parity.laws import ALL, LATERAL
+
+REFERENCE = ROOT / "python" / "popsteer" / "reference"
+CORE = ROOT / "rust" / "core" / "src"
+FILES = sorted(file.relative_to(REFERENCE) for file in REFERENCE.rglob("*.py"))
+LAWS = ["pop", "pid", "pure_pursuit", "stanley", "bang_bang"]
+
+
+def _twins(file: Path) -> list[Path]:
+    """Where the Rust twin of a file of the reference may stand."""
+    if file.name == "__init__.py":
+        return [CORE / file.parent / name for name in ("mod.rs", "lib.rs")]
+    return [CORE / file.with_suffix(".rs")]
+
+
+def test_reference_holds_the_laws_and_their_rooms() -> None:
+    held = {file.as_posix() for file in FILES}
+    assert {f"lateral/{law}.py" for law in LAWS} <= held
+    assert {"math.py", "error.py", "path/locate.py", "path/lookahead.py"} <= held
+    assert {"path/resample.py", "vehicle/predict.py", "longitudinal/coupled.py"} <= held
+
+
+@pytest.mark.parametrize("file", FILES, ids=str)
+def test_reference_file_has_its_twin_in_the_core(file: Path) -> None:
+    twins = _twins(file)
+    assert any(twin.is_file() for twin in twins), f"none of {', '.join(map(str, twins))}"
+
+
+def test_core_file_has_its_twin_in_the_reference_or_is_a_shortcut() -> None:
+    files = {file.relative_to(CORE) for file in CORE.rglob("*.rs")} - {Path("lib.rs")}
+    twins = {
+        Path(file.parent, "mod.rs") if file.name == "__init__.py" else file.with_suffix(".rs")
+        for file in FILES
+    }
+    # What the plain loops need not have; each is compared with them where it stands.
+    shortcuts = {Path("path/jump.rs")}
+    assert files - shortcuts <= twins
+    assert all("get_lookahead_point" in (CORE / file).read_text("utf-8") for file in shortcuts)
+
+
+@pytest.mark.parametrize("law", ALL, ids=lambda law: law.name)
+def test_params_have_the_same_fields_in_the_same_order(law: Any) -> None:
+    ours = list(getattr(popsteer, law.params_name)().as_dict())
+    assert len(ours) >= 3
+    assert ours == [field.name for field in dataclasses.fields(getattr(reference, law.params_name))]
+
+
+@pytest.mark.parametrize("name", [*(law.state_name for law in LATERAL), "SpeedPidState"])
+def test_states_have_the_same_fields_in_the_same_order(name: str) -> None:
+    ours = list(getattr(popsteer, name)().as_dict())
+    assert ours
+    assert ours == [field.name for field in dataclasses.fields(getattr(reference, name))]
+
+
+def test_public_names_are_sorted_and_all_of_the_extension() -> None:
+    assert popsteer.__all__ == sorted(popsteer.__all__)
+    assert len(set(popsteer.__all__)) == len(popsteer.__all__)
+    exported = {name for name in dir(_core) if not name.startswith("_")} | {"__version__"}
+    # The five laws and their parts alone are fifteen.
+    assert len(exported) > 30
+    assert exported - {"plants"} <= {*popsteer.__all__, *sim.__all__}
+    for name in popsteer.__all__:
+        assert getattr(popsteer, name) is not None
+
+
+def test_reference_answers_to_the_public_names() -> None:
+    alone = {"ConfigError", "InputError", "PathError", "PopsteerError", "__version__"}
+    ours = set(popsteer.__all__) - alone - {"build_profile"}
+    # What takes many vehicles at once has one vehicle's law for its reference.
+    missing = ours - set(reference.__all__)
+    assert missing <= {name for name in ours if name.endswith("Batch")}

@@ -1,0 +1,113 @@
+"""The laws by name, with what their parameters may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from hypothesis import strategies as st
+
+from tests.parity.strategies import usually
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Law:
+    """A class of popsteer with parameters: the range of each number, and where it usually is."""
+
+    name: str
+    ranges: dict[str, tuple[Range, Range]]
+    counts: dict[str, tuple[int, int]] = field(default_factory=dict)
+    flags: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
+    searches: bool = False
+
+    @property
+    def params_name(self) -> str:
+        return f"{self.name}Params"
+
+    @property
+    def state_name(self) -> str:
+        return f"{self.name}State"
+
+    def params(self) -> st.SearchStrategy[dict[str, Any]]:
+        """Some of the parameters, the others by default."""
+        drawn: dict[str, st.SearchStrategy[Any]] = {
+            name: usually(usual, *whole) for name, (whole, usual) in self.ranges.items()
+        }
+        for name in self.optional:
+            drawn[name] = st.none() | drawn[name]
+        for name in self.flags:
+            drawn[name] = st.booleans()
+        if "buffer_length" in self.counts:
+            drawn["buffer_length"] = st.integers(1, 12) | st.integers(1, 1000)
+        if "candidate_count" in self.counts:
+            drawn["candidate_count"] = st.integers(1, 50).map(lambda half: 2 * half + 1)
+        return st.fixed_dictionaries({}, optional=drawn)
+
+
+_BODY: dict[str, tuple[Range, Range]] = {
+    "wheelbase": ((1e-3, 1e3), (1.0, 4.0)),
+    "reference_offset": ((-1e3, 1e3), (-3.0, 4.0)),
+    "max_steer": ((1e-3, 1.57), (0.3, 1.3)),
+}
+_SEARCH: dict[str, tuple[Range, Range]] = {
+    "lookahead_gain": ((0.0, 1e3), (0.0, 1.0)),
+    "min_lookahead": ((0.0, 1e4), (0.0, 12.0)),
+    "lookahead_tolerance": ((1e-9, 1e3), (0.005, 0.5)),
+    "window_ahead": ((1e-3, 1e6), (5.0, 40.0)),
+    "grid_spacing": ((1e-4, 1e3), (0.01, 1.0)),
+}
+_GAIN: tuple[Range, Range] = ((0.0, 1e6), (0.0, 2.0))
+
+POP = Law(
+    "Pop",
+    {**_SEARCH, "steer_span": ((1e-6, math.pi), (0.01, 0.5)), **_BODY},
+    counts={"candidate_count": (3, 100_001)},
+    optional=("reference_offset",),
+    searches=True,
+)
+PID = Law(
+    "Pid",
+    {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN, **_BODY},
+    counts={"buffer_length": (1, 1000)},
+    flags=("integral_with_dt",),
+    optional=("reference_offset",),
+)
+PURE_PURSUIT = Law(
+    "PurePursuit",
+    {**_SEARCH, **_BODY},
+    flags=("alpha_by_arccos",),
+    optional=("reference_offset",),
+    searches=True,
+)
+STANLEY = Law(
+    "Stanley",
+    {
+        "cross_track_gain": _GAIN,
+        "speed_gain": _GAIN,
+        "softening": ((1e-9, 1e6), (1e-5, 1.0)),
+        **_BODY,
+    },
+    flags=("heading_behind",),
+    optional=("reference_offset",),
+)
+BANG_BANG = Law(
+    "BangBang",
+    {"amplitude": ((0.0, 1.57), (0.0, 1.0)), "deadband": ((0.0, 1e6), (0.0, 1.0)), **_BODY},
+    optional=("reference_offset",),
+)
+COUPLED = Law(
+    "CoupledLongitudinal",
+    {
+        "cutoff": ((0.0, 1.0), (0.3, 0.7)),
+        "steer_limit": ((1e-3, 1.57), (0.3, 1.3)),
+        "speed_limit": ((1e-3, 1e4), (5.0, 70.0)),
+    },
+)
+SPEED_PID = Law("SpeedPid", {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN})
+
+LATERAL = (POP, PID, PURE_PURSUIT, STANLEY, BANG_BANG)
+ALL = (*LATERAL, COUPLED, SPEED_PID)

@@ -1,0 +1,205 @@
+"""What the parity tests and the invariants are fed with.
+
+A path is drawn as a shape, a handful of numbers and a seed, and built with `random`: cheap to
+make, and small where it fails.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hypothesis import strategies as st
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+XY = list[tuple[float, float]]
+
+SEEDS = st.integers(0, 2**32 - 1)
+KINDS = ("straight", "smooth", "collinear", "lattice", "jagged", "loop")
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A path to build."""
+
+    kind: str = "straight"
+    count: int = 10
+    spacing: float = 1.0
+    offset: tuple[float, float] = (0.0, 0.0)
+    closed: bool = False
+    with_speed: bool = False
+    seed: int = 0
+
+    def build(self) -> Waypoints:
+        rng = random.Random(self.seed)
+        closed = self.closed and self.count >= 3
+        xy = _loop(rng, self) if self.kind == "loop" and closed else _walk(rng, self)
+        if closed and math.dist(xy[-1], xy[0]) <= 1e-6 * self.spacing:
+            # A walk on the lattice may come back to its start, which a closed path must not.
+            xy[-1] = (xy[-1][0] + 0.37 * self.spacing, xy[-1][1] + 0.61 * self.spacing)
+        speed = [rng.uniform(0.0, 40.0) for _ in xy] if self.with_speed else None
+        return Waypoints(xy, speed, closed)
+
+
+@dataclass(frozen=True)
+class Waypoints:
+    """The arguments of a path."""
+
+    xy: XY
+    speed: list[float] | None
+    closed: bool
+
+    @property
+    def lengths(self) -> list[float]:
+        """Length of each segment."""
+        ends = self.xy[1:] + self.xy[:1] if self.closed else self.xy[1:]
+        return [math.dist(a, b) for a, b in zip(self.xy, ends, strict=False)]
+
+
+def _walk(rng: random.Random, shape: Shape) -> XY:
+    """Waypoint by waypoint, the next heading out of the last."""
+    x, y = shape.offset
+    heading = rng.uniform(-math.pi, math.pi)
+    curvature = 0.0
+    run = 0
+    xy = [(x, y)]
+    for _ in range(shape.count - 1):
+        step = shape.spacing
+        if shape.kind == "lattice":
+            dx, dy = rng.choice([(1, 0), (0, 1), (-1, 0), (0, -1)])
+            x, y = x + dx * step, y + dy * step
+            xy.append((x, y))
+            continue
+        if shape.kind == "smooth":
+            curvature = 0.8 * curvature + rng.uniform(-0.1, 0.1)
+            heading += curvature
+            step *= rng.uniform(0.7, 1.0)
+        elif shape.kind == "collinear":
+            if run == 0:
+                run, heading = rng.randint(1, 6), rng.uniform(-math.pi, math.pi)
+            run -= 1
+        elif shape.kind == "jagged":
+            heading += rng.uniform(-2.5, 2.5)
+            step *= rng.uniform(0.1, 1.0)
+        x, y = x + step * math.cos(heading), y + step * math.sin(heading)
+        xy.append((x, y))
+    return xy
+
+
+def _loop(rng: random.Random, shape: Shape) -> XY:
+    """A dented circle."""
+    radius = shape.count * shape.spacing / math.tau
+    dents = [(k, rng.uniform(0.0, 0.2) / k, rng.uniform(0.0, math.tau)) for k in (2, 3)]
+    turn = rng.choice([-1.0, 1.0])
+    xy = []
+    for k in range(shape.count):
+        angle = turn * math.tau * k / shape.count
+        r = radius * (1.0 + sum(a * math.cos(n * angle + phase) for n, a, phase in dents))
+        xy.append((shape.offset[0] + r * math.cos(angle), shape.offset[1] + r * math.sin(angle)))
+    return xy
+
+
+def usually(usual: tuple[float, float], low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers of [low, high]: mostly usual ones, both ends, and any."""
+    return st.one_of(
+        st.floats(*usual), st.floats(*usual), st.sampled_from([low, high]), st.floats(low, high)
+    )
+
+
+OFFSETS = st.one_of(
+    st.just((0.0, 0.0)),
+    st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)),
+    st.tuples(st.floats(-1e7, 1e7), st.floats(-1e7, 1e7)),
+)
+
+
+def shapes(
+    kinds: Sequence[str] = KINDS, *, most: int = 60, spacing: tuple[float, float] = (0.01, 100.0)
+) -> st.SearchStrategy[Shape]:
+    return st.builds(
+        Shape,
+        kind=st.sampled_from(kinds),
+        count=st.integers(2, most),
+        spacing=usually((max(0.5, spacing[0]), min(2.0, spacing[1])), *spacing),
+        offset=OFFSETS,
+        closed=st.booleans(),
+        with_speed=st.booleans(),
+        seed=SEEDS,
+    )
+
+
+DTS = usually((0.005, 0.2), 1e-6, 1e3)
+SPEEDS = st.one_of(
+    st.floats(0.0, 40.0),
+    st.floats(0.0, 40.0),
+    st.sampled_from([0.0, -0.0, -1e4, 1e4]),
+    st.floats(-5.0, 0.0),
+    st.floats(-1e4, 1e4),
+)
+
+
+@dataclass(frozen=True)
+class Spot:
+    """Where the vehicle is, told by the path."""
+
+    along: float = 0.0
+    aside: float = 0.0
+    turned: float = 0.0
+    speed: float = 5.0
+    dt: float = 0.05
+
+    def at(self, path: Waypoints) -> tuple[float, float, float, float, float]:
+        """The arguments of a step: x, y, yaw, speed, dt."""
+        segments = len(path.lengths)
+        place = self.along * segments
+        segment = min(max(int(place), 0), segments - 1)
+        (x0, y0), (x1, y1) = path.xy[segment], path.xy[(segment + 1) % len(path.xy)]
+        yaw = math.atan2(y1 - y0, x1 - x0)
+        t = place - segment
+        x = x0 + t * (x1 - x0) - self.aside * math.sin(yaw)
+        y = y0 + t * (y1 - y0) + self.aside * math.cos(yaw)
+        return x, y, max(-1e6, min(1e6, yaw + self.turned)), self.speed, self.dt
+
+
+SPOTS = st.builds(
+    Spot,
+    # Before the start and beyond the end too.
+    along=st.one_of(st.floats(0.0, 1.0), st.floats(-0.2, 1.2)),
+    aside=st.one_of(st.just(0.0), st.floats(-3.0, 3.0), st.floats(-1e4, 1e4)),
+    turned=st.one_of(
+        st.floats(-0.3, 0.3), st.floats(-math.pi, math.pi), st.floats(-1e6, 1e6), st.just(math.pi)
+    ),
+    speed=SPEEDS,
+    dt=DTS,
+)
+"""On the path and far off it, at rest, rolling backwards, turned any way."""
+
+CALM_SPOTS = st.builds(
+    Spot,
+    along=st.floats(0.0, 1.0),
+    aside=st.floats(-2.0, 2.0),
+    turned=st.floats(-0.5, 0.5),
+    speed=st.floats(0.5, 30.0),
+    dt=st.floats(0.01, 0.2),
+)
+"""What a vehicle on its way is like."""
+
+
+def fitted(params: dict[str, Any], path: Waypoints, most: int) -> dict[str, Any]:
+    """The parameters of a search, its grid coarse enough for a plain loop over `most` points."""
+    lengths = path.lengths
+    ahead = params.get("window_ahead", 20.0)
+    reach = min(sum(lengths), ahead + 3.0 * max(lengths))
+    least = reach / max(most - len(lengths), 1)
+    spacing = params.get("grid_spacing", 0.01)
+    if spacing >= least:
+        return params
+    fitted = {**params, "grid_spacing": min(least, 1e3)}
+    # As the threshold goes with the grid, or the circle would hardly ever be met.
+    if params.get("lookahead_tolerance", 0.01) <= spacing:
+        fitted["lookahead_tolerance"] = min(max(0.6 * least, 1e-9), 1e3)
+    return fitted

@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.parity.checks import (
+    Drive,
+    check_bad_states,
+    check_bad_steps,
+    check_params,
+    check_random,
+    check_rollout,
+)
+from tests.parity.laws import BANG_BANG
+from tests.parity.scenes import CASES, drives
+from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+
+
+@pytest.mark.covers(
+    "BangBang", "BangBang.step", "BangBang.steer", "BangBang.state", "BangBang.reset"
+)
+@pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
+@pytest.mark.parametrize("params", [{}, {"deadband": 0.2, "amplitude": 1.5}], ids=str)
+def test_bang_bang_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
+    check_rollout(BANG_BANG, drive, params, most=5000)
+
+
+@pytest.mark.covers(
+    "BangBangParams", "BangBangState", "BangBang.step", "BangBang.steer", "BangBang.state"
+)
+def test_bang_bang_matches_reference_edges() -> None:
+    check_params(BANG_BANG)
+    check_bad_steps(BANG_BANG)
+    check_bad_states(BANG_BANG, good={}, bad=[])
+
+
+@pytest.mark.covers(
+    "BangBang.params", "BangBang.path", "BangBang.reference_offset", "Command.steer"
+)
+@given(shape=shapes(), params=BANG_BANG.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+def test_bang_bang_matches_reference_random(
+    shape: Shape, params: dict[str, Any], spots: list[Spot]
+) -> None:
+    check_random(BANG_BANG, shape, params, spots)
+
+
+@pytest.mark.covers("BangBang.step", "BangBang.steer", "BangBang.state", "BangBang.reset")
+@given(drive=drives(), params=BANG_BANG.params())
+def test_bang_bang_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
+    check_rollout(BANG_BANG, drive, params)

@@ -1,0 +1,248 @@
+from __future__ import annotations
+
+from math import inf, nan, nextafter
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import popsteer
+from popsteer import PathError, reference
+from tests.parity.compare import Pair, call, make
+from tests.parity.strategies import SPOTS, Shape, Spot, fitted, shapes, usually
+
+SQUARE = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
+BAD_INDEXES: tuple[Any, ...] = (4, 5, -1, -(10**6), 2**53, 1.0, "1")
+BAD_POSITIONS = [
+    *((value, 1.0) for value in (nan, inf, -inf, nextafter(1e9, inf), None)),
+    *((1.0, value) for value in (nan, inf, -inf, -nextafter(1e9, inf), None)),
+    (nan, nan),
+]
+
+
+def _made(shape: Shape) -> Pair:
+    path = shape.build()
+    return make("Path", path.xy, speed=path.speed, closed=path.closed)
+
+
+@pytest.mark.covers(
+    *("Path", "Path.x", "Path.y", "Path.s", "Path.speed", "Path.length", "Path.closed")
+)
+@given(shape=shapes())
+def test_path_matches_reference_random(shape: Shape) -> None:
+    pair = _made(shape)
+    for attribute in ("x", "y", "s", "speed", "length", "closed"):
+        pair.get(attribute)
+    assert len(pair.rust) == len(pair.twin)
+
+
+@pytest.mark.covers("Path")
+@pytest.mark.parametrize(
+    ("xy", "options"),
+    [
+        *(([(0.0, 0.0), (value, 1.0)], {}) for value in (nan, inf, -inf, nextafter(1e9, inf))),
+        *(([(0.0, value), (1.0, 1.0)], {}) for value in (nan, inf, -inf, -nextafter(1e9, inf))),
+        # The first of several faults, in the order of the check: x before y before speed.
+        ([(0.0, nan), (nan, 1.0)], {"speed": [nan, nan]}),
+        ([(0.0, nan), (0.0, 1.0)], {"speed": [nan, nan]}),
+        *((SQUARE, {"speed": [1.0, value, 3.0, 4.0]}) for value in (nan, inf, 10000.1, -1e5)),
+        *((SQUARE, {"speed": [1.0] * count}) for count in (0, 3, 5)),
+        *((SQUARE[:count], {}) for count in (0, 1)),
+        *((SQUARE[:count], {"closed": True}) for count in (0, 1, 2)),
+        *(([(1.0, 1.0)] * count, {}) for count in (2, 3)),
+        ([*SQUARE, SQUARE[-1]], {}),
+        ([*SQUARE, SQUARE[0]], {"closed": True}),
+        ([*SQUARE, SQUARE[0]], {"closed": True, "speed": [1.0]}),
+        ([(0.0, 0.0), (1e-9, 0.0)], {}),
+        ([(0.0, 0.0), (0.0, -1e-9), (1.0, 1.0)], {}),
+        ([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)], {}),
+        ([(0.0,), (1.0,)], {}),
+        ([0.0, 1.0], {}),
+        ([[(0.0, 0.0), (1.0, 1.0)]], {}),
+        (np.zeros((2, 3)), {}),
+        (np.zeros((2, 2)), {}),
+        (np.array([[0.0, 0.0], [1.0, nan]]), {}),
+    ],
+    ids=str,
+)
+def test_path_of_bad_waypoints_matches_reference_edges(xy: Any, options: dict[str, Any]) -> None:
+    assert call("Path", xy, **options) is None
+
+
+@pytest.mark.parametrize("path", [popsteer.Path, reference.Path], ids=["rust", "reference"])
+@pytest.mark.parametrize(
+    ("xy", "speed"),
+    [
+        *(("ab", None), (None, None), (3.0, None), (object(), None), ([(0.0, 0.0), (1.0,)], None)),
+        *((SQUARE, speed) for speed in ("abcd", 3.0, object(), [[1.0, 2.0]] * 4, [1.0, None])),
+        ([(0.0, 0.0), (1.0, 1.0 + 2.0j)], None),
+    ],
+)
+def test_path_of_no_numbers_is_refused_by_both(path: Any, xy: Any, speed: Any) -> None:
+    # What numpy says about such input is its own, so the words may differ.
+    with pytest.raises(PathError):
+        path(xy, speed=speed)
+
+
+@pytest.mark.covers("Path", "Path.s", "Path.length", "Path.project")
+@pytest.mark.parametrize(
+    ("xy", "options"),
+    [
+        (SQUARE, {"closed": True}),
+        (SQUARE, {"speed": [1, 2, 3, 4]}),
+        ([(0, 0), (3, 4)], {}),
+        ([[0, 0], [3, 4]], {}),
+        (np.array(SQUARE, dtype=np.float32), {}),
+        (np.array(SQUARE)[::-1], {}),
+        (np.array(SQUARE, order="F"), {"speed": np.arange(8.0)[::2]}),
+        ([(0.0, 0.0), (nextafter(1e-9, 1.0), 0.0)], {}),
+        ([(-1e9, 1e9), (1e9, -1e9)], {}),
+        ([(0.0, 0.0), (1.0, 1.0), (0.0, 0.0)], {}),
+        ([(-0.0, 0.0), (0.0, -1.0), (-0.0, 0.0)], {}),
+    ],
+    ids=str,
+)
+def test_path_of_any_kind_of_numbers_matches_reference_cases(
+    xy: Any, options: dict[str, Any]
+) -> None:
+    pair = make("Path", xy, **options)
+    pair.get("s")
+    pair.get("length")
+    for x, y in ((0.0, 0.0), (-0.0, -0.0), (2.0, 2.0), (-5.0, 1.0), (1e9, -1e9)):
+        pair.call("project", x, y)
+
+
+@pytest.mark.covers(
+    *("Path.nearest_waypoint", "Path.walk", "Path.project", "Path.path_yaw_behind"),
+    *("Path.reference_speed", "Projection.segment", "Projection.cross_track_error"),
+)
+@given(shape=shapes(), spot=SPOTS, start=st.floats(0.0, 1.0))
+def test_path_location_matches_reference_random(shape: Shape, spot: Spot, start: float) -> None:
+    path = shape.build()
+    pair = _made(shape)
+    x, y, *_ = spot.at(path)
+    first = min(int(start * len(path.xy)), len(path.xy) - 1)
+    pair.call("nearest_waypoint", x, y)
+    arrived = pair.call("walk", first, x, y)
+    assert arrived is not None
+    for nearest in (None, first, arrived.rust):
+        pair.call("project", x, y, nearest)
+        pair.call("reference_speed", x, y, nearest)
+    pair.call("path_yaw_behind", first)
+
+
+@pytest.mark.covers(
+    *("Path.window", "Path.resample", "Path.get_lookahead_point"),
+    *("Path.get_lookahead_point_index", "Lookahead.index", "Lookahead.point", "Lookahead.found"),
+)
+@given(
+    shape=shapes(),
+    spot=SPOTS,
+    lookahead=usually((0.0, 15.0), 0.0, 1e6),
+    tolerance=usually((0.001, 0.5), 1e-9, 1e3),
+    window_ahead=usually((1.0, 40.0), 1e-3, 1e6),
+    grid_spacing=usually((0.01, 1.0), 1e-4, 1e3),
+    given_nearest=st.booleans(),
+)
+def test_path_lookahead_matches_reference_random(
+    shape: Shape,
+    spot: Spot,
+    lookahead: float,
+    tolerance: float,
+    window_ahead: float,
+    grid_spacing: float,
+    given_nearest: bool,
+) -> None:
+    path = shape.build()
+    pair = _made(shape)
+    x, y, *_ = spot.at(path)
+    nearest = pair.rust.nearest_waypoint(x, y)
+    asked = {"window_ahead": window_ahead, "grid_spacing": grid_spacing}
+    search = fitted({**asked, "lookahead_tolerance": tolerance}, path, 2000)
+    options = {
+        "window_ahead": window_ahead,
+        "grid_spacing": search["grid_spacing"],
+        "tolerance": search["lookahead_tolerance"],
+        "nearest": nearest if given_nearest else None,
+    }
+    pair.call("window", nearest, window_ahead)
+    pair.call("resample", nearest, window_ahead, search["grid_spacing"])
+    pair.call("get_lookahead_point", x, y, lookahead, **options)
+    pair.call("get_lookahead_point_index", x, y, lookahead, **options)
+
+
+@pytest.mark.covers(
+    *("Path.nearest_waypoint", "Path.walk", "Path.project", "Path.path_yaw_behind"),
+    *("Path.reference_speed", "Path.window", "Path.resample"),
+    *("Path.get_lookahead_point", "Path.get_lookahead_point_index"),
+)
+def test_path_questions_match_reference_edges() -> None:
+    pair = make("Path", SQUARE)
+    for x, y in BAD_POSITIONS:
+        assert pair.call("nearest_waypoint", x, y) is None
+        assert pair.call("walk", 0, x, y) is None
+        assert pair.call("walk", 9, x, y) is None
+        for method in ("project", "reference_speed"):
+            assert pair.call(method, x, y) is None
+            assert pair.call(method, x, y, 9) is None
+        for method in ("get_lookahead_point", "get_lookahead_point_index"):
+            assert pair.call(method, x, y, nan, nearest=9, tolerance=nan) is None
+    for index in BAD_INDEXES:
+        assert pair.call("walk", index, 1.0, 1.0) is None
+        for method in ("project", "reference_speed"):
+            assert pair.call(method, 1.0, 1.0, index) is None
+        assert pair.call("path_yaw_behind", index) is None
+        assert pair.call("window", index) is None
+        assert pair.call("resample", index, ahead=2.0) is None
+        assert pair.call("get_lookahead_point", 1.0, 1.0, 2.0, nearest=index) is None
+    for value in (nan, inf, -inf, 0.0, -1.0, nextafter(1e-3, 0.0), nextafter(1e6, inf)):
+        assert pair.call("window", 0, value) is None
+        assert pair.call("resample", 0, value, nan) is None
+    for value in (nan, inf, -inf, 0.0, -1.0, nextafter(1e-4, 0.0), nextafter(1e3, inf)):
+        assert pair.call("resample", 0, 2.0, value) is None
+
+
+@pytest.mark.covers("Path.get_lookahead_point", "Path.get_lookahead_point_index")
+@pytest.mark.parametrize(
+    ("lookahead", "options"),
+    [
+        *((value, {}) for value in (nan, inf, -inf, -5e-324, nextafter(1e6, inf))),
+        *((1.0, {"tolerance": value}) for value in (nan, 0.0, 9e-10, nextafter(1e3, inf))),
+        *((1.0, {"window_ahead": value}) for value in (nan, 0.0, 9e-4, nextafter(1e6, inf))),
+        *((1.0, {"grid_spacing": value}) for value in (nan, 0.0, 9e-5, nextafter(1e3, inf))),
+        (nan, {"tolerance": nan, "window_ahead": nan, "grid_spacing": nan, "nearest": 9}),
+        (nan, {"tolerance": nan, "window_ahead": nan, "grid_spacing": nan}),
+        (1.0, {"tolerance": nan, "window_ahead": nan, "grid_spacing": nan}),
+        (1.0, {"window_ahead": nan, "grid_spacing": nan}),
+    ],
+    ids=str,
+)
+def test_path_lookahead_of_bad_numbers_matches_reference_edges(
+    lookahead: float, options: dict[str, Any]
+) -> None:
+    pair = make("Path", SQUARE)
+    assert pair.call("get_lookahead_point", 1.0, 1.0, lookahead, **options) is None
+    assert pair.call("get_lookahead_point_index", 1.0, 1.0, lookahead, **options) is None
+
+
+@pytest.mark.covers("Path.get_lookahead_point", "Path.window", "Path.resample")
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("nearest", range(4))
+def test_path_lookahead_at_its_bounds_matches_reference_cases(nearest: int, closed: bool) -> None:
+    pair = make("Path", SQUARE, closed=closed)
+    for ahead in (1e-3, 4.0, nextafter(4.0, 5.0), 8.0, 12.0, 16.0, 1e6, 5):
+        pair.call("window", nearest, ahead)
+        for spacing in (0.01, 0.3, 4.0, 1e3, 1):
+            pair.call("resample", nearest, ahead, spacing)
+            for lookahead in (0.0, 2.0, 4.0, 1e6):
+                for tolerance in (1e-9, 0.01, 1e3):
+                    pair.call(
+                        "get_lookahead_point",
+                        *(2.0, 0.0, lookahead),
+                        nearest=nearest,
+                        tolerance=tolerance,
+                        window_ahead=ahead,
+                        grid_spacing=spacing,
+                    )

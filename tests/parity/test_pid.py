@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.parity.checks import (
+    Drive,
+    check_bad_states,
+    check_bad_steps,
+    check_params,
+    check_random,
+    check_rollout,
+)
+from tests.parity.laws import PID
+from tests.parity.scenes import CASES, drives
+from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+
+
+@pytest.mark.covers("Pid", "Pid.step", "Pid.steer", "Pid.state", "Pid.reset")
+@pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
+@pytest.mark.parametrize(
+    "params", [{}, {"buffer_length": 7, "integral_with_dt": False, "max_steer": 0.5}], ids=str
+)
+def test_pid_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
+    check_rollout(PID, drive, params, most=5000)
+
+
+@pytest.mark.covers("PidParams", "PidState", "Pid.step", "Pid.steer", "Pid.state")
+def test_pid_matches_reference_edges() -> None:
+    check_params(PID)
+    check_bad_steps(PID)
+    check_bad_states(
+        PID,
+        good={"previous_error": 0.5, "terms": (0.1, 0.2), "next": 2, "sum": 0.3},
+        bad=[
+            *({"previous_error": value} for value in (nan, inf, -inf, 1.0000000000000002e16)),
+            *({"sum": value} for value in (nan, inf, -inf, -1.0000000000000002e16)),
+            *({"terms": (value, 1.0)} for value in (nan, inf, -inf, 1.0000000000000002e16)),
+            *({"next": value} for value in (0, 1, 3, 500, 501)),
+            *({"terms": (0.0,) * 500, "next": value} for value in (500, 501)),
+            *({"terms": (0.0,) * count, "next": 0} for count in (501, 1001)),
+            # The first in the order of the check is the one named.
+            {"waypoint": 99, "previous_error": nan, "terms": (nan,), "next": 9, "sum": nan},
+            {"waypoint": 99, "previous_error": nan, "sum": nan},
+            {"waypoint": 99, "previous_error": nan},
+        ],
+    )
+
+
+@pytest.mark.covers("Pid.params", "Pid.path", "Pid.reference_offset", "Command.steer")
+@given(shape=shapes(), params=PID.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+def test_pid_matches_reference_random(
+    shape: Shape, params: dict[str, Any], spots: list[Spot]
+) -> None:
+    check_random(PID, shape, params, spots)
+
+
+@pytest.mark.covers("Pid.step", "Pid.steer", "Pid.state", "Pid.reset")
+@given(drive=drives(), params=PID.params())
+def test_pid_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
+    check_rollout(PID, drive, params)

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.parity.checks import (
+    Drive,
+    check_bad_states,
+    check_bad_steps,
+    check_params,
+    check_random,
+    check_rollout,
+)
+from tests.parity.laws import PURE_PURSUIT
+from tests.parity.scenes import CASES, drives
+from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+
+
+@pytest.mark.covers(
+    "PurePursuit", "PurePursuit.step", "PurePursuit.steer", "PurePursuit.state", "PurePursuit.reset"
+)
+@pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
+@pytest.mark.parametrize(
+    "params",
+    [{}, {"alpha_by_arccos": True}, {"min_lookahead": 0.0, "reference_offset": -1.94}],
+    ids=str,
+)
+def test_pure_pursuit_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
+    check_rollout(PURE_PURSUIT, drive, params, most=5000)
+
+
+@pytest.mark.covers(
+    "PurePursuitParams",
+    "PurePursuitState",
+    "PurePursuit.step",
+    "PurePursuit.steer",
+    "PurePursuit.state",
+)
+def test_pure_pursuit_matches_reference_edges() -> None:
+    check_params(PURE_PURSUIT)
+    check_bad_steps(PURE_PURSUIT)
+    check_bad_states(
+        PURE_PURSUIT,
+        good={"previous_alpha": 0.5},
+        bad=[{"previous_alpha": value} for value in (nan, inf, -inf, 3.1415926535897936, -4.0)],
+    )
+
+
+@pytest.mark.covers(
+    "PurePursuit.params", "PurePursuit.path", "PurePursuit.reference_offset", "Command.steer"
+)
+@given(shape=shapes(), params=PURE_PURSUIT.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+def test_pure_pursuit_matches_reference_random(
+    shape: Shape, params: dict[str, Any], spots: list[Spot]
+) -> None:
+    check_random(PURE_PURSUIT, shape, params, spots)
+
+
+@pytest.mark.covers(
+    "PurePursuit.step", "PurePursuit.steer", "PurePursuit.state", "PurePursuit.reset"
+)
+@given(drive=drives(), params=PURE_PURSUIT.params())
+def test_pure_pursuit_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
+    check_rollout(PURE_PURSUIT, drive, params)

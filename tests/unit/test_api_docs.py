@@ -1,0 +1,218 @@
+"""Every public object is documented: what it takes is named, and what it shows runs.
+
+Classes of the Rust core carry their documentation in the extension module, where doctest's own
+finder does not look.
+"""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import doctest
+import importlib
+import inspect
+import math
+import pkgutil
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import popsteer
+from popsteer import _core
+
+MODULES = ["popsteer", "popsteer.reference", "popsteer.sim"]
+# Begins a section of numpydoc: a line, and dashes under it.
+_SECTION = re.compile(r"^([A-Z][A-Za-z ]+)\n-{3,}\n", re.MULTILINE)
+
+
+def _members(kind: type) -> dict[str, Any]:
+    """Public methods and attributes of a class, those of Python's own classes left out."""
+    own = [each for each in kind.__mro__ if each.__module__.startswith("popsteer")]
+    return {
+        name: getattr(kind, name)
+        for each in own
+        for name, member in vars(each).items()
+        if not name.startswith("_")
+        and (callable(getattr(kind, name)) or inspect.isdatadescriptor(member))
+        # The fields of a named tuple are documented where they stand.
+        and not issubclass(kind, tuple)
+    }
+
+
+def _public() -> dict[str, Any]:
+    """Every public function and class, and the members of the classes, by name."""
+    found: dict[str, Any] = {}
+    for name in MODULES:
+        module = importlib.import_module(name)
+        for public in module.__all__:
+            thing = getattr(module, public)
+            if inspect.isroutine(thing) or inspect.isclass(thing):
+                found[f"{name}.{public}"] = thing
+            if inspect.isclass(thing):
+                found |= {f"{name}.{public}.{each}": at for each, at in _members(thing).items()}
+    return found
+
+
+def _sections(thing: Any) -> dict[str, str]:
+    parts = _SECTION.split(inspect.getdoc(thing) or "")
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def _entries(section: str) -> dict[str, str]:
+    """Names in a section, and what is said of their type: entries begin at the margin."""
+    entries: dict[str, str] = {}
+    for line in section.splitlines():
+        if line and not line[0].isspace():
+            names, _, kind = line.partition(" : ")
+            entries |= {name.strip().lstrip("*"): kind for name in names.split(",")}
+    return entries
+
+
+def _documented(thing: Any) -> dict[str, str]:
+    sections = _sections(thing)
+    # The fields of a dataclass are its parameters.
+    title = "Attributes" if dataclasses.is_dataclass(thing) else "Parameters"
+    return _entries(sections.get("Parameters", sections.get(title, "")))
+
+
+def _parameters(thing: Any) -> dict[str, Any]:
+    """Parameters by name, with their defaults."""
+    try:
+        signature = inspect.signature(thing)
+    except ValueError:  # a class whose objects the library alone makes
+        return {}
+    return {
+        name: parameter.default
+        for name, parameter in signature.parameters.items()
+        if name not in ("self", "cls")
+    }
+
+
+def _is_of_core(thing: Any) -> bool:
+    home = thing if inspect.isclass(thing) else getattr(thing, "__objclass__", thing)
+    return any(home is each for each in vars(_core).values())
+
+
+PUBLIC = _public()
+CALLABLES = {name: thing for name, thing in PUBLIC.items() if callable(thing)}
+CORE = {name: thing for name, thing in CALLABLES.items() if _is_of_core(thing)}
+DOCUMENTED = {name: thing for name, thing in CALLABLES.items() if _documented(thing)}
+DEFAULTS = {
+    (name, parameter): kind.partition("default ")[2]
+    for name, thing in CORE.items()
+    for parameter, kind in _documented(thing).items()
+    if "default " in kind
+}
+
+
+def test_enumeration_of_public_objects_finds_the_essential_ones() -> None:
+    laws = ("Pop", "Pid", "PurePursuit", "Stanley", "BangBang")
+    for home in ("popsteer", "popsteer.reference"):
+        wanted = {f"{home}.{law}{part}" for law in laws for part in ("", "Params", ".step")}
+        assert wanted <= set(CALLABLES)
+        assert {f"{home}.{law}.state" for law in laws} <= set(PUBLIC)
+    assert {"popsteer.wrap", "popsteer.Path.project", "popsteer.Pop.steer"} <= set(CORE)
+    assert {"popsteer.sim.Simulation", "popsteer.sim.Simulation.step"} <= set(CORE)
+    assert "popsteer.reference.wrap" not in CORE
+    assert len(DOCUMENTED) > 60
+    assert len(DEFAULTS) > 50
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_public_module_has_a_docstring(name: str) -> None:
+    assert importlib.import_module(name).__doc__
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_object_has_a_docstring_that_begins_with_a_sentence(name: str) -> None:
+    doc = inspect.getdoc(PUBLIC[name])
+    assert doc
+    assert doc.split("\n\n")[0].rstrip().endswith((".", ":"))
+
+
+@pytest.mark.parametrize("name", CORE)
+def test_callable_of_the_core_documents_its_parameters(name: str) -> None:
+    doc = inspect.getdoc(CORE[name]) or ""
+    # A few share them with a neighbour, which they name; `replace` takes any.
+    elsewhere = "Parameters and errors as `" in doc or name.endswith(".replace")
+    assert bool(_documented(CORE[name])) == bool(_parameters(CORE[name])) or elsewhere
+
+
+@pytest.mark.parametrize("name", DOCUMENTED)
+def test_parameters_section_names_exactly_the_parameters(name: str) -> None:
+    if inspect.isclass(DOCUMENTED[name]) and not _parameters(DOCUMENTED[name]):
+        assert "Attributes" in _sections(DOCUMENTED[name])
+        return
+    assert list(_documented(DOCUMENTED[name])) == list(_parameters(DOCUMENTED[name]))
+
+
+@pytest.mark.parametrize("name", [name for name in CORE if name in DOCUMENTED])
+def test_parameter_is_said_to_be_optional_where_it_is(name: str) -> None:
+    defaults = _parameters(CORE[name])
+    for parameter, said in _documented(CORE[name]).items():
+        has_default = defaults[parameter] is not inspect.Parameter.empty
+        assert has_default == ("default " in said or "optional" in said), parameter
+
+
+@pytest.mark.parametrize(("name", "parameter"), DEFAULTS, ids=str)
+def test_documented_default_is_the_real_one(name: str, parameter: str) -> None:
+    stated = eval(DEFAULTS[name, parameter], {"radians": math.radians})
+    real = _parameters(CORE[name])[parameter]
+    if real is ...:  # the extension module does not spell out what it computes
+        real = getattr(CORE[name](), parameter)
+    elif (name, parameter) == ("popsteer.sim.Simulation", "plant"):  # None stands for it
+        path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
+        real = CORE[name](path, real, start=(0.0, 0.0, 0.0)).plant
+    assert real == stated
+    assert type(real) is type(stated)
+
+
+@pytest.mark.parametrize("name", [name for name in CORE if "Examples" in _sections(CORE[name])])
+def test_examples_of_the_core_run(name: str) -> None:
+    doc = inspect.getdoc(CORE[name]) or ""
+    test = doctest.DocTestParser().get_doctest(doc, {"popsteer": popsteer}, name, None, None)
+    assert test.examples
+    said: list[str] = []
+    result = doctest.DocTestRunner().run(test, out=said.append)
+    assert result.failed == 0, "".join(said)
+
+
+def test_laws_and_functions_of_the_core_each_have_an_example() -> None:
+    wanted = {"Path", "Pop", "Pid", "PurePursuit", "Stanley", "BangBang", "SpeedPid", "wrap"}
+    wanted |= {"CoupledLongitudinal", "saturate", "get_distance", "get_predicted_location"}
+    wanted |= {"state_transition", "kinematic_bicycle"}
+    assert all("Examples" in _sections(getattr(popsteer, name)) for name in wanted)
+
+
+def _modules() -> list[str]:
+    modules = pkgutil.walk_packages(popsteer.__path__, "popsteer.")
+    return [
+        module.name
+        for module in modules
+        if module.name not in ("popsteer._core", "popsteer.__main__")
+    ]
+
+
+@pytest.mark.parametrize("name", ["popsteer", *_modules()])
+def test_examples_of_the_module_run(name: str) -> None:
+    module = importlib.import_module(name)
+    result = doctest.testmod(
+        module, extraglobs={"popsteer": popsteer}, optionflags=doctest.IGNORE_EXCEPTION_DETAIL
+    )
+    assert result.failed == 0
+    source = Path(module.__file__ or "").read_text(encoding="utf-8")
+    assert (result.attempted > 0) == (">>> " in source)
+
+
+def test_stub_names_the_parameters_in_the_order_of_the_module() -> None:
+    stub = Path(inspect.getfile(_core)).with_name("_core.pyi").read_text(encoding="utf-8")
+    classes = [node for node in ast.parse(stub).body if isinstance(node, ast.ClassDef)]
+    assert len(classes) > 20
+    for node in classes:
+        for made in node.body:
+            if isinstance(made, ast.FunctionDef) and made.name == "__new__":
+                arguments = [*made.args.posonlyargs, *made.args.args, *made.args.kwonlyargs]
+                names = [argument.arg for argument in arguments][1:]
+                assert names == list(_parameters(getattr(_core, node.name))), node.name

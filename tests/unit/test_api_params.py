@@ -1,0 +1,220 @@
+"""The parameter classes as a user meets them; their bounds are compared with the reference's."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+import pickle
+from typing import Any
+
+import pytest
+
+import popsteer
+from popsteer import ConfigError, reference
+from tests.parity.laws import ALL, LATERAL, Law
+
+# The paper's Table 1 and Table 2, with what the published code adds (6 m, 10 m) and this project
+# chooses where neither says (tolerances, window, grid, wheelbase, speed PID, bang-bang).
+_SEARCH = {"lookahead_tolerance": 0.01, "window_ahead": 20.0, "grid_spacing": 0.01}
+_BODY = {"wheelbase": 3.0, "reference_offset": None, "max_steer": 1.22}
+DEFAULTS: dict[str, dict[str, Any]] = {
+    "Pop": {
+        "lookahead_gain": 0.2,
+        "min_lookahead": 6.0,
+        "steer_span": math.radians(3.0),
+        "candidate_count": 21,
+        **_SEARCH,
+        **_BODY,
+    },
+    "Pid": {
+        "kp": 0.25,
+        "ki": 0.01,
+        "kd": 0.2,
+        "buffer_length": 500,
+        "integral_with_dt": True,
+        **_BODY,
+    },
+    "PurePursuit": {
+        "lookahead_gain": 0.9,
+        "min_lookahead": 10.0,
+        "alpha_by_arccos": False,
+        **_SEARCH,
+        **_BODY,
+    },
+    "Stanley": {
+        "cross_track_gain": 1.5,
+        "speed_gain": 1.3,
+        "softening": 1e-5,
+        "heading_behind": False,
+        **_BODY,
+    },
+    "BangBang": {"amplitude": 0.122, "deadband": 0.0, **_BODY},
+    "CoupledLongitudinal": {"cutoff": 0.5, "steer_limit": 1.22, "speed_limit": 69.44},
+    "SpeedPid": {"kp": 0.5, "ki": 0.1, "kd": 0.0},
+}
+
+NUMBERS = [
+    pytest.param(law, field, id=f"{law.name}-{field}") for law in ALL for field in law.ranges
+]
+each_law = pytest.mark.parametrize("law", ALL, ids=lambda law: law.name)
+
+
+def _class(law: Law) -> Any:
+    return getattr(popsteer, law.params_name)
+
+
+def _changed(law: Law) -> dict[str, Any]:
+    """A value for every parameter that is not its default."""
+    changes: dict[str, Any] = {}
+    for field, default in DEFAULTS[law.name].items():
+        if isinstance(default, bool):
+            changes[field] = not default
+        elif isinstance(default, int):
+            changes[field] = default + 2
+        else:
+            (low, high), _ = law.ranges[field]
+            changes[field] = min(max(0.71, low), high)
+    return changes
+
+
+@each_law
+def test_params_without_arguments_are_the_papers(law: Law) -> None:
+    params = _class(law)()
+    assert params.as_dict() == DEFAULTS[law.name]
+    assert params.as_dict() == dataclasses.asdict(getattr(reference, law.params_name)())
+    assert (
+        getattr(popsteer, law.name)(
+            *([popsteer.Path([(0, 0), (1, 0)])] if law in LATERAL else [])
+        ).params
+        == params
+    )
+
+
+@each_law
+def test_params_given_by_name_are_kept(law: Law) -> None:
+    changes = _changed(law)
+    params = _class(law)(**changes)
+    assert params.as_dict() == changes
+    for field, value in changes.items():
+        assert getattr(params, field) == value
+        assert type(getattr(params, field)) is type(value)
+
+
+@each_law
+@pytest.mark.parametrize("changed", [False, True])
+def test_params_repr_evaluates_to_the_same(law: Law, changed: bool) -> None:
+    params = _class(law)(**(_changed(law) if changed else {}))
+    assert eval(repr(params), vars(popsteer)) == params
+    assert repr(params).startswith(f"{law.params_name}({next(iter(DEFAULTS[law.name]))}=")
+
+
+@each_law
+def test_params_replace_changes_the_given_ones_alone(law: Law) -> None:
+    params = _class(law)()
+    for field, value in _changed(law).items():
+        replaced = params.replace(**{field: value})
+        assert replaced.as_dict() == {**DEFAULTS[law.name], field: value}
+        assert replaced != params
+    assert params == _class(law)()
+    assert params.replace() == params
+    with pytest.raises(TypeError):
+        params.replace(no_such_parameter=1.0)
+
+
+@each_law
+@pytest.mark.parametrize(
+    "duplicate",
+    [
+        copy.copy,
+        copy.deepcopy,
+        *(lambda p, n=n: pickle.loads(pickle.dumps(p, n)) for n in range(2, 6)),
+    ],
+)
+def test_params_copied_or_pickled_are_equal(law: Law, duplicate: Any) -> None:
+    params = _class(law)(**_changed(law))
+    twin = duplicate(params)
+    assert type(twin) is type(params)
+    assert twin == params
+    assert twin != _class(law)()
+
+
+@each_law
+def test_params_are_frozen_keyword_only_and_not_hashable(law: Law) -> None:
+    params = _class(law)()
+    field = next(iter(DEFAULTS[law.name]))
+    with pytest.raises(AttributeError):
+        setattr(params, field, 1.0)
+    with pytest.raises(AttributeError):
+        params.no_such_parameter = 1.0
+    with pytest.raises(TypeError, match="positional"):
+        _class(law)(1.0)
+    with pytest.raises(TypeError, match="no_such_parameter"):
+        _class(law)(no_such_parameter=1.0)
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(params)
+    assert params != object()
+    assert (params == params.as_dict()) is False
+
+
+@pytest.mark.parametrize(("law", "field"), NUMBERS)
+def test_params_number_out_of_range_is_refused_by_name(law: Law, field: str) -> None:
+    (low, high), _ = law.ranges[field]
+    beyond = (math.nextafter(low, -math.inf), math.nextafter(high, math.inf), low - 1.0, -1e9)
+    for value in (math.nan, math.inf, -math.inf, *beyond):
+        for make in (_class(law), _class(law)().replace):
+            with pytest.raises(ConfigError) as caught:
+                make(**{field: value})
+            assert caught.value.field == field
+            assert repr(caught.value.value) == repr(value)
+            assert str(caught.value) == f"{field} must be in [{low:g}, {high:g}], got {value!r}"
+
+
+@pytest.mark.parametrize(("law", "field"), NUMBERS)
+@pytest.mark.parametrize("value", ["1.0", b"1", [1.0], (1.0,), 1j, object()])
+def test_params_no_number_is_a_type_error(law: Law, field: str, value: object) -> None:
+    with pytest.raises(TypeError, match=field):
+        _class(law)(**{field: value})
+
+
+@pytest.mark.parametrize("count", [20, 2, 1, 0, -1, -21, 100_002, 100_003, 10**30, -(10**30)])
+def test_pop_candidate_count_even_or_out_of_range_is_refused(count: int) -> None:
+    with pytest.raises(ConfigError, match="candidate_count must be odd and in") as caught:
+        popsteer.PopParams(candidate_count=count)
+    assert caught.value.field == "candidate_count"
+    if abs(count) < 2**53:
+        assert caught.value.value == count
+
+
+@pytest.mark.parametrize("length", [0, -1, 1001, 10**30])
+def test_pid_buffer_length_out_of_range_is_refused(length: int) -> None:
+    with pytest.raises(ConfigError, match="buffer_length must be a count in") as caught:
+        popsteer.PidParams(buffer_length=length)
+    assert caught.value.field == "buffer_length"
+    if length < 2**53:
+        assert caught.value.value == length
+
+
+@pytest.mark.parametrize("field", ["candidate_count", "buffer_length"])
+@pytest.mark.parametrize("value", [21.0, "21", None])
+def test_params_no_whole_number_for_a_count_is_a_type_error(field: str, value: Any) -> None:
+    law = popsteer.PopParams if field == "candidate_count" else popsteer.PidParams
+    with pytest.raises(TypeError, match=field):
+        law(**{field: value})
+
+
+@pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
+def test_law_reference_offset_is_the_given_one_or_its_axle(law: Law) -> None:
+    path = popsteer.Path([(0, 0), (1, 0)])
+    make, params = getattr(popsteer, law.name), _class(law)
+    axle = 0.0 if law.name == "PurePursuit" else 2.5
+    assert make(path, params(wheelbase=2.5)).reference_offset == axle
+    assert make(path, params(wheelbase=2.5, reference_offset=-1.94)).reference_offset == -1.94
+
+
+@each_law
+def test_law_of_the_params_of_another_is_a_type_error(law: Law) -> None:
+    other = popsteer.SpeedPidParams() if law.name != "SpeedPid" else popsteer.PopParams()
+    arguments = [popsteer.Path([(0, 0), (1, 0)])] if law in LATERAL else []
+    with pytest.raises(TypeError):
+        getattr(popsteer, law.name)(*arguments, other)

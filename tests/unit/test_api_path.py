@@ -1,0 +1,217 @@
+"""`Path` as a user makes it: from what, and from what not."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import InputError, PathError
+
+XY = [(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)]
+
+
+@pytest.mark.parametrize(
+    "xy",
+    [
+        XY,
+        tuple(XY),
+        [list(point) for point in XY],
+        [(0, 0), (3, 0), (3, 4)],
+        np.array(XY),
+        np.array(XY, dtype=np.float32),
+        np.array(XY, dtype=np.int16),
+        np.array(XY, order="F"),
+        np.array(XY, dtype=">f8"),
+        np.array(XY[::-1])[::-1],
+        np.array([(x, 9.0, y, 9.0) for x, y in XY])[:, ::2],
+        np.array(XY * 2)[:3],
+    ],
+    ids=lambda xy: type(xy).__name__,
+)
+def test_path_of_any_array_like_holds_the_same_numbers(xy: Any) -> None:
+    path = popsteer.Path(xy)
+    assert path.x.tolist() == [0.0, 3.0, 3.0]
+    assert path.y.tolist() == [0.0, 0.0, 4.0]
+    assert path.s.tolist() == [0.0, 3.0, 7.0]
+    assert (path.length, path.closed, path.speed, len(path)) == (7.0, False, None, 3)
+    assert {path.x.dtype, path.y.dtype, path.s.dtype} == {np.dtype(np.float64)}
+
+
+def test_path_read_only_array_is_taken() -> None:
+    xy = np.array(XY)
+    xy.flags.writeable = False
+    assert popsteer.Path(xy, speed=xy[:, 0]).length == 7.0
+
+
+def test_path_closed_measures_the_closing_segment() -> None:
+    path = popsteer.Path(XY, closed=True, speed=[1, 2, 3])
+    assert (path.length, path.closed, len(path)) == (12.0, True, 3)
+    assert path.speed is not None
+    assert path.speed.tolist() == [1.0, 2.0, 3.0]
+    assert repr(path) == "<Path of 3 waypoints, 12.0 m, closed>"
+
+
+def test_path_later_changes_of_the_array_do_not_matter() -> None:
+    xy, speed = np.array(XY), np.array([1.0, 2.0, 3.0])
+    path = popsteer.Path(xy, speed=speed)
+    pop = popsteer.Pop(path)
+    xy[:] = -5.0
+    speed[:] = -5.0
+    assert path.x.tolist() == [0.0, 3.0, 3.0]
+    assert path.speed is not None
+    assert path.speed.tolist() == [1.0, 2.0, 3.0]
+    shown = path.x
+    shown[:] = 7.0
+    assert path.x.tolist() == [0.0, 3.0, 3.0]
+    step = (-3.0, 0.5, 0.0, 1.0, 0.05)
+    assert pop.step(*step) == popsteer.Pop(popsteer.Path(XY)).step(*step)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("speed", [None, [1.0, 2.0, 3.0]])
+@pytest.mark.parametrize(
+    "duplicate", [copy.copy, copy.deepcopy, lambda path: pickle.loads(pickle.dumps(path))]
+)
+def test_path_copied_or_pickled_is_the_same(closed: bool, speed: Any, duplicate: Any) -> None:
+    path = popsteer.Path(XY, speed=speed, closed=closed)
+    twin = duplicate(path)
+    assert isinstance(twin, popsteer.Path)
+    for field in ("x", "y", "s"):
+        assert getattr(twin, field).tolist() == getattr(path, field).tolist()
+    assert (twin.length, twin.closed, len(twin)) == (path.length, closed, 3)
+    assert twin.reference_speed(1.0, 0.0) == path.reference_speed(1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("xy", "shape"),
+    [
+        (1.0, "()"),
+        ([], "(0,)"),
+        ([1.0, 2.0], "(2,)"),
+        ([(1.0, 2.0, 3.0)] * 2, "(2, 3)"),
+        ([(1.0,)] * 2, "(2, 1)"),
+        ([XY], "(1, 3, 2)"),
+        (np.zeros((2, 5)), "(2, 5)"),
+    ],
+    ids=str,
+)
+def test_path_of_wrong_shape_is_refused_with_the_shape(xy: Any, shape: str) -> None:
+    with pytest.raises(PathError) as caught:
+        popsteer.Path(xy)
+    assert str(caught.value) == f"xy must have shape (N, 2), got {shape}"
+    assert caught.value.index is None
+
+
+@pytest.mark.parametrize("xy", ["ab", [("a", "b")], [(0, 0), (1,)], object(), [(1j, 0), (1, 1)]])
+def test_path_of_no_numbers_is_refused_in_words(xy: Any) -> None:
+    with pytest.raises(PathError, match=r"xy must be an array of numbers of shape \(N, 2\)"):
+        popsteer.Path(xy)
+
+
+@pytest.mark.parametrize("speed", [1.0, [[1.0], [2.0], [3.0]], "abc", [1.0, "a", 2.0]])
+def test_path_speed_of_wrong_shape_or_kind_is_refused(speed: Any) -> None:
+    with pytest.raises(PathError, match="speed must"):
+        popsteer.Path(XY, speed=speed)
+
+
+@pytest.mark.parametrize(
+    ("xy", "options", "message", "index"),
+    [
+        ([(0, 0)], {}, "a path needs at least 2 waypoints, got 1", None),
+        (np.zeros((0, 2)), {}, "a path needs at least 2 waypoints, got 0", None),
+        (XY[:2], {"closed": True}, "a path needs at least 3 waypoints, got 2", None),
+        (XY, {"speed": [1.0]}, "speed has 1 entries for 3 waypoints", None),
+        (XY, {"speed": []}, "speed has 0 entries for 3 waypoints", None),
+        ([*XY, XY[-1]], {}, "waypoints 2 and 3 coincide", 2),
+        ([(0, 0), (1e-9, 0)], {}, "waypoints 0 and 1 coincide", 0),
+        ([*XY, XY[0]], {"closed": True}, "waypoints 3 and 0 coincide", 3),
+        (
+            [(0, 0), (1, float("nan"))],
+            {},
+            "y of waypoint 1 must be in [-1e+09, 1e+09], got nan",
+            1,
+        ),
+        (
+            [(float("-inf"), 0), (1, 0)],
+            {},
+            "x of waypoint 0 must be in [-1e+09, 1e+09], got -inf",
+            0,
+        ),
+        ([(0, 0), (2e9, 0)], {}, "x of waypoint 1 must be in [-1e+09, 1e+09], got 2000000000.0", 1),
+        (
+            XY,
+            {"speed": [0, 1, 2e4]},
+            "speed of waypoint 2 must be in [-10000, 10000], got 20000.0",
+            2,
+        ),
+    ],
+)
+def test_path_of_bad_waypoints_names_the_waypoint(
+    xy: Any, options: dict[str, Any], message: str, index: int | None
+) -> None:
+    with pytest.raises(PathError) as caught:
+        popsteer.Path(xy, **options)
+    assert (str(caught.value), caught.value.index) == (message, index)
+
+
+def test_path_open_may_return_to_its_start() -> None:
+    assert popsteer.Path([*XY, XY[0]]).length == 12.0
+
+
+@pytest.mark.parametrize("options", [{"closed": 1}, {"closed": None}, {"loop": True}])
+def test_path_of_wrong_options_is_a_type_error(options: dict[str, Any]) -> None:
+    with pytest.raises(TypeError):
+        popsteer.Path(XY, **options)
+    with pytest.raises(TypeError):
+        popsteer.Path()  # type: ignore[call-arg]
+
+
+def test_path_is_frozen() -> None:
+    path = popsteer.Path(XY)
+    for field in ("x", "length", "closed"):
+        with pytest.raises(AttributeError):
+            setattr(path, field, 0.0)
+
+
+@pytest.mark.parametrize("index", [3, -1, 10**9])
+def test_path_question_about_no_waypoint_is_refused_by_name(index: int) -> None:
+    path = popsteer.Path(XY)
+    for field, ask in (
+        ("start", lambda: path.walk(index, 0.0, 0.0)),
+        ("nearest", lambda: path.project(0.0, 0.0, index)),
+        ("nearest", lambda: path.path_yaw_behind(index)),
+        ("nearest", lambda: path.window(index)),
+        ("nearest", lambda: path.get_lookahead_point(0.0, 0.0, 1.0, nearest=index)),
+    ):
+        with pytest.raises(InputError, match="must be below 3") as caught:
+            ask()
+        assert (caught.value.field, caught.value.value) == (field, index)
+
+
+def test_path_resample_starts_at_the_waypoint_behind_and_ends_with_the_window() -> None:
+    path = popsteer.Path([(float(k), 0.0) for k in range(50)])
+    grid = path.resample(10, ahead=20.0, spacing=0.1)
+    assert path.window(10, 20.0) == (9, 21)
+    assert grid.shape == (211, 2)
+    assert grid[0].tolist() == [9.0, 0.0]
+    assert grid[-1].tolist() == [30.0, 0.0]
+    assert np.abs(np.diff(grid[:, 0])).max() <= 0.1 + 1e-12
+
+
+def test_path_lookahead_point_is_the_first_near_the_circle() -> None:
+    path = popsteer.Path([(float(k), 0.0) for k in range(50)])
+    found = path.get_lookahead_point(10.0, 0.0, 6.0)
+    assert found.found
+    assert found.point[0] == pytest.approx(15.99)
+    assert found.point[1] == 0.0
+    assert found.index == path.get_lookahead_point_index(10.0, 0.0, 6.0)
+    assert path.resample(10)[found.index].tolist() == list(found.point)
+    assert repr(found) == f"Lookahead(index={found.index}, point={found.point}, found=True)"
+    lost = path.get_lookahead_point(10.0, 0.0, 60.0)
+    assert (lost.point, lost.found) == ((30.0, 0.0), False)
+    assert lost != found

@@ -1,0 +1,179 @@
+"""What the laws remember: shown, compared, saved, restored, refused."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from typing import Any
+
+import pytest
+
+import popsteer
+from popsteer import InputError
+from tests.parity.laws import LATERAL, Law
+
+PATH = popsteer.Path([(float(k), 0.1 * k) for k in range(30)])
+STEP = (4.0, 1.0, 0.2, 6.0, 0.05)
+FIRST: dict[str, dict[str, Any]] = {
+    "Pop": {"waypoint": None, "previous_steer": 0.0},
+    "Pid": {"waypoint": None, "previous_error": None, "terms": (), "next": 0, "sum": 0.0},
+    "PurePursuit": {"waypoint": None, "previous_alpha": 0.0},
+    "Stanley": {"waypoint": None},
+    "BangBang": {"waypoint": None},
+}
+
+each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
+
+
+def _controller(law: Law) -> Any:
+    return getattr(popsteer, law.name)(PATH)
+
+
+def _walked(law: Law, steps: int = 3) -> Any:
+    controller = _controller(law)
+    for _ in range(steps):
+        controller.step(*STEP)
+    return controller
+
+
+@each_law
+def test_state_before_the_first_step_is_the_default(law: Law) -> None:
+    first = _controller(law).state
+    assert first.as_dict() == FIRST[law.name]
+    assert first == getattr(popsteer, law.state_name)()
+
+
+@each_law
+def test_state_after_a_step_is_another_and_shows_it(law: Law) -> None:
+    controller = _controller(law)
+    first = controller.state
+    controller.step(*STEP)
+    after = controller.state
+    assert after != first
+    # Reference points 0 to 3 m ahead of x = 4.
+    assert after.waypoint in (4, 7)
+    assert first.waypoint is None
+    assert after.as_dict().keys() == FIRST[law.name].keys()
+    for field, value in after.as_dict().items():
+        assert getattr(after, field) == value
+
+
+@each_law
+def test_state_repr_evaluates_to_the_same(law: Law) -> None:
+    state = _walked(law).state
+    assert eval(repr(state), vars(popsteer)) == state
+
+
+@each_law
+@pytest.mark.parametrize(
+    "duplicate",
+    [
+        copy.copy,
+        copy.deepcopy,
+        *(lambda s, n=n: pickle.loads(pickle.dumps(s, n)) for n in range(2, 6)),
+    ],
+)
+def test_state_copied_or_pickled_goes_on_alike(law: Law, duplicate: Any) -> None:
+    controller = _walked(law)
+    saved = duplicate(controller.state)
+    assert saved == controller.state
+    other = _controller(law)
+    other.state = saved
+    assert other.state == controller.state
+    assert other.step(4.2, 1.1, 0.1, 5.0, 0.05) == controller.step(4.2, 1.1, 0.1, 5.0, 0.05)
+    assert other.state == controller.state
+
+
+@each_law
+def test_state_is_frozen_and_a_copy(law: Law) -> None:
+    controller = _walked(law)
+    state = controller.state
+    with pytest.raises(AttributeError):
+        state.waypoint = 1
+    with pytest.raises(TypeError):
+        getattr(popsteer, law.state_name)(1)
+    controller.step(20.0, 1.0, 0.2, 6.0, 0.05)
+    assert controller.state != state
+
+
+@each_law
+def test_reset_forgets_every_step(law: Law) -> None:
+    controller, fresh = _walked(law, 5), _controller(law)
+    controller.reset()
+    assert controller.state == fresh.state
+    assert controller.step(*STEP) == fresh.step(*STEP)
+
+
+@each_law
+@pytest.mark.parametrize("waypoint", [30, 31, 10**9])
+def test_state_with_a_waypoint_the_path_has_not_is_refused(law: Law, waypoint: int) -> None:
+    controller = _walked(law)
+    before = controller.state
+    with pytest.raises(InputError, match="waypoint must be below 30") as caught:
+        controller.state = getattr(popsteer, law.state_name)(waypoint=waypoint)
+    assert (caught.value.field, caught.value.value) == ("waypoint", waypoint)
+    assert controller.state == before
+
+
+@each_law
+def test_state_of_another_law_is_a_type_error(law: Law) -> None:
+    controller = _walked(law)
+    before = controller.state
+    for state in (popsteer.SpeedPidState(), None, before.as_dict()):
+        with pytest.raises(TypeError):
+            controller.state = state
+    assert controller.state == before
+    with pytest.raises(AttributeError):
+        del controller.state
+
+
+def test_pid_state_keeps_the_terms_of_the_last_steps_oldest_first() -> None:
+    pid = popsteer.Pid(PATH, popsteer.PidParams(buffer_length=3, integral_with_dt=False))
+    errors = [pid.step(4.0, y, 0.0, 5.0, 0.05).cross_track_error for y in (0.5, 1.0, -2.0, 3.0)]
+    state = pid.state
+    assert state.terms == tuple(errors[1:])
+    assert (state.next, state.previous_error) == (1, errors[-1])
+    assert state.sum == pytest.approx(sum(errors[1:]))
+
+
+@pytest.mark.parametrize(
+    ("fields", "field"),
+    [
+        ({"terms": (0.0,) * 501}, "terms"),
+        ({"terms": (float("nan"),), "next": 1}, "terms"),
+        ({"terms": (1.0,), "next": 0}, "next"),
+        ({"terms": (0.0,) * 500, "next": 500}, "next"),
+        ({"sum": float("inf")}, "sum"),
+        ({"previous_error": float("nan")}, "previous_error"),
+    ],
+)
+def test_pid_state_that_no_buffer_could_have_is_refused(fields: dict[str, Any], field: str) -> None:
+    pid = popsteer.Pid(PATH)
+    pid.step(*STEP)
+    before = pid.state
+    with pytest.raises(InputError) as caught:
+        pid.state = popsteer.PidState(**fields)
+    assert caught.value.field == field
+    assert pid.state == before
+
+
+@pytest.mark.parametrize("angle", [1.3, -1.3, float("nan")])
+def test_pop_state_with_an_angle_beyond_the_limit_is_refused(angle: float) -> None:
+    pop = popsteer.Pop(PATH)
+    with pytest.raises(InputError, match="previous_steer"):
+        pop.state = popsteer.PopState(previous_steer=angle)
+    assert pop.state == popsteer.PopState()
+
+
+def test_speed_pid_state_saved_and_restored_goes_on_alike() -> None:
+    law, other = popsteer.SpeedPid(), popsteer.SpeedPid()
+    law.step(3.0, 10.0, 0.05)
+    other.state = pickle.loads(pickle.dumps(law.state))
+    assert other.state == law.state == popsteer.SpeedPidState(integral=0.035, previous_error=7.0)
+    assert other.step(4.0, 10.0, 0.05) == law.step(4.0, 10.0, 0.05)
+    before = law.state
+    with pytest.raises(InputError, match="integral"):
+        law.state = popsteer.SpeedPidState(integral=1.5)
+    assert law.state == before
+    law.reset()
+    assert law.state == popsteer.SpeedPidState()

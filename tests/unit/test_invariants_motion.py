@@ -1,0 +1,216 @@
+"""Turning and shifting the world changes nothing beyond rounding.
+
+Moved coordinates are rounded, so answers that depend on them continuously agree to `SLACK`. Where
+a law chooses (a waypoint, a segment, a grid point, a candidate) the choice may flip, but only
+between things that are as good as each other to within `SLACK`: that is what is asserted then.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import popsteer
+from tests.parity.laws import BANG_BANG, LATERAL, POP, PURE_PURSUIT, STANLEY, Law
+from tests.parity.strategies import SEEDS, Shape, Spot, Waypoints
+
+REACH = 2e3
+"""No coordinate in this file is larger [m]."""
+SLACK = 64.0 * sys.float_info.epsilon * REACH
+"""More than the few roundings of a coordinate add up to [m]: 3e-11."""
+ANGLE_SLACK = 1e3 * SLACK
+"""The same for an angle between points no less than a few centimetres apart [rad]."""
+GRID_SPACING = 0.0137
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A turn about the origin and a shift."""
+
+    turn: float
+    dx: float
+    dy: float
+
+    def point(self, x: float, y: float) -> tuple[float, float]:
+        c, s = math.cos(self.turn), math.sin(self.turn)
+        return c * x - s * y + self.dx, s * x + c * y + self.dy
+
+    def path(self, path: Waypoints) -> Waypoints:
+        return Waypoints([self.point(*xy) for xy in path.xy], path.speed, path.closed)
+
+
+MOTIONS = st.builds(
+    Motion,
+    turn=st.floats(-math.pi, math.pi),
+    dx=st.floats(-1e3, 1e3),
+    dy=st.floats(-1e3, 1e3),
+)
+SHAPES = st.builds(
+    Shape,
+    kind=st.sampled_from(["straight", "smooth", "collinear", "jagged", "loop"]),
+    count=st.integers(2, 60),
+    spacing=st.floats(0.5, 3.0),
+    closed=st.booleans(),
+    with_speed=st.booleans(),
+    seed=SEEDS,
+)
+PLACES = st.builds(
+    Spot,
+    along=st.floats(0.0, 1.0),
+    aside=st.one_of(st.floats(-3.0, 3.0), st.floats(-100.0, 100.0)),
+    turned=st.floats(-math.pi, math.pi),
+    speed=st.floats(0.5, 30.0),
+    dt=st.floats(0.01, 0.2),
+)
+
+
+def _path(path: Waypoints) -> popsteer.Path:
+    return popsteer.Path(path.xy, speed=path.speed, closed=path.closed)
+
+
+def _lever(path: popsteer.Path, segment: int, here: tuple[float, float]) -> float:
+    """How many times farther off than its segment is long a position lies; so rounding grows."""
+    following = (segment + 1) % len(path)
+    start, end = ((path.x[k], path.y[k]) for k in (segment, following))
+    return float(1.0 + math.dist(here, start) / math.dist(start, end))
+
+
+def _same_foot(
+    ours: popsteer.Path,
+    theirs: popsteer.Path,
+    here: tuple[float, float],
+    there: tuple[float, float],
+) -> bool:
+    """Whether both are located at one place; if not, that both places are as near is asserted."""
+    nearest, moved = ours.nearest_waypoint(*here), theirs.nearest_waypoint(*there)
+    if moved != nearest:
+        first, second = ((ours.x[k], ours.y[k]) for k in (nearest, moved))
+        assert abs(math.dist(here, first) - math.dist(here, second)) <= SLACK
+        return False
+    foot, moved_foot = ours.project(*here, nearest), theirs.project(*there, nearest)
+    if moved_foot.segment != foot.segment:
+        slack = SLACK * _lever(ours, foot.segment, here)
+        assert abs(abs(moved_foot.cross_track_error) - abs(foot.cross_track_error)) <= slack
+        return False
+    return True
+
+
+def _ahead(pose: tuple[float, float, float], offset: float) -> tuple[float, float]:
+    x, y, yaw = pose
+    return x + offset * math.cos(yaw), y + offset * math.sin(yaw)
+
+
+def _side(path: Waypoints, segment: int, x: float, y: float) -> float:
+    """Signed distance from the line of a segment; near 0, left and right are rounding's choice."""
+    (x0, y0), (x1, y1) = path.xy[segment], path.xy[(segment + 1) % len(path.xy)]
+    return ((x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)) / math.dist((x0, y0), (x1, y1))
+
+
+@given(shape=SHAPES, motion=MOTIONS, spot=PLACES)
+def test_path_moved_locates_the_same(shape: Shape, motion: Motion, spot: Spot) -> None:
+    path = shape.build()
+    here = spot.at(path)[:2]
+    there = motion.point(*here)
+    ours, theirs = _path(path), _path(motion.path(path))
+    assert abs(theirs.length - ours.length) <= SLACK * len(path.xy)
+    if not _same_foot(ours, theirs, here, there):
+        return
+    foot, moved = ours.project(*here), theirs.project(*there)
+    slack = SLACK * _lever(ours, foot.segment, here)
+    assert math.dist(moved.point, motion.point(*foot.point)) <= slack
+    assert abs(moved.arc_length - foot.arc_length) <= slack * len(path.xy)
+    assert abs(popsteer.wrap(moved.path_yaw - foot.path_yaw - motion.turn)) <= ANGLE_SLACK
+    assert abs(abs(moved.cross_track_error) - abs(foot.cross_track_error)) <= slack
+    if abs(_side(path, foot.segment, *here)) > slack:
+        assert (moved.cross_track_error > 0.0) == (foot.cross_track_error > 0.0)
+
+
+@pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
+@given(shape=SHAPES, motion=MOTIONS, spot=PLACES)
+def test_law_in_a_moved_world_steers_the_same(
+    law: Law, shape: Shape, motion: Motion, spot: Spot
+) -> None:
+    path = shape.build()
+    options: dict[str, Any] = {"grid_spacing": GRID_SPACING} if law.searches else {}
+    params = getattr(popsteer, law.params_name)(**options)
+    ours = getattr(popsteer, law.name)(_path(path), params)
+    theirs = getattr(popsteer, law.name)(_path(motion.path(path)), params)
+    x, y, yaw, speed, dt = spot.at(path)
+    pose, moved_pose = (x, y, yaw), (*motion.point(x, y), yaw + motion.turn)
+    here = _ahead(pose, ours.reference_offset)
+    if not _same_foot(ours.path, theirs.path, here, _ahead(moved_pose, ours.reference_offset)):
+        return
+    # Straight ahead of the end of a segment, far from it, the sign of the error is rounding's.
+    segment = ours.path.project(*here).segment
+    slack = SLACK * _lever(ours.path, segment, here)
+    assume(abs(_side(path, segment, *here)) > slack)
+    command = ours.step(*pose, speed, dt)
+    moved = theirs.step(*moved_pose, speed, dt)
+    turned = popsteer.wrap(moved.heading_error - command.heading_error)
+    assert abs(turned) <= ANGLE_SLACK
+    assert abs(moved.cross_track_error - command.cross_track_error) <= slack
+    if law.searches:
+        assume(_is_cut_the_same(path, ours.path, params.window_ahead, here))
+        if math.dist(moved.target, motion.point(*command.target)) > SLACK:
+            _check_that_targets_tie(law, ours, here, speed)
+        else:
+            _check_aim(law, here, (yaw, speed, dt), command, moved)
+        return
+    # A heading error of half a turn is to the left or to the right.
+    assume(law is not STANLEY or abs(command.heading_error) < math.pi - ANGLE_SLACK)
+    gain = 1.0 if law is BANG_BANG else 10.0
+    assert abs(moved.steer - command.steer) <= gain * ANGLE_SLACK
+    assert moved.status is command.status or abs(abs(command.steer) - params.max_steer) < 1e-6
+
+
+def _is_cut_the_same(
+    path: Waypoints, made: popsteer.Path, ahead: float, here: tuple[float, float]
+) -> bool:
+    """Whether rounding chooses neither how a segment is cut nor where the window ends."""
+    parts = [length / GRID_SPACING for length in path.lengths]
+    arcs = made.s - made.s[made.nearest_waypoint(*here)]
+    ends = [*(arcs - ahead), *(arcs + made.length - ahead)]
+    return all(abs(part - round(part)) > 1e-6 for part in parts) and min(map(abs, ends)) > 1e-6
+
+
+def _check_that_targets_tie(
+    law: Law, controller: Any, here: tuple[float, float], speed: float
+) -> None:
+    """A grid point meets the threshold, so that rounding says whether it is on the circle."""
+    params = controller.params
+    lookahead = params.min_lookahead + params.lookahead_gain * speed
+    if law is PURE_PURSUIT:
+        lookahead = max(params.min_lookahead, params.lookahead_gain * speed)
+    nearest = controller.path.nearest_waypoint(*here)
+    grid = controller.path.resample(nearest, params.window_ahead, params.grid_spacing)
+    off = (abs(math.dist(here, point) - lookahead) for point in grid.tolist())
+    assert min(abs(each - params.lookahead_tolerance) for each in off) <= SLACK
+
+
+def _check_aim(
+    law: Law,
+    here: tuple[float, float],
+    moving: tuple[float, float, float],
+    command: popsteer.Command,
+    moved: popsteer.Command,
+) -> None:
+    """The target is the same, and so is the angle, or another that leads as near to it."""
+    yaw, speed, dt = moving
+    to = (command.target[0] - here[0], command.target[1] - here[1])
+    assume(math.hypot(*to) > 0.05)
+    if law is PURE_PURSUIT:
+        assert abs(moved.steer - command.steer) <= ANGLE_SLACK
+        return
+    assert law is POP
+    assert moved.status is command.status
+    distances = [
+        popsteer.get_distance(popsteer.get_predicted_location(0.0, 0.0, yaw, speed, steer, dt), to)
+        for steer in (command.steer, moved.steer)
+    ]
+    assert abs(distances[0] - distances[1]) <= SLACK
