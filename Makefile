@@ -56,10 +56,16 @@ lint: $(VENV)/.dev ## check format, lints, types and stubs
 	$(PY) -m mypy
 	$(PY) -m mypy.stubtest popsteer
 
-bench: $(VENV)/.lab ## measure the control step, in Rust and from Python
-	cargo bench --package popsteer-bench --locked
+# One run: what an earlier one left goes first, so that no table mixes the two.
+bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and from Python; write the tables
+	rm -rf $(BENCH)
 	mkdir -p $(BENCH)
+	touch $(BENCH)/started
+	cargo bench --package popsteer-bench --locked
 	$(VENV)/bin/popsteer bench --json $(BENCH)/latency.json
+	$(PY) benches/path_scale.py --json $(BENCH)/path_scale.json
+	$(PY) benches/instruction_counts.py --json $(BENCH)/instruction_counts.json
+	$(PY) benches/tables.py $(BENCH)
 
 wheel: $(WHEEL) ## build an installable wheel into dist/
 	@ls $(DIST)/popsteer-*.whl
@@ -106,7 +112,7 @@ $(WHEEL): $(VENV)/pyvenv.cfg $(SOURCES)
 	@touch $@
 
 # The first line brings in a wheel whose version has not changed, the second what its extra needs.
-$(VENV)/.lab $(VENV)/.dev: $(WHEEL)
+$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.dev: $(WHEEL)
 	$(PY) -m pip install --quiet --force-reinstall --no-deps $(DIST)/popsteer-*.whl
 	$(PY) -m pip install --quiet "$$(echo $(DIST)/popsteer-*.whl)[$(patsubst .%,%,$(@F))]"
 	@touch $@

@@ -15,6 +15,14 @@ from tests.parity.laws import LATERAL
 # Of popsteer, but not of the reference.
 ALONE = {
     "Path.from_csv": "reads a file with popsteer.csv_file, then makes the path as `Path` does",
+    **dict.fromkeys(
+        [
+            *("Batch", "Batch.reset", "Batch.states", "Batch.steer", "Batch.step"),
+            *("CommandBatch.steer", "CommandBatch.cross_track_error", "CommandBatch.heading_error"),
+            *("CommandBatch.target", "CommandBatch.status"),
+        ],
+        "many vehicles at once, which tests/unit/test_batch.py holds to single steps",
+    ),
 }
 # The same objects on both sides, or no callables.
 SHARED = {
@@ -25,6 +33,7 @@ SHARED = {
 ESSENTIAL = {
     *("wrap", "saturate", "get_distance", "get_predicted_location", "state_transition"),
     *("kinematic_bicycle", "Path", "Path.project", "Path.walk", "Path.resample"),
+    *("Path.relocalise", *(f"{law.name}.relocalise" for law in LATERAL)),
     *("CoupledLongitudinal.step", "SpeedPid.step", "SpeedPid.state", "Command.steer"),
     *(f"{law.name}.{member}" for law in LATERAL for member in ("step", "steer", "state", "reset")),
     *(f"{law.name}{part}" for law in LATERAL for part in ("", "Params", "State")),

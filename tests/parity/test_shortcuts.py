@@ -11,11 +11,22 @@ import math
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
+import popsteer
 from tests.parity.compare import Pair, make
-from tests.parity.strategies import KINDS, SPOTS, Shape, Spot, Waypoints, fitted, shapes, usually
+from tests.parity.strategies import (
+    CALM_SPOTS,
+    KINDS,
+    SPOTS,
+    Shape,
+    Spot,
+    Waypoints,
+    fitted,
+    shapes,
+    usually,
+)
 
 NUDGES = st.one_of(
     st.just(0.0), st.floats(-1e-15, 1e-15), st.floats(-1e-9, 1e-9), st.floats(-0.5, 0.5)
@@ -46,6 +57,17 @@ def _search(path: Waypoints, law: str, params: dict[str, Any]) -> Pair:
     tolerance=usually((1e-9, 0.3), 1e-9, 1e3),
     window_ahead=usually((1.0, 40.0), 1e-3, 1e6),
     grid_spacing=usually((0.01, 2.0), 1e-3, 1e3),
+)
+# Rounding in proportion to a lookahead and a threshold far larger than the path.
+@example(
+    shape=Shape(count=2, spacing=0.5),
+    spot=Spot(along=0.16782141355623817, turned=math.pi, speed=0.0),
+    which=0.0,
+    off=1.0,
+    nudge=0.0,
+    tolerance=1e3,
+    window_ahead=1.0,
+    grid_spacing=1.0,
 )
 def test_lookahead_search_of_laws_matches_reference_edges(
     shape: Shape,
@@ -101,6 +123,44 @@ def test_lookahead_search_on_a_line_matches_reference_cases(
     for law in ("PurePursuit", "Pop"):
         pair = _search(path, law, params)
         pair.call("step", origin + start, origin + aside, 0.3, 0.0, 0.05)
+
+
+@pytest.mark.covers("PurePursuit.step", "Pop.step", "Path.get_lookahead_point", "Command.target")
+@given(
+    shape=shapes(["straight", "smooth", "loop"], most=30, spacing=(0.3, 3.0)),
+    spot=CALM_SPOTS | SPOTS,
+    steps=st.integers(0, 8),
+    beyond=st.floats(-0.3, 0.3),
+    gain=st.floats(0.0, 0.9),
+    speed=st.floats(0.5, 40.0),
+    nudge=st.sampled_from([0.0, -math.inf, math.inf]),
+)
+def test_lookahead_threshold_met_to_the_last_bit_matches_reference_edges(
+    shape: Shape, spot: Spot, steps: int, beyond: float, gain: float, speed: float, nudge: float
+) -> None:
+    path = shape.build()
+    x, y, yaw, _, dt = spot.at(path)
+    made = make("Path", path.xy, closed=path.closed)
+    nearest = made.rust.nearest_waypoint(x, y)
+    waypoint = path.xy[min(nearest + steps, len(path.xy) - 1)]
+    distance = popsteer.get_distance((x, y), waypoint)
+    for law in ("PurePursuit", "Pop"):
+        # The lookahead as the law takes it, and the threshold as far off as the waypoint is, or
+        # the next number to it: the last bit of either says whether the waypoint is found.
+        wanted = min(distance * (1.0 + beyond), 400.0)
+        least = wanted * (1.0 - gain) if law == "Pop" else 0.0
+        lookahead_gain = (wanted - least) / speed
+        lookahead = least + lookahead_gain * speed
+        exact = abs(distance - lookahead)
+        tolerance = math.nextafter(exact, nudge) if nudge else exact
+        if not 1e-9 <= tolerance <= 1e3:
+            return
+        # A grid of which each waypoint is a point.
+        options = {"window_ahead": 30.0, "grid_spacing": 0.25}
+        params = {**options, "lookahead_gain": lookahead_gain, "min_lookahead": least}
+        pair = _search(path, law, {**params, "lookahead_tolerance": tolerance})
+        pair.call("step", x, y, yaw, speed, dt)
+        made.call("get_lookahead_point", x, y, lookahead, tolerance=tolerance, **options)
 
 
 @pytest.mark.covers("Pop.step", "Pop.steer", "Pop.state")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import gc
 import io
+import itertools
 import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from rich.console import Console
 
 import popsteer
 from popsteer import ConfigError, PopsteerError, reference
-from popsteer.bench import latency, states
+from popsteer.bench import latency, layout, states, timing, yardsticks
 from popsteer.bench.latency import Percentiles
 from popsteer.bench.laws import EMPTY_CALL, POP_COMMAND, POP_STEP, REFERENCE_STEP, Driver, lineup
 from popsteer.bench.timing import time_calls
@@ -101,6 +102,48 @@ def test_time_calls_drives_through_the_states_in_order(drive: Drive) -> None:
     assert seen[2] == seen[3]
 
 
+def test_time_calls_parts_a_call_in_stages_where_it_is_timed_one_by_one(drive: Drive) -> None:
+    made: list[list[str]] = []
+
+    def make() -> Driver:
+        seen: list[str] = []
+        made.append(seen)
+
+        def first(*args: float) -> None:
+            assert len(args) == 5
+            seen.append("first")
+
+        stages = {"first_ns": first, "second_ns": lambda: seen.append("second")}
+        return Driver(lambda *_: seen.append("whole"), lambda: None, stages)
+
+    result = time_calls({"whole_ns": make}, {"whole_ns": 150}, drive, DT)
+    batched, single = made
+    assert set(batched) == {"whole"}
+    assert single == ["first", "second"] * (len(single) // 2)
+    assert len(single) == 2 * len(batched) > 2 * 150
+    assert list(result.percentiles) == ["whole_ns", "first_ns", "second_ns"]
+    whole, *parts = result.percentiles.values()
+    assert all(part.net_p50 is None and part.p50 <= whole.p50 for part in parts)
+    assert result.calls == {"whole_ns": 150}
+
+
+def test_time_calls_a_slow_call_is_a_batch_by_itself(drive: Drive) -> None:
+    # A clock of its own: 20 µs a reading make every call a slow one, whatever the machine.
+    readings = itertools.count(0, 20_000)
+
+    def make() -> Driver:
+        return Driver(lambda *_: None, lambda: None)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(timing, "perf_counter_ns", lambda: next(readings))
+        result = time_calls({"slow_ns": make}, {"slow_ns": 150}, drive, DT)
+    row = result.percentiles["slow_ns"]
+    assert (row.p50, row.max) == (20_000, 20_000)
+    # The loop without a call is slow by this clock as well, so nothing remains.
+    assert result.loop_ns == 20_000
+    assert row.net_p50 == 0.0
+
+
 def test_measure_report_is_whole_and_ordered(report: LatencyReport) -> None:
     assert report.results.keys() == {
         "pop_step_ns",
@@ -110,9 +153,15 @@ def test_measure_report_is_whole_and_ordered(report: LatencyReport) -> None:
         "stanley_step_ns",
         "empty_call_ns",
         "reference_step_ns",
+        *yardsticks.ROWS,
     }
-    for name, row in report.results.items():
-        assert 0.0 < row.p50 <= row.p99 <= row.p999 <= row.max, name
+    assert report.absent == dict.fromkeys(yardsticks.ROWS, "not asked for")
+    for name in report.results.keys() - yardsticks.ROWS:
+        row = report.row(name)
+        assert 0 < row.p50 <= row.p99 <= row.p999 <= row.max, name
+        # One reading of the clock is in the one, none in the other.
+        assert row.net_p50 is not None
+        assert row.net_p50 > 0.0
         assert report.timing["calls"][name] >= (64 if name == REFERENCE_STEP else 600)
     assert report.states["count"] == 150
 
@@ -120,20 +169,24 @@ def test_measure_report_is_whole_and_ordered(report: LatencyReport) -> None:
 def test_to_json_holds_the_schema(report: LatencyReport) -> None:
     written = json.loads(latency.to_json(report))
     assert written["build_profile"] == "release"
-    for row in written["results"].values():
-        assert list(row) == ["p50", "p99", "p999", "max"]
-    step, empty, plain = (
-        written["results"][name]["p50"] for name in (POP_STEP, EMPTY_CALL, REFERENCE_STEP)
-    )
-    assert written["ratios"] == {
-        "reference_over_step": plain / step,
-        "step_over_empty_call": step / empty,
-        "paper_over_step": 3.239e6 / step,
-    }
-    assert set(written["machine"]) == {"cpu", "python", "platform"}
+    absent = {name for name, row in written["results"].items() if row is None}
+    assert absent == set(written["absent"]) == set(yardsticks.ROWS)
+    for name in written["results"].keys() - absent:
+        assert list(written["results"][name]) == ["p50", "p99", "p999", "max", "net_p50"]
+    for ratios, column in (("ratios", "p50"), ("net_ratios", "net_p50")):
+        step, empty, plain = (
+            written["results"][name][column] for name in (POP_STEP, EMPTY_CALL, REFERENCE_STEP)
+        )
+        assert written[ratios] == {
+            "reference_over_step": plain / step,
+            "step_over_empty_call": step / empty,
+            "paper_over_step": 3.239e6 / step,
+            "numba_over_step": None,
+            "mpc_over_step": None,
+        }
+    assert set(written["machine"]) == {"cpu", "cores", "python", "platform"}
     assert set(written["states"]) == {"source", "count"}
-    timing = {"calls", "batch", "timer_floor_ns", "loop_ns", "singles_p50_ns"}
-    assert set(written["timing"]) == timing
+    assert set(written["timing"]) == {"calls", "batch", "timer_floor_ns", "loop_ns"}
 
 
 def test_measure_debug_build_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,7 +213,7 @@ def test_measure_time_that_vanishes_is_an_error(
 ) -> None:
     def coarse(*args: object) -> object:
         result = time_calls(lineup(drive), dict.fromkeys(lineup(drive), 1), drive, DT)
-        nothing = Percentiles(0.0, 0.0, 0.0, 0.0)
+        nothing = Percentiles(0, 0, 0, 0, 0.0)
         return replace(result, percentiles=result.percentiles | {EMPTY_CALL: nothing})
 
     monkeypatch.setattr(latency, "time_calls", coarse)
@@ -191,11 +244,24 @@ def test_run_prints_the_table_and_writes_the_file(
 ) -> None:
     monkeypatch.setattr(latency, "at_hand", lambda _data: drive)
     monkeypatch.setattr(latency, "_CALLS", 320)
+    absent = yardsticks.Yardsticks(absent=dict.fromkeys(yardsticks.ROWS, "install [this]"))
+    monkeypatch.setattr(yardsticks, "at_hand", lambda _drive, _folder: absent)
     file = tmp_path / "new" / "latency.json"
     shown = io.StringIO()
     returned = latency.run(file, Console(file=shown, width=80))
     assert file.read_text(encoding="utf-8") == latency.to_json(returned)
-    for word in ("p99.9", "POP, angle", "PID", "pure pursuit", "Stanley", "empty call", "150"):
+    for line in ("POP in numba: install [this]", "MPC on osqp: install [this]"):
+        assert shown.getvalue().count(line) == 1
+    for word in (
+        "p99.9",
+        "net p50",
+        "POP, angle",
+        "PID",
+        "pure pursuit",
+        "Stanley",
+        "empty call",
+        "150",
+    ):
         assert word in shown.getvalue()
     assert "…" not in shown.getvalue()  # nothing is cut off in a terminal of the usual width
 
@@ -217,4 +283,4 @@ def test_run_file_that_cannot_be_written_leaves_nothing(
      (335_383.0, "335 µs"), (3.239e6, "3.24 ms"), (2.5e9, "2.50 s")],
 )  # fmt: skip
 def test_table_durations_are_short(nanoseconds: float, written: str) -> None:
-    assert latency._duration(nanoseconds) == written
+    assert layout.duration(nanoseconds) == written

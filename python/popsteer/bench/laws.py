@@ -8,13 +8,18 @@ import popsteer
 from popsteer import reference
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from popsteer.bench.states import Drive
 
 __all__ = [
     "EMPTY_CALL",
     "LABELS",
+    "MPC_SOLVE",
+    "MPC_STEP",
+    "MPC_UPDATE",
+    "NUMBA_STEP",
+    "PAPER_NS",
     "POP_COMMAND",
     "POP_STEP",
     "REFERENCE_STEP",
@@ -26,6 +31,13 @@ POP_STEP = "pop_step_ns"
 POP_COMMAND = "pop_command_ns"
 REFERENCE_STEP = "reference_step_ns"
 EMPTY_CALL = "empty_call_ns"
+NUMBA_STEP = "numba_step_ns"
+MPC_STEP = "mpc_step_ns"
+MPC_UPDATE = "mpc_update_ns"
+MPC_SOLVE = "mpc_solve_ns"
+
+PAPER_NS = 3.239e6
+"""Mean latency of POP in the paper, on its laptop [ns]."""
 
 LABELS = {
     POP_STEP: "POP, angle",
@@ -35,6 +47,10 @@ LABELS = {
     "stanley_step_ns": "Stanley",
     EMPTY_CALL: "empty call",
     REFERENCE_STEP: "POP in Python",
+    NUMBA_STEP: "POP in numba",
+    MPC_STEP: "MPC on osqp",
+    MPC_UPDATE: "- its update",
+    MPC_SOLVE: "- its solve",
 }
 """What a person reads for each name."""
 
@@ -48,10 +64,14 @@ class Driver(NamedTuple):
         The control step, of (x, y, yaw, speed, dt).
     reset : callable
         Forgets the steps taken so far; of nothing.
+    stages : dict, optional
+        What `call` does in two parts, in order, each under its name in the report: the first takes
+        the arguments, the second none. They are timed apart.
     """
 
     call: Callable[[float, float, float, float, float], object]
     reset: Callable[[], None]
+    stages: Mapping[str, Callable[..., object]] | None = None
 
 
 def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from pathlib import Path
 
@@ -9,20 +10,21 @@ __all__ = ["describe"]
 
 
 def describe() -> dict[str, str]:
-    """Name processor, Python and system.
+    """Name processor, its cores, Python and system.
 
     Returns
     -------
     dict
-        ``cpu``, ``python`` and ``platform``.
+        ``cpu``, ``cores``, ``python`` and ``platform``.
 
     Examples
     --------
     >>> sorted(describe())
-    ['cpu', 'platform', 'python']
+    ['cores', 'cpu', 'platform', 'python']
     """
     return {
         "cpu": _cpu(),
+        "cores": str(os.cpu_count() or "unknown"),
         "python": f"{platform.python_implementation()} {platform.python_version()}",
         "platform": platform.platform(),
     }

@@ -4,13 +4,18 @@ A step takes a fifth of a microsecond to a few, an empty call a twentieth, and r
 about as much, in ticks that are ten nanoseconds wide on some machines. So each call is driven
 twice, by two controllers with states of their own:
 
+- one by one: a reading of the clock before and after each single call. **p50**, **p99**, **p99.9**
+  and **max** are of these, as read, nothing taken off: they hold one reading of the clock
+  (`Result.timer_floor_ns`), and whatever else the machine did meanwhile. In a ratio of two of them
+  the clock's own cost is in both numerator and denominator, and draws the ratio towards one.
 - in batches: one reading of the clock before and one after some 32 calls in a row. The same loop
   without a call is timed too, its median taken off, and what remains divided by the number of
-  calls. The median over the batches is **p50**, net of clock and loop. Both would be the same
-  addition to each side of a ratio, and make the slower side look better than it is.
-- one by one: a reading before and after each single call. **p99**, **p99.9** and **max** are of
-  these, as read, nothing taken off: they hold one reading of the clock (`Result.timer_floor_ns`),
-  and whatever else the machine did meanwhile.
+  calls. The median over the batches is **net p50**, net of clock and loop. It knows nothing of
+  tails, and is the stricter one in ratios. A call that takes more than 10 µs is a batch by itself:
+  the clock is under 1 % of it, and 32 in a row would catch too much of what else the machine does.
+
+A call that is two stages, such as an update and a solve, is timed in stages where it is timed one
+by one: a third reading of the clock, between them, parts it.
 
 The calls take turns, batch by batch, forwards and backwards, so that what disturbs the machine
 disturbs them alike; those with fewer calls to make take theirs evenly spread over the run. The
@@ -32,16 +37,19 @@ from typing import TYPE_CHECKING, ParamSpec, TypeAlias, TypeVar, cast
 import numpy as np
 
 from popsteer.bench.laws import Driver
+from popsteer.bench.percentiles import Percentiles
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from popsteer.bench.states import Drive
 
-__all__ = ["BATCH", "Percentiles", "Result", "time_calls"]
+__all__ = ["BATCH", "Result", "time_calls"]
 
 BATCH = 32
 """Calls in a batch; the last batches of a drive may have one more."""
+
+_SLOW_NS = 10_000
 
 _Call: TypeAlias = "Callable[[float, float, float, float, float], object]"
 _Block: TypeAlias = "list[tuple[float, float, float, float]]"
@@ -53,42 +61,23 @@ _R = TypeVar("_R")
 
 
 @dataclass(frozen=True)
-class Percentiles:
-    """How long a call takes [ns]: p50 net, the rest as read.
-
-    Attributes
-    ----------
-    p50, p99, p999, max : float
-        Median, 99th and 99.9th percentile, greatest.
-    """
-
-    p50: float
-    p99: float
-    p999: float
-    max: float
-
-
-@dataclass(frozen=True)
 class Result:
     """What the clock said.
 
     Attributes
     ----------
     percentiles : dict
-        Name of each call to its `Percentiles`.
+        Name of each call, and of each stage, to its `Percentiles`.
     calls : dict
         Name of each call to how many were timed one by one; as many were in batches.
-    singles_p50_ns : dict
-        Name of each call to the median of those timed one by one, as read [ns].
     timer_floor_ns : float
         What nothing at all takes, timed like a single call [ns].
     loop_ns : float
-        What one turn of the batches' loop takes without its call [ns]; p50 is net of it.
+        What one turn of the batches' loop takes without its call [ns]; net p50 is net of it.
     """
 
     percentiles: dict[str, Percentiles]
     calls: dict[str, int]
-    singles_p50_ns: dict[str, float]
     timer_floor_ns: float
     loop_ns: float
 
@@ -136,10 +125,14 @@ def time_calls(
             if progress and 100 * turn // most != 100 * (turn + 1) // most:
                 progress((turn + 1) / most)
     loop = float(np.median(nothing.batches))
+    percentiles: dict[str, Percentiles] = {}
+    for name, row in rows.items():
+        percentiles[name] = Percentiles.of(row.singles, float(np.median(row.batches)) - loop)
+        for stage, times in row.stages.items():
+            percentiles[stage] = Percentiles.of(times, None)
     return Result(
-        percentiles={name: row.percentiles(loop) for name, row in rows.items()},
+        percentiles=percentiles,
         calls={name: len(row.singles) for name, row in rows.items()},
-        singles_p50_ns={name: float(np.median(row.singles)) for name, row in rows.items()},
         timer_floor_ns=float(np.median(nothing.singles)),
         loop_ns=round(loop, 2),
     )
@@ -161,16 +154,21 @@ class _Row:
         # pays for what another one left behind.
         self._batch, self._one_by_one = _own(batch), _own(one_by_one)
         self._blocks, self._dt = blocks, dt
+        self._slow = False
+        self._forget()
+
+    def _forget(self) -> None:
         self._next = 0
         self.batches = array("d")
         self.singles = array("q")  # eight bytes a call, where a list would take forty
+        self.stages = {name: array("q") for name in self._single.stages or ()}
 
     def warm_up(self, turns: int) -> None:
         """Take turns that do not count."""
         for _ in range(turns):
             self.take_turn()
-        self._next = 0
-        self.batches, self.singles = array("d"), array("q")
+        self._slow = bool(np.median(self.singles) > _SLOW_NS)
+        self._forget()
 
     def take_turn(self) -> None:
         """Drive the next block, call by call and in one batch."""
@@ -181,16 +179,14 @@ class _Row:
         self._next = (self._next + 1) % len(self._blocks)
         # One by one first: that brings the block into the cache, for all calls alike.
         record = self.singles.append
-        self._one_by_one(self._single.call, block, self._dt, perf_counter_ns, record)
-        elapsed = self._batch(self._batched.call, block, self._dt, perf_counter_ns)
-        self.batches.append(elapsed / len(block))
-
-    def percentiles(self, loop: float) -> Percentiles:
-        """Sum up; `loop` is what a turn of the empty loop takes [ns]."""
-        p50 = float(np.median(self.batches)) - loop
-        # Times that were read, not means of two of them.
-        p99, p999 = np.percentile(self.singles, (99.0, 99.9), method="higher")
-        return Percentiles(round(p50, 2), float(p99), float(p999), float(max(self.singles)))
+        if self._single.stages is None:
+            self._one_by_one(self._single.call, block, self._dt, perf_counter_ns, record)
+        else:
+            records = (record, *(times.append for times in self.stages.values()))
+            _in_stages(tuple(self._single.stages.values()), block, self._dt, records)
+        for batch in [[state] for state in block] if self._slow else [block]:
+            elapsed = self._batch(self._batched.call, batch, self._dt, perf_counter_ns)
+            self.batches.append(elapsed / len(batch))
 
 
 def _batch(call: _Call, block: _Block, dt: float, clock: _Clock) -> int:
@@ -212,6 +208,22 @@ def _one_by_one(call: _Call, block: _Block, dt: float, clock: _Clock, record: _R
         begin = clock()
         call(x, y, yaw, speed, dt)
         record(clock() - begin)
+
+
+def _in_stages(
+    stages: tuple[Callable[..., object], ...], block: _Block, dt: float, records: Sequence[_Record]
+) -> None:
+    clock, (first, second) = perf_counter_ns, stages
+    record, record_first, record_second = records
+    for x, y, yaw, speed in block:
+        begin = clock()
+        first(x, y, yaw, speed, dt)
+        middle = clock()
+        second()
+        end = clock()
+        record(end - begin)
+        record_first(middle - begin)
+        record_second(end - middle)
 
 
 def _no_call(_call: _Call, block: _Block, _dt: float, clock: _Clock, record: _Record) -> None:

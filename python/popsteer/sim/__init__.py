@@ -13,10 +13,13 @@ Examples
 >>> result = sim.run(popsteer.Pop(path))
 >>> result.metrics.finished, result.metrics.mean_abs_cross_track_error < 0.5
 (True, True)
+
+`run_many` drives many at once, on all cores, and may let the laws see through `Noise`.
 """
 
-from popsteer._core import CarlaIdentified, KinematicBicycle, Settings, Simulation
+from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Settings, Simulation
 from popsteer.sim.geometry import Geometry, Plant, fitted, geometry, plant_name, plant_names
+from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.run import START_OFFSET, Run, default_start, run
 from popsteer.sim.steering import OwnCommand, OwnLaw
@@ -27,6 +30,7 @@ __all__ = [
     "Geometry",
     "KinematicBicycle",
     "Metrics",
+    "Noise",
     "OwnCommand",
     "OwnLaw",
     "Plant",
@@ -39,4 +43,5 @@ __all__ = [
     "plant_name",
     "plant_names",
     "run",
+    "run_many",
 ]

@@ -9,9 +9,17 @@ from popsteer._core import CarlaIdentified, KinematicBicycle, plants
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
-    from popsteer.laws import Params
+    from popsteer.laws import Controller, Params
 
-__all__ = ["Geometry", "Plant", "fitted", "geometry", "plant_name", "plant_names"]
+__all__ = [
+    "Geometry",
+    "Plant",
+    "fitted",
+    "geometry",
+    "plant_name",
+    "plant_names",
+    "with_offset",
+]
 
 Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 """A plant: its name for the default parameters, or an object with its own."""
@@ -148,3 +156,39 @@ def fitted(params: _P, plant: Plant) -> _P:
     offset = at.front_offset if law.axle == "front" else at.rear_offset
     # `replace` of each class gives that class; through the union the type checker loses it.
     return cast("_P", params.replace(wheelbase=at.wheelbase, reference_offset=offset))
+
+
+def with_offset(law: Controller, plant: Plant) -> Controller:
+    """Set a law's reference point to the plant's axle where its parameters leave it open.
+
+    Parameters
+    ----------
+    law : Pop or Pid or PurePursuit or Stanley or BangBang
+        The law.
+    plant : str or CarlaIdentified or KinematicBicycle
+        The plant that it is to steer.
+
+    Returns
+    -------
+    same as `law`
+        The law itself where its parameters have a `reference_offset`, else another in a fresh
+        state, on the same path.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(0.0, 0.0), (50.0, 0.0)])
+    >>> with_offset(popsteer.Stanley(path), "carla-identified").reference_offset
+    1.06
+    """
+    if law.params.reference_offset is not None:
+        return law
+    offset = fitted(law.params, plant).reference_offset
+    controller = laws.get(laws.name_of(type(law))).controller
+    # The registry pairs each controller with its parameters; the type checker cannot see that.
+    return controller(law.path, law.params.replace(reference_offset=offset))  # type: ignore[arg-type]

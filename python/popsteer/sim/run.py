@@ -12,7 +12,7 @@ from popsteer import laws
 from popsteer._core import Path, Settings, Simulation, SpeedPid
 from popsteer.errors import PathError
 from popsteer.sim import steering
-from popsteer.sim.geometry import Plant, fitted, geometry, plant_name
+from popsteer.sim.geometry import Plant, geometry, plant_name, with_offset
 from popsteer.sim.metrics import Metrics
 
 if TYPE_CHECKING:
@@ -178,10 +178,8 @@ def run(
 
     if isinstance(law, laws.CONTROLLERS):
         name = laws.name_of(type(law))
+        law = with_offset(law, plant)
         params = law.params.as_dict()
-        if params["reference_offset"] is None:
-            params["reference_offset"] = fitted(law.params, plant).reference_offset
-            law = _with(law, path, params)
         offset = law.reference_offset
         simulation = Simulation(
             path, plant, start=start, reference_offset=offset, settings=settings
@@ -211,10 +209,3 @@ def run(
         records=records,
         params=params,
     )
-
-
-def _with(law: laws.Controller, path: Path, params: Mapping[str, Any]) -> laws.Controller:
-    """Make a controller of the same law with other parameters."""
-    known = laws.get(laws.name_of(type(law)))
-    # The registry pairs each controller with its parameters; the type checker cannot see that.
-    return known.controller(path, known.params(**params))  # type: ignore[arg-type]

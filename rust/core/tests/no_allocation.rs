@@ -5,8 +5,13 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::hint::black_box;
 
-use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley};
-use popsteer_core::longitudinal::{CoupledLongitudinal, SpeedPid, SpeedPidState};
+use popsteer_core::lateral::{
+    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
+};
+use popsteer_core::longitudinal::{
+    CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
+};
 use popsteer_core::vehicle::predict::kinematic_bicycle;
 use popsteer_core::{LateralLaw, Path, VehicleState};
 
@@ -76,33 +81,33 @@ fn drive<L: LateralLaw>(law: &L) {
 
 #[test]
 fn test_pop_steps_allocate_nothing() {
-    drive(&Pop::new(Default::default()).unwrap());
+    drive(&Pop::new(PopParams::default()).unwrap());
 }
 
 #[test]
 fn test_pid_steps_allocate_nothing() {
-    drive(&Pid::new(Default::default()).unwrap());
+    drive(&Pid::new(PidParams::default()).unwrap());
 }
 
 #[test]
 fn test_pure_pursuit_steps_allocate_nothing() {
-    drive(&PurePursuit::new(Default::default()).unwrap());
+    drive(&PurePursuit::new(PurePursuitParams::default()).unwrap());
 }
 
 #[test]
 fn test_stanley_steps_allocate_nothing() {
-    drive(&Stanley::new(Default::default()).unwrap());
+    drive(&Stanley::new(StanleyParams::default()).unwrap());
 }
 
 #[test]
 fn test_bang_bang_steps_allocate_nothing() {
-    drive(&BangBang::new(Default::default()).unwrap());
+    drive(&BangBang::new(BangBangParams::default()).unwrap());
 }
 
 #[test]
 fn test_longitudinal_steps_allocate_nothing() {
-    let coupled = CoupledLongitudinal::new(Default::default()).unwrap();
-    let pid = SpeedPid::new(Default::default()).unwrap();
+    let coupled = CoupledLongitudinal::new(CoupledLongitudinalParams::default()).unwrap();
+    let pid = SpeedPid::new(SpeedPidParams::default()).unwrap();
     let mut state = SpeedPidState::default();
     let mut throttle = 0.0;
     let count = allocations_of(|| {

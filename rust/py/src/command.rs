@@ -21,6 +21,15 @@ pub(crate) fn status_member(py: Python<'_>, status: Status) -> PyResult<Bound<'_
     class.bind(py).getattr(member)
 }
 
+/// The status as a number, as arrays hold it.
+pub(crate) fn status_code(status: Status) -> u8 {
+    match status {
+        Status::Ok => 0,
+        Status::LookaheadLost => 1,
+        Status::Saturated => 2,
+    }
+}
+
 /// What one step of a lateral law answers.
 ///
 /// Attributes

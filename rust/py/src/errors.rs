@@ -53,6 +53,27 @@ fn field_error(
     made().map_or_else(|error| error, PyErr::from_value)
 }
 
+/// An `InputError` about one of the entries of an argument: of `speed`, `speed[3]`.
+pub(crate) fn entry_error(py: Python<'_>, entry: usize, error: InputError) -> PyErr {
+    let field = format!("{}[{entry}]", error.field);
+    field_error(py, "InputError", &field, error.value, error.requirement)
+}
+
+/// An `InputError` about an argument as a whole.
+pub(crate) fn argument_error<'py>(
+    py: Python<'py>,
+    argument: &str,
+    value: Bound<'py, PyAny>,
+    requirement: &str,
+) -> PyErr {
+    let made = || {
+        module(py)?
+            .getattr("InputError")?
+            .call1((argument, value, requirement))
+    };
+    made().map_or_else(|error| error, PyErr::from_value)
+}
+
 /// Turns one of the core's errors into a Python exception.
 pub(crate) trait IntoPyErr {
     fn into_py_err(self, py: Python<'_>) -> PyErr;

@@ -9,14 +9,21 @@
     reason = "doc comments are numpydoc for Python users, and signatures are Python's"
 )]
 
+mod arrays;
+mod batch;
 mod command;
+mod commands;
 mod errors;
 mod functions;
 mod lateral;
 mod longitudinal;
+mod many;
+mod metrics;
 mod params;
 mod path;
+mod pool;
 mod sim;
+mod vehicles;
 
 use pyo3::prelude::*;
 
@@ -25,7 +32,11 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::batch::PyBatch;
+    #[pymodule_export]
     use crate::command::PyCommand;
+    #[pymodule_export]
+    use crate::commands::PyCommandBatch;
     #[pymodule_export]
     use crate::functions::{
         get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition, wrap,
@@ -41,6 +52,8 @@ mod _core {
         PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
         PySpeedPidState,
     };
+    #[pymodule_export]
+    use crate::many::{PyNoise, run_many};
     #[pymodule_export]
     use crate::path::{PyLookahead, PyPath, PyProjection};
     #[pymodule_export]

@@ -1,6 +1,6 @@
 //! The path: arrays in, geometry out.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
@@ -9,6 +9,8 @@ use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
 use popsteer_core::path::lookahead::{self, Lookahead};
 use popsteer_core::path::resample::{self, Grid};
 use popsteer_core::path::{Path, PathView, Projection, locate};
+use popsteer_core::vehicle::state::MAX_YAW;
+use popsteer_sim::PathIndex;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
@@ -164,11 +166,23 @@ impl PyLookahead {
 /// 0.5
 #[pyclass(frozen, name = "Path", module = "popsteer")]
 #[derive(Debug)]
-pub(crate) struct PyPath(pub(crate) Arc<Path>);
+pub(crate) struct PyPath(pub(crate) Arc<Path>, OnceLock<PathIndex>);
 
 impl PyPath {
     fn view(&self) -> PathView<'_> {
         self.0.view()
+    }
+
+    /// The waypoint to go on from after a jump; the first call builds the index, which all
+    /// controllers on this path then share.
+    pub(crate) fn relocalised(&self, py: Python<'_>, position: Point, yaw: f64) -> usize {
+        let view = self.view();
+        let index = match self.1.get() {
+            Some(index) => index,
+            // Other threads go on meanwhile; those that ask for the index too wait for this one.
+            None => py.detach(|| self.1.get_or_init(|| PathIndex::new(&view))),
+        };
+        index.relocalise(&view, position, yaw)
     }
 
     /// A waypoint to go on from, by default the nearest of all.
@@ -259,7 +273,7 @@ impl PyPath {
             }
         };
         let path = Path::new(&x, &y, speed.as_deref(), closed).or_raise(py)?;
-        Ok(Self(Arc::new(path)))
+        Ok(Self(Arc::new(path), OnceLock::new()))
     }
 
     /// Read a path from a CSV file.
@@ -412,6 +426,45 @@ impl PyPath {
         let position = checked_point(x, y).or_raise(py)?;
         let start = self.index("start", start).or_raise(py)?;
         Ok(locate::walk(&self.view(), start, position))
+    }
+
+    /// Find the waypoint to go on from after a jump: the nearest where the direction fits.
+    ///
+    /// Of the waypoints at most 10 m farther off than the nearest of all, the nearest where the
+    /// path leads at most 90 degrees off `yaw`; the nearest of all where it does so nowhere. The
+    /// heading thus tells branches apart that cross or lie alongside, where it points against one
+    /// of them. The path's direction at a waypoint is that of the segment that leaves it, at the
+    /// end of an open path that of the last segment.
+    ///
+    /// The first call builds a spatial index of the path, which its controllers share; from then
+    /// on a call takes O(log N) where few waypoints are as near.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y : float
+    ///     Position [m].
+    /// yaw : float
+    ///     Heading [rad]; need not be wrapped.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Index of the waypoint; the first of several as near.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If a number is not finite or beyond its bound.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])
+    /// >>> path.relocalise(0.5, 0.9, 0.1), path.relocalise(0.5, 0.9, 3.1)
+    /// (0, 3)
+    fn relocalise(&self, py: Python<'_>, x: f64, y: f64, yaw: f64) -> PyResult<usize> {
+        let position = checked_point(x, y).or_raise(py)?;
+        checked("yaw", yaw, -MAX_YAW, MAX_YAW).or_raise(py)?;
+        Ok(self.relocalised(py, position, yaw))
     }
 
     /// Project a position exactly onto the segments at a waypoint.

@@ -4,16 +4,17 @@ use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods};
 use popsteer_core::{InputError, Point, Status, VehicleState};
-use popsteer_sim::metrics::{ErrorStats, Errors};
 use popsteer_sim::plant::{self, CarlaIdentified, KinematicBicycle};
 use popsteer_sim::{Control, Drive, Plant, Record, Settings, Simulation, closed_loop};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::command::status_code;
 use crate::errors::{OrRaise, unknown};
 use crate::lateral::law_of;
 use crate::longitudinal::drive_of;
+use crate::metrics::figures;
 use crate::params::params;
 use crate::path::PyPath;
 
@@ -79,7 +80,7 @@ params! {
 }
 
 /// A plant from its name or its object.
-fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
+pub(crate) fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
     let py = object.py();
     if let Ok(plant) = object.cast_exact::<PyCarlaIdentified>() {
         return Ok(Arc::new(plant.get().0));
@@ -307,24 +308,9 @@ impl PySimulation {
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let metrics = self.simulation.metrics();
         let fields = PyDict::new(py);
-        let stats = |prefix: &str, name: &str, stats: ErrorStats| {
-            fields.set_item(format!("{prefix}mean_abs_{name}"), stats.mean_abs)?;
-            fields.set_item(format!("{prefix}rms_{name}"), stats.rms)?;
-            fields.set_item(format!("{prefix}max_abs_{name}"), stats.max_abs)
-        };
-        let errors = |prefix: &str, errors: Errors| -> PyResult<()> {
-            let settled = format!("{prefix}settled_");
-            stats(prefix, "cross_track_error", errors.cross_track)?;
-            stats(prefix, "heading_error", errors.heading)?;
-            stats(&settled, "cross_track_error", errors.settled_cross_track)?;
-            stats(&settled, "heading_error", errors.settled_heading)
-        };
-        errors("", metrics.reference)?;
-        errors("rear_axle_", metrics.rear_axle)?;
-        fields.set_item("max_abs_steer", metrics.max_abs_steer)?;
-        fields.set_item("rms_steer_rate", metrics.rms_steer_rate)?;
-        fields.set_item("mean_speed", metrics.mean_speed)?;
-        fields.set_item("time", metrics.time)?;
+        for (name, figure) in figures() {
+            fields.set_item(name, figure(&metrics))?;
+        }
         fields.set_item("steps", metrics.steps)?;
         fields.set_item("finished", metrics.finished)?;
         Ok(fields)
@@ -347,11 +333,7 @@ impl PySimulation {
         {
             let mut codes = status.try_readwrite()?;
             for (code, record) in codes.as_slice_mut()?.iter_mut().zip(records) {
-                *code = match record.status {
-                    Status::Ok => 0,
-                    Status::LookaheadLost => 1,
-                    Status::Saturated => 2,
-                };
+                *code = status_code(record.status);
             }
         }
         columns.set_item("status", status)?;

@@ -6,8 +6,9 @@ use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, VehicleState};
 use rayon::prelude::*;
 
-/// Vehicles a thread takes at a time: enough to outweigh handing them over.
-const CHUNK: usize = 256;
+/// Vehicles a thread takes at a time: enough to outweigh handing them over. A batch of no more is
+/// stepped on the thread that asks for it.
+pub const CHUNK: usize = 256;
 
 /// Vehicles under laws of one kind, each with parameters, path and state of its own.
 #[derive(Clone, Debug)]
@@ -38,12 +39,20 @@ where
 {
     /// One vehicle for each law and path, in its initial state.
     pub fn new(laws: impl IntoIterator<Item = (L, Arc<Path>)>) -> Self {
-        let vehicles = laws.into_iter().map(|(law, path)| {
+        Self::resume(laws.into_iter().map(|(law, path)| {
             let state = law.initial_state();
-            Driver { law, path, state }
-        });
+            (law, path, state)
+        }))
+    }
+
+    /// One vehicle for each law, path and state; the state is one that [`LateralLaw::check_state`]
+    /// accepts.
+    pub fn resume(vehicles: impl IntoIterator<Item = (L, Arc<Path>, L::State)>) -> Self {
+        let drivers = vehicles
+            .into_iter()
+            .map(|(law, path, state)| Driver { law, path, state });
         Self {
-            vehicles: vehicles.collect(),
+            vehicles: drivers.collect(),
         }
     }
 
@@ -65,7 +74,7 @@ where
     }
 
     /// The states, in order.
-    pub fn states(&self) -> impl Iterator<Item = &L::State> {
+    pub fn states(&self) -> impl ExactSizeIterator<Item = &L::State> {
         self.vehicles.iter().map(|vehicle| &vehicle.state)
     }
 
@@ -141,6 +150,12 @@ where
                 })
             });
             refused.map_or(Ok(()), Err)?;
+        }
+        if self.len() <= CHUNK {
+            for ((driver, &input), place) in self.vehicles.iter_mut().zip(inputs).zip(out) {
+                one(driver, input, place);
+            }
+            return Ok(());
         }
         self.vehicles
             .par_iter_mut()

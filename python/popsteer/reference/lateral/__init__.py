@@ -7,18 +7,21 @@ small frozen value that can be copied, compared and restored.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from popsteer.reference.error import config_in_range, input_below, input_in_range
 from popsteer.reference.math import wrap
 from popsteer.reference.path.locate import Projection, locate, project
 from popsteer.reference.path.lookahead import Lookahead, get_lookahead_point
+from popsteer.reference.path.relocalise import relocalise
 from popsteer.reference.path.resample import grid, window
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
     from popsteer.reference.path.view import PathView, Point
 
 __all__ = ["Command", "LateralLaw", "Located"]
@@ -160,7 +163,7 @@ class Located:
 
 
 ParamsT = TypeVar("ParamsT", bound=BodyParams)
-StateT = TypeVar("StateT")
+StateT = TypeVar("StateT", bound="DataclassInstance")
 
 
 class LateralLaw(ABC, Generic[ParamsT, StateT]):
@@ -251,6 +254,30 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
         """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
         return self.step(x, y, yaw, speed, dt).steer
+
+    def relocalise(self, x: float, y: float, yaw: float) -> None:
+        """Find the vehicle's place on the path anew, after a jump.
+
+        Puts the remembered waypoint to `relocalise` of the law's reference point; the next step
+        goes on from there. The rest of the state stays.
+
+        Parameters
+        ----------
+        x, y : float
+            Position of the middle of the rear axle [m].
+        yaw : float
+            Heading [rad]; tells branches apart that cross or lie alongside.
+
+        Raises
+        ------
+        InputError
+            Naming the first argument that is not finite or beyond its bound; the state is then
+            unchanged.
+        """
+        vehicle = VehicleState(x, y, yaw, speed=0.0).checked()
+        position = vehicle.point_ahead(self._reference_offset)
+        waypoint = relocalise(self._path, position, vehicle.yaw)
+        self._state = replace(self._state, waypoint=waypoint)
 
     def _locate(
         self, last: int | None, x: float, y: float, yaw: float, speed: float, dt: float

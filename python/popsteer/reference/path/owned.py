@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import input_below, input_in_range
-from popsteer.reference.path import locate, resample
+from popsteer.reference.path import locate, relocalise, resample
 from popsteer.reference.path.lookahead import get_lookahead_point
 from popsteer.reference.path.view import MAX_COORDINATE, PathView
+from popsteer.reference.vehicle.state import MAX_YAW
 
 if TYPE_CHECKING:
     from popsteer.reference.path.locate import Projection
@@ -57,6 +58,12 @@ class Path(PathView):
         """Walk from waypoint `start` to a waypoint with no neighbour nearer to (x, y) [m]."""
         position = _position(x, y)
         return locate.walk(self, input_below("start", start, len(self)), position)
+
+    def relocalise(self, x: float, y: float, yaw: float) -> int:
+        """Find the waypoint to go on from after a jump to (x, y) [m] with heading `yaw` [rad]."""
+        position = _position(x, y)
+        yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
+        return relocalise.relocalise(self, position, yaw)
 
     def project(self, x: float, y: float, nearest: int | None = None) -> Projection:
         """Project (x, y) [m] exactly onto the two segments at waypoint `nearest`."""

@@ -68,8 +68,9 @@ pub fn find_lookahead_point(
     (from, circle.carries(from))
 }
 
-/// More than the plain arithmetic can be off at coordinates of this size, in units of `size`: a
-/// grid point is a product and a sum, its distance two differences, two squares and a root.
+/// More than the plain arithmetic can be off, as a share of the numbers in it: a grid point is a
+/// product and a sum, its distance two differences, two squares and a root, which the lookahead
+/// and its threshold are then taken from.
 const MARGIN: f64 = 32.0 * f64::EPSILON;
 
 /// The lookahead circle with its threshold.
@@ -85,8 +86,8 @@ struct Circle {
 impl Circle {
     #[inline]
     fn new(position: Point, lookahead: f64, tolerance: f64) -> Self {
-        // Within the circle no coordinate is larger than this.
-        let size = 2.0 * (position.x.abs() + position.y.abs() + 2.0 * lookahead);
+        // Within the circle no number is larger than this.
+        let size = 2.0 * (position.x.abs() + position.y.abs() + 2.0 * lookahead + tolerance);
         let clear = lookahead - tolerance - MARGIN * size;
         let squared_clear = if clear > 0.0 { clear * clear } else { 0.0 };
         Self {
@@ -132,7 +133,9 @@ impl Circle {
         let along = grid.along;
         let to_start = start - self.position;
         let margin = MARGIN
-            * (self.position.x.abs()
+            * (self.lookahead
+                + self.tolerance
+                + self.position.x.abs()
                 + self.position.y.abs()
                 + start.x.abs()
                 + start.y.abs()
@@ -248,7 +251,8 @@ mod tests {
             on_the_path in any::<bool>(),
             lookahead in prop_oneof![0.0..15.0, Just(1.0), Just(6.0), Just(0.0)],
             tangent in any::<bool>(),
-            tolerance in prop_oneof![Just(0.01), 1e-9..0.5],
+            tolerance in prop_oneof![Just(0.01), 1e-9..0.5, Just(1e3)],
+            on_the_edge in prop_oneof![Just(0.0), Just(1.0), Just(-1.0)],
             spacing in prop_oneof![Just(0.01), 0.01..2.0],
             ahead in prop_oneof![Just(20.0), 0.1..40.0],
         ) {
@@ -269,6 +273,8 @@ mod tests {
             } else {
                 lookahead
             };
+            // ... or whose threshold's inner or outer edge does.
+            let lookahead = (lookahead + on_the_edge * tolerance).max(0.0);
             let grid = Grid::new(view, window(&view, nearest, ahead), spacing);
             let plain = get_lookahead_point(&grid, position, lookahead, tolerance);
             let found = find_lookahead_point(

@@ -2,7 +2,7 @@
 
 use super::view::{PathView, squared_distance};
 use crate::Point;
-use crate::math::{atan2, cos, saturate, sin, sqrt};
+use crate::math::{atan2, saturate, sqrt};
 
 /// The foot of a position on the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,99 +68,6 @@ pub fn locate(path: &PathView<'_>, last: Option<usize>, position: Point) -> usiz
     match last {
         Some(last) if last < path.len() => walk(path, last, position),
         _ => nearest_waypoint(path, position),
-    }
-}
-
-/// How much farther off than the nearest waypoint of all [`relocalise`] looks for one whose
-/// direction fits [m].
-pub const REACH: f64 = 10.0;
-
-/// The waypoint to go on from after a jump to `position` with heading `yaw`: of those at most
-/// [`REACH`] farther off than the nearest of all, the nearest where the path leads at most 90
-/// degrees off `yaw`; the first of several. The nearest of all where it does so nowhere. Visits
-/// every waypoint.
-///
-/// The heading tells branches apart that cross or lie alongside. The path's direction at a
-/// waypoint is that of the segment that leaves it, at the end of an open path that of the last.
-pub fn relocalise(path: &PathView<'_>, position: Point, yaw: f64) -> usize {
-    let mut search = Relocalisation::new(position, yaw);
-    for (index, (&x, &y)) in path.x().iter().zip(path.y()).enumerate() {
-        search.visit(path, index, Point::new(x, y));
-    }
-    search.waypoint()
-}
-
-/// [`relocalise`], waypoint by waypoint in any order: for a search that need not visit all.
-#[derive(Clone, Copy, Debug)]
-pub struct Relocalisation {
-    position: Point,
-    heading: Point,
-    /// Squared distance and index, so that of several as near the first is the least.
-    nearest: (f64, usize),
-    /// The same of the waypoints whose direction fits.
-    fitting: (f64, usize),
-}
-
-impl Relocalisation {
-    /// The search before its first waypoint.
-    #[inline]
-    pub fn new(position: Point, yaw: f64) -> Self {
-        Self {
-            position,
-            heading: Point::new(cos(yaw), sin(yaw)),
-            nearest: (f64::INFINITY, 0),
-            fitting: (f64::INFINITY, 0),
-        }
-    }
-
-    /// Takes waypoint `index` of `path` into account; `waypoint` is where it lies [m].
-    #[inline]
-    pub fn visit(&mut self, path: &PathView<'_>, index: usize, waypoint: Point) {
-        let candidate = (squared_distance(self.position, waypoint), index);
-        // What fits is never nearer than the nearest.
-        if candidate < self.fitting {
-            if candidate < self.nearest {
-                self.nearest = candidate;
-            }
-            if self.fits(path, index) {
-                self.fitting = candidate;
-            }
-        }
-    }
-
-    /// Whether no waypoint whose squared distance is at least this [m^2] can change the answer.
-    #[inline]
-    pub fn is_settled(&self, squared_distance: f64) -> bool {
-        squared_distance > self.fitting.0 || sqrt(squared_distance) > self.bound()
-    }
-
-    /// The answer, once all waypoints that count are visited.
-    #[inline]
-    pub fn waypoint(&self) -> usize {
-        if sqrt(self.fitting.0) <= self.bound() {
-            self.fitting.1
-        } else {
-            self.nearest.1
-        }
-    }
-
-    /// How far off a waypoint whose direction fits may be [m].
-    #[inline]
-    fn bound(&self) -> f64 {
-        sqrt(self.nearest.0) + REACH
-    }
-
-    /// Whether the path leads at most 90 degrees off the heading.
-    #[inline]
-    fn fits(&self, path: &PathView<'_>, index: usize) -> bool {
-        let segment = if path.next(index).is_some() {
-            index
-        } else {
-            path.previous(index).unwrap_or(index)
-        };
-        let (start, end) = path.segment(segment);
-        let along = end - start;
-        self.heading.x * along.x + self.heading.y * along.y >= 0.0
     }
 }
 

@@ -1,13 +1,15 @@
 //! The reference path: where am I, and where do I aim?
 //!
-//! [`view`] holds the waypoints, [`locate`] finds the vehicle beside them, [`resample`] makes
-//! the fine grid of the near neighbourhood and [`lookahead`] searches it.
+//! [`view`] holds the waypoints, [`locate`] finds the vehicle beside them and [`relocalise`]
+//! finds it anew after a jump, [`resample`] makes the fine grid of the near neighbourhood and
+//! [`lookahead`] searches it.
 
 pub mod jump;
 pub mod locate;
 pub mod lookahead;
 #[cfg(feature = "alloc")]
 mod owned;
+pub mod relocalise;
 pub mod resample;
 pub mod view;
 

@@ -1,0 +1,311 @@
+"""What a path costs as it grows, from a thousand waypoints to ten million.
+
+    python benches/path_scale.py                    # print the table, draw the figure
+    python benches/path_scale.py --json F           # write the rows to F besides
+    python benches/path_scale.py --largest 100000   # stop there: a quick look
+
+The path is a field driven up and down: wiggly rows of 1,000 m with a waypoint each metre, 10 m
+apart, a half circle from each to the next.
+
+- A step is `Pop.steer` at 10 m/s and 20 Hz, in batches of 32 calls along a row in the second half
+  of the path, the same states relative to the row at each length. Each drive goes along another
+  row, as long as there are any: steady driving meets new waypoints, which are in no cache yet. A
+  path of 1,000 waypoints is one row, and in the cache. The lengths take turns, batch by batch,
+  forwards and backwards.
+- A relocalisation is `Pop.relocalise` at a place drawn from the whole path, up to 3 m beside it;
+  timed one by one, the reading of the clock included.
+- Memory is the difference of resident pages in a process of its own; under a million waypoints
+  it drowns in what else the process does. The test rust/sim/tests/path_memory.rs counts it exactly.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import gc
+import json
+import os
+import statistics
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+from time import perf_counter_ns
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import popsteer
+from popsteer.bench.machine import describe
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+SIZES = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)
+FIGURES = Path(__file__).resolve().parent / "figures"
+ROW, TURN = 1000, 16
+BATCH, DT, SPEED = 32, 0.05, 10.0
+STEP = "step p50 [ns]"
+RELOCALISE = "relocalise p50 [us]"
+CONSTRUCTION = "construction [ns/waypoint]"
+BUILD = "index build [ns/waypoint]"
+PATH_MEMORY = "path [bytes/waypoint]"
+INDEX_MEMORY = "index [bytes/waypoint]"
+
+
+def field(count: int) -> NDArray[np.float64]:
+    """Make so many waypoints, shape (N, 2) [m]."""
+    row, place = np.divmod(np.arange(count), ROW + TURN)
+    ahead = np.where(row % 2, np.pi, 0.0)
+    wiggle = 0.3 * np.sin(np.arange(ROW + TURN) * (2.0 * np.pi / 50.0))[place]
+    turn = np.where(row % 2, -np.pi, np.pi) * (place - ROW + 0.5) / TURN
+    heading = ahead + np.where(place < ROW, wiggle, turn)
+    xy = np.zeros((count, 2))
+    np.cumsum(np.cos(heading[:-1]), out=xy[1:, 0])
+    np.cumsum(np.sin(heading[:-1]), out=xy[1:, 1])
+    return xy
+
+
+class Drive:
+    """Steady driving on one path, row after row; the times of its batches [ns a step]."""
+
+    def __init__(self, path: popsteer.Path, xy: NDArray[np.float64]) -> None:
+        self.law = popsteer.Pop(path)
+        self.times: list[float] = []
+        rows = len(xy) // (ROW + TURN)
+        # Every other one: they lead the same way.
+        self._rows = range(rows // 4 * 2, max(rows, 1), 2)
+        self._xy = xy
+        self._states = np.empty((0, 4))
+
+    def begin(self, drive: int) -> int:
+        """Go to a row, the law's place with it; give the number of batches in it."""
+        first = (ROW + TURN) * self._rows[drive % len(self._rows)]
+        along = np.arange(100.0, 900.0, SPEED * DT)
+        whole = along.astype(int)
+        here, there = self._xy[first + whole], self._xy[first + whole + 1]
+        ahead = there - here
+        heading = np.arctan2(ahead[:, 1], ahead[:, 0])
+        aside = 0.2 * np.sin(along / 7.0)
+        self._states = np.column_stack(
+            (
+                here + ahead * (along - whole)[:, None]
+                + aside[:, None] * np.column_stack((-ahead[:, 1], ahead[:, 0])),
+                heading + 0.05 * np.sin(along / 11.0),
+                np.full_like(along, SPEED),
+            )
+        )  # fmt: skip
+        self.law.reset()
+        self.law.relocalise(*self._states[0, :3].tolist())
+        return len(self._states) // BATCH
+
+    def batch(self, number: int) -> None:
+        """Drive one batch; the first of a row, after the jump, does not count."""
+        states = self._states[BATCH * number : BATCH * (number + 1)].tolist()
+        call, dt = self.law.steer, DT
+        begin = perf_counter_ns()
+        for x, y, yaw, speed in states:
+            call(x, y, yaw, speed, dt)
+        elapsed = perf_counter_ns() - begin
+        if number > 0:
+            self.times.append(elapsed / BATCH)
+
+
+def time_steps(drives: list[Drive], repeats: int) -> None:
+    """Drive on all paths by turns."""
+    for repeat in range(repeats):
+        batches = min([drive.begin(repeat) for drive in drives])
+        for number in range(batches):
+            for drive in drives if (number + repeat) % 2 else reversed(drives):
+                drive.batch(number)
+
+
+def time_of(call: Callable[[], object]) -> int:
+    """How long a call takes [ns]."""
+    begin = perf_counter_ns()
+    call()
+    return perf_counter_ns() - begin
+
+
+def time_relocalisations(drive: Drive, xy: NDArray[np.float64], count: int) -> list[int]:
+    """Jump to places all over the path."""
+    rng = np.random.default_rng(3)
+    places = rng.integers(0, len(xy) - 1, count)
+    ahead = xy[places + 1] - xy[places]
+    yaw = np.arctan2(ahead[:, 1], ahead[:, 0]) + rng.uniform(-0.5, 0.5, count)
+    poses = np.column_stack((xy[places] + rng.uniform(-3.0, 3.0, (count, 2)), yaw)).tolist()
+    return [time_of(partial(drive.law.relocalise, *pose)) for pose in poses]
+
+
+def make_paths(xy: NDArray[np.float64]) -> tuple[popsteer.Path, float, float]:
+    """Make the path, its index built; give the times of both [ns a waypoint]."""
+    constructions, builds = [], []
+    for _ in range(3 if len(xy) > 100_000 else 15):
+        begin = perf_counter_ns()
+        path = popsteer.Path(xy)
+        constructions.append(perf_counter_ns() - begin)
+        builds.append(time_of(partial(path.relocalise, 0.0, 0.0, 0.0)))
+    count = len(xy)
+    return path, statistics.median(constructions) / count, statistics.median(builds) / count
+
+
+def resident() -> int:
+    """Memory of this process [bytes], after all that is free has gone back to the system."""
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
+    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
+    return int(pages) * os.sysconf("SC_PAGESIZE")
+
+
+def print_memory(count: int) -> None:
+    """Print what the path and its index hold [bytes a waypoint]."""
+    popsteer.Path(field(100)).relocalise(0.0, 0.0, 0.0)
+    xy = field(count)
+    before = resident()
+    path = popsteer.Path(xy, speed=np.ones(count))
+    made = resident()
+    path.relocalise(0.0, 0.0, 0.0)
+    indexed = resident()
+    print(json.dumps([(made - before) / count, (indexed - made) / count]))
+
+
+def memory(count: int) -> list[float | None]:
+    """Give what the path with speeds and its index hold, where it can be told."""
+    if count < 1_000_000 or not sys.platform.startswith("linux"):
+        return [None, None]
+    command = [sys.executable, __file__, "--memory", str(count)]
+    printed = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+    held: list[float | None] = json.loads(printed)
+    return held
+
+
+def measure(sizes: list[int], repeats: int) -> list[dict[str, Any]]:
+    """Measure at each length; one row of the table each."""
+    rows: list[dict[str, Any]] = []
+    drives: list[Drive] = []
+    for count in sizes:
+        xy = field(count)
+        path, construction, build = make_paths(xy)
+        drives.append(Drive(path, xy))
+        jumps = time_relocalisations(drives[-1], xy, 5000)
+        begin = perf_counter_ns()
+        popsteer.Pop(path).steer(0.0, 0.0, 0.0, SPEED, DT)
+        first = perf_counter_ns() - begin
+        held, index = memory(count)
+        rows.append(
+            {
+                "waypoints": count,
+                CONSTRUCTION: construction,
+                STEP: 0.0,
+                "step p99 of batches [ns]": 0.0,
+                "step, to 1,000": 0.0,
+                "first step [us]": first / 1e3,
+                RELOCALISE: statistics.median(jumps) / 1e3,
+                "relocalise p99 [us]": float(np.percentile(jumps, 99)) / 1e3,
+                BUILD: build,
+                PATH_MEMORY: held,
+                INDEX_MEMORY: index,
+            }
+        )
+    time_steps(drives, 2)
+    for drive in drives:
+        drive.times.clear()
+    gc.disable()
+    time_steps(drives, repeats)
+    gc.enable()
+    for row, drive in zip(rows, drives, strict=True):
+        row[STEP] = statistics.median(drive.times)
+        row["step p99 of batches [ns]"] = float(np.percentile(drive.times, 99))
+        row["step, to 1,000"] = row[STEP] / rows[0][STEP]
+    return rows
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Lay the rows out, quantities downwards."""
+    lines = []
+    for name in rows[0]:
+        texts = [_text(row[name]) for row in rows]
+        lines.append(f"{name:28}" + "".join(f"{text:>12}" for text in texts))
+    return "\n".join(lines)
+
+
+def _text(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:,}" if isinstance(value, int) else f"{value:,.4g}"
+
+
+def draw(rows: list[dict[str, Any]], on: str) -> None:
+    """Draw the figure, as PNG and SVG."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    from popsteer.report.figures.theme import THEMES
+
+    theme = THEMES["light"]
+    blue, orange, green = (theme.laws[name] for name in ("pop", "pid", "pure-pursuit"))
+    counts = [row["waypoints"] for row in rows]
+    with mpl.rc_context(theme.settings):
+        figure = Figure(figsize=(10.0, 6.8), layout="constrained")
+        (step, jump), (times, held) = figure.subplots(2, 2)
+        panels: list[tuple[Any, str, str, list[tuple[str, str, str]]]] = [
+            (step, "A step of POP", "time [ns]", [(STEP, "p50, from Python", blue)]),
+            (jump, "A relocalisation", "time [µs]", [(RELOCALISE, "p50, from Python", blue)]),
+            (times, "Making it", "time [ns/waypoint]",
+             [(CONSTRUCTION, "construction", blue), (BUILD, "index, on first use", orange)]),
+            (held, "Memory", "memory [bytes/waypoint]",
+             [(PATH_MEMORY, "path with speeds", blue), (INDEX_MEMORY, "index", orange)]),
+        ]  # fmt: skip
+        first = rows[0][STEP]
+        step.axhspan(first, 1.2 * first, color=green, alpha=0.12, lw=0)
+        step.axhline(1.2 * first, color=green, lw=1.0, ls="--", label="20 % over 1,000 waypoints")
+        jump.axhline(20.0, color=green, lw=1.0, ls="--", label="limit, 20 µs")
+        held.axhline(32.0, color=green, lw=1.0, ls="--", label="limit before the index, 32 bytes")
+        for axes, title, unit, lines in panels:
+            for name, label, colour in lines:
+                values = [np.nan if row[name] is None else row[name] for row in rows]
+                axes.plot(counts, values, "o-", color=colour, label=label)
+            top = max(axes.get_ylim()[1], 0.0)
+            axes.set(
+                title=title, ylabel=unit, xlabel="waypoints", xscale="log", ylim=(0, 1.3 * top)
+            )
+            axes.set_xlim(counts[0] / 1.6, counts[-1] * 1.6)
+            axes.legend(loc="upper left")
+        figure.suptitle("What a path costs as it grows", fontsize=14, fontweight="bold")
+        figure.supxlabel(on, fontsize=8, color=theme.faint)
+        FIGURES.mkdir(exist_ok=True)
+        none: dict[str, dict[str, str | None]] = {
+            "png": {"Software": None},
+            "svg": {"Date": None, "Creator": None},
+        }
+        for kind, metadata in none.items():
+            figure.savefig(FIGURES / f"path_scale.{kind}", dpi=150, metadata=metadata)
+
+
+def main() -> None:
+    """Measure, print, write, draw."""
+    parser = argparse.ArgumentParser(description="Measure what a path costs as it grows.")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="where to write the rows")
+    parser.add_argument("--largest", type=int, default=SIZES[-1], metavar="N", help="stop there")
+    parser.add_argument("--drives", type=int, default=200, help="drives on each path")
+    parser.add_argument("--memory", type=int, metavar="N", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.memory:
+        print_memory(arguments.memory)
+        return
+    if popsteer.build_profile != "release":
+        raise SystemExit("a debug build of popsteer is not worth measuring")
+    rows = measure([size for size in SIZES if size <= arguments.largest], arguments.drives)
+    machine = describe()
+    print(table(rows))
+    if arguments.json:
+        content = json.dumps({"rows": rows, "machine": machine}, indent=2)
+        arguments.json.write_text(content + "\n", encoding="utf-8")
+    if arguments.largest >= SIZES[-1]:
+        draw(rows, f"{machine['cpu']}, {machine['python']}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,190 @@
+"""Writes the figures of one `make bench` into the marked blocks of the READMEs.
+
+    python benches/tables.py out/bench
+
+The folder holds what that run wrote: `latency.json` (popsteer bench), `instruction_counts.json`,
+and, where that bench is there, `path_scale.json`; criterion's estimates are taken from its own
+folder, those newer than the file `started`. Blocks stand between `<!-- NAME: begin ... -->` and
+`<!-- NAME: end -->`; benches/README.md has the block `figures`, README.md `latency`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from popsteer.bench.laws import EMPTY_CALL, LABELS, POP_STEP
+from popsteer.bench.layout import digits, duration
+from popsteer.files import write_text_atomic
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Lay out a table; all columns but the first are numbers."""
+    lines = [heading, ["---", *["--:"] * (len(heading) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def machine(latency: dict[str, Any], rustc: str) -> str:
+    """Name what the run ran on."""
+    of = latency["machine"]
+    return f"{of['cpu']}, {of['cores']} cores; {of['python']}; {rustc}."
+
+
+def latency_table(latency: dict[str, Any]) -> str:
+    """Lay out the steps as called from Python; a yardstick that was not at hand says why."""
+    heading = "law", "p50", "p99", "p99.9", "max", "net p50", "/ empty", "net / empty", "/ POP"
+    step, empty = (latency["results"][name] for name in (POP_STEP, EMPTY_CALL))
+    rows = []
+    for name, row in latency["results"].items():
+        label = LABELS.get(name, name)
+        if row is None:
+            if not label.startswith("-"):
+                rows.append([label, latency["absent"][name], *[""] * 7])
+            continue
+        net = row["net_p50"]
+        rows.append(
+            [
+                label.replace("- ", "&nbsp;&nbsp;"),
+                *(duration(row[each]) for each in ("p50", "p99", "p999", "max")),
+                "-" if net is None else duration(net),
+                digits(row["p50"] / empty["p50"]),
+                "-" if net is None else digits(net / empty["net_p50"]),
+                digits(row["p50"] / step["p50"]),
+            ]
+        )
+    return markdown(heading, rows)
+
+
+def ratios_table(latency: dict[str, Any]) -> str:
+    """Lay out the report's ratios, of both kinds."""
+    rows = []
+    for name, ratio in latency["ratios"].items():
+        both = (ratio, latency["net_ratios"][name])
+        rows.append([f"`{name}`", *("-" if each is None else digits(each) for each in both)])
+    return markdown(("ratio", "of p50", "of net p50"), rows)
+
+
+def criterion_table(folder: Path, since: float) -> str:
+    """Lay out the medians of the benches in Rust that are newer than a time."""
+    rows = []
+    for file in folder.glob("**/new/benchmark.json"):
+        estimates = file.with_name("estimates.json")
+        if estimates.stat().st_mtime < since:
+            continue  # of an earlier run
+        median = json.loads(estimates.read_text(encoding="utf-8"))["median"]
+        interval = median["confidence_interval"]
+        name = json.loads(file.read_text(encoding="utf-8"))["full_id"]
+        bounds = f"{interval['lower_bound']:.1f} to {interval['upper_bound']:.1f}"
+        rows.append([f"`{name}`", f"{median['point_estimate']:.1f}", bounds])
+    if not rows:
+        raise SystemExit(f"{folder}: no bench of this run; run cargo bench first")
+    return markdown(("bench", "median [ns]", "95 % interval [ns]"), sorted(rows, key=_natural))
+
+
+def instructions_table(counted: dict[str, Any]) -> str:
+    """Lay out the instruction counts, or say why there are none."""
+    if counted["counts"] is None:
+        return f"Not counted in this run: {counted['reason']}."
+    on = counted["toolchain"]
+    table = markdown(
+        ("call", "instructions"),
+        [(f"`{call}`", f"{value:,.0f}") for call, value in counted["counts"].items()],
+    )
+    return f"{table}\n\nWith {on['rustc']}, {on['libc']}, {on['processor']}."
+
+
+def scale_table(scale: dict[str, Any]) -> str:
+    """Lay out the bench over the length of the path, lengths side by side; its figure above."""
+    rows = scale["rows"]
+    heading, *lines = [[name, *(_text(row[name]) for row in rows)] for name in rows[0]]
+    image = "![What a path costs as it grows](figures/path_scale.png)"
+    return f"{image}\n\n{markdown(heading, lines)}"
+
+
+def figures(folder: Path, criterion: Path, rustc: str) -> dict[str, str]:
+    """Make the content of each block from one run."""
+    latency = _read(folder / "latency.json")
+    states = latency["states"]
+    on = machine(latency, rustc)
+    parts = [
+        on,
+        "### Called from Python",
+        latency_table(latency),
+        f"{states['count']} states of {states['source']}. Calls timed one by one: "
+        + "; ".join(f"{LABELS[name]} {n:,}" for name, n in latency["timing"]["calls"].items())
+        + f". One reading of the clock: {duration(latency['timing']['timer_floor_ns'])}.",
+        ratios_table(latency),
+        "### Instructions per step",
+        instructions_table(_read(folder / "instruction_counts.json")),
+    ]
+    if (folder / "path_scale.json").exists():
+        parts += ["### Over the length of the path", scale_table(_read(folder / "path_scale.json"))]
+    since = (folder / "started").stat().st_mtime
+    parts += ["### In Rust alone", criterion_table(criterion, since)]
+    return {
+        "figures": "\n\n".join(parts),
+        "latency": f"{latency_table(latency)}\n\n{on}",
+    }
+
+
+def replace_block(text: str, name: str, content: str) -> str:
+    """Put new content between a block's marks, which stay; the text without such a block as is."""
+    block = re.compile(
+        rf"^(<!-- {re.escape(name)}: begin\b[^\n]*-->\n).*?^(<!-- {re.escape(name)}: end -->)$",
+        re.MULTILINE | re.DOTALL,
+    )
+    if len(block.findall(text)) > 1:
+        raise SystemExit(f"there is more than one block {name}")
+    return block.sub(lambda found: f"{found[1]}{content}\n{found[2]}", text)
+
+
+def main() -> None:
+    """Rewrite the blocks."""
+    parser = argparse.ArgumentParser(description="Write one run's figures into the READMEs.")
+    parser.add_argument("folder", type=Path, help="what `make bench` wrote, such as out/bench")
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    parser.add_argument("--criterion", type=Path, default=target / "criterion", metavar="DIR")
+    arguments = parser.parse_args()
+    rustc = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=True)
+    made = figures(arguments.folder, arguments.criterion, rustc.stdout.strip())
+    for file in (ROOT / "benches" / "README.md", ROOT / "README.md"):
+        old = new = file.read_text(encoding="utf-8")
+        for name, content in made.items():
+            new = replace_block(new, name, content)
+        if new != old:
+            write_text_atomic(file, new)
+            print(f"wrote {file.relative_to(ROOT)}")
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SystemExit(f"{file}: {error.strerror}; run the whole of `make bench`") from error
+    return content
+
+
+def _text(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:,}" if isinstance(value, int) else f"{value:,.4g}"
+
+
+def _natural(row: Sequence[str]) -> list[tuple[int, str]]:
+    """Sort by name, numbers in it by value."""
+    parts = re.findall(r"(\d+\.?\d*)|(\D+)", row[0])
+    return [(round(1e6 * float(number)), "") if number else (-1, text) for number, text in parts]
+
+
+if __name__ == "__main__":
+    main()

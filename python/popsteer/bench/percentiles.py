@@ -1,0 +1,59 @@
+"""How the times of many calls are summed up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["Percentiles"]
+
+
+@dataclass(frozen=True)
+class Percentiles:
+    """How long a call takes [ns].
+
+    Attributes
+    ----------
+    p50, p99, p999, max : float
+        Median, 99th and 99.9th percentile, greatest: all of one distribution, calls timed one by
+        one, as the clock read them. One reading of the clock is in each.
+    net_p50 : float or None
+        Median over batches of calls, per call, net of the clock and of the loop around them; None
+        for what is not called in batches.
+    """
+
+    p50: float
+    p99: float
+    p999: float
+    max: float
+    net_p50: float | None
+
+    @classmethod
+    def of(cls, singles: Sequence[int], net_p50: float | None) -> Percentiles:
+        """Sum up single calls.
+
+        Parameters
+        ----------
+        singles : sequence of int
+            What each call took [ns].
+        net_p50 : float or None
+            As the attribute; rounded to 0.01 ns.
+
+        Returns
+        -------
+        Percentiles
+            Times that were read, never means of two of them.
+
+        Examples
+        --------
+        >>> Percentiles.of([70, 80, 90], 25.0)
+        Percentiles(p50=80, p99=90, p999=90, max=90, net_p50=25.0)
+        """
+        p50, p99, p999 = np.percentile(singles, (50.0, 99.0, 99.9), method="higher").tolist()
+        net = None if net_p50 is None else round(net_p50, 2)
+        return cls(p50, p99, p999, max(singles), net)

@@ -1,0 +1,187 @@
+"""Many runs in one call, on all cores."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from popsteer import _core, laws
+from popsteer._core import CarlaIdentified, KinematicBicycle, SpeedPid
+from popsteer.errors import ConfigError, PathError, count_in_range
+from popsteer.sim.geometry import with_offset
+from popsteer.sim.run import default_start
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from popsteer._core import CoupledLongitudinal, Noise, Settings
+    from popsteer.sim.geometry import Plant
+    from popsteer.sim.run import Pose
+
+__all__ = ["run_many"]
+
+_PLANTS = (str, CarlaIdentified, KinematicBicycle)
+_MAX_SEED = 2**64 - 1
+_MAX_THREADS = 1024
+
+
+def run_many(  # noqa: PLR0913 - each is one thing that may vary
+    law: laws.Controller | Sequence[laws.Controller],
+    plant: Plant | Sequence[Plant] = "carla-identified",
+    *,
+    start: ArrayLike | None = None,
+    speed: ArrayLike = 0.0,
+    longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+    settings: Settings | None = None,
+    noise: Noise | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> dict[str, NDArray[Any]]:
+    """Let laws drive plants along paths, many runs at once, and give what each came to.
+
+    Each run is that of `run`, bit for bit, unless there is noise. `law`, `plant`, `start` and
+    `speed` are each one for all runs or a sequence with one for each. Ctrl-C, or an error that
+    `progress` raises, stops all runs within a control step.
+
+    Parameters
+    ----------
+    law : Pop or Pid or PurePursuit or Stanley or BangBang, or a sequence of them
+        What steers, along its own path, from a fresh state; where its parameters leave
+        `reference_offset` open, it is the plant's axle.
+    plant : str or CarlaIdentified or KinematicBicycle or a sequence of them, \
+default "carla-identified"
+        What moves.
+    start : array of shape (3,) or (N, 3), optional
+        Pose of the front axle at the start, (x, y, yaw) [m, m, rad]; `default_start` by default.
+    speed : float or array of shape (N,), default 0.0
+        Speed at the start [m/s].
+    longitudinal : CoupledLongitudinal or SpeedPid, optional
+        What works the pedals; the paper's coupled law by default.
+    settings : Settings, optional
+        Control period, limits and the like; no records are kept in any case.
+    noise : Noise, optional
+        How far off the laws see the vehicle; none by default.
+    seed : int, default 0
+        Where the noise comes from, 0 to 2**64 - 1. Run k draws from a stream of its own: the same
+        seed gives the same bits on any number of threads.
+    threads : int, optional
+        How many threads drive, 1 to 1024; by default one a core, or what the environment variable
+        RAYON_NUM_THREADS says.
+    progress : callable, optional
+        Called some fifty times a second with the share of the runs done, and at last with 1.
+
+    Returns
+    -------
+    dict of str to ndarray of shape (N,)
+        An array for each figure of `Metrics`, under its name, with an entry for each run.
+
+    Raises
+    ------
+    ConfigError
+        A plant is not known, a number is out of its range, or the sequences differ in length.
+    InputError
+        A start is not finite or beyond its bound; it is named with its run, as ``speed[3]``.
+    PathError
+        `SpeedPid` is to follow the reference speeds of a path that has none.
+    TypeError
+        A law is none of popsteer's; `run` drives those.
+
+    Examples
+    --------
+    A POP that sees its position 0.1 m off, a hundred times:
+
+    >>> import popsteer
+    >>> from popsteer.sim import Noise
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+    >>> runs = run_many([popsteer.Pop(path)] * 100, noise=Noise(position=0.1), seed=7)
+    >>> runs["finished"].all(), runs["settled_mean_abs_cross_track_error"].shape
+    (np.True_, (100,))
+
+    Starts farther and farther off:
+
+    >>> runs = run_many(popsteer.Pop(path), start=[(0.0, y, 0.0) for y in (0.5, 1.0, 2.0)])
+    >>> runs["max_abs_cross_track_error"]
+    array([0.5, 1. , 2. ])
+    """
+    several_laws = None if isinstance(law, laws.CONTROLLERS) else list(law)
+    # A name is a sequence too, of letters: the type checker cannot tell them apart.
+    one_plant = isinstance(plant, _PLANTS)
+    several_plants = None if one_plant else list(cast("Sequence[Plant]", plant))
+    starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
+    speeds = _floats("speed", speed, {(), (None,)})
+    count = _common_length(
+        law=several_laws,
+        plant=several_plants,
+        start=starts if starts is not None and starts.ndim == 2 else None,
+        speed=speeds if speeds.ndim == 1 else None,
+    )
+    if not 0 <= seed <= _MAX_SEED:
+        raise ConfigError("seed", seed, count_in_range(0, _MAX_SEED))
+    if threads is not None and not 1 <= threads <= _MAX_THREADS:
+        raise ConfigError("threads", threads, count_in_range(1, _MAX_THREADS))
+
+    each_law = [law] * count if several_laws is None else several_laws
+    each_plant = [cast("Plant", plant)] * count if several_plants is None else several_plants
+    # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
+    known: dict[tuple[int, int], tuple[laws.Controller, Pose]] = {}
+    drivers = []
+    for index, (driver, moved) in enumerate(zip(each_law, each_plant, strict=True)):
+        key = id(driver), id(moved)
+        if key not in known:
+            known[key] = _prepared(index, driver, moved, longitudinal)
+        drivers.append(known[key])
+    poses = [pose for _, pose in drivers] if starts is None else np.broadcast_to(starts, (count, 3))
+    states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
+    return _core.run_many(
+        [
+            (driver, moved, state)
+            for (driver, _), moved, state in zip(drivers, each_plant, states.tolist(), strict=True)
+        ],
+        longitudinal=longitudinal,
+        settings=settings,
+        noise=noise,
+        seed=seed,
+        threads=threads,
+        progress=progress,
+    )
+
+
+def _floats(name: str, value: ArrayLike, shapes: set[tuple[int | None, ...]]) -> NDArray[Any]:
+    """Give `value` as an array of floats of one of the shapes, in which None is any length."""
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ConfigError(name, value, "numbers") from error
+    free = (None, *array.shape[1:])
+    if not ({array.shape, free} & shapes):
+        listed = " or ".join(sorted(str(shape).replace("None", "N") for shape in shapes))
+        raise ConfigError(name, array.shape, f"of shape {listed}")
+    return array
+
+
+def _common_length(**several: Sequence[object] | NDArray[Any] | None) -> int:
+    """Tell how many runs the sequences are for; one where there is no sequence."""
+    lengths = {name: len(each) for name, each in several.items() if each is not None}
+    if len(set(lengths.values())) > 1:
+        names = ", ".join(lengths)
+        raise ConfigError(names, tuple(lengths.values()), "single or of one length")
+    return next(iter(lengths.values()), 1)
+
+
+def _prepared(
+    index: int,
+    law: object,
+    plant: Plant,
+    longitudinal: CoupledLongitudinal | SpeedPid | None,
+) -> tuple[laws.Controller, Pose]:
+    """Give the law with its reference point, and where it starts by default."""
+    if not isinstance(law, laws.CONTROLLERS):
+        kind = type(law).__name__
+        raise TypeError(f"law {index} must be a controller of popsteer, got {kind}; see run")
+    if isinstance(longitudinal, SpeedPid) and law.path.speed is None:
+        raise PathError(f"the path of law {index} has no reference speeds for SpeedPid to follow")
+    return with_offset(law, plant), default_start(law.path)

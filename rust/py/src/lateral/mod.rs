@@ -1,0 +1,383 @@
+//! The lateral laws: controllers, with their parameters and states.
+
+mod params;
+mod state;
+
+pub(crate) use params::{
+    PyBangBangParams, PyPidParams, PyPopParams, PyPurePursuitParams, PyStanleyParams,
+};
+pub(crate) use state::{
+    PyBangBangState, PyPidState, PyPopState, PyPurePursuitState, PyStanleyState, StateClass,
+};
+
+use std::sync::Arc;
+
+use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley};
+use popsteer_core::{LateralLaw, Path, VehicleState, WaypointState};
+use popsteer_sim::Law;
+use pyo3::prelude::*;
+
+use self::state::as_given;
+use crate::command::PyCommand;
+use crate::errors::{IntoPyErr, OrRaise};
+use crate::path::PyPath;
+
+/// A controller: a law of the core, its state, and the path it follows.
+macro_rules! controller {
+    (
+        $(#[doc = $about:literal])+
+        $class:ident($core:ident) named $name:literal,
+        params $params:ident, state $state:ident
+        $(, extra { $($extra:item)* })?
+    ) => {
+        $(#[doc = $about])+
+        #[pyclass(name = $name, module = "popsteer")]
+        #[derive(Debug)]
+        pub(crate) struct $class {
+            law: $core,
+            state: <$core as LateralLaw>::State,
+            path: Arc<Path>,
+            owner: Py<PyPath>,
+            params: Py<$params>,
+        }
+
+        impl $class {
+            /// The law as the closed loop takes it, and its path.
+            pub(crate) fn law(&self) -> (Law, Arc<Path>) {
+                (self.law.into(), Arc::clone(&self.path))
+            }
+
+            /// The law, its path and the present state, as a batch takes them.
+            pub(crate) fn vehicle(&self) -> ($core, Arc<Path>, <$core as LateralLaw>::State) {
+                (self.law, Arc::clone(&self.path), self.state.clone())
+            }
+        }
+
+        #[pymethods]
+        impl $class {
+            #[new]
+            #[pyo3(signature = (path, params=None))]
+            fn new(
+                py: Python<'_>,
+                path: Py<PyPath>,
+                params: Option<Py<$params>>,
+            ) -> PyResult<Self> {
+                let params = match params {
+                    Some(params) => params,
+                    None => Py::new(py, $params(Default::default()))?,
+                };
+                let law = $core::new(params.get().0).or_raise(py)?;
+                Ok(Self {
+                    law,
+                    state: law.initial_state(),
+                    path: Arc::clone(&path.get().0),
+                    owner: path,
+                    params,
+                })
+            }
+
+            /// Take one control step.
+            ///
+            /// Parameters
+            /// ----------
+            /// x, y : float
+            ///     Position of the rear axle [m].
+            /// yaw : float
+            ///     Heading [rad], counter-clockwise from x.
+            /// speed : float
+            ///     Forward speed [m/s].
+            /// dt : float
+            ///     Time since the last step [s], 1e-6 to 1e3.
+            ///
+            /// Returns
+            /// -------
+            /// Command
+            ///     Angle, errors, target and status.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If a number is not finite or beyond its bound; the state is then unchanged.
+            #[inline]
+            fn step(
+                &mut self,
+                py: Python<'_>,
+                x: f64,
+                y: f64,
+                yaw: f64,
+                speed: f64,
+                dt: f64,
+            ) -> PyResult<PyCommand> {
+                let vehicle = VehicleState { x, y, yaw, speed };
+                self.law
+                    .step(&self.path.view(), &mut self.state, vehicle, dt)
+                    .map(PyCommand)
+                    .or_raise(py)
+            }
+
+            /// Take one control step and give the angle alone, for tight loops.
+            ///
+            /// Parameters
+            /// ----------
+            /// x, y : float
+            ///     Position of the rear axle [m].
+            /// yaw : float
+            ///     Heading [rad], counter-clockwise from x.
+            /// speed : float
+            ///     Forward speed [m/s].
+            /// dt : float
+            ///     Time since the last step [s], 1e-6 to 1e3.
+            ///
+            /// Returns
+            /// -------
+            /// float
+            ///     Angle of the front wheels [rad]: ``step(...).steer``, bit for bit.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If a number is not finite or beyond its bound; the state is then unchanged.
+            #[pyo3(signature = (x, y, yaw, speed, dt, /))]
+            fn steer(
+                &mut self,
+                py: Python<'_>,
+                x: f64,
+                y: f64,
+                yaw: f64,
+                speed: f64,
+                dt: f64,
+            ) -> PyResult<f64> {
+                let vehicle = VehicleState { x, y, yaw, speed };
+                self.law.steer(&self.path.view(), &mut self.state, vehicle, dt).or_raise(py)
+            }
+
+            /// Find the vehicle's place on the path anew, after a jump.
+            ///
+            /// A step looks for the vehicle near its last place. After a jump, of the vehicle, of
+            /// its localisation or along the path, this puts the remembered waypoint to
+            /// ``path.relocalise`` of the law's reference point, and the next step goes on from
+            /// there. The rest of the state stays.
+            ///
+            /// Parameters
+            /// ----------
+            /// x, y : float
+            ///     Position of the rear axle [m].
+            /// yaw : float
+            ///     Heading [rad]; tells branches apart that cross or lie alongside.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If a number is not finite or beyond its bound; the state is then unchanged.
+            fn relocalise(slf: &Bound<'_, Self>, x: f64, y: f64, yaw: f64) -> PyResult<()> {
+                let py = slf.py();
+                let (owner, position) = {
+                    let this = slf.try_borrow()?;
+                    let position = this.law.reference_point(x, y, yaw).or_raise(py)?;
+                    (this.owner.clone_ref(py), position)
+                };
+                // The controller is not borrowed while the path may be building its index.
+                let waypoint = owner.get().relocalised(py, position, yaw);
+                slf.try_borrow_mut()?.state.set_waypoint(waypoint);
+                Ok(())
+            }
+
+            /// Forget all steps taken so far.
+            fn reset(&mut self) {
+                self.state = self.law.initial_state();
+            }
+
+            /// What the law remembers; a copy, which can be compared, saved and set again.
+            #[getter]
+            fn state(&self) -> $state {
+                $state::from_core(&self.state)
+            }
+
+            #[setter]
+            fn set_state(&mut self, py: Python<'_>, state: PyRef<'_, $state>) -> PyResult<()> {
+                let restored = state.to_core(&self.law).and_then(|restored| {
+                    self.law.check_state(&self.path.view(), &restored).map(|()| restored)
+                });
+                match restored {
+                    Ok(restored) => {
+                        self.state = restored;
+                        Ok(())
+                    }
+                    Err(error) => {
+                        Err(as_given(error, &state.as_dict(py)?)?.into_py_err(py))
+                    }
+                }
+            }
+
+            /// The parameters.
+            #[getter]
+            fn params(&self, py: Python<'_>) -> Py<$params> {
+                self.params.clone_ref(py)
+            }
+
+            /// The path followed.
+            #[getter]
+            fn path(&self, py: Python<'_>) -> Py<PyPath> {
+                self.owner.clone_ref(py)
+            }
+
+            /// How far ahead of the rear axle the law's reference point lies [m].
+            #[getter]
+            fn reference_offset(&self) -> f64 {
+                self.law.reference_offset()
+            }
+
+            fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+                let path = self.owner.bind(py).repr()?;
+                let params = self.params.bind(py).repr()?;
+                Ok(format!("{}({path}, params={params})", $name))
+            }
+
+            $($($extra)*)?
+        }
+    };
+}
+
+controller! {
+    /// POP: proximally optimal predictive steering, the paper's Algorithm 1.
+    ///
+    /// Of the angles in the neighbourhood of the last one, chooses the angle whose predicted
+    /// location (Equation 6) lies closest to the lookahead point. The last angle wins ties, so a
+    /// vehicle at rest keeps its wheels still. Reference point: the front axle.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path
+    ///     The path to follow.
+    /// params : PopParams, optional
+    ///     By default the paper's.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+    /// >>> pop = popsteer.Pop(path)
+    /// >>> command = pop.step(0.0, 0.5, 0.0, 5.0, 0.05)
+    /// >>> command.steer < 0.0, command.cross_track_error
+    /// (True, 0.5)
+    PyPop(Pop) named "Pop", params PyPopParams, state PyPopState,
+    extra {
+        /// Return at once: what a call of `steer` costs without the step, for the benchmark.
+        #[pyo3(signature = (x, y, yaw, speed, dt, /))]
+        #[expect(
+            unused_variables,
+            clippy::unused_self,
+            clippy::unnecessary_wraps,
+            reason = "the signature is the point"
+        )]
+        fn _empty_call(
+            &mut self,
+            py: Python<'_>,
+            x: f64,
+            y: f64,
+            yaw: f64,
+            speed: f64,
+            dt: f64,
+        ) -> PyResult<f64> {
+            Ok(yaw)
+        }
+    }
+}
+
+controller! {
+    /// PID on the cross-track error at the front axle, the paper's Equation 1.
+    ///
+    /// ``steer = -(kp e + ki sum(e dt) + kd (e - e_previous) / dt)``, the sum over the last
+    /// `buffer_length` steps.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path
+    ///     The path to follow.
+    /// params : PidParams, optional
+    ///     By default the paper's.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+    /// >>> popsteer.Pid(path).steer(0.0, 0.5, 0.0, 5.0, 0.05)
+    /// -0.12525
+    PyPid(Pid) named "Pid", params PyPidParams, state PyPidState
+}
+
+controller! {
+    /// Adaptive Pure-Pursuit, the paper's Equation 2.
+    ///
+    /// ``steer = atan(2 wheelbase sin(alpha) / lookahead)`` with ``lookahead =
+    /// max(min_lookahead, lookahead_gain speed)`` and ``alpha`` the bearing of the lookahead
+    /// point off the heading. Reference point: the rear axle.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path
+    ///     The path to follow.
+    /// params : PurePursuitParams, optional
+    ///     By default the paper's, with the published code's least lookahead.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+    /// >>> round(popsteer.PurePursuit(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)
+    /// -0.03
+    PyPurePursuit(PurePursuit) named "PurePursuit",
+    params PyPurePursuitParams, state PyPurePursuitState
+}
+
+controller! {
+    /// The Stanley law, the paper's Equation 3.
+    ///
+    /// ``steer = -(heading_error + atan(cross_track_gain cross_track_error / (softening +
+    /// speed_gain speed)))``. Reference point: the front axle.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path
+    ///     The path to follow.
+    /// params : StanleyParams, optional
+    ///     By default the paper's.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+    /// >>> round(popsteer.Stanley(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)
+    /// -0.1149
+    PyStanley(Stanley) named "Stanley", params PyStanleyParams, state PyStanleyState
+}
+
+controller! {
+    /// Bang-bang: a fixed angle back towards the path, the floor to measure against.
+    ///
+    /// ``steer = -amplitude sign(cross_track_error)`` outside the deadband, 0 inside. Reference
+    /// point: the front axle.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path
+    ///     The path to follow.
+    /// params : BangBangParams, optional
+    ///     Parameters.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+    /// >>> popsteer.BangBang(path).steer(0.0, 0.5, 0.0, 5.0, 0.05)
+    /// -0.122
+    PyBangBang(BangBang) named "BangBang", params PyBangBangParams, state PyBangBangState
+}
+
+/// Any of the controllers, as the closed loop takes it.
+pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Law, Arc<Path>)> {
+    macro_rules! try_each {
+        ($($class:ty),+) => {$(
+            if let Ok(controller) = object.cast_exact::<$class>() {
+                return controller.try_borrow().ok().map(|controller| controller.law());
+            }
+        )+};
+    }
+    try_each!(PyPop, PyPid, PyPurePursuit, PyStanley, PyBangBang);
+    None
+}

@@ -1,0 +1,118 @@
+//! The parameters of the lateral laws.
+
+use popsteer_core::lateral::{
+    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
+};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::params::params;
+
+params! {
+    /// Parameters of `Pop`; the paper's Table 1 by default.
+    PyPopParams(PopParams) named "PopParams" in "popsteer",
+    defaults PopParams::DEFAULT, checked by Pop::new,
+    lookahead_gain: f64, "float, default 0.2",
+        "Velocity constant k_v [s]: lookahead = min_lookahead + lookahead_gain * speed.";
+    min_lookahead: f64, "float, default 6.0",
+        "Lookahead at rest ld_min [m]; from the published code, the paper gives none.";
+    steer_span: f64, "float, default radians(3)",
+        "Optimization range delta_nbd [rad]: candidates lie this far about the last angle.";
+    candidate_count: usize, "int, default 21",
+        "Optimization resolution: the number of candidates, odd.";
+    lookahead_tolerance: f64, "float, default 0.01",
+        "Threshold epsilon of the lookahead search [m].";
+    window_ahead: f64, "float, default 20.0",
+        "Arc ahead of the vehicle that is searched [m].";
+    grid_spacing: f64, "float, default 0.01",
+        "Greatest distance of neighbours on the re-discretised path [m].";
+    wheelbase: f64, "float, default 3.0",
+        "Distance of the axles [m].";
+    reference_offset: Option<f64>, "float, optional",
+        "Reference point ahead of the rear axle [m]; the front axle by default.";
+    max_steer: f64, "float, default 1.22",
+        "Steering limit delta_max [rad].";
+}
+
+params! {
+    /// Parameters of `Pid`; the paper's Table 1 by default.
+    PyPidParams(PidParams) named "PidParams" in "popsteer",
+    defaults PidParams::DEFAULT, checked by Pid::new,
+    kp: f64, "float, default 0.25",
+        "Proportional gain k_P [rad/m].";
+    ki: f64, "float, default 0.01",
+        "Integral gain k_I [rad/(m s)]; [rad/m] without integral_with_dt.";
+    kd: f64, "float, default 0.2",
+        "Derivative gain k_D [rad s/m].";
+    buffer_length: usize, "int, default 500",
+        "How many of the last errors the integral sums, against wind-up.";
+    integral_with_dt: bool, "bool, default True",
+        "Whether the integral weighs each error with its dt; the paper's equation does not.";
+    wheelbase: f64, "float, default 3.0",
+        "Distance of the axles [m].";
+    reference_offset: Option<f64>, "float, optional",
+        "Reference point ahead of the rear axle [m]; the front axle by default.";
+    max_steer: f64, "float, default 1.22",
+        "Steering limit delta_max [rad].";
+}
+
+params! {
+    /// Parameters of `PurePursuit`; the paper's Table 1, with the published code's least lookahead.
+    PyPurePursuitParams(PurePursuitParams) named "PurePursuitParams" in "popsteer",
+    defaults PurePursuitParams::DEFAULT, checked by PurePursuit::new,
+    lookahead_gain: f64, "float, default 0.9",
+        "Velocity constant k_v [s]: lookahead = max(min_lookahead, lookahead_gain * speed).";
+    min_lookahead: f64, "float, default 10.0",
+        "Least lookahead [m]; the paper's equation has 0.";
+    alpha_by_arccos: bool, "bool, default False",
+        "Whether alpha is acos(heading . line / lookahead), as in the published code.";
+    lookahead_tolerance: f64, "float, default 0.01",
+        "Threshold epsilon of the lookahead search [m].";
+    window_ahead: f64, "float, default 20.0",
+        "Arc ahead of the vehicle that is searched [m].";
+    grid_spacing: f64, "float, default 0.01",
+        "Greatest distance of neighbours on the re-discretised path [m].";
+    wheelbase: f64, "float, default 3.0",
+        "Distance of the axles L [m].";
+    reference_offset: Option<f64>, "float, optional",
+        "Reference point ahead of the rear axle [m]; the rear axle by default.";
+    max_steer: f64, "float, default 1.22",
+        "Steering limit delta_max [rad].";
+}
+
+params! {
+    /// Parameters of `Stanley`; the paper's Table 1 by default.
+    PyStanleyParams(StanleyParams) named "StanleyParams" in "popsteer",
+    defaults StanleyParams::DEFAULT, checked by Stanley::new,
+    cross_track_gain: f64, "float, default 1.5",
+        "Crosstrack error constant k_chi [1/s].";
+    speed_gain: f64, "float, default 1.3",
+        "Velocity constant k_v.";
+    softening: f64, "float, default 1e-5",
+        "Softening constant k_s [m/s], which keeps the quotient finite at rest.";
+    heading_behind: bool, "bool, default False",
+        "Whether the path's heading is that of the segment behind the nearest waypoint, as in the published code.";
+    wheelbase: f64, "float, default 3.0",
+        "Distance of the axles [m].";
+    reference_offset: Option<f64>, "float, optional",
+        "Reference point ahead of the rear axle [m]; the front axle by default.";
+    max_steer: f64, "float, default 1.22",
+        "Steering limit delta_max [rad].";
+}
+
+params! {
+    /// Parameters of `BangBang`.
+    PyBangBangParams(BangBangParams) named "BangBangParams" in "popsteer",
+    defaults BangBangParams::DEFAULT, checked by BangBang::new,
+    amplitude: f64, "float, default 0.122",
+        "The angle that is switched [rad].";
+    deadband: f64, "float, default 0.0",
+        "Cross-track errors up to this leave the wheels straight [m].";
+    wheelbase: f64, "float, default 3.0",
+        "Distance of the axles [m].";
+    reference_offset: Option<f64>, "float, optional",
+        "Reference point ahead of the rear axle [m]; the front axle by default.";
+    max_steer: f64, "float, default 1.22",
+        "Steering limit delta_max [rad].";
+}

@@ -1,0 +1,260 @@
+//! The states of the lateral laws.
+
+use popsteer_core::lateral::{
+    BangBang, BangBangState, Pid, PidState, Pop, PopState, PurePursuit, PurePursuitState, Stanley,
+    StanleyState, pid::ErrorBuffer,
+};
+use popsteer_core::{InputError, LateralLaw};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::params::{Count, Field, repr};
+
+/// How a state goes between Python and the core.
+pub(crate) trait StateClass: Sized {
+    /// The core's law.
+    type Law: LateralLaw;
+    /// The class that shows `state`.
+    fn from_core(state: &<Self::Law as LateralLaw>::State) -> Self;
+    /// The state of `law` that the class shows.
+    fn to_core(&self, law: &Self::Law) -> Result<<Self::Law as LateralLaw>::State, InputError>;
+}
+
+fn from_waypoint(waypoint: Option<usize>) -> Option<Count> {
+    waypoint.map(Field::argument)
+}
+
+/// A waypoint from Python; a negative one becomes one that no path has.
+fn to_waypoint(waypoint: Option<Count>) -> Option<usize> {
+    waypoint.map(|Count(index)| usize::try_from(index).unwrap_or(usize::MAX))
+}
+
+/// A frozen class that shows a state of the core field by field.
+macro_rules! state {
+    (
+        $(#[doc = $about:literal])+
+        $class:ident named $name:literal,
+        $($field:ident: $kind:ty = $default:expr, $words:literal, $text:literal;)+
+    ) => {
+        $(#[doc = $about])+
+        ///
+        /// Parameters
+        /// ----------
+        $(
+            #[doc = concat!(stringify!($field), " : ", $words)]
+            #[doc = concat!("    ", $text)]
+        )+
+        #[pyclass(frozen, eq, name = $name, module = "popsteer")]
+        #[derive(Clone, Debug, PartialEq)]
+        pub(crate) struct $class {
+            $($field: $kind,)+
+        }
+
+        #[pymethods]
+        impl $class {
+            #[new]
+            #[pyo3(signature = (*, $($field = $default),+))]
+            fn new($($field: $kind),+) -> Self {
+                Self { $($field),+ }
+            }
+
+            $(
+                #[doc = $text]
+                #[getter]
+                fn $field(&self) -> $kind {
+                    self.$field.clone()
+                }
+            )+
+
+            /// The fields by name, as a new ``dict``.
+            pub(crate) fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                let fields = PyDict::new(py);
+                $(fields.set_item(stringify!($field), self.$field.clone())?;)+
+                Ok(fields)
+            }
+
+            fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+                repr($name, &self.as_dict(py)?)
+            }
+
+            fn __getnewargs_ex__<'py>(
+                &self,
+                py: Python<'py>,
+            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+                Ok((PyTuple::empty(py), self.as_dict(py)?))
+            }
+        }
+    };
+}
+
+state! {
+    /// What `Pop` remembers from one step to the next.
+    PyPopState named "PopState",
+    waypoint: Option<Count> = None, "int, optional",
+        "The waypoint nearest at the last step; None before the first.";
+    previous_steer: f64 = 0.0, "float, default 0.0",
+        "The last angle delta_prev [rad].";
+}
+
+state! {
+    /// What `Pid` remembers from one step to the next.
+    PyPidState named "PidState",
+    waypoint: Option<Count> = None, "int, optional",
+        "The waypoint nearest at the last step; None before the first.";
+    previous_error: Option<f64> = None, "float, optional",
+        "The last cross-track error [m]; None before the first step.";
+    terms: Terms = Terms(Vec::new()), "tuple of float, default ()",
+        "The terms of the integral, oldest first.";
+    next: Count = Count(0), "int, default 0",
+        "The place of the next term in the buffer.";
+    sum: f64 = 0.0, "float, default 0.0",
+        "The sum of the terms as carried along.";
+}
+
+state! {
+    /// What `PurePursuit` remembers from one step to the next.
+    PyPurePursuitState named "PurePursuitState",
+    waypoint: Option<Count> = None, "int, optional",
+        "The waypoint nearest at the last step; None before the first.";
+    previous_alpha: f64 = 0.0, "float, default 0.0",
+        "The last bearing of the lookahead point [rad].";
+}
+
+state! {
+    /// What `Stanley` remembers from one step to the next.
+    PyStanleyState named "StanleyState",
+    waypoint: Option<Count> = None, "int, optional",
+        "The waypoint nearest at the last step; None before the first.";
+}
+
+state! {
+    /// What `BangBang` remembers from one step to the next.
+    PyBangBangState named "BangBangState",
+    waypoint: Option<Count> = None, "int, optional",
+        "The waypoint nearest at the last step; None before the first.";
+}
+
+/// Numbers that Python sees as a tuple.
+#[derive(Clone, Debug, PartialEq)]
+struct Terms(Vec<f64>);
+
+impl<'py> FromPyObject<'_, 'py> for Terms {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        object.extract().map(Self)
+    }
+}
+
+impl<'py> IntoPyObject<'py> for Terms {
+    type Target = PyTuple;
+    type Output = Bound<'py, PyTuple>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        PyTuple::new(py, self.0)
+    }
+}
+
+impl StateClass for PyPopState {
+    type Law = Pop;
+
+    fn from_core(state: &PopState) -> Self {
+        Self {
+            waypoint: from_waypoint(state.waypoint),
+            previous_steer: state.previous_steer,
+        }
+    }
+
+    fn to_core(&self, _law: &Pop) -> Result<PopState, InputError> {
+        Ok(PopState {
+            waypoint: to_waypoint(self.waypoint),
+            previous_steer: self.previous_steer,
+        })
+    }
+}
+
+impl StateClass for PyPidState {
+    type Law = Pid;
+
+    fn from_core(state: &PidState) -> Self {
+        Self {
+            waypoint: from_waypoint(state.waypoint),
+            previous_error: state.previous_error,
+            terms: Terms(state.buffer.terms().collect()),
+            next: state.buffer.next().argument(),
+            sum: state.buffer.sum(),
+        }
+    }
+
+    fn to_core(&self, law: &Pid) -> Result<PidState, InputError> {
+        let length = law.initial_state().buffer.length();
+        let next = usize::try_from(self.next.0).unwrap_or(usize::MAX);
+        Ok(PidState {
+            waypoint: to_waypoint(self.waypoint),
+            previous_error: self.previous_error,
+            buffer: ErrorBuffer::restore(length, &self.terms.0, next, self.sum)?,
+        })
+    }
+}
+
+impl StateClass for PyPurePursuitState {
+    type Law = PurePursuit;
+
+    fn from_core(state: &PurePursuitState) -> Self {
+        Self {
+            waypoint: from_waypoint(state.waypoint),
+            previous_alpha: state.previous_alpha,
+        }
+    }
+
+    fn to_core(&self, _law: &PurePursuit) -> Result<PurePursuitState, InputError> {
+        Ok(PurePursuitState {
+            waypoint: to_waypoint(self.waypoint),
+            previous_alpha: self.previous_alpha,
+        })
+    }
+}
+
+impl StateClass for PyStanleyState {
+    type Law = Stanley;
+
+    fn from_core(state: &StanleyState) -> Self {
+        Self {
+            waypoint: from_waypoint(state.waypoint),
+        }
+    }
+
+    fn to_core(&self, _law: &Stanley) -> Result<StanleyState, InputError> {
+        Ok(StanleyState {
+            waypoint: to_waypoint(self.waypoint),
+        })
+    }
+}
+
+impl StateClass for PyBangBangState {
+    type Law = BangBang;
+
+    fn from_core(state: &BangBangState) -> Self {
+        Self {
+            waypoint: from_waypoint(state.waypoint),
+        }
+    }
+
+    fn to_core(&self, _law: &BangBang) -> Result<BangBangState, InputError> {
+        Ok(BangBangState {
+            waypoint: to_waypoint(self.waypoint),
+        })
+    }
+}
+
+/// `error` with the count as Python gave it: the core has no negative ones.
+#[expect(clippy::cast_precision_loss, reason = "shown in an error")]
+pub(super) fn as_given(mut error: InputError, fields: &Bound<'_, PyDict>) -> PyResult<InputError> {
+    if let Some(field) = fields.get_item(error.field)?
+        && let Ok(count) = field.extract::<i64>()
+    {
+        error.value = count as f64;
+    }
+    Ok(error)
+}

@@ -1,0 +1,156 @@
+//! Many runs: controllers in, a column for each figure out.
+
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
+
+use numpy::PyArray1;
+use popsteer_core::VehicleState;
+use popsteer_sim::many::{self, Noise, Run, Watch};
+use popsteer_sim::{Drive, Metrics, Settings};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::errors::{OrRaise, entry_error};
+use crate::lateral::law_of;
+use crate::longitudinal::drive_of;
+use crate::metrics::figures;
+use crate::params::params;
+use crate::pool;
+use crate::sim::{PySettings, plant_of};
+
+params! {
+    /// How far off the laws see the vehicle: standard deviations of normal noise.
+    ///
+    /// Drawn anew at every control step, independent of one another. The vehicle itself, and what
+    /// is measured of it, are without noise.
+    PyNoise(Noise) named "Noise" in "popsteer.sim",
+    defaults Noise::DEFAULT, checked by Noise::checked,
+    position: f64, "float, default 0.0",
+        "Of x, and of y [m].";
+    yaw: f64, "float, default 0.0",
+        "Of the heading [rad].";
+    speed: f64, "float, default 0.0",
+        "Of the speed [m/s].";
+}
+
+/// How often signals and progress are seen to: well within the 100 ms that a person notices.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
+/// Drive many runs; as `popsteer.sim.run_many`, which prepares the arguments.
+#[pyfunction]
+#[pyo3(signature = (runs, *, longitudinal, settings, noise, seed, threads, progress))]
+pub(crate) fn run_many<'py>(
+    py: Python<'py>,
+    runs: Vec<(Bound<'py, PyAny>, Bound<'py, PyAny>, [f64; 4])>,
+    longitudinal: Option<&Bound<'py, PyAny>>,
+    settings: Option<Py<PySettings>>,
+    noise: Option<Py<PyNoise>>,
+    seed: u64,
+    threads: Option<usize>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let mut prepared = Vec::with_capacity(runs.len());
+    for (index, (law, plant, start)) in runs.into_iter().enumerate() {
+        let (law, path) = law_of(&law)
+            .ok_or_else(|| PyTypeError::new_err("law must be a controller of popsteer"))?;
+        let [x, y, yaw, speed] = start;
+        let start = VehicleState { x, y, yaw, speed };
+        prepared.push(Run {
+            law,
+            path,
+            plant: plant_of(&plant)?,
+            start: start
+                .checked()
+                .map_err(|error| entry_error(py, index, error))?,
+        });
+    }
+    let drive = match longitudinal {
+        None => Drive::default(),
+        Some(longitudinal) => drive_of(longitudinal).ok_or_else(|| {
+            PyTypeError::new_err("longitudinal must be a CoupledLongitudinal or a SpeedPid")
+        })?,
+    };
+    let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
+    let noise = noise.map_or(Noise::DEFAULT, |noise| noise.get().0);
+    let pool = match threads {
+        None => pool::shared()?,
+        Some(count) => pool::of_threads(count)?.into(),
+    };
+    let watch = Watch::default();
+    let work = || {
+        let drive_all = || many::run_many(&prepared, &drive, settings, noise, seed, &watch);
+        pool.install(drive_all)
+    };
+    let metrics = watched(py, &watch, prepared.len(), progress, work)?.or_raise(py)?;
+    columns(py, &metrics)
+}
+
+/// What `work` comes to on a thread of its own, while this one sees to signals and progress and
+/// stops it for an error in them.
+fn watched<T: Send>(
+    py: Python<'_>,
+    watch: &Watch,
+    runs: usize,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce() -> T + Send,
+) -> PyResult<T> {
+    let progress = progress.map(|progress| progress.clone().unbind());
+    let look = |py: Python<'_>| {
+        py.check_signals()?;
+        if let Some(progress) = &progress {
+            progress.call1(py, (share(watch.done(), runs),))?;
+        }
+        Ok(())
+    };
+    let (outcome, looked) = py.detach(|| {
+        thread::scope(|scope| {
+            let (finished, wait) = channel();
+            let worker = scope.spawn(move || {
+                let outcome = work();
+                // Nobody waits any more once a look has failed.
+                finished.send(()).unwrap_or_default();
+                outcome
+            });
+            let mut looked: PyResult<()> = Ok(());
+            while looked.is_ok() && wait.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout)
+            {
+                looked = Python::attach(look);
+                if looked.is_err() {
+                    watch.stop();
+                }
+            }
+            (worker.join(), looked)
+        })
+    });
+    looked?;
+    let outcome = outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    look(py)?;
+    Ok(outcome)
+}
+
+/// The share of the runs that are done; all of none.
+#[expect(clippy::cast_precision_loss, reason = "a share that a person looks at")]
+fn share(done: usize, runs: usize) -> f64 {
+    if runs == 0 {
+        1.0
+    } else {
+        done as f64 / runs as f64
+    }
+}
+
+/// A column for each figure, an entry for each run.
+fn columns<'py>(py: Python<'py>, metrics: &[Metrics]) -> PyResult<Bound<'py, PyDict>> {
+    let columns = PyDict::new(py);
+    for (name, figure) in figures() {
+        columns.set_item(name, PyArray1::from_iter(py, metrics.iter().map(figure)))?;
+    }
+    let steps = metrics
+        .iter()
+        .map(|run| i64::try_from(run.steps).unwrap_or(i64::MAX));
+    columns.set_item("steps", PyArray1::from_iter(py, steps))?;
+    let finished = metrics.iter().map(|run| run.finished);
+    columns.set_item("finished", PyArray1::from_iter(py, finished))?;
+    Ok(columns)
+}

@@ -1,0 +1,45 @@
+//! The names of what a run comes to.
+
+use popsteer_sim::Metrics;
+
+/// A figure: its name, and where it is.
+pub(crate) type Figure = (&'static str, fn(&Metrics) -> f64);
+
+/// The statistics of one error.
+macro_rules! stats {
+    ($prefix:literal, $name:literal, $point:ident.$error:ident) => {
+        [
+            (concat!($prefix, "mean_abs_", $name), |metrics| {
+                metrics.$point.$error.mean_abs
+            }),
+            (concat!($prefix, "rms_", $name), |metrics| {
+                metrics.$point.$error.rms
+            }),
+            (concat!($prefix, "max_abs_", $name), |metrics| {
+                metrics.$point.$error.max_abs
+            }),
+        ]
+    };
+}
+
+/// Every figure that is a number with a unit; beside them stand `steps` and `finished`.
+#[rustfmt::skip] // a line each
+pub(crate) fn figures() -> impl Iterator<Item = Figure> {
+    let errors: [[Figure; 3]; 8] = [
+        stats!("", "cross_track_error", reference.cross_track),
+        stats!("", "heading_error", reference.heading),
+        stats!("settled_", "cross_track_error", reference.settled_cross_track),
+        stats!("settled_", "heading_error", reference.settled_heading),
+        stats!("rear_axle_", "cross_track_error", rear_axle.cross_track),
+        stats!("rear_axle_", "heading_error", rear_axle.heading),
+        stats!("rear_axle_settled_", "cross_track_error", rear_axle.settled_cross_track),
+        stats!("rear_axle_settled_", "heading_error", rear_axle.settled_heading),
+    ];
+    let others: [Figure; 4] = [
+        ("max_abs_steer", |metrics| metrics.max_abs_steer),
+        ("rms_steer_rate", |metrics| metrics.rms_steer_rate),
+        ("mean_speed", |metrics| metrics.mean_speed),
+        ("time", |metrics| metrics.time),
+    ];
+    errors.into_iter().flatten().chain(others)
+}

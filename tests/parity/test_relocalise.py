@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+import math
+from math import inf, nan, nextafter
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.parity.checks import check_steps
+from tests.parity.compare import Pair, make
+from tests.parity.laws import LATERAL, Law
+from tests.parity.strategies import SPOTS, XY, Shape, Spot, fitted, shapes
+
+BAD_POSES = [
+    *((value, 1.0, 1.0) for value in (nan, inf, -inf, nextafter(1e9, inf), None)),
+    *((1.0, value, 1.0) for value in (nan, inf, -inf, -nextafter(1e9, inf), None)),
+    *((1.0, 1.0, value) for value in (nan, inf, -inf, nextafter(1e6, inf), None)),
+    (nan, nan, nan),
+    (1.0, nan, nan),
+]
+
+
+def _every_law() -> list[Any]:
+    """The laws, each claimed for its own case."""
+    return [
+        pytest.param(law, id=law.name, marks=pytest.mark.covers(f"{law.name}.relocalise"))
+        for law in LATERAL
+    ]
+
+
+def _eight() -> XY:
+    """A figure of eight that crosses itself at the origin, leading 27 and 153 degrees there."""
+    turns = [math.tau * k / 200 for k in range(200)]
+    return [(50.0 * math.sin(t), 12.5 * math.sin(2.0 * t)) for t in turns]
+
+
+@pytest.mark.covers("Path.relocalise")
+@given(
+    shape=shapes(most=200),
+    spot=SPOTS,
+    yaw=st.none() | st.integers(-4, 4).map(lambda quarters: quarters * math.pi / 2),
+)
+def test_path_relocalise_matches_reference_random(
+    shape: Shape, spot: Spot, yaw: float | None
+) -> None:
+    path = shape.build()
+    pair = make("Path", path.xy, speed=path.speed, closed=path.closed)
+    x, y, along, *_ = spot.at(path)
+    assert pair.call("relocalise", x, y, along if yaw is None else yaw) is not None
+    # On a waypoint itself, and on the same path again, where the index is built.
+    x, y = path.xy[len(path.xy) // 3]
+    pair.call("relocalise", x, y, along)
+
+
+@pytest.mark.covers("Path.relocalise")
+def test_path_relocalise_matches_reference_edges() -> None:
+    pair = make("Path", _eight(), closed=True)
+    for x, y, yaw in BAD_POSES:
+        assert pair.call("relocalise", x, y, yaw) is None
+    for x, y in ((1e9, -1e9), (-1e9, 0.0), (0.0, -0.0)):
+        for yaw in (1e6, -1e6, 0.0, -0.0, 5e-324):
+            assert pair.call("relocalise", x, y, yaw) is not None
+
+
+@pytest.mark.covers("Path.relocalise")
+def test_path_relocalise_on_a_crossing_takes_the_branch_of_the_heading() -> None:
+    pair = make("Path", _eight(), closed=True)
+    for yaw, branch in ((0.464, 0), (math.pi - 0.464, 100)):
+        for askew in (-0.5, 0.0, 0.5):
+            for turn in (0.0, -math.tau, 20.0 * math.tau):
+                found = pair.call("relocalise", 0.0, 0.0, yaw + askew + turn)
+                assert found is not None
+                assert found.rust == branch
+
+
+@pytest.mark.parametrize("law", _every_law())
+@given(shape=shapes(most=120), spots=st.lists(SPOTS, min_size=2, max_size=4))
+def test_law_relocalise_matches_reference_random(law: Law, shape: Shape, spots: list[Spot]) -> None:
+    path = shape.build()
+    params = fitted({}, path, 400) if law.searches else {}
+    made = make("Path", path.xy, speed=path.speed, closed=path.closed)
+    pair = make(law.name, made, make(law.params_name, **params))
+    for spot in spots:
+        x, y, yaw, speed, dt = spot.at(path)
+        pair.call("relocalise", x, y, yaw)
+        pair.get("state")
+        check_steps(pair, [(x, y, yaw, speed, dt)])
+
+
+@pytest.mark.parametrize("law", _every_law())
+def test_law_relocalise_matches_reference_edges(law: Law) -> None:
+    path = make("Path", _eight(), closed=True)
+    search = {"grid_spacing": 0.5, "lookahead_tolerance": 0.3} if law.searches else {}
+    pair = make(law.name, path, make(law.params_name, **search))
+    for warm in (False, True):
+        if warm:
+            check_steps(pair, [(20.0, 8.0, 0.2, 5.0, 0.05)] * 2)
+        before = pair.get("state")
+        for pose in (*BAD_POSES, (1.0, 1.0), (None,) * 3):
+            assert pair.call("relocalise", *pose) is None
+            assert pair.rust.state == before.rust
+            assert pair.twin.state == before.twin
+        _check_crossing(pair)
+
+
+def _check_crossing(pair: Pair) -> None:
+    """On the crossing the heading decides; the rest of the state stays."""
+    offset = pair.rust.reference_offset
+    for yaw, branch in ((0.464, 0), (math.pi - 0.464, 100)):
+        before = pair.rust.state.as_dict()
+        pose = (-offset * math.cos(yaw), -offset * math.sin(yaw), yaw)
+        assert pair.call("relocalise", *pose) is not None
+        after = pair.get("state").rust.as_dict()
+        assert after == before | {"waypoint": branch}
+        check_steps(pair, [(*pose, 5.0, 0.05)])
+        assert abs(pair.rust.state.waypoint - branch) <= 1

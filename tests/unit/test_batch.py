@@ -1,0 +1,322 @@
+"""Many vehicles in one call: the answers of single steps, and what is refused."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import ConfigError, InputError, Status
+from tests.parity.laws import LATERAL, Law
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+DT = 0.05
+CODES = {Status.OK: 0, Status.LOOKAHEAD_LOST: 1, Status.SATURATED: 2}
+# Parameters of one's own for every other vehicle.
+OWN: dict[str, dict[str, Any]] = {
+    "Pop": {"candidate_count": 11, "min_lookahead": 8.0},
+    "Pid": {"kp": 0.4, "buffer_length": 7},
+    "PurePursuit": {"min_lookahead": 7.0, "alpha_by_arccos": True},
+    "Stanley": {"cross_track_gain": 0.7, "max_steer": 0.3},
+    "BangBang": {"amplitude": 0.3, "deadband": 0.2},
+}
+FIELDS = ("x", "y", "yaw", "speed")
+
+each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
+
+
+def _paths() -> list[popsteer.Path]:
+    x = np.arange(120.0)
+    bends = [np.column_stack([x, 4.0 * np.sin(x / length)]) for length in (9.0, 20.0)]
+    return [*(popsteer.Path(xy) for xy in bends), popsteer.Path(bends[0], closed=True)]
+
+
+def _controllers(law: Law, count: int) -> list[Any]:
+    paths, controller = _paths(), getattr(popsteer, law.name)
+    own = getattr(popsteer, law.params_name)(**OWN[law.name])
+    return [controller(paths[k % 3], own if k % 2 else None) for k in range(count)]
+
+
+def _drives(count: int, steps: int) -> Iterator[tuple[Floats, Floats, Floats, Floats]]:
+    random = np.random.default_rng(5)
+    x, y = random.uniform(0.0, 60.0, count), random.uniform(-6.0, 6.0, count)
+    yaw, speed = random.uniform(-1.0, 1.0, count), random.uniform(-1.0, 20.0, count)
+    for _ in range(steps):
+        yield x, y, yaw, speed
+        x, y = x + DT * speed * np.cos(yaw), y + DT * speed * np.sin(yaw)
+        yaw = yaw + random.uniform(-0.05, 0.05, count)
+
+
+def _bits(array: Any) -> bytes:
+    return np.asarray(array, dtype=np.float64).tobytes()
+
+
+@each_law
+@pytest.mark.parametrize("count", [7, 600], ids=["on one thread", "on several"])
+def test_batch_of_each_law_gives_the_bits_of_single_steps(law: Law, count: int) -> None:
+    controllers = _controllers(law, count)
+    controllers[3].step(30.0, 1.0, 0.2, 6.0, DT)  # the present state goes along
+    batch = popsteer.Batch(controllers)
+    angles = popsteer.Batch(iter(controllers))
+    for poses in _drives(count, 50):
+        commands = batch.step(*poses, DT)
+        singles = [
+            controller.step(*pose, DT)
+            for controller, *pose in zip(controllers, *(a.tolist() for a in poses), strict=True)
+        ]
+        for field in ("steer", "cross_track_error", "heading_error", "target"):
+            wanted = [getattr(single, field) for single in singles]
+            assert _bits(getattr(commands, field)) == _bits(wanted), field
+        assert commands.status.tolist() == [CODES[single.status] for single in singles]
+        assert _bits(angles.steer(*poses, DT)) == _bits(commands.steer)
+    assert batch.states == angles.states == [controller.state for controller in controllers]
+
+
+@each_law
+def test_batch_leaves_its_controllers_alone(law: Law) -> None:
+    controllers = _controllers(law, 5)
+    before = [controller.state for controller in controllers]
+    batch = popsteer.Batch(controllers)
+    batch.steer(*next(_drives(5, 1)), DT)
+    assert [controller.state for controller in controllers] == before != batch.states
+
+
+@each_law
+def test_batch_reset_forgets_every_step(law: Law) -> None:
+    controllers = _controllers(law, 4)
+    fresh = [controller.state for controller in controllers]
+    controllers[0].step(30.0, 1.0, 0.2, 6.0, DT)
+    batch = popsteer.Batch(controllers)
+    assert batch.states != fresh
+    batch.reset()
+    assert batch.states == fresh
+
+
+def test_batch_of_copies_is_that_of_a_list() -> None:
+    pop = popsteer.Pop(_paths()[0])
+    pop.step(30.0, 1.0, 0.2, 6.0, DT)
+    copies, listed = popsteer.Batch(pop, 300), popsteer.Batch([pop] * 300)
+    poses = next(_drives(300, 1))
+    assert len(copies) == 300
+    assert copies.states == listed.states == [pop.state] * 300
+    assert _bits(copies.steer(*poses, DT)) == _bits(listed.steer(*poses, DT))
+    assert len(popsteer.Batch(pop)) == 1
+    assert repr(copies) == "<Batch of 300 vehicles>"
+
+
+@pytest.mark.parametrize("vehicles", [[], (popsteer.Pop(_paths()[0]), 0)], ids=["list", "count"])
+def test_batch_of_none_answers_with_empty_arrays(vehicles: Any) -> None:
+    batch = popsteer.Batch(*vehicles) if vehicles else popsteer.Batch([])
+    assert len(batch) == 0
+    assert batch.states == []
+    assert batch.steer([], [], [], [], DT).shape == (0,)
+    commands = batch.step([], [], [], [], DT)
+    assert (len(commands), commands.target.shape, commands.status.shape) == (0, (0, 2), (0,))
+    with pytest.raises(InputError, match="dt must be"):
+        batch.steer([], [], [], [], -1.0)
+
+
+def _three() -> tuple[popsteer.Batch, dict[str, Any]]:
+    batch = popsteer.Batch(popsteer.Pop(_paths()[0]), 3)
+    arrays = dict(zip(FIELDS, next(_drives(3, 1)), strict=True))
+    return batch, arrays
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_batch_array_of_another_kind_is_read_where_nothing_is_lost(field: str) -> None:
+    batch, arrays = _three()
+    arrays = {name: np.round(array) for name, array in arrays.items()}
+    wanted = batch.steer(**arrays, dt=DT)
+    whole = arrays[field]
+    wide = np.zeros((3, 4))
+    wide[:, 1] = whole
+    for same in (
+        whole.astype(np.float32),
+        whole.astype(np.float16),
+        whole.astype(np.int64),
+        whole.astype(">f8"),
+        wide[:, 1],
+        whole[::-1].copy()[::-1],
+        whole.tolist(),
+    ):
+        batch.reset()
+        assert _bits(batch.steer(**{**arrays, field: same}, dt=DT)) == _bits(wanted)
+
+
+@pytest.mark.parametrize("field", FIELDS)
+@pytest.mark.parametrize(
+    ("value", "requirement", "shown"),
+    [
+        (np.zeros(2), "of shape (3,)", (2,)),
+        (np.zeros(4, dtype=np.float32), "of shape (3,)", (4,)),
+        (np.zeros((3, 1)), "of shape (3,)", (3, 1)),
+        (np.float64(0.0), "of shape (3,)", ()),
+        ([], "of shape (3,)", (0,)),
+        (np.zeros(3, dtype=object), "of a dtype that becomes", np.dtype(object)),
+        (np.array(["0", "1", "2"]), "of a dtype that becomes", np.dtype("U1")),
+        (np.zeros(3, dtype=complex), "of a dtype that becomes", np.dtype(complex)),
+        ([0.0, None, 0.0], "of a dtype that becomes", np.dtype(object)),
+        (None, "of a dtype that becomes", np.dtype(object)),
+        ([[0.0], [0.0, 1.0], []], "an array of numbers", list),
+    ],
+)
+def test_batch_array_of_wrong_shape_or_dtype_is_refused_by_name(
+    field: str, value: Any, requirement: str, shown: Any
+) -> None:
+    batch, arrays = _three()
+    before = batch.states
+    for call in (batch.steer, batch.step):
+        with pytest.raises(InputError) as caught:
+            call(**{**arrays, field: value}, dt=DT, on_error="nan")
+        assert (caught.value.field, caught.value.value) == (field, shown)
+        assert caught.value.requirement.startswith(requirement)
+    assert batch.states == before
+
+
+@each_law
+@pytest.mark.parametrize("count", [7, 600])
+def test_batch_with_one_bad_vehicle_refuses_all_and_names_it(law: Law, count: int) -> None:
+    batch = popsteer.Batch(_controllers(law, count))
+    poses: dict[str, Any] = dict(zip(FIELDS, next(_drives(count, 1)), strict=True))
+    batch.steer(**poses, dt=DT)
+    before = batch.states
+    for field, bad in (("x", np.inf), ("y", 1.1e9), ("yaw", -np.inf), ("speed", np.nan)):
+        spoilt = poses[field].copy()
+        spoilt[3] = bad
+        for call in (batch.steer, batch.step):
+            with pytest.raises(InputError) as caught:
+                call(**{**poses, field: spoilt}, dt=DT)
+            assert caught.value.field == f"{field}[3]"
+            assert caught.value.value == bad or np.isnan(bad)
+    assert batch.states == before
+
+
+@each_law
+def test_batch_with_bad_vehicles_marked_steps_the_others(law: Law) -> None:
+    batch, other = (popsteer.Batch(_controllers(law, 300)) for _ in range(2))
+    x, y, yaw, speed = next(_drives(300, 1))
+    batch.steer(x, y, yaw, speed, DT)
+    other.steer(x, y, yaw, speed, DT)
+    before = batch.states
+    spoilt = speed.copy()
+    spoilt[[3, 299]] = np.nan, 1e5
+    marked = batch.step(x, y, yaw, spoilt, DT, on_error="nan")
+    whole = other.step(x, y, yaw, speed, DT)
+    bad = np.isin(np.arange(300), [3, 299])
+    assert ((marked.status == 255) == bad).all()
+    for field in ("steer", "cross_track_error", "heading_error", "target"):
+        column = getattr(marked, field)
+        assert np.isnan(column[bad]).all()
+        assert _bits(column[~bad]) == _bits(getattr(whole, field)[~bad])
+    kept = [before[k] if bad[k] else state for k, state in enumerate(other.states)]
+    assert batch.states == kept
+    angles = batch.steer(x, y, yaw, spoilt, DT, on_error="nan")
+    assert (np.isnan(angles) == bad).all()
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.05, float("nan"), 1e4])
+@pytest.mark.parametrize("on_error", ["raise", "nan"])
+def test_batch_with_bad_dt_is_refused_in_any_case(dt: float, on_error: Any) -> None:
+    batch, arrays = _three()
+    before = batch.states
+    with pytest.raises(InputError) as caught:
+        batch.steer(**arrays, dt=dt, on_error=on_error)
+    assert caught.value.field == "dt"
+    assert batch.states == before
+
+
+def test_batch_with_unknown_on_error_lists_the_known() -> None:
+    batch, arrays = _three()
+    with pytest.raises(ConfigError, match="unknown on_error 'skip'; known: raise, nan"):
+        batch.steer(**arrays, dt=DT, on_error="skip")  # type: ignore[arg-type]
+
+
+def test_batch_of_mixed_or_foreign_controllers_names_the_first() -> None:
+    path = _paths()[0]
+    pop, pid = popsteer.Pop(path), popsteer.Pid(path)
+    of_first = r"controllers\[2\] must be of the first's class Pop, got .*Pid"
+    for vehicles, said in (
+        ([pop, pop, pid], of_first),
+        ([pid, "pop"], r"controllers\[1\] must be of the first's class Pid, got .*str"),
+        ([None], r"controllers\[0\] must be a controller of popsteer, got .*NoneType"),
+        (3, r"controllers\[0\] must be a controller of popsteer, got .*int"),
+    ):
+        with pytest.raises(TypeError, match=said):
+            popsteer.Batch(vehicles)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("count", [-1, 10_000_001, 10**30])
+def test_batch_with_bad_count_is_refused(count: int) -> None:
+    pop = popsteer.Pop(_paths()[0])
+    with pytest.raises(ConfigError, match=r"count must be a count in \[0, 10000000\]"):
+        popsteer.Batch(pop, count)
+    with pytest.raises(TypeError, match="count goes with a single controller"):
+        popsteer.Batch([pop], 1)
+
+
+def test_batch_releases_the_lock_of_the_interpreter() -> None:
+    count = 50_000
+    batch = popsteer.Batch(popsteer.Pop(_paths()[0]), count)
+    poses = next(_drives(count, 1))
+    ticks, stop = 0, threading.Event()
+
+    def tick() -> None:
+        nonlocal ticks
+        while not stop.is_set():
+            ticks += 1
+            time.sleep(1e-4)
+
+    other = threading.Thread(target=tick)
+    interval = sys.getswitchinterval()
+    # Nobody is made to hand the lock over: the other thread gets it where it is given up alone.
+    sys.setswitchinterval(100.0)
+    try:
+        other.start()
+        # A start hands the lock to and fro, so one call in which the other thread ran says little.
+        calls = 0
+        for _ in range(1000):
+            before = ticks
+            batch.steer(*poses, DT)
+            calls += ticks > before
+            if calls == 5:
+                break
+        assert calls == 5
+    finally:
+        stop.set()
+        sys.setswitchinterval(interval)
+        other.join()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_batch_in_a_forked_process_goes_on() -> None:
+    script = """
+        import os, warnings
+        import numpy as np
+        import popsteer
+
+        warnings.simplefilter("ignore")  # forking beside threads is what is tried here
+        path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+        zeros = np.zeros(5000)
+        pop = popsteer.Pop(path)
+        step = lambda: popsteer.Batch(pop, 5000).steer(zeros, zeros, zeros, zeros, 0.1)
+        before = step()
+        child = os.fork()
+        if child == 0:
+            os._exit(0 if np.array_equal(step(), before) else 1)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=True, timeout=60)

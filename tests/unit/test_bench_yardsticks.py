@@ -1,0 +1,170 @@
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import popsteer
+from popsteer import PopsteerError, reference
+from popsteer.bench import latency, states, yardsticks
+from popsteer.bench.laws import MPC_SOLVE, MPC_STEP, MPC_UPDATE, NUMBA_STEP
+from tests.helpers import ROOT, authors_data
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from popsteer.bench.laws import Driver
+    from popsteer.bench.states import Drive
+
+FOLDER = ROOT / "benches" / "yardsticks"
+DT = states.DT
+
+
+@pytest.fixture(scope="module")
+def drive() -> Drive:
+    """Some seconds of driving through the first bend."""
+    whole = states.embedded()
+    return replace(whole, states=whole.states[300:450])
+
+
+def numba_driver(drive: Drive) -> Driver:
+    pytest.importorskip("numba")
+    return yardsticks.at_hand(drive, FOLDER).makers[NUMBA_STEP]()
+
+
+def reference_angles(drive: Drive) -> list[float]:
+    xy = zip(drive.path.x.tolist(), drive.path.y.tolist(), strict=True)
+    path = reference.Path(xy, closed=drive.path.closed)
+    pop = reference.Pop(path, reference.PopParams(reference_offset=drive.front_offset))
+    return [pop.steer(*state, DT) for state in drive.states]
+
+
+def test_numba_step_gives_the_angles_of_the_reference(drive: Drive) -> None:
+    driver = numba_driver(drive)
+    expected = reference_angles(drive)
+    assert [driver.call(*state, DT) for state in drive.states] == expected
+    driver.reset()
+    assert driver.call(*drive.states[0], DT) == expected[0]
+    assert len(set(expected)) > 10
+
+
+def test_numba_step_gives_the_angles_of_the_core_over_the_authors_run() -> None:
+    drive = states.recorded(authors_data())
+    driver = numba_driver(drive)
+    params = popsteer.PopParams(reference_offset=drive.front_offset)
+    pop = popsteer.Pop(drive.path, params)
+    expected = [pop.steer(*state, DT) for state in drive.states]
+    assert [driver.call(*state, DT) for state in drive.states] == expected
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_numba_step_gives_the_angles_of_the_reference_anywhere(closed: bool) -> None:
+    # A square with bends that a grid and a lookahead circle meet in every way; states that jump.
+    corners = [(0.0, 0.0), (9.0, 0.0), (11.0, 2.0), (11.0, 14.0), (4.0, 15.0), (-1.0, 12.0)]
+    path = popsteer.Path(corners, closed=closed)
+    dice = random.Random(5)
+    jumps = [
+        (dice.uniform(-9, 20), dice.uniform(-9, 24), dice.uniform(-9, 9), dice.uniform(-2, 30))
+        for _ in range(300)
+    ]
+    drive = states.Drive("jumps", path, jumps, 1.06, 0.0)
+    driver = numba_driver(drive)
+    assert [driver.call(*state, DT) for state in jumps] == reference_angles(drive)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [(math.nan, 0, 0, 1, DT), (0, 0, math.inf, 1, DT), (0, 0, 0, 2e4, DT), (0, 0, 0, 1, 0)],
+)
+def test_numba_step_bad_input_is_refused(drive: Drive, arguments: tuple[float, ...]) -> None:
+    driver = numba_driver(drive)
+    call: Any = driver.call
+    with pytest.raises(ValueError, match="out of its bounds"):
+        call(*map(float, arguments))
+    assert driver.call(*drive.states[0], DT) == reference_angles(drive)[0]
+
+
+def mpc_driver(drive: Drive) -> Driver:
+    pytest.importorskip("osqp")
+    return yardsticks.at_hand(drive, FOLDER).makers[MPC_STEP]()
+
+
+def test_mpc_step_is_its_update_and_its_solve(drive: Drive) -> None:
+    whole, parted = mpc_driver(drive), mpc_driver(drive)
+    assert parted.stages is not None
+    assert list(parted.stages) == [MPC_UPDATE, MPC_SOLVE]
+    update, solve = parted.stages.values()
+    angles = []
+    for state in drive.states:
+        update(*state, DT)
+        angles.append(solve())
+    assert angles == [whole.call(*state, DT) for state in drive.states]
+    whole.reset()
+    # The solver's step size has adapted meanwhile; the answer is the same to its tolerance.
+    assert whole.call(*drive.states[0], DT) == pytest.approx(angles[0], abs=1e-3)
+
+
+def test_mpc_drives_the_track_within_its_limits(drive: Drive) -> None:
+    driver = mpc_driver(replace(drive, rear_offset=0.0))
+    x, y, yaw, speed = *drive.states[0][:3], 8.0
+    last, nearest, errors = 0.0, drive.path.nearest_waypoint(x, y), []
+    for _ in range(600):
+        steer: Any = driver.call(x, y, yaw, speed, DT)
+        assert abs(steer) <= 1.22
+        assert abs(steer - last) <= math.radians(3.0) + 1e-12
+        last = steer
+        x, y, yaw, speed = popsteer.kinematic_bicycle(x, y, yaw, speed, steer, 0.0, 3.0, DT)
+        nearest = drive.path.walk(nearest, x, y)
+        errors.append(abs(drive.path.project(x, y, nearest).cross_track_error))
+    assert max(errors[100:]) < 0.02
+
+
+def test_at_hand_without_the_extra_says_how_to_get_it(
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(yardsticks, "find_spec", lambda _name: None)
+    found = yardsticks.at_hand(drive, FOLDER)
+    assert not found.makers
+    assert found.absent == dict.fromkeys(
+        yardsticks.ROWS, "not installed: pip install popsteer[yardsticks]"
+    )
+
+
+def test_at_hand_outside_of_a_checkout_says_where_to_look(
+    drive: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = yardsticks.at_hand(drive)
+    assert not found.makers
+    assert set(found.absent) == set(yardsticks.ROWS)
+    assert all("--yardsticks" in why for why in found.absent.values())
+
+
+def test_at_hand_in_a_checkout_finds_the_files(
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    found = yardsticks.at_hand(drive)
+    assert not any("--yardsticks" in why for why in found.absent.values())
+
+
+def test_at_hand_named_folder_without_the_files_is_an_error(drive: Drive, tmp_path: Path) -> None:
+    with pytest.raises(PopsteerError, match=r"numba_pop\.py: there is no such file"):
+        yardsticks.at_hand(drive, tmp_path)
+
+
+def test_measure_with_yardsticks_fills_their_rows(drive: Drive) -> None:
+    pytest.importorskip("numba")
+    pytest.importorskip("osqp")
+    if popsteer.build_profile != "release":
+        pytest.skip("needs a release build")
+    outside = yardsticks.at_hand(drive, FOLDER)
+    report = latency.measure(drive, calls=320, reference_calls=1, outside=outside)
+    assert not report.absent
+    assert all(report.results[name] is not None for name in yardsticks.ROWS)
+    assert report.row(MPC_SOLVE).net_p50 is None
+    for ratios in (report.ratios, report.net_ratios):
+        assert all(ratio is not None and ratio > 0.0 for ratio in ratios.values())
