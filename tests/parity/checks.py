@@ -84,6 +84,15 @@ def check_bad_steps(law: Law) -> None:
         assert pair.get("state").rust == before.rust
 
 
+def check_zeros(law: Law) -> None:
+    """The sign of a zero tells in which order numbers were added, and to what."""
+    for x, y in ((1.0, 0.0), (-1.0, -0.0), (0.0, 1.0), (-0.0, -1.0)):
+        path = Waypoints([(k * x, k * y) for k in range(30)], None, closed=False)
+        for zeros in itertools.product((0.0, -0.0), repeat=4):
+            pair = controller(law, path, {"reference_offset": 0.0}, most=200)
+            check_steps(pair, [(*zeros, 0.05), (*zeros[:3], 5.0, 0.05), (*zeros, 0.05)])
+
+
 def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) -> None:
     """Restored or refused alike; a refusal leaves the state as it was."""
     path = Shape(count=30).build()

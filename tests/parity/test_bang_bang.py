@@ -13,6 +13,7 @@ from tests.parity.checks import (
     check_params,
     check_random,
     check_rollout,
+    check_zeros,
 )
 from tests.parity.laws import BANG_BANG
 from tests.parity.scenes import CASES, drives
@@ -34,6 +35,7 @@ def test_bang_bang_matches_reference_cases(drive: Drive, params: dict[str, Any])
 def test_bang_bang_matches_reference_edges() -> None:
     check_params(BANG_BANG)
     check_bad_steps(BANG_BANG)
+    check_zeros(BANG_BANG)
     check_bad_states(BANG_BANG, good={}, bad=[])
 
 

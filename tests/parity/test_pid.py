@@ -14,6 +14,7 @@ from tests.parity.checks import (
     check_params,
     check_random,
     check_rollout,
+    check_zeros,
 )
 from tests.parity.laws import PID
 from tests.parity.scenes import CASES, drives
@@ -33,6 +34,7 @@ def test_pid_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> No
 def test_pid_matches_reference_edges() -> None:
     check_params(PID)
     check_bad_steps(PID)
+    check_zeros(PID)
     check_bad_states(
         PID,
         good={"previous_error": 0.5, "terms": (0.1, 0.2), "next": 2, "sum": 0.3},

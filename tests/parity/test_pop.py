@@ -14,6 +14,7 @@ from tests.parity.checks import (
     check_params,
     check_random,
     check_rollout,
+    check_zeros,
 )
 from tests.parity.laws import POP
 from tests.parity.scenes import CASES, drives
@@ -33,6 +34,7 @@ def test_pop_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> No
 def test_pop_matches_reference_edges() -> None:
     check_params(POP)
     check_bad_steps(POP)
+    check_zeros(POP)
     check_bad_states(
         POP,
         good={"previous_steer": 0.5},

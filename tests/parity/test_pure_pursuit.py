@@ -14,6 +14,7 @@ from tests.parity.checks import (
     check_params,
     check_random,
     check_rollout,
+    check_zeros,
 )
 from tests.parity.laws import PURE_PURSUIT
 from tests.parity.scenes import CASES, drives
@@ -43,6 +44,7 @@ def test_pure_pursuit_matches_reference_cases(drive: Drive, params: dict[str, An
 def test_pure_pursuit_matches_reference_edges() -> None:
     check_params(PURE_PURSUIT)
     check_bad_steps(PURE_PURSUIT)
+    check_zeros(PURE_PURSUIT)
     check_bad_states(
         PURE_PURSUIT,
         good={"previous_alpha": 0.5},

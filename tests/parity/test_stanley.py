@@ -13,6 +13,7 @@ from tests.parity.checks import (
     check_params,
     check_random,
     check_rollout,
+    check_zeros,
 )
 from tests.parity.laws import STANLEY
 from tests.parity.scenes import CASES, drives
@@ -32,6 +33,7 @@ def test_stanley_matches_reference_cases(drive: Drive, params: dict[str, Any]) -
 def test_stanley_matches_reference_edges() -> None:
     check_params(STANLEY)
     check_bad_steps(STANLEY)
+    check_zeros(STANLEY)
     check_bad_states(STANLEY, good={}, bad=[])
 
 

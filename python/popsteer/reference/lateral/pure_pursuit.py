@@ -16,12 +16,13 @@ from popsteer.reference.lateral import (
     check_waypoint,
     find,
 )
-from popsteer.reference.math import PI, acos, atan2, cos, divide, sin, wrap
+from popsteer.reference.math import PI, acos, atan2, cos, divide, sin
+from popsteer.reference.path.view import get_distance
 from popsteer.status import Status
 
 if TYPE_CHECKING:
     from popsteer.reference.path.lookahead import Lookahead
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.path.view import PathView
 
 __all__ = ["PurePursuit", "PurePursuitParams", "PurePursuitState"]
 
@@ -89,7 +90,8 @@ class PurePursuitState:
     waypoint : int or None
         The waypoint nearest at the last step; None before the first.
     previous_alpha : float
-        The last bearing α [rad], which stands in where its arc cosine is not defined.
+        The last bearing α [rad], which stands in where its arc cosine is not defined; 0 without
+        `alpha_by_arccos`.
 
     Examples
     --------
@@ -155,12 +157,18 @@ class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
         lookahead = lookahead + 0.0
         target = find(self.path, at, lookahead, self.params)
         to = (target.point[0] - at.position[0], target.point[1] - at.position[1])
-        if self.params.alpha_by_arccos:
-            alpha = _alpha_by_arccos(to, at.vehicle.yaw, lookahead, self.state.previous_alpha)
-        else:
-            alpha = wrap(atan2(to[1], to[0]) - at.vehicle.yaw)
+        cosine, sine = cos(at.vehicle.yaw), sin(at.vehicle.yaw)
+        ahead = to[0] * cosine + to[1] * sine
+        left = to[1] * cosine - to[0] * sine
         # atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
-        wanted = atan2(2.0 * self.params.wheelbase * sin(alpha), lookahead)
+        alpha = self.state.previous_alpha
+        if self.params.alpha_by_arccos:
+            alpha = _alpha_by_arccos(ahead, left, lookahead, alpha)
+            wanted = atan2(2.0 * self.params.wheelbase * sin(alpha), lookahead)
+        else:
+            # sin(alpha) is left / distance, with the distance on the other side.
+            distance = get_distance(at.position, target.point)
+            wanted = atan2(2.0 * self.params.wheelbase * left, lookahead * distance)
         steer, status = self._limit(wanted)
         self._state = PurePursuitState(waypoint=at.nearest, previous_alpha=alpha)
         return at, target, steer, status
@@ -173,14 +181,13 @@ class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
         )
 
 
-def _alpha_by_arccos(to: Point, yaw: float, lookahead: float, previous: float) -> float:
-    """Bearing α towards `to` [m] as the published code takes it, signed here.
+def _alpha_by_arccos(ahead: float, left: float, lookahead: float, previous: float) -> float:
+    """Bearing α of a point `ahead` and to the `left` [m] as the published code takes it, signed.
 
     `previous` where the point lies outside the circle straight ahead, and the arc cosine is not
     defined.
     """
-    ahead, left = cos(yaw), sin(yaw)
-    cosine = divide(to[0] * ahead + to[1] * left, lookahead)
+    cosine = divide(ahead, lookahead)
     if abs(cosine) <= 1.0:
-        return copysign(acos(cosine), ahead * to[1] - left * to[0])
+        return copysign(acos(cosine), left)
     return previous

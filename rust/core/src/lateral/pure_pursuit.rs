@@ -3,10 +3,9 @@
 use super::{
     Body, Command, LateralLaw, Located, Search, Status, Target, check_steer, check_waypoint,
 };
-use crate::Point;
 use crate::error::{ConfigError, InputError};
-use crate::math::{PI, acos, atan2, cos, sin, wrap};
-use crate::path::view::PathView;
+use crate::math::{PI, acos, atan2, cos, sin};
+use crate::path::view::{PathView, get_distance};
 use crate::vehicle::VehicleState;
 
 /// Parameters of [`PurePursuit`].
@@ -61,7 +60,8 @@ impl Default for PurePursuitParams {
 pub struct PurePursuitState {
     /// The waypoint nearest at the last step; none before the first.
     pub waypoint: Option<usize>,
-    /// The last bearing `alpha` [rad], which stands in where its arc cosine is not defined.
+    /// The last bearing `alpha` [rad], which stands in where its arc cosine is not defined; 0
+    /// without `alpha_by_arccos`.
     pub previous_alpha: f64,
 }
 
@@ -122,13 +122,19 @@ impl PurePursuit {
         let lookahead = lookahead + 0.0;
         let target = self.search.find(path, &at, lookahead);
         let to = target.point - at.position;
-        let alpha = if self.alpha_by_arccos {
-            alpha_by_arccos(to, vehicle.yaw, lookahead, state.previous_alpha)
-        } else {
-            wrap(atan2(to.y, to.x) - vehicle.yaw)
-        };
+        let (cosine, sine) = (cos(vehicle.yaw), sin(vehicle.yaw));
+        let ahead = to.x * cosine + to.y * sine;
+        let left = to.y * cosine - to.x * sine;
         // atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
-        let wanted = atan2(2.0 * self.body.wheelbase * sin(alpha), lookahead);
+        let mut alpha = state.previous_alpha;
+        let wanted = if self.alpha_by_arccos {
+            alpha = alpha_by_arccos(ahead, left, lookahead, alpha);
+            atan2(2.0 * self.body.wheelbase * sin(alpha), lookahead)
+        } else {
+            // sin(alpha) is left / distance, with the distance on the other side.
+            let distance = get_distance(at.position, target.point);
+            atan2(2.0 * self.body.wheelbase * left, lookahead * distance)
+        };
         let (steer, status) = self.body.limit(wanted);
         *state = PurePursuitState {
             waypoint: Some(at.nearest),
@@ -138,13 +144,12 @@ impl PurePursuit {
     }
 }
 
-/// The published code's `alpha` towards `to` [m], signed here: `previous` where the point lies
-/// outside the circle straight ahead, and the arc cosine is not defined.
-fn alpha_by_arccos(to: Point, yaw: f64, lookahead: f64, previous: f64) -> f64 {
-    let (ahead, left) = (cos(yaw), sin(yaw));
-    let cosine = (to.x * ahead + to.y * left) / lookahead;
+/// The published code's `alpha` towards a point `ahead` and to the `left` [m], signed here:
+/// `previous` where it lies outside the circle straight ahead, and the arc cosine is not defined.
+fn alpha_by_arccos(ahead: f64, left: f64, lookahead: f64, previous: f64) -> f64 {
+    let cosine = ahead / lookahead;
     if cosine.abs() <= 1.0 {
-        acos(cosine).copysign(ahead * to.y - left * to.x)
+        acos(cosine).copysign(left)
     } else {
         previous
     }

@@ -117,7 +117,7 @@ state! {
     waypoint: Option<Count> = None, "int, optional",
         "The waypoint nearest at the last step; None before the first.";
     previous_alpha: f64 = 0.0, "float, default 0.0",
-        "The last bearing of the lookahead point [rad].";
+        "The last bearing of the lookahead point [rad]; 0 without alpha_by_arccos.";
 }
 
 state! {
