@@ -286,15 +286,15 @@ def test_batch_releases_the_lock_of_the_interpreter() -> None:
     sys.setswitchinterval(100.0)
     try:
         other.start()
-        # A start hands the lock to and fro, so one call in which the other thread ran says little.
-        calls = 0
+        # numpy gives it up as well, a moment for each array it makes: one tick says nothing yet.
+        most = 0
         for _ in range(1000):
             before = ticks
             batch.steer(*poses, DT)
-            calls += ticks > before
-            if calls == 5:
+            most = max(most, ticks - before)
+            if most >= 5:
                 break
-        assert calls == 5
+        assert most >= 5
     finally:
         stop.set()
         sys.setswitchinterval(interval)
@@ -304,7 +304,7 @@ def test_batch_releases_the_lock_of_the_interpreter() -> None:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_batch_in_a_forked_process_goes_on() -> None:
     script = """
-        import os, warnings
+        import os, signal, warnings
         import numpy as np
         import popsteer
 
@@ -316,6 +316,7 @@ def test_batch_in_a_forked_process_goes_on() -> None:
         before = step()
         child = os.fork()
         if child == 0:
+            signal.alarm(30)  # lest it wait for ever
             os._exit(0 if np.array_equal(step(), before) else 1)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
     """
