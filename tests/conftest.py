@@ -1,8 +1,9 @@
-"""How hard hypothesis tries: HYPOTHESIS_PROFILE=thorough, or --hypothesis-profile=thorough."""
+"""How hard hypothesis tries (HYPOTHESIS_PROFILE=thorough), and what all tests need."""
 
 from __future__ import annotations
 
 import os
+import signal
 from typing import TYPE_CHECKING
 
 from hypothesis import HealthCheck, settings
@@ -29,6 +30,11 @@ settings.register_profile(
     print_blob=True,
     suppress_health_check=[HealthCheck.too_slow],
 )
+# A shell starts background jobs with SIGINT ignored, and what they start inherits that; the tests
+# that interrupt a process of their own need it heard.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
 
 

@@ -165,7 +165,7 @@ class Spot:
         return x, y, max(-1e6, min(1e6, yaw + self.turned)), self.speed, self.dt
 
 
-SPOTS = st.builds(
+_WILD_SPOTS = st.builds(
     Spot,
     # Before the start and beyond the end too.
     along=st.one_of(st.floats(0.0, 1.0), st.floats(-0.2, 1.2)),
@@ -176,8 +176,6 @@ SPOTS = st.builds(
     speed=SPEEDS,
     dt=DTS,
 )
-"""On the path and far off it, at rest, rolling backwards, turned any way."""
-
 CALM_SPOTS = st.builds(
     Spot,
     along=st.floats(0.0, 1.0),
@@ -187,6 +185,8 @@ CALM_SPOTS = st.builds(
     dt=st.floats(0.01, 0.2),
 )
 """What a vehicle on its way is like."""
+SPOTS = CALM_SPOTS | _WILD_SPOTS
+"""That, and far off the path, at rest, rolling backwards, turned any way."""
 
 
 def fitted(params: dict[str, Any], path: Waypoints, most: int) -> dict[str, Any]:

@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 import popsteer
 from tests.parity.compare import Pair, make
 from tests.parity.strategies import (
-    CALM_SPOTS,
     KINDS,
     SPOTS,
     Shape,
@@ -128,7 +127,7 @@ def test_lookahead_search_on_a_line_matches_reference_cases(
 @pytest.mark.covers("PurePursuit.step", "Pop.step", "Path.get_lookahead_point", "Command.target")
 @given(
     shape=shapes(["straight", "smooth", "loop"], most=30, spacing=(0.3, 3.0)),
-    spot=CALM_SPOTS | SPOTS,
+    spot=SPOTS,
     steps=st.integers(0, 8),
     beyond=st.floats(-0.3, 0.3),
     gain=st.floats(0.0, 0.9),
