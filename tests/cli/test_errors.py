@@ -177,17 +177,20 @@ main(["compare", "--track", "straight", "--out", {str(tmp_path / "out")!r}])
 
 def test_interrupt_while_driving_exits_130_and_writes_nothing(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [command.script(), "compare", "--dt", "1e-6", "--out", str(out)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-    )
-    # Long enough to be past the imports on a loaded machine; the run itself would take hours.
-    time.sleep(4.0)
-    assert process.poll() is None
-    process.send_signal(signal.SIGINT)
-    output, error = process.communicate(timeout=60)
+    ) as process:
+        try:
+            # Long enough to be past the imports on a loaded machine; the run would take hours.
+            time.sleep(4.0)
+            assert process.poll() is None
+            process.send_signal(signal.SIGINT)
+            output, error = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert process.returncode == 130
     assert "Traceback" not in error
     assert output == ""
