@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from typing import Literal
 
 __all__ = ["Status"]
 
@@ -19,6 +20,35 @@ class Status(str, enum.Enum):
     OK = "ok"
     """As the law wants it."""
     LOOKAHEAD_LOST = "lookahead-lost"
-    """No point of the window lies on the lookahead circle; the last one stands in for it."""
+    """Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at."""
     SATURATED = "saturated"
-    """The law wants a larger angle than `max_steer`."""
+    """Degraded: the law wants a larger angle than `max_steer`, or a faster move than the actuator
+    makes. The command is limited."""
+    END_OF_PATH = "end-of-path"
+    """Degraded: the reference point is past the end of the path. The last segment is followed on
+    as a straight line."""
+    OFF_PATH = "off-path"
+    """Degraded: the vehicle was farther than `lost_distance` from its place on the path, and was
+    looked for on the whole of it. The law steers to where it was found."""
+    INPUT_HELD = "input-held"
+    """Degraded: the input was refused. The last angle is held."""
+    INPUT_LOST = "input-lost"
+    """Fault: more inputs in a row were refused than are held. The last angle stands; stop."""
+
+    @property
+    def level(self) -> Literal["ok", "degraded", "fault"]:
+        """How bad it is.
+
+        Returns
+        -------
+        str
+            "ok", "degraded" or "fault".
+
+        Examples
+        --------
+        >>> Status.OK.level, Status.SATURATED.level, Status.INPUT_LOST.level
+        ('ok', 'degraded', 'fault')
+        """
+        if self is Status.OK:
+            return "ok"
+        return "fault" if self is Status.INPUT_LOST else "degraded"

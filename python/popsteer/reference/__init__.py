@@ -52,6 +52,7 @@ from popsteer.reference.path.owned import Path
 from popsteer.reference.path.resample import Window
 from popsteer.reference.path.view import MAX_COORDINATE
 from popsteer.reference.vehicle import predict
+from popsteer.reference.vehicle.actuator import Actuator
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
 from popsteer.status import Status
 
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import Point
 
 __all__ = [
+    "Actuator",
     "BangBang",
     "BangBangParams",
     "BangBangState",

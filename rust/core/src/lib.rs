@@ -68,7 +68,7 @@ pub mod path;
 pub mod vehicle;
 
 pub use error::{ConfigError, InputError, PathError};
-pub use lateral::{Command, LateralLaw, Status, WaypointState};
+pub use lateral::{Command, LateralLaw, LateralState, Status};
 #[cfg(feature = "alloc")]
 pub use path::Path;
 pub use path::PathView;

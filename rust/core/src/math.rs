@@ -28,6 +28,7 @@ shim! {
     acos(x) = acos;
     atan(x) = atan;
     atan2(y, x) = atan2;
+    exp(x) = exp;
     sqrt(x) = sqrt;
 }
 

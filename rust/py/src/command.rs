@@ -17,6 +17,10 @@ pub(crate) fn status_member(py: Python<'_>, status: Status) -> PyResult<Bound<'_
         Status::Ok => "OK",
         Status::LookaheadLost => "LOOKAHEAD_LOST",
         Status::Saturated => "SATURATED",
+        Status::EndOfPath => "END_OF_PATH",
+        Status::OffPath => "OFF_PATH",
+        Status::InputHeld => "INPUT_HELD",
+        Status::InputLost => "INPUT_LOST",
     };
     class.bind(py).getattr(member)
 }
@@ -27,6 +31,10 @@ pub(crate) fn status_code(status: Status) -> u8 {
         Status::Ok => 0,
         Status::LookaheadLost => 1,
         Status::Saturated => 2,
+        Status::EndOfPath => 3,
+        Status::OffPath => 4,
+        Status::InputHeld => 5,
+        Status::InputLost => 6,
     }
 }
 
@@ -42,6 +50,8 @@ pub(crate) fn status_code(status: Status) -> u8 {
 ///     Yaw less direction of the path [rad], in [-pi, pi].
 /// target : tuple of float
 ///     The point aimed at, (x, y) [m]: the lookahead point, or the foot on the path.
+/// reverse : bool
+///     Whether the path is driven backwards here.
 /// status : Status
 ///     How the step went.
 #[pyclass(frozen, eq, name = "Command", module = "popsteer")]
@@ -74,6 +84,12 @@ impl PyCommand {
         (self.0.target.x, self.0.target.y)
     }
 
+    /// Whether the path is driven backwards here.
+    #[getter]
+    fn reverse(&self) -> bool {
+        self.0.reverse
+    }
+
     /// How the step went.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -86,13 +102,15 @@ impl PyCommand {
             cross_track_error,
             heading_error,
             target,
+            reverse,
             status,
         } = self.0;
         Ok(format!(
             "Command(steer={steer:?}, cross_track_error={cross_track_error:?}, \
-             heading_error={heading_error:?}, target=({:?}, {:?}), status={})",
+             heading_error={heading_error:?}, target=({:?}, {:?}), reverse={}, status={})",
             target.x,
             target.y,
+            if reverse { "True" } else { "False" },
             status_member(py, status)?.repr()?
         ))
     }

@@ -16,6 +16,7 @@ pub(crate) struct Row {
     cross_track_error: f64,
     heading_error: f64,
     target: [f64; 2],
+    reverse: bool,
     status: u8,
 }
 
@@ -26,6 +27,7 @@ impl Row {
         cross_track_error: f64::NAN,
         heading_error: f64::NAN,
         target: [f64::NAN; 2],
+        reverse: false,
         status: REFUSED,
     };
 
@@ -36,6 +38,7 @@ impl Row {
             cross_track_error: command.cross_track_error,
             heading_error: command.heading_error,
             target: [command.target.x, command.target.y],
+            reverse: command.reverse,
             status: status_code(command.status),
         })
     }
@@ -63,6 +66,7 @@ pub(crate) struct PyCommandBatch {
     cross_track_error: Py<PyArray1<f64>>,
     heading_error: Py<PyArray1<f64>>,
     target: Py<PyArray2<f64>>,
+    reverse: Py<PyArray1<bool>>,
     status: Py<PyArray1<u8>>,
     count: usize,
 }
@@ -93,6 +97,12 @@ impl PyCommandBatch {
         self.target.clone_ref(py)
     }
 
+    /// Whether the path is driven backwards there, shape (N,).
+    #[getter]
+    fn reverse(&self, py: Python<'_>) -> Py<PyArray1<bool>> {
+        self.reverse.clone_ref(py)
+    }
+
     /// How the steps went: 0 ok, 1 lookahead lost, 2 saturated, 255 refused.
     #[getter]
     fn status(&self, py: Python<'_>) -> Py<PyArray1<u8>> {
@@ -119,6 +129,7 @@ impl PyCommandBatch {
             cross_track_error: column(|row| row.cross_track_error),
             heading_error: column(|row| row.heading_error),
             target: target.reshape([rows.len(), 2])?.unbind(),
+            reverse: PyArray1::from_iter(py, rows.iter().map(|row| row.reverse)).unbind(),
             status: PyArray1::from_iter(py, rows.iter().map(|row| row.status)).unbind(),
             count: rows.len(),
         })

@@ -97,6 +97,7 @@ impl IntoPyErr for SimulationError {
         match self {
             Self::Config(error) => error.into_py_err(py),
             Self::Input(error) => error.into_py_err(py),
+            Self::NoReverse { .. } => path_error(py, self.to_string()),
         }
     }
 }

@@ -9,6 +9,7 @@
     reason = "doc comments are numpydoc for Python users, and signatures are Python's"
 )]
 
+mod actuator;
 mod arrays;
 mod batch;
 mod command;
@@ -31,6 +32,8 @@ use pyo3::prelude::*;
 mod _core {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::actuator::PyActuator;
     #[pymodule_export]
     use crate::batch::PyBatch;
     #[pymodule_export]

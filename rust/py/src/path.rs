@@ -4,11 +4,11 @@ use std::sync::{Arc, OnceLock};
 
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
-use popsteer_core::Point;
+use popsteer_core::{Point, math};
 use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
 use popsteer_core::path::lookahead::{self, Lookahead};
 use popsteer_core::path::resample::{self, Grid};
-use popsteer_core::path::{Path, PathView, Projection, locate};
+use popsteer_core::path::{Foot, Path, PathView, Projection, distinct_waypoints, locate};
 use popsteer_core::vehicle::state::MAX_YAW;
 use popsteer_sim::PathIndex;
 use pyo3::prelude::*;
@@ -147,9 +147,15 @@ impl PyLookahead {
 /// xy : array_like
 ///     Waypoints, shape (N, 2) [m]; N >= 2, or 3 for a closed path.
 /// speed : array_like, optional
-///     Reference speed at each waypoint, shape (N,) [m/s].
+///     Reference speed at each waypoint, shape (N,) [m/s]; negative where the path that leaves it
+///     is driven backwards. Where it is 0 the sign of the next waypoint's counts.
 /// closed : bool, default False
 ///     Whether the last waypoint leads back to the first, which is then not repeated.
+/// reverse : sequence of bool, optional
+///     For each waypoint whether the segment that leaves it is driven backwards, shape (N,); by
+///     default the signs of the speeds say so.
+/// drop_duplicates : bool, default False
+///     Whether of neighbours that coincide only the last is kept, instead of refusing them.
 ///
 /// Raises
 /// ------
@@ -173,16 +179,24 @@ impl PyPath {
         self.0.view()
     }
 
-    /// The waypoint to go on from after a jump; the first call builds the index, which all
-    /// controllers on this path then share.
-    pub(crate) fn relocalised(&self, py: Python<'_>, position: Point, yaw: f64) -> usize {
+    /// The segment where a vehicle is found after a jump, with the index, which is built now if it
+    /// is not yet.
+    pub(crate) fn relocalised(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        yaw: f64,
+    ) -> Result<usize, InputError> {
+        let position = checked_point(x, y)?;
+        checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
         let view = self.view();
         let index = match self.1.get() {
             Some(index) => index,
             // Other threads go on meanwhile; those that ask for the index too wait for this one.
             None => py.detach(|| self.1.get_or_init(|| PathIndex::new(&view))),
         };
-        index.relocalise(&view, position, yaw)
+        Ok(index.relocalise(&view, position, yaw))
     }
 
     /// A waypoint to go on from, by default the nearest of all.
@@ -232,12 +246,14 @@ impl PyPath {
 #[pymethods]
 impl PyPath {
     #[new]
-    #[pyo3(signature = (xy, *, speed=None, closed=false))]
+    #[pyo3(signature = (xy, *, speed=None, closed=false, reverse=None, drop_duplicates=false))]
     fn new(
         py: Python<'_>,
         xy: &Bound<'_, PyAny>,
         speed: Option<&Bound<'_, PyAny>>,
         closed: bool,
+        reverse: Option<Vec<bool>>,
+        drop_duplicates: bool,
     ) -> PyResult<Self> {
         let xy = as_array(xy, "xy", "(N, 2)")?;
         let wrong_shape = |name: &str, want: &str, shape: &[usize]| -> PyErr {
@@ -272,7 +288,30 @@ impl PyPath {
                 Some(speed.to_vec())
             }
         };
-        let path = Path::new(&x, &y, speed.as_deref(), closed).or_raise(py)?;
+        let made = if drop_duplicates && y.len() == x.len() {
+            let kept = distinct_waypoints(&x, &y, closed);
+            let pick = |values: &[f64]| -> Vec<f64> {
+                kept.iter().filter_map(|&index| values.get(index).copied()).collect()
+            };
+            let speed = match &speed {
+                Some(speed) if speed.len() == x.len() => Some(pick(speed)),
+                other => other.clone(),
+            };
+            let reverse = match reverse {
+                Some(reverse) if reverse.len() == x.len() => {
+                    Some(kept.iter().filter_map(|&index| reverse.get(index).copied()).collect())
+                }
+                other => other,
+            };
+            (pick(&x), pick(&y), speed, reverse)
+        } else {
+            (x, y, speed, reverse)
+        };
+        let (x, y, speed, reverse): (_, _, _, Option<Vec<bool>>) = made;
+        let mut path = Path::new(&x, &y, speed.as_deref(), closed).or_raise(py)?;
+        if let Some(reverse) = reverse {
+            path = path.with_reverse(&reverse).or_raise(py)?;
+        }
         Ok(Self(Arc::new(path), OnceLock::new()))
     }
 
@@ -337,6 +376,15 @@ impl PyPath {
             .map(|speed| PyArray1::from_slice(py, speed))
     }
 
+    /// For each segment, by the waypoint at its start, whether it is driven backwards, shape (N,);
+    /// None where all is driven forward.
+    #[getter]
+    fn reverse<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<bool>>> {
+        self.view()
+            .reverse()
+            .map(|reverse| PyArray1::from_slice(py, reverse))
+    }
+
     /// Arc length of the whole path [m], the closing segment included.
     #[getter]
     fn length(&self) -> f64 {
@@ -377,6 +425,7 @@ impl PyPath {
         let options = PyDict::new(py);
         options.set_item("speed", self.speed(py))?;
         options.set_item("closed", self.closed())?;
+        options.set_item("reverse", self.reverse(py))?;
         Ok((
             PyTuple::new(py, [PyArray2::from_vec2(py, &rows)?])?,
             options,
@@ -404,37 +453,126 @@ impl PyPath {
         Ok(locate::nearest_waypoint(&self.view(), position))
     }
 
-    /// Walk from a waypoint to one with no nearer neighbour: the paper's near neighbourhood.
+    /// Find the foot of a position near its last place, for a vehicle that drives along `yaw`.
+    ///
+    /// Of the segments from the one at `waypoint` until more than `reach` of arc before and behind
+    /// it, each that is no farther off than the one before it and nearer than the one after it is
+    /// a candidate; the one of least distance counts, each distance with up to 10 m more the less
+    /// the path leads along `yaw`. Other branches of the path are not seen, and where it is
+    /// driven in both directions neither is what lies beyond the place where the vehicle turns
+    /// round. All laws find their place so.
     ///
     /// Parameters
     /// ----------
-    /// start : int
-    ///     The waypoint to walk from.
     /// x, y : float
     ///     Position [m].
+    /// yaw : float
+    ///     Direction of driving [rad].
+    /// waypoint : int
+    ///     The waypoint at which the segment of the last foot starts.
+    /// reach : float
+    ///     How far along the path to look [m].
     ///
     /// Returns
     /// -------
-    /// int
-    ///     The waypoint arrived at.
+    /// Projection
+    ///     The foot.
     ///
     /// Raises
     /// ------
     /// InputError
-    ///     If `start` is no waypoint, or a coordinate is not finite or beyond its bound.
-    fn walk(&self, py: Python<'_>, start: Count, x: f64, y: f64) -> PyResult<usize> {
-        let position = checked_point(x, y).or_raise(py)?;
-        let start = self.index("start", start).or_raise(py)?;
-        Ok(locate::walk(&self.view(), start, position))
+    ///     If a number is not finite or beyond its bound, or the path has no such waypoint.
+    ///
+    /// Examples
+    /// --------
+    /// There, and back 0.5 m beside it:
+    ///
+    /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 0.5), (0.0, 0.5)])
+    /// >>> path.locate(7.0, 0.4, 0.0, 0, 6.0).segment, path.locate(7.0, 0.4, 3.0, 0, 6.0).segment
+    /// (0, 2)
+    fn locate(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        yaw: f64,
+        waypoint: Count,
+        reach: f64,
+    ) -> PyResult<PyProjection> {
+        let found = || {
+            let position = checked_point(x, y)?;
+            let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
+            let waypoint = self.index("waypoint", waypoint)?;
+            let reach = checked("reach", reach, 0.0, 1e9)?;
+            let heading = Point::new(math::cos(yaw), math::sin(yaw));
+            let view = self.view();
+            Ok(locate::locate(&view, waypoint, position, heading, reach).projection(&view))
+        };
+        found()
+            .map(PyProjection)
+            .map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
+    }
+
+    /// Find the first crossing of the lookahead circle ahead of a foot on the path.
+    ///
+    /// Where the path ends, or the vehicle has to turn round, its last segment goes on as a
+    /// straight line, so there always is a crossing while the foot lies within the circle. Of a
+    /// position farther than `lookahead` from its foot the point is the foot, in which a circle
+    /// that touches the path ends as well; on a closed path that lies within the circle it is
+    /// the waypoint at least a quarter round.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y : float
+    ///     Where to measure from [m].
+    /// lookahead : float
+    ///     Lookahead distance ld [m].
+    /// segment : int
+    ///     The segment that carries the foot of (x, y).
+    ///
+    /// Returns
+    /// -------
+    /// tuple of ((float, float), bool)
+    ///     The point (x, y) [m], and whether it lies on the circle.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If a number is not finite or beyond its bound, or the path has no such segment.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0)])
+    /// >>> path.get_crossing(8.0, 3.0, 5.0, 0)
+    /// ((12.0, 0.0), True)
+    fn get_crossing(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        lookahead: f64,
+        segment: Count,
+    ) -> PyResult<((f64, f64), bool)> {
+        let found = || {
+            let position = checked_point(x, y)?;
+            checked("lookahead", lookahead, 0.0, 1e6)?;
+            let segment = self.index("segment", segment)?;
+            let view = self.view();
+            let segment = segment.min(view.segments() - 1);
+            let foot = Foot::new(&view, segment, position);
+            Ok(lookahead::get_crossing(&view, &foot, position, lookahead))
+        };
+        found()
+            .map(|(point, on_circle)| ((point.x, point.y), on_circle))
+            .map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
     }
 
     /// Find the waypoint to go on from after a jump: the nearest where the direction fits.
     ///
-    /// Of the waypoints at most 10 m farther off than the nearest of all, the nearest where the
-    /// path leads at most 90 degrees off `yaw`; the nearest of all where it does so nowhere. The
-    /// heading thus tells branches apart that cross or lie alongside, where it points against one
-    /// of them. The path's direction at a waypoint is that of the segment that leaves it, at the
-    /// end of an open path that of the last segment.
+    /// The segment of least distance counts, each distance with up to 10 m more the less a vehicle
+    /// that looks along `yaw` would drive along it; the first of several. The heading thus tells
+    /// branches apart that cross or lie alongside. Where the path is driven backwards the vehicle
+    /// looks against it.
     ///
     /// The first call builds a spatial index of the path, which its controllers share; from then
     /// on a call takes O(log N) where few waypoints are as near.
@@ -449,7 +587,7 @@ impl PyPath {
     /// Returns
     /// -------
     /// int
-    ///     Index of the waypoint; the first of several as near.
+    ///     Index of the waypoint at which the segment starts.
     ///
     /// Raises
     /// ------
@@ -460,11 +598,9 @@ impl PyPath {
     /// --------
     /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])
     /// >>> path.relocalise(0.5, 0.9, 0.1), path.relocalise(0.5, 0.9, 3.1)
-    /// (0, 3)
+    /// (0, 2)
     fn relocalise(&self, py: Python<'_>, x: f64, y: f64, yaw: f64) -> PyResult<usize> {
-        let position = checked_point(x, y).or_raise(py)?;
-        checked("yaw", yaw, -MAX_YAW, MAX_YAW).or_raise(py)?;
-        Ok(self.relocalised(py, position, yaw))
+        self.relocalised(py, x, y, yaw).or_raise(py)
     }
 
     /// Project a position exactly onto the segments at a waypoint.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods};
+use popsteer_core::vehicle::Actuator;
 use popsteer_core::{InputError, Point, Status, VehicleState};
 use popsteer_sim::plant::{self, CarlaIdentified, KinematicBicycle};
 use popsteer_sim::{Control, Drive, Plant, Record, Settings, Simulation, closed_loop};
@@ -10,6 +11,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::actuator::PyActuator;
 use crate::command::status_code;
 use crate::errors::{OrRaise, unknown};
 use crate::lateral::law_of;
@@ -68,7 +70,7 @@ params! {
     substeps: usize, "int, default 10",
         "Plant steps in a control period.";
     stop_distance: f64, "float, default 1.0",
-        "The end is reached when the front axle has at most this much path ahead [m].";
+        "The end is reached when the front axle has at most this much path ahead [m]; the rear axle where the path is driven in both directions.";
     time_limit: f64, "float, default 1000.0",
         "The run ends unfinished after this time [s].";
     give_up_distance: f64, "float, default 50.0",
@@ -111,6 +113,8 @@ pub(crate) fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
 ///     the plant's front axle. They are measured at the rear axle besides.
 /// settings : Settings, optional
 ///     How the run goes.
+/// steering : Actuator, optional
+///     What lies between the commands and the plant's wheels; nothing by default.
 ///
 /// Raises
 /// ------
@@ -141,7 +145,7 @@ pub(crate) struct PySimulation {
 impl PySimulation {
     #[new]
     #[pyo3(signature = (
-        path, plant=None, *, start, speed=0.0, reference_offset=None, settings=None
+        path, plant=None, *, start, speed=0.0, reference_offset=None, settings=None, steering=None
     ))]
     fn new(
         path: Py<PyPath>,
@@ -150,6 +154,7 @@ impl PySimulation {
         speed: f64,
         reference_offset: Option<f64>,
         settings: Option<Py<PySettings>>,
+        steering: Option<Py<PyActuator>>,
         py: Python<'_>,
     ) -> PyResult<Self> {
         let plant = match plant {
@@ -166,8 +171,12 @@ impl PySimulation {
         let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
         let simulation = Simulation::new(Arc::clone(&path.get().0), plant, start, offset, settings)
             .or_raise(py)?;
+        let steering = match steering {
+            None => None,
+            Some(steering) => Some(Actuator::new(steering.get().0).or_raise(py)?),
+        };
         Ok(Self {
-            simulation,
+            simulation: simulation.with_steering(steering),
             owner: path,
         })
     }
@@ -203,7 +212,8 @@ impl PySimulation {
         self.simulation.time()
     }
 
-    /// Share of the path behind the front axle, 0 to 1.
+    /// Share of the path behind the front axle, or behind the rear axle where the path is driven
+    /// in both directions, 0 to 1.
     #[getter]
     fn progress(&self) -> f64 {
         self.simulation.progress()
@@ -221,7 +231,8 @@ impl PySimulation {
         self.simulation.is_over()
     }
 
-    /// Reference speed of the path beside the front axle [m/s]; None where it has none.
+    /// Reference speed of the path beside the axle that leads [m/s], negative where the path is
+    /// driven backwards; None where it has none.
     #[getter]
     fn reference_speed(&self) -> Option<f64> {
         self.simulation.reference_speed()
@@ -235,18 +246,28 @@ impl PySimulation {
     ///     Angle of the front wheels [rad].
     /// throttle, brake : float, default 0.0
     ///     Pedals, 0 to 1.
+    /// reverse : bool, default False
+    ///     Whether the throttle drives backwards; of a plant that does not it is disregarded.
     ///
     /// Raises
     /// ------
     /// InputError
     ///     If a number is not finite or beyond its bound; nothing moves then.
-    #[pyo3(signature = (steer, throttle=0.0, brake=0.0))]
-    fn step(&mut self, py: Python<'_>, steer: f64, throttle: f64, brake: f64) -> PyResult<()> {
+    #[pyo3(signature = (steer, throttle=0.0, brake=0.0, reverse=false))]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        steer: f64,
+        throttle: f64,
+        brake: f64,
+        reverse: bool,
+    ) -> PyResult<()> {
         let nowhere = Point::new(f64::NAN, f64::NAN);
         let control = Control {
             steer,
             throttle,
             brake,
+            reverse,
         };
         self.simulation
             .step(control, nowhere, Status::Ok)
@@ -322,7 +343,7 @@ impl PySimulation {
     /// throttle, brake; reference_x, reference_y of the law's reference point [m];
     /// cross_track_error [m] and heading_error [rad] there, as the paper measured;
     /// rear_cross_track_error and rear_heading_error at the rear axle; target_x, target_y [m];
-    /// status (0 ok, 1 lookahead lost, 2 saturated).
+    /// status (0 ok, 1 lookahead lost, 2 saturated, 3 end of path, 4 off path).
     fn records<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let records = self.simulation.records();
         let columns = PyDict::new(py);

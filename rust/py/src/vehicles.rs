@@ -1,6 +1,6 @@
 //! The vehicles of a batch.
 
-use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley};
+use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley, Tracker};
 use popsteer_sim::batch::{Batch, BatchError, CHUNK};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -16,11 +16,11 @@ use crate::pool;
 /// The vehicles, of one law each time: a batch of mixed ones would be as wide as the widest state.
 #[derive(Debug)]
 pub(crate) enum Vehicles {
-    Pop(Batch<Pop>),
-    Pid(Batch<Pid>),
-    PurePursuit(Batch<PurePursuit>),
-    Stanley(Batch<Stanley>),
-    BangBang(Batch<BangBang>),
+    Pop(Batch<Tracker<Pop>>),
+    Pid(Batch<Tracker<Pid>>),
+    PurePursuit(Batch<Tracker<PurePursuit>>),
+    Stanley(Batch<Tracker<Stanley>>),
+    BangBang(Batch<Tracker<BangBang>>),
 }
 
 /// The same expression for the batch of any law.

@@ -39,31 +39,39 @@ pub fn run_perceiving<L: LateralLaw>(
     let mut drive_state = SpeedPidState::default();
     let path = simulation.path().clone();
     let settings = *simulation.settings();
+    let turns_round = path.view().reverse().is_some();
+    let mut backwards = false;
     while !simulation.is_over() {
         let vehicle = perceive(simulation.vehicle());
-        let (steer, target, status) = if settings.keep_records {
+        let (steer, reverse, target, status) = if settings.keep_records || turns_round {
             let command = law.step(&path.view(), &mut law_state, vehicle, settings.dt)?;
-            (command.steer, command.target, command.status)
+            (command.steer, command.reverse, command.target, command.status)
         } else {
             let steer = law.steer(&path.view(), &mut law_state, vehicle, settings.dt)?;
-            (steer, Point::new(f64::NAN, f64::NAN), Status::Ok)
+            (steer, false, Point::new(f64::NAN, f64::NAN), Status::Ok)
         };
         let reference_speed = if drive.needs_reference_speed() {
             simulation.reference_speed()
         } else {
             None
         };
+        if reverse != backwards {
+            backwards = reverse;
+            drive_state = SpeedPidState::default();
+        }
+        let gear = if reverse { -1.0 } else { 1.0 };
         let pedals = drive.step(
             &mut drive_state,
-            vehicle.speed,
+            gear * vehicle.speed,
             steer,
-            reference_speed,
+            reference_speed.map(f64::abs),
             settings.dt,
         )?;
         let control = Control {
             steer,
             throttle: pedals.throttle,
             brake: pedals.brake,
+            reverse,
         };
         simulation.step(control, target, status)?;
         if !go_on(simulation) {

@@ -1,24 +1,21 @@
-//! [`relocalise`](popsteer_core::path::relocalise::relocalise) without visiting every waypoint.
+//! [`relocalise`](popsteer_core::path::relocalise::relocalise) without visiting every segment.
 //!
-//! Neighbours on a path are neighbours in the plane. So the R*-tree does not hold waypoints but
+//! Neighbours on a path are neighbours in the plane. So the R*-tree does not hold segments but
 //! runs of them, each as its bounding box: few entries, and the coordinates stay
 //! in the path. The search takes the runs by the distance of their boxes and shows their
-//! waypoints to the core's own [`Relocalisation`], until no box that is left can matter.
-//!
-//! The distance to a box is computed from the same differences, squares and sum as that to a
-//! waypoint. Each of these operations is monotone, rounding included, so the box is never found
-//! farther off than a waypoint in it: the answer is the plain scan's, to the bit.
+//! segments to the core's own [`Relocalisation`], until no box that is left can matter: the
+//! answer is the plain scan's, to the bit.
 
 use popsteer_core::path::relocalise::Relocalisation;
 use popsteer_core::{PathView, Point};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-/// Waypoints in a run. With more of them the index is smaller, but a search visits more; at this
+/// Segments in a run. With more of them the index is smaller, but a search visits more; at this
 /// length neither outweighs the other.
 const RUN: usize = 32;
 
-/// A spatial index of the waypoints of one path.
+/// A spatial index of the segments of one path.
 ///
 /// # Examples
 ///
@@ -33,8 +30,8 @@ const RUN: usize = 32;
 /// let index = PathIndex::new(&path.view());
 /// let position = Point::new(30.2, 0.9);
 /// assert_eq!(index.relocalise(&path.view(), position, 0.1), 30);
-/// assert_eq!(index.relocalise(&path.view(), position, 3.1), 169);
-/// assert_eq!(relocalise(&path.view(), position, 3.1), 169);
+/// assert_eq!(index.relocalise(&path.view(), position, 3.1), 168);
+/// assert_eq!(relocalise(&path.view(), position, 3.1), 168);
 /// # Ok::<(), popsteer_core::PathError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -44,16 +41,23 @@ pub struct PathIndex {
 }
 
 impl PathIndex {
-    /// The index of the waypoints of `path`, in O(N log N).
+    /// The index of the segments of `path`, in O(N log N).
     pub fn new(path: &PathView<'_>) -> Self {
-        let boxes = path
-            .x()
-            .chunks(RUN)
-            .zip(path.y().chunks(RUN))
-            .map(|(x, y)| {
-                let ((left, right), (low, high)) = (ends(x), ends(y));
-                Rectangle::from_aabb(AABB::from_corners([left, low], [right, high]))
-            });
+        let boxes = (0..path.segments()).step_by(RUN).map(|first| {
+            // A run ends at the waypoint to which its last segment leads, the first one where
+            // that closes the path.
+            let ends = (first..=first + RUN).map(|waypoint| waypoint % path.len());
+            let count = RUN.min(path.segments() - first) + 1;
+            let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+            for waypoint in ends.take(count) {
+                let point = [path.x()[waypoint], path.y()[waypoint]];
+                for axis in 0..2 {
+                    low[axis] = low[axis].min(point[axis]);
+                    high[axis] = high[axis].max(point[axis]);
+                }
+            }
+            Rectangle::from_aabb(AABB::from_corners(low, high))
+        });
         // More than u32::MAX runs would be 68 billion waypoints, or two terabytes of path.
         let runs = (0..)
             .zip(boxes)
@@ -75,22 +79,12 @@ impl PathIndex {
                 break;
             }
             let first = run.data as usize * RUN;
-            let x = path.x().iter().skip(first).take(RUN);
-            let y = path.y().iter().skip(first).take(RUN);
-            for (index, (&x, &y)) in (first..).zip(x.zip(y)) {
-                search.visit(path, index, Point::new(x, y));
+            for segment in first..path.segments().min(first + RUN) {
+                search.visit(path, segment);
             }
         }
-        search.waypoint()
+        search.segment()
     }
-}
-
-/// The least and the greatest of some numbers.
-fn ends(values: &[f64]) -> (f64, f64) {
-    let start = (f64::INFINITY, f64::NEG_INFINITY);
-    values.iter().fold(start, |(low, high), &value| {
-        (low.min(value), high.max(value))
-    })
 }
 
 #[cfg(test)]

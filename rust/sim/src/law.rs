@@ -4,7 +4,8 @@ use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PurePursuit, PurePursuitState, Stanley,
     StanleyState,
 };
-use popsteer_core::{Command, InputError, LateralLaw, PathView, VehicleState, WaypointState};
+use popsteer_core::path::Follow;
+use popsteer_core::{Command, InputError, LateralLaw, LateralState, PathView, VehicleState};
 
 macro_rules! laws {
     ($($law:ident($state:ident)),+ $(,)?) => {
@@ -29,8 +30,12 @@ macro_rules! laws {
                 match self { $(Self::$law(law) => LawState::$law(law.initial_state()),)+ }
             }
 
-            fn reference_offset(&self) -> f64 {
-                match self { $(Self::$law(law) => law.reference_offset(),)+ }
+            fn follow(&self) -> &Follow {
+                match self { $(Self::$law(law) => law.follow(),)+ }
+            }
+
+            fn max_steer(&self) -> f64 {
+                match self { $(Self::$law(law) => law.max_steer(),)+ }
             }
 
             /// A state of another law counts as none: the step starts from the initial one.
@@ -62,9 +67,17 @@ macro_rules! laws {
             }
         }
 
-        impl WaypointState for LawState {
-            fn set_waypoint(&mut self, waypoint: usize) {
+        impl LateralState for LawState {
+            fn set_waypoint(&mut self, waypoint: Option<usize>) {
                 match self { $(Self::$law(state) => state.set_waypoint(waypoint),)+ }
+            }
+
+            fn leave_path(&mut self) {
+                match self { $(Self::$law(state) => state.leave_path(),)+ }
+            }
+
+            fn set_steer(&mut self, steer: f64) -> bool {
+                match self { $(Self::$law(state) => state.set_steer(steer),)+ }
             }
         }
 

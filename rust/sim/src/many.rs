@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use popsteer_core::error::{ConfigError, config_in_range};
 use popsteer_core::math::wrap;
+use popsteer_core::lateral::Tracker;
 use popsteer_core::{Path, VehicleState};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -21,7 +22,7 @@ use crate::simulation::{Settings, Simulation, SimulationError};
 #[derive(Clone, Debug)]
 pub struct Run {
     /// Who steers.
-    pub law: Law,
+    pub law: Tracker<Law>,
     /// Along which path.
     pub path: Arc<Path>,
     /// Which vehicle.
@@ -158,7 +159,7 @@ mod tests {
         let x: Vec<f64> = (0..300).map(f64::from).collect();
         let y: Vec<f64> = x.iter().map(|x| 5.0 * (x / 20.0).sin()).collect();
         let path = Arc::new(Path::new(&x, &y, None, false).unwrap());
-        let law = Law::from(Pop::new(PopParams::default()).unwrap());
+        let law = Tracker::new(Law::from(Pop::new(PopParams::default()).unwrap()), None);
         let plant: Arc<dyn Plant> = Arc::new(CarlaIdentified::default());
         let start = |k| VehicleState {
             x: 0.0,

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use popsteer_core::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use popsteer_core::math::{from_count, wrap};
-use popsteer_core::path::locate::{Projection, locate, path_yaw_behind, project};
+use popsteer_core::path::locate::{path_yaw_behind, reference_speed};
+use popsteer_core::path::{Follow, Located};
 use popsteer_core::path::view::get_distance;
+use popsteer_core::vehicle::{Actuator, UnderWay};
 use popsteer_core::{Path, Point, Status, VehicleState};
 
 use crate::metrics::{Gatherer, Metrics};
@@ -18,7 +20,8 @@ pub struct Settings {
     pub dt: f64,
     /// Plant steps in a control period.
     pub substeps: usize,
-    /// The end is reached when the front axle has at most this much path ahead [m].
+    /// The end is reached when the front axle has at most this much path ahead [m]; the rear axle
+    /// where the path is driven in both directions.
     pub stop_distance: f64,
     /// The run ends unfinished after this time [s].
     pub time_limit: f64,
@@ -112,35 +115,40 @@ pub struct Record {
 /// A point of the vehicle, followed along the path.
 #[derive(Clone, Copy, Debug)]
 struct Follower {
-    offset: f64,
+    follow: Follow,
     waypoint: Option<usize>,
 }
 
 impl Follower {
-    fn new(offset: f64) -> Self {
+    /// A point `offset` [m] ahead of the pose; it is never looked for anew, as it never jumps.
+    fn new(offset: f64, wheelbase: f64) -> Self {
         Self {
-            offset,
+            follow: Follow {
+                reference_offset: offset,
+                search_distance: 2.0 * wheelbase,
+                lost_distance: f64::INFINITY,
+                arrival_distance: 0.05 * wheelbase,
+            },
             waypoint: None,
         }
     }
 
-    fn follow(&mut self, path: &Path, vehicle: VehicleState) -> Followed {
-        let path = path.view();
-        let position = vehicle.point_ahead(self.offset);
-        let nearest = locate(&path, self.waypoint, position);
-        self.waypoint = Some(nearest);
-        Followed {
-            position,
-            nearest,
-            foot: project(&path, nearest, position),
-        }
+    fn find(&self, path: &Path, vehicle: VehicleState, dt: f64) -> Located {
+        self.follow.locate(&path.view(), self.waypoint, vehicle, dt)
+    }
+
+    fn follow(&mut self, path: &Path, vehicle: VehicleState, dt: f64) -> Located {
+        let at = self.find(path, vehicle, dt);
+        self.waypoint = Some(at.foot.segment);
+        at
     }
 }
 
-struct Followed {
-    position: Point,
-    nearest: usize,
-    foot: Projection,
+/// What lies between the commands and the wheels of the vehicle that is driven.
+#[derive(Clone, Debug)]
+struct Steering {
+    actuator: Actuator,
+    under_way: UnderWay,
 }
 
 /// A vehicle on a path, moved one control step at a time and measured.
@@ -152,8 +160,9 @@ pub struct Simulation {
     state: PlantState,
     reference: Follower,
     rear: Follower,
-    front: Follower,
-    front_arc: f64,
+    leading: Follower,
+    leading_arc: f64,
+    steering: Option<Steering>,
     travelled: f64,
     steps: usize,
     finished: bool,
@@ -187,18 +196,32 @@ impl Simulation {
             ..start
         }
         .checked()?;
-        let mut front = Follower::new(geometry.front_offset);
-        let foot = front.follow(&path, vehicle).foot;
+        let reverses = path.view().reverse().is_some();
+        if reverses && !plant.reverses() {
+            return Err(SimulationError::NoReverse {
+                plant: plant.name(),
+            });
+        }
+        // Where the vehicle turns round no axle leads all the way; the rear one is at the path's.
+        let leading_offset = if reverses {
+            geometry.rear_offset
+        } else {
+            geometry.front_offset
+        };
+        let follower = |offset| Follower::new(offset, geometry.wheelbase);
+        let mut leading = follower(leading_offset);
+        let foot = leading.follow(&path, vehicle, settings.dt).foot;
         Ok(Self {
             state: PlantState {
                 vehicle,
                 yaw_rate: 0.0,
                 throttle: 0.0,
             },
-            reference: Follower::new(reference_offset),
-            rear: Follower::new(geometry.rear_offset),
-            front,
-            front_arc: foot.arc_length,
+            reference: follower(reference_offset),
+            rear: follower(geometry.rear_offset),
+            leading,
+            leading_arc: foot.arc_length(&path.view()),
+            steering: None,
             travelled: 0.0,
             steps: 0,
             finished: false,
@@ -209,6 +232,16 @@ impl Simulation {
             plant,
             settings,
         })
+    }
+
+    /// The same vehicle, whose commands reach its wheels through `actuator`.
+    #[must_use]
+    pub fn with_steering(mut self, actuator: Option<Actuator>) -> Self {
+        self.steering = actuator.map(|actuator| Steering {
+            under_way: actuator.settled(0.0),
+            actuator,
+        });
+        self
     }
 
     /// The pose that the laws are given, and the speed.
@@ -236,13 +269,14 @@ impl Simulation {
         from_count(self.steps) * self.settings.dt
     }
 
-    /// Share of the path behind the front axle, 0 to 1.
+    /// Share of the path behind the front axle, or behind the rear axle where the path is driven
+    /// in both directions, 0 to 1.
     pub fn progress(&self) -> f64 {
         let length = self.path.view().length();
         let done = if self.path.view().is_closed() {
             self.travelled
         } else {
-            self.front_arc
+            self.leading_arc
         };
         (done / length).clamp(0.0, 1.0)
     }
@@ -267,12 +301,14 @@ impl Simulation {
         self.gatherer.metrics(self.time(), self.finished)
     }
 
-    /// Reference speed of the path beside the front axle [m/s], where it has one.
+    /// Reference speed of the path beside the axle that leads [m/s], where it has one; negative
+    /// where the path is driven backwards.
     pub fn reference_speed(&self) -> Option<f64> {
-        let position = self.state.vehicle.point_ahead(self.front.offset);
+        let at = self
+            .leading
+            .find(&self.path, self.state.vehicle, self.settings.dt);
         let path = self.path.view();
-        let nearest = locate(&path, self.front.waypoint, position);
-        popsteer_core::path::locate::reference_speed(&path, &project(&path, nearest, position))
+        reference_speed(&path, &at.foot.projection(&path))
     }
 
     /// Measures the vehicle, then moves it on by one control step under `control`.
@@ -298,9 +334,21 @@ impl Simulation {
         if self.settings.keep_records {
             self.records.push(record);
         }
-        let dt = self.settings.dt / from_count(self.settings.substeps);
-        self.plant
-            .advance(&mut self.state, control, dt, self.settings.substeps);
+        let substeps = self.settings.substeps;
+        let dt = self.settings.dt / from_count(substeps);
+        match &mut self.steering {
+            None => self.plant.advance(&mut self.state, control, dt, substeps),
+            Some(Steering {
+                actuator,
+                under_way,
+            }) => {
+                for _ in 0..substeps {
+                    let steer = actuator.elapse(under_way, control.steer, dt);
+                    let control = Control { steer, ..control };
+                    self.plant.advance(&mut self.state, control, dt, 1);
+                }
+            }
+        }
         self.steps += 1;
         self.look_ahead();
         Ok(())
@@ -308,9 +356,11 @@ impl Simulation {
 
     fn measure(&mut self, control: Control, target: Point, status: Status) -> Record {
         let vehicle = self.state.vehicle;
-        let at = self.reference.follow(&self.path, vehicle);
-        let published_yaw = path_yaw_behind(&self.path.view(), at.nearest);
-        let rear_foot = self.rear.follow(&self.path, vehicle).foot;
+        let dt = self.settings.dt;
+        let at = self.reference.follow(&self.path, vehicle, dt);
+        let path = self.path.view();
+        let published_yaw = path_yaw_behind(&path, at.foot.nearest_waypoint(&path));
+        let rear = self.rear.follow(&self.path, vehicle, dt);
         Record {
             time: self.time(),
             reference: at.position,
@@ -321,34 +371,37 @@ impl Simulation {
             steer: control.steer,
             throttle: control.throttle,
             brake: control.brake,
-            cross_track_error: at.foot.cross_track_error,
-            heading_error: wrap(vehicle.yaw - published_yaw),
-            rear_cross_track_error: rear_foot.cross_track_error,
-            rear_heading_error: wrap(vehicle.yaw - rear_foot.path_yaw),
+            cross_track_error: at.foot.cross_track_error(),
+            heading_error: wrap(at.vehicle.yaw - published_yaw),
+            rear_cross_track_error: rear.foot.cross_track_error(),
+            rear_heading_error: wrap(rear.vehicle.yaw - rear.foot.path_yaw()),
             target,
             status,
         }
     }
 
-    /// Follows the front axle: how far the vehicle has come, and whether the run is over.
+    /// Follows the axle that leads: how far the vehicle has come, and whether the run is over.
     fn look_ahead(&mut self) {
-        let Followed { position, foot, .. } = self.front.follow(&self.path, self.state.vehicle);
+        let at = self
+            .leading
+            .follow(&self.path, self.state.vehicle, self.settings.dt);
         let path = self.path.view();
         let length = path.length();
-        let mut moved = foot.arc_length - self.front_arc;
+        let arc = at.foot.arc_length(&path);
+        let mut moved = arc - self.leading_arc;
         if path.is_closed() {
             // The short way round: a step across the seam is not a lap back.
             moved -= length * (moved / length).round();
         }
-        self.front_arc = foot.arc_length;
+        self.leading_arc = arc;
         self.travelled += moved;
         let done = if path.is_closed() {
             self.travelled
         } else {
-            self.front_arc
+            arc
         };
         self.finished |= length - done <= self.settings.stop_distance;
-        self.lost |= get_distance(position, foot.point) > self.settings.give_up_distance;
+        self.lost |= get_distance(at.position, at.foot.point) > self.settings.give_up_distance;
     }
 }
 
@@ -359,6 +412,11 @@ pub enum SimulationError {
     Config(ConfigError),
     /// The start.
     Input(InputError),
+    /// The path is driven backwards in places, and the plant does not reverse.
+    NoReverse {
+        /// Its name.
+        plant: &'static str,
+    },
 }
 
 impl From<ConfigError> for SimulationError {
@@ -378,6 +436,9 @@ impl std::fmt::Display for SimulationError {
         match self {
             Self::Config(error) => error.fmt(f),
             Self::Input(error) => error.fmt(f),
+            Self::NoReverse { plant } => {
+                write!(f, "the path is driven backwards in places, and {plant} does not reverse")
+            }
         }
     }
 }

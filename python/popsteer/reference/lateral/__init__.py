@@ -7,24 +7,23 @@ small frozen value that can be copied, compared and restored.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from popsteer.reference.error import config_in_range, input_below, input_in_range
 from popsteer.reference.math import wrap
-from popsteer.reference.path.locate import Projection, locate, project
-from popsteer.reference.path.lookahead import Lookahead, get_lookahead_point
-from popsteer.reference.path.relocalise import relocalise
+from popsteer.reference.path.follow import Follow, Located
+from popsteer.reference.path.lookahead import Lookahead, get_crossing, get_lookahead_point
 from popsteer.reference.path.resample import grid, window
-from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
     from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Command", "LateralLaw", "Located"]
+__all__ = ["Command", "LateralLaw"]
 
 
 @dataclass(frozen=True)
@@ -41,6 +40,8 @@ class Command:
         Yaw of the vehicle less direction of the path [rad], in [-π, π].
     target : tuple of float
         The point aimed at: the lookahead point, or the foot on the path, (x, y) [m].
+    reverse : bool
+        Whether the path is driven backwards here.
     status : Status
         How the step went.
 
@@ -56,6 +57,7 @@ class Command:
     cross_track_error: float
     heading_error: float
     target: Point
+    reverse: bool
     status: Status
 
 
@@ -74,9 +76,21 @@ class BodyParams(Protocol):
     def max_steer(self) -> float:
         """Steering limit [rad]."""
 
+    @property
+    def search_distance(self) -> float | None:
+        """How far from the last place the vehicle is looked for [m]; None is two wheelbases."""
+
+    @property
+    def lost_distance(self) -> float | None:
+        """From where on the vehicle is lost [m]; None is ten wheelbases."""
+
 
 class SearchParams(Protocol):
     """The parameters of the laws that search for a lookahead point."""
+
+    @property
+    def exact_lookahead(self) -> bool:
+        """Whether the first crossing of the circle counts, instead of the paper's search."""
 
     @property
     def lookahead_tolerance(self) -> float:
@@ -97,6 +111,10 @@ def check_body(params: BodyParams) -> None:
     if params.reference_offset is not None:
         config_in_range(params, "reference_offset", -1e3, 1e3)
     config_in_range(params, "max_steer", 1e-3, 1.57)
+    if params.search_distance is not None:
+        config_in_range(params, "search_distance", 0.0, 1e6)
+    if params.lost_distance is not None:
+        config_in_range(params, "lost_distance", 1e-3, 1e9)
 
 
 def check_search(params: SearchParams) -> None:
@@ -109,8 +127,12 @@ def check_search(params: SearchParams) -> None:
 
 
 def find(path: PathView, at: Located, lookahead: float, params: SearchParams) -> Lookahead:
-    """Find the point at distance `lookahead` [m] in the window around a located vehicle."""
-    waypoints = grid(path, window(path, at.nearest, params.window_ahead), params.grid_spacing)
+    """Find the lookahead point at distance `lookahead` [m] from a located vehicle."""
+    if params.exact_lookahead:
+        point, found = get_crossing(path, at.foot, at.position, lookahead)
+        return Lookahead(0, point, found)
+    nearest = at.foot.nearest_waypoint(path)
+    waypoints = grid(path, window(path, nearest, params.window_ahead), params.grid_spacing)
     return get_lookahead_point(waypoints, at.position, lookahead, params.lookahead_tolerance)
 
 
@@ -124,42 +146,20 @@ def check_steer(field: str, steer: float, max_steer: float) -> float:
     return input_in_range(field, steer, -max_steer, max_steer)
 
 
-@dataclass(frozen=True)
-class Located:
-    """A checked input, and where on the path it is.
-
-    Attributes
-    ----------
-    position : tuple of float
-        The law's reference point [m].
-    nearest : int
-        The waypoint nearest to it.
-    vehicle : VehicleState
-        Pose of the rear axle, and speed.
-    dt : float
-        Control period [s].
-    """
-
-    position: Point
-    nearest: int
-    vehicle: VehicleState
-    dt: float
-
-    def heading_error(self, projection: Projection) -> float:
-        """Yaw less direction of the path at a projection [rad], in [-π, π]."""
-        return wrap(self.vehicle.yaw - projection.path_yaw)
-
-    def command(
-        self, projection: Projection, steer: float, target: Point, status: Status
-    ) -> Command:
-        """Make the command with the errors at the reference point."""
-        return Command(
-            steer=steer,
-            cross_track_error=projection.cross_track_error,
-            heading_error=self.heading_error(projection),
-            target=target,
-            status=status,
-        )
+def command(at: Located, steer: float, target: Point, status: Status) -> Command:
+    """Make the command of the turned vehicle's angle, with the errors at the reference point."""
+    if at.off_path:
+        status = Status.OFF_PATH
+    elif at.past_end:
+        status = Status.END_OF_PATH
+    return Command(
+        steer=at.turn(steer),
+        cross_track_error=at.foot.cross_track_error(),
+        heading_error=wrap(at.vehicle.yaw - at.foot.path_yaw()),
+        target=target,
+        reverse=at.reverse,
+        status=status,
+    )
 
 
 ParamsT = TypeVar("ParamsT", bound=BodyParams)
@@ -170,11 +170,20 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     """A steering law on a path: validated parameters that step a state."""
 
     def __init__(self, path: PathView, params: ParamsT, default_offset: float) -> None:
-        offset = params.reference_offset
+        wheelbase = params.wheelbase
+        offset, search, lost = (
+            params.reference_offset,
+            params.search_distance,
+            params.lost_distance,
+        )
         self._path = path
         self._params = params
-        self._reference_offset = default_offset if offset is None else offset
-        self._state = self.initial_state()
+        self._follow = Follow(
+            reference_offset=default_offset if offset is None else offset,
+            search_distance=2.0 * wheelbase if search is None else search,
+            lost_distance=10.0 * wheelbase if lost is None else lost,
+            arrival_distance=0.05 * wheelbase,
+        )
 
     @property
     def path(self) -> PathView:
@@ -188,27 +197,11 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
 
     @property
     def reference_offset(self) -> float:
-        """How far ahead of the rear axle the law's reference point lies [m]."""
-        return self._reference_offset
+        """How far ahead of the rear axle the law's reference point lies [m].
 
-    @property
-    def state(self) -> StateT:
-        """What the law remembers; may be set to a state saved before.
-
-        Raises
-        ------
-        InputError
-            Where it is no state that this law could have; the state is then unchanged.
+        Where the path is driven backwards, how far behind it.
         """
-        return self._state
-
-    @state.setter
-    def state(self, state: StateT) -> None:
-        self._state = self.check_state(state)
-
-    def reset(self) -> None:
-        """Forget everything: the state before the first step."""
-        self._state = self.initial_state()
+        return self._follow.reference_offset
 
     @abstractmethod
     def initial_state(self) -> StateT:
@@ -224,73 +217,9 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
             Naming the field that is not.
         """
 
-    @abstractmethod
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer: one control step.
-
-        Parameters
-        ----------
-        x, y : float
-            Position of the middle of the rear axle [m].
-        yaw : float
-            Heading [rad]; need not be wrapped.
-        speed : float
-            Forward speed [m/s]; negative while rolling backwards.
-        dt : float
-            Control period [s].
-
-        Returns
-        -------
-        Command
-            The angle, the errors, the point aimed at, and how the step went.
-
-        Raises
-        ------
-        InputError
-            Naming the first argument that is not finite or beyond its bound; the state is then
-            unchanged.
-        """
-
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
-        """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
-        return self.step(x, y, yaw, speed, dt).steer
-
-    def relocalise(self, x: float, y: float, yaw: float) -> None:
-        """Find the vehicle's place on the path anew, after a jump.
-
-        Puts the remembered waypoint to `relocalise` of the law's reference point; the next step
-        goes on from there. The rest of the state stays.
-
-        Parameters
-        ----------
-        x, y : float
-            Position of the middle of the rear axle [m].
-        yaw : float
-            Heading [rad]; tells branches apart that cross or lie alongside.
-
-        Raises
-        ------
-        InputError
-            Naming the first argument that is not finite or beyond its bound; the state is then
-            unchanged.
-        """
-        vehicle = VehicleState(x, y, yaw, speed=0.0).checked()
-        position = vehicle.point_ahead(self._reference_offset)
-        waypoint = relocalise(self._path, position, vehicle.yaw)
-        self._state = replace(self._state, waypoint=waypoint)
-
-    def _locate(
-        self, last: int | None, x: float, y: float, yaw: float, speed: float, dt: float
-    ) -> Located:
-        """Where am I? The reference point of a checked vehicle, and the waypoint nearest to it."""
-        vehicle = VehicleState(x, y, yaw, speed).checked()
-        dt = checked_dt(dt)
-        position = vehicle.point_ahead(self._reference_offset)
-        return Located(position, locate(self._path, last, position), vehicle, dt)
-
-    def _project(self, at: Located) -> Projection:
-        """Project a located vehicle onto the path."""
-        return project(self._path, at.nearest, at.position)
+    def _locate(self, last: int | None, vehicle: VehicleState, dt: float) -> Located:
+        """Where am I? The place of the reference point of a checked vehicle."""
+        return self._follow.locate(self._path, last, vehicle, dt)
 
     def _limit(self, steer: float) -> tuple[float, Status]:
         """Bring an angle within the limit, and tell whether it had to be."""

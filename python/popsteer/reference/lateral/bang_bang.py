@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range
-from popsteer.reference.lateral import Command, LateralLaw, check_body, check_waypoint
+from popsteer.reference.lateral import Command, check_body, check_waypoint, command
+from popsteer.reference.lateral.tracker import Tracker, TrackerState
 
 if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle.actuator import Actuator
+    from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["BangBang", "BangBangParams", "BangBangState"]
 
@@ -30,6 +33,12 @@ class BangBangParams:
         Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
     max_steer : float
         Steering limit δ_max [rad].
+    search_distance : float or None
+        How far along the path from the last place the vehicle is looked for [m], beside what it
+        travels in a step; None is two wheelbases.
+    lost_distance : float or None
+        Farther than this from its place the vehicle is lost, and looked for on the whole path
+        [m]; None is ten wheelbases.
 
     Raises
     ------
@@ -47,6 +56,8 @@ class BangBangParams:
     wheelbase: float = 3.0
     reference_offset: float | None = None
     max_steer: float = 1.22
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         config_in_range(self, "amplitude", 0.0, 1.57)
@@ -55,24 +66,17 @@ class BangBangParams:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BangBangState:
+class BangBangState(TrackerState):
     """What `BangBang` remembers.
-
-    Attributes
-    ----------
-    waypoint : int or None
-        The waypoint nearest at the last step; None before the first.
 
     Examples
     --------
-    >>> BangBangState()
-    BangBangState(waypoint=None)
+    >>> BangBangState().steer
+    0.0
     """
 
-    waypoint: int | None = None
 
-
-class BangBang(LateralLaw[BangBangParams, BangBangState]):
+class BangBang(Tracker[BangBangParams, BangBangState]):
     """A fixed angle back towards the path: -amplitude sign(χ_e) outside the deadband, 0 inside.
 
     Parameters
@@ -81,6 +85,8 @@ class BangBang(LateralLaw[BangBangParams, BangBangState]):
         The path to follow.
     params : BangBangParams, optional
         The parameters.
+    actuator : Actuator, optional
+        What lies between the commands and the wheels; nothing by default.
 
     Examples
     --------
@@ -90,19 +96,24 @@ class BangBang(LateralLaw[BangBangParams, BangBangState]):
     -0.122
     """
 
-    def __init__(self, path: PathView, params: BangBangParams | None = None) -> None:
+    def __init__(
+        self,
+        path: PathView,
+        params: BangBangParams | None = None,
+        *,
+        actuator: Actuator | None = None,
+    ) -> None:
         params = BangBangParams() if params is None else params
-        super().__init__(path, params, default_offset=params.wheelbase)
+        super().__init__(path, params, params.wheelbase, actuator)
 
     def initial_state(self) -> BangBangState:
         """Return the state before the first step."""
         return BangBangState()
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
-        at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
-        foot = self._project(at)
-        error = foot.cross_track_error
+    def decide(self, vehicle: VehicleState, dt: float) -> Command:
+        """Locate the vehicle on the path, aim, steer."""
+        at = self._locate(self.state.waypoint, vehicle, dt)
+        error = at.foot.cross_track_error()
         if error > self.params.deadband:
             wanted = -self.params.amplitude
         elif error < -self.params.deadband:
@@ -110,9 +121,9 @@ class BangBang(LateralLaw[BangBangParams, BangBangState]):
         else:
             wanted = 0.0
         steer, status = self._limit(wanted)
-        self._state = BangBangState(waypoint=at.nearest)
-        return at.command(foot, steer, foot.point, status)
+        self._state = replace(self.state, waypoint=at.foot.segment)
+        return command(at, steer, at.foot.point, status)
 
     def check_state(self, state: BangBangState) -> BangBangState:
         """Return `state`, where it is one that this law could have on its path."""
-        return BangBangState(waypoint=check_waypoint(self.path, state.waypoint))
+        return replace(state, waypoint=check_waypoint(self.path, state.waypoint))

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 from popsteer import errors
 from popsteer.reference.error import config_count, config_in_range, input_in_range
-from popsteer.reference.lateral import Command, LateralLaw, check_body, check_waypoint
+from popsteer.reference.lateral import Command, check_body, check_waypoint, command
+from popsteer.reference.lateral.tracker import Tracker, TrackerState
 
 if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle.actuator import Actuator
+    from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["Pid", "PidParams", "PidState"]
 
@@ -44,6 +47,12 @@ class PidParams:
         Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
     max_steer : float
         Steering limit δ_max [rad].
+    search_distance : float or None
+        How far along the path from the last place the vehicle is looked for [m], beside what it
+        travels in a step; None is two wheelbases.
+    lost_distance : float or None
+        Farther than this from its place the vehicle is lost, and looked for on the whole path
+        [m]; None is ten wheelbases.
 
     Raises
     ------
@@ -65,6 +74,8 @@ class PidParams:
     wheelbase: float = 3.0
     reference_offset: float | None = None
     max_steer: float = 1.22
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         config_count(self, "buffer_length", 1, CAPACITY)
@@ -75,13 +86,11 @@ class PidParams:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PidState:
+class PidState(TrackerState):
     """What `Pid` remembers.
 
     Attributes
     ----------
-    waypoint : int or None
-        The waypoint nearest at the last step; None before the first.
     previous_error : float or None
         The last cross-track error [m]; None before the first step.
     terms : tuple of float
@@ -97,7 +106,6 @@ class PidState:
     PidState(waypoint=None, previous_error=None, terms=(), next=0, sum=0.0)
     """
 
-    waypoint: int | None = None
     previous_error: float | None = None
     terms: tuple[float, ...] = ()
     next: int = 0
@@ -134,7 +142,7 @@ def push(state: PidState, term: float, length: int) -> PidState:
     return replace(state, terms=terms, next=following, sum=total)
 
 
-class Pid(LateralLaw[PidParams, PidState]):
+class Pid(Tracker[PidParams, PidState]):
     """PID on the cross-track error e at the front axle: Equation 1.
 
     δ = -(k_P e + k_I Σ e Δt + k_D (e - e_previous) / Δt), limited to ±δ_max. The sign is that of
@@ -146,6 +154,8 @@ class Pid(LateralLaw[PidParams, PidState]):
         The path to follow.
     params : PidParams, optional
         The parameters; the paper's without.
+    actuator : Actuator, optional
+        What lies between the commands and the wheels; nothing by default.
 
     Examples
     --------
@@ -155,28 +165,42 @@ class Pid(LateralLaw[PidParams, PidState]):
     -0.12525
     """
 
-    def __init__(self, path: PathView, params: PidParams | None = None) -> None:
+    def __init__(
+        self,
+        path: PathView,
+        params: PidParams | None = None,
+        *,
+        actuator: Actuator | None = None,
+    ) -> None:
         params = PidParams() if params is None else params
-        super().__init__(path, params, default_offset=params.wheelbase)
+        super().__init__(path, params, params.wheelbase, actuator)
 
     def initial_state(self) -> PidState:
         """Return the state before the first step."""
         return PidState()
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
-        at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
-        foot = self._project(at)
-        error = foot.cross_track_error
-        term = error * at.dt if self.params.integral_with_dt else error
-        pushed = push(self.state, term, self.params.buffer_length)
-        previous = self.state.previous_error
+    def decide(self, vehicle: VehicleState, dt: float) -> Command:
+        """Locate the vehicle on the path, aim, steer."""
+        at = self._locate(self.state.waypoint, vehicle, dt)
+        error = at.foot.cross_track_error()
+        state = self.state
+        if at.turned or at.off_path:
+            state = self.leave_path(state)
+        # At rest an error cannot be steered away; summing it would wind the integral up.
+        if at.vehicle.forward_speed() > 0.0:
+            term = error * at.dt if self.params.integral_with_dt else error
+            state = push(state, term, self.params.buffer_length)
+        previous = state.previous_error
         rate = 0.0 if previous is None else (error - previous) / at.dt
         kp, ki, kd = self.params.kp, self.params.ki, self.params.kd
-        wanted = -(kp * error + ki * pushed.sum + kd * rate)
+        wanted = -(kp * error + ki * state.sum + kd * rate)
         steer, status = self._limit(wanted)
-        self._state = replace(pushed, waypoint=at.nearest, previous_error=error)
-        return at.command(foot, steer, foot.point, status)
+        self._state = replace(state, waypoint=at.foot.segment, previous_error=error)
+        return command(at, steer, at.foot.point, status)
+
+    def leave_path(self, state: PidState) -> PidState:
+        """Forget what was measured against the path."""
+        return replace(state, waypoint=None, previous_error=None, terms=(), next=0, sum=0.0)
 
     def check_state(self, state: PidState) -> PidState:
         """Return `state`, where it is one that this law could have on its path."""
@@ -195,6 +219,11 @@ class Pid(LateralLaw[PidParams, PidState]):
         previous = state.previous_error
         if previous is not None:
             previous = input_in_range("previous_error", previous, -BOUND, BOUND)
-        return PidState(
-            waypoint=waypoint, previous_error=previous, terms=terms, next=following, sum=total
+        return replace(
+            state,
+            waypoint=waypoint,
+            previous_error=previous,
+            terms=terms,
+            next=following,
+            sum=total,
         )

@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_odd
 from popsteer.reference.lateral import (
     Command,
-    LateralLaw,
-    Located,
     check_body,
     check_search,
     check_steer,
     check_waypoint,
+    command,
     find,
 )
+from popsteer.reference.lateral.tracker import Tracker, TrackerState
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.path.view import get_distance
 from popsteer.reference.vehicle.predict import get_predicted_location
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.lookahead import Lookahead
     from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.vehicle.actuator import Actuator
+    from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["Pop", "PopParams", "PopState"]
 
@@ -46,18 +47,27 @@ class PopParams:
         Optimization range δ_nbd [rad]: candidates lie at most this far from the last angle.
     candidate_count : int
         Optimization resolution: the number of candidates, odd.
+    exact_lookahead : bool
+        Whether the lookahead point is the path's first crossing of the circle ahead of the
+        vehicle, `get_crossing`, instead of what the paper's search finds.
     lookahead_tolerance : float
-        Threshold ε of the lookahead search [m].
+        Threshold ε of the paper's search [m].
     window_ahead : float
-        Arc ahead of the vehicle that is searched [m].
+        Arc ahead of the vehicle that the paper's search looks at [m].
     grid_spacing : float
-        Greatest distance of neighbours on the re-discretised path [m].
+        Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
     wheelbase : float
         Distance of the axles [m].
     reference_offset : float or None
         Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
     max_steer : float
         Steering limit δ_max [rad].
+    search_distance : float or None
+        How far along the path from the last place the vehicle is looked for [m], beside what it
+        travels in a step; None is two wheelbases.
+    lost_distance : float or None
+        Farther than this from its place the vehicle is lost, and looked for on the whole path
+        [m]; None is ten wheelbases.
 
     Raises
     ------
@@ -77,12 +87,15 @@ class PopParams:
     min_lookahead: float = 6.0
     steer_span: float = 3.0 * (PI / 180.0)
     candidate_count: int = 21
+    exact_lookahead: bool = True
     lookahead_tolerance: float = 0.01
     window_ahead: float = 20.0
     grid_spacing: float = 0.01
     wheelbase: float = 3.0
     reference_offset: float | None = None
     max_steer: float = 1.22
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         check_search(self)
@@ -92,27 +105,24 @@ class PopParams:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PopState:
+class PopState(TrackerState):
     """What `Pop` remembers.
 
     Attributes
     ----------
-    waypoint : int or None
-        The waypoint nearest at the last step; None before the first.
     previous_steer : float
         The last angle δ_prev [rad].
 
     Examples
     --------
-    >>> PopState() == PopState(waypoint=None, previous_steer=0.0)
+    >>> PopState() == PopState(waypoint=None, steer=0.0, previous_steer=0.0)
     True
     """
 
-    waypoint: int | None = None
     previous_steer: float = 0.0
 
 
-class Pop(LateralLaw[PopParams, PopState]):
+class Pop(Tracker[PopParams, PopState]):
     """The POP controller: Algorithm 1.
 
     Of the angles in the neighbourhood of the last one, the angle whose predicted location lies
@@ -126,6 +136,8 @@ class Pop(LateralLaw[PopParams, PopState]):
         The path to follow.
     params : PopParams, optional
         The parameters; the paper's without.
+    actuator : Actuator, optional
+        What lies between the commands and the wheels; nothing by default.
 
     Examples
     --------
@@ -137,37 +149,25 @@ class Pop(LateralLaw[PopParams, PopState]):
     0
     """
 
-    def __init__(self, path: PathView, params: PopParams | None = None) -> None:
+    def __init__(
+        self,
+        path: PathView,
+        params: PopParams | None = None,
+        *,
+        actuator: Actuator | None = None,
+    ) -> None:
         params = PopParams() if params is None else params
-        super().__init__(path, params, default_offset=params.wheelbase)
+        super().__init__(path, params, params.wheelbase, actuator)
 
     def initial_state(self) -> PopState:
         """Return the state before the first step."""
         return PopState()
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
-        at, target, steer = self._decide(x, y, yaw, speed, dt)
-        if not target.found:
-            status = Status.LOOKAHEAD_LOST
-        elif abs(steer) >= self.params.max_steer:
-            status = Status.SATURATED
-        else:
-            status = Status.OK
-        return at.command(self._project(at), steer, target.point, status)
-
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
-        """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
-        _, _, steer = self._decide(x, y, yaw, speed, dt)
-        return steer
-
-    def _decide(
-        self, x: float, y: float, yaw: float, speed: float, dt: float
-    ) -> tuple[Located, Lookahead, float]:
+    def decide(self, vehicle: VehicleState, dt: float) -> Command:
         """Run Algorithm 1; the numbers are those of its lines."""
-        at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
+        at = self._locate(self.state.waypoint, vehicle, dt)
         speed = at.vehicle.forward_speed()
-        previous_steer = self.state.previous_steer
+        previous_steer = at.turn(self.state.previous_steer)
         # 2: ld = ld_min + k_v * v
         lookahead = self.params.min_lookahead + self.params.lookahead_gain * speed
         # 3: lp_i = get_lookahead_point_index(x, y, {w}, ld)
@@ -178,8 +178,18 @@ class Pop(LateralLaw[PopParams, PopState]):
         lookahead_point = (target.point[0] - at.position[0], target.point[1] - at.position[1])
         steer = self._choose(lookahead_point, at.vehicle.yaw, speed, previous_steer, at.dt)
         # 16: delta_prev = delta
-        self._state = PopState(waypoint=at.nearest, previous_steer=steer)
-        return at, target, steer
+        self._state = replace(self.state, waypoint=at.foot.segment, previous_steer=at.turn(steer))
+        if not target.found:
+            status = Status.LOOKAHEAD_LOST
+        elif abs(steer) >= self.params.max_steer:
+            status = Status.SATURATED
+        else:
+            status = Status.OK
+        return command(at, steer, target.point, status)
+
+    def set_steer(self, state: PopState, steer: float) -> tuple[PopState, bool]:
+        """Take note of the angle that the wheels were given: δ_prev."""
+        return replace(state, previous_steer=steer), True
 
     def _choose(
         self, lookahead_point: Point, yaw: float, speed: float, previous_steer: float, dt: float
@@ -226,7 +236,8 @@ class Pop(LateralLaw[PopParams, PopState]):
 
     def check_state(self, state: PopState) -> PopState:
         """Return `state`, where it is one that this law could have on its path."""
-        return PopState(
+        return replace(
+            state,
             waypoint=check_waypoint(self.path, state.waypoint),
             previous_steer=check_steer(
                 "previous_steer", state.previous_steer, self.params.max_steer

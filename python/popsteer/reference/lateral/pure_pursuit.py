@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import copysign
 from typing import TYPE_CHECKING
 
 from popsteer.reference.lateral import (
     Command,
-    LateralLaw,
-    Located,
     check_body,
     check_search,
     check_steer,
     check_waypoint,
+    command,
     find,
 )
-from popsteer.reference.math import PI, acos, atan2, cos, divide, sin
+from popsteer.reference.lateral.tracker import Tracker, TrackerState
+from popsteer.reference.math import PI, acos, atan2, divide, sin
 from popsteer.reference.path.view import get_distance
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.lookahead import Lookahead
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle.actuator import Actuator
+    from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["PurePursuit", "PurePursuitParams", "PurePursuitState"]
 
@@ -42,18 +43,27 @@ class PurePursuitParams:
         the angle between heading and line. The grid point lies up to ε inside the circle, so
         that reading never sees less than about √(2 ε / ld): the wheels chatter about straight
         ahead, and the path is tracked more tightly.
+    exact_lookahead : bool
+        Whether the lookahead point is the path's first crossing of the circle ahead of the
+        vehicle, `get_crossing`, instead of what the paper's search finds.
     lookahead_tolerance : float
-        Threshold ε of the lookahead search [m].
+        Threshold ε of the paper's search [m].
     window_ahead : float
-        Arc ahead of the vehicle that is searched [m].
+        Arc ahead of the vehicle that the paper's search looks at [m].
     grid_spacing : float
-        Greatest distance of neighbours on the re-discretised path [m].
+        Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
     wheelbase : float
         Distance of the axles L [m].
     reference_offset : float or None
         Reference point ahead of the rear axle [m]; None is the rear axle, 0.
     max_steer : float
         Steering limit δ_max [rad].
+    search_distance : float or None
+        How far along the path from the last place the vehicle is looked for [m], beside what it
+        travels in a step; None is two wheelbases.
+    lost_distance : float or None
+        Farther than this from its place the vehicle is lost, and looked for on the whole path
+        [m]; None is ten wheelbases.
 
     Raises
     ------
@@ -69,12 +79,15 @@ class PurePursuitParams:
     lookahead_gain: float = 0.9
     min_lookahead: float = 10.0
     alpha_by_arccos: bool = False
+    exact_lookahead: bool = True
     lookahead_tolerance: float = 0.01
     window_ahead: float = 20.0
     grid_spacing: float = 0.01
     wheelbase: float = 3.0
     reference_offset: float | None = None
     max_steer: float = 1.22
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         check_search(self)
@@ -82,28 +95,25 @@ class PurePursuitParams:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PurePursuitState:
+class PurePursuitState(TrackerState):
     """What `PurePursuit` remembers.
 
     Attributes
     ----------
-    waypoint : int or None
-        The waypoint nearest at the last step; None before the first.
     previous_alpha : float
         The last bearing α [rad], which stands in where its arc cosine is not defined; 0 without
         `alpha_by_arccos`.
 
     Examples
     --------
-    >>> PurePursuitState()
-    PurePursuitState(waypoint=None, previous_alpha=0.0)
+    >>> PurePursuitState().previous_alpha
+    0.0
     """
 
-    waypoint: int | None = None
     previous_alpha: float = 0.0
 
 
-class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
+class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
     """The circle from the rear axle through the lookahead point: Equation 2.
 
     δ = atan(2 L sin α / ld), limited to ±δ_max, with α the bearing of the lookahead point off
@@ -115,6 +125,8 @@ class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
         The path to follow.
     params : PurePursuitParams, optional
         The parameters.
+    actuator : Actuator, optional
+        What lies between the commands and the wheels; nothing by default.
 
     Examples
     --------
@@ -124,30 +136,23 @@ class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
     -0.030013
     """
 
-    def __init__(self, path: PathView, params: PurePursuitParams | None = None) -> None:
+    def __init__(
+        self,
+        path: PathView,
+        params: PurePursuitParams | None = None,
+        *,
+        actuator: Actuator | None = None,
+    ) -> None:
         params = PurePursuitParams() if params is None else params
-        super().__init__(path, params, default_offset=0.0)
+        super().__init__(path, params, 0.0, actuator)
 
     def initial_state(self) -> PurePursuitState:
         """Return the state before the first step."""
         return PurePursuitState()
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
-        at, target, steer, limited = self._decide(x, y, yaw, speed, dt)
-        status = limited if target.found else Status.LOOKAHEAD_LOST
-        return at.command(self._project(at), steer, target.point, status)
-
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
-        """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
-        _, _, steer, _ = self._decide(x, y, yaw, speed, dt)
-        return steer
-
-    def _decide(
-        self, x: float, y: float, yaw: float, speed: float, dt: float
-    ) -> tuple[Located, Lookahead, float, Status]:
-        """Aim and steer."""
-        at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
+    def decide(self, vehicle: VehicleState, dt: float) -> Command:
+        """Locate the vehicle on the path, aim, steer."""
+        at = self._locate(self.state.waypoint, vehicle, dt)
         scheduled = self.params.lookahead_gain * at.vehicle.forward_speed()
         if scheduled > self.params.min_lookahead:
             lookahead = scheduled
@@ -157,7 +162,7 @@ class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
         lookahead = lookahead + 0.0
         target = find(self.path, at, lookahead, self.params)
         to = (target.point[0] - at.position[0], target.point[1] - at.position[1])
-        cosine, sine = cos(at.vehicle.yaw), sin(at.vehicle.yaw)
+        cosine, sine = at.heading
         ahead = to[0] * cosine + to[1] * sine
         left = to[1] * cosine - to[0] * sine
         # atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
@@ -170,12 +175,15 @@ class PurePursuit(LateralLaw[PurePursuitParams, PurePursuitState]):
             distance = get_distance(at.position, target.point)
             wanted = atan2(2.0 * self.params.wheelbase * left, lookahead * distance)
         steer, status = self._limit(wanted)
-        self._state = PurePursuitState(waypoint=at.nearest, previous_alpha=alpha)
-        return at, target, steer, status
+        self._state = replace(self.state, waypoint=at.foot.segment, previous_alpha=alpha)
+        if not target.found:
+            status = Status.LOOKAHEAD_LOST
+        return command(at, steer, target.point, status)
 
     def check_state(self, state: PurePursuitState) -> PurePursuitState:
         """Return `state`, where it is one that this law could have on its path."""
-        return PurePursuitState(
+        return replace(
+            state,
             waypoint=check_waypoint(self.path, state.waypoint),
             previous_alpha=check_steer("previous_alpha", state.previous_alpha, PI),
         )

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range
-from popsteer.reference.lateral import Command, LateralLaw, check_body, check_waypoint
+from popsteer.reference.lateral import Command, check_body, check_waypoint, command
+from popsteer.reference.lateral.tracker import Tracker, TrackerState
 from popsteer.reference.math import atan, wrap
 from popsteer.reference.path.locate import path_yaw_behind
 
 if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle.actuator import Actuator
+    from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["Stanley", "StanleyParams", "StanleyState"]
 
@@ -37,6 +40,12 @@ class StanleyParams:
         Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
     max_steer : float
         Steering limit δ_max [rad].
+    search_distance : float or None
+        How far along the path from the last place the vehicle is looked for [m], beside what it
+        travels in a step; None is two wheelbases.
+    lost_distance : float or None
+        Farther than this from its place the vehicle is lost, and looked for on the whole path
+        [m]; None is ten wheelbases.
 
     Raises
     ------
@@ -57,6 +66,8 @@ class StanleyParams:
     wheelbase: float = 3.0
     reference_offset: float | None = None
     max_steer: float = 1.22
+    search_distance: float | None = None
+    lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         config_in_range(self, "cross_track_gain", 0.0, 1e6)
@@ -66,24 +77,17 @@ class StanleyParams:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StanleyState:
+class StanleyState(TrackerState):
     """What `Stanley` remembers.
-
-    Attributes
-    ----------
-    waypoint : int or None
-        The waypoint nearest at the last step; None before the first.
 
     Examples
     --------
-    >>> StanleyState()
-    StanleyState(waypoint=None)
+    >>> StanleyState().steer
+    0.0
     """
 
-    waypoint: int | None = None
 
-
-class Stanley(LateralLaw[StanleyParams, StanleyState]):
+class Stanley(Tracker[StanleyParams, StanleyState]):
     """Heading and cross-track error at the front axle: Equation 3.
 
     δ = -(ψ_e + atan(k_χ χ_e / (k_s + k_v v))), limited to ±δ_max. The signs are those of this
@@ -95,6 +99,8 @@ class Stanley(LateralLaw[StanleyParams, StanleyState]):
         The path to follow.
     params : StanleyParams, optional
         The parameters; the paper's without.
+    actuator : Actuator, optional
+        What lies between the commands and the wheels; nothing by default.
 
     Examples
     --------
@@ -104,29 +110,34 @@ class Stanley(LateralLaw[StanleyParams, StanleyState]):
     -0.114876
     """
 
-    def __init__(self, path: PathView, params: StanleyParams | None = None) -> None:
+    def __init__(
+        self,
+        path: PathView,
+        params: StanleyParams | None = None,
+        *,
+        actuator: Actuator | None = None,
+    ) -> None:
         params = StanleyParams() if params is None else params
-        super().__init__(path, params, default_offset=params.wheelbase)
+        super().__init__(path, params, params.wheelbase, actuator)
 
     def initial_state(self) -> StanleyState:
         """Return the state before the first step."""
         return StanleyState()
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
-        at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
-        foot = self._project(at)
+    def decide(self, vehicle: VehicleState, dt: float) -> Command:
+        """Locate the vehicle on the path, aim, steer."""
+        at = self._locate(self.state.waypoint, vehicle, dt)
         softened = self.params.softening + self.params.speed_gain * at.vehicle.forward_speed()
-        pull = atan(self.params.cross_track_gain * foot.cross_track_error / softened)
+        pull = atan(self.params.cross_track_gain * at.foot.cross_track_error() / softened)
         if self.params.heading_behind:
-            path_yaw = path_yaw_behind(self.path, at.nearest)
+            path_yaw = path_yaw_behind(self.path, at.foot.nearest_waypoint(self.path))
         else:
-            path_yaw = foot.path_yaw
+            path_yaw = at.foot.path_yaw()
         heading_error = wrap(at.vehicle.yaw - path_yaw)
         steer, status = self._limit(-(heading_error + pull))
-        self._state = StanleyState(waypoint=at.nearest)
-        return at.command(foot, steer, foot.point, status)
+        self._state = replace(self.state, waypoint=at.foot.segment)
+        return command(at, steer, at.foot.point, status)
 
     def check_state(self, state: StanleyState) -> StanleyState:
         """Return `state`, where it is one that this law could have on its path."""
-        return StanleyState(waypoint=check_waypoint(self.path, state.waypoint))
+        return replace(state, waypoint=check_waypoint(self.path, state.waypoint))

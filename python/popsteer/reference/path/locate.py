@@ -1,4 +1,4 @@
-"""Where am I? The nearest waypoint, and the exact projection beside it."""
+"""Where am I? The exact foot on the path, looked for along the arc around the last one."""
 
 from __future__ import annotations
 
@@ -13,14 +13,20 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView, Point
 
 __all__ = [
+    "OPPOSITE",
+    "Foot",
     "Projection",
+    "find_foot",
+    "find_foot_between",
     "locate",
     "nearest_waypoint",
     "path_yaw_behind",
     "project",
     "reference_speed",
-    "walk",
 ]
+
+OPPOSITE = 10.0
+"""How much farther off a foot counts where the path leads the opposite way [m]."""
 
 
 @dataclass(frozen=True)
@@ -76,49 +82,157 @@ def nearest_waypoint(path: PathView, position: Point) -> int:
     return nearest
 
 
-def walk(path: PathView, start: int, position: Point) -> int:
-    """Walk from waypoint `start` to a waypoint with no nearer neighbour.
+@dataclass(frozen=True)
+class Foot:
+    """The foot of a position on one segment: what is needed to choose between several.
 
-    The paper's near neighbourhood. The walk goes on as long as it gets strictly nearer, forward
-    first.
+    Attributes
+    ----------
+    segment : int
+        The segment that carries the foot.
+    fraction : float
+        Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+    point : tuple of float
+        The foot [m].
+    squared_distance : float
+        Square of the distance to the foot [m²].
+    along : tuple of float
+        From the start of the segment to its end [m].
+    squared_length : float
+        Square of the segment's length [m²].
+    side : float
+        Positive where the position is left of the segment.
+    """
+
+    segment: int
+    fraction: float
+    point: Point
+    squared_distance: float
+    along: Point
+    squared_length: float
+    side: float
+
+    def projection(self, path: PathView) -> Projection:
+        """Tell all about the foot."""
+        return Projection(
+            segment=self.segment,
+            fraction=self.fraction,
+            point=self.point,
+            arc_length=path.s[self.segment] + self.fraction * sqrt(self.squared_length),
+            cross_track_error=self.cross_track_error(),
+            path_yaw=self.path_yaw(),
+        )
+
+    def cross_track_error(self) -> float:
+        """Return the signed distance to the foot [m], positive left of the path."""
+        return copysign(sqrt(self.squared_distance), self.side)
+
+    def path_yaw(self) -> float:
+        """Return the direction of the segment [rad]."""
+        return atan2(self.along[1], self.along[0])
+
+    def nearest_waypoint(self, path: PathView) -> int:
+        """Return the end of the segment nearer to the foot; its start where both are as near."""
+        following = path.next(self.segment)
+        return following if self.fraction > 0.5 and following is not None else self.segment
+
+    def cost(self, heading: Point) -> float:
+        """Return the distance [m], and up to `OPPOSITE` more the less the path leads along."""
+        along = (heading[0] * self.along[0] + heading[1] * self.along[1]) / sqrt(
+            self.squared_length
+        )
+        return sqrt(self.squared_distance) + 0.5 * OPPOSITE * (1.0 - along)
+
+
+def find_foot(path: PathView, segment: int, position: Point) -> Foot:
+    """Find the foot of `position` on one segment.
+
+    Where the path ends, or turns round for the vehicle to go on the other way, the segment goes
+    on as a straight line.
+    """
+    low = -inf if path.preceding(segment) is None else 0.0
+    high = inf if path.following(segment) is None else 1.0
+    return find_foot_between(path, segment, position, low, high)
+
+
+def find_foot_between(
+    path: PathView, segment: int, position: Point, low: float, high: float
+) -> Foot:
+    """Find the foot of `position` on what lies between two fractions of a segment."""
+    start, end = path.segment(segment)
+    along = (end[0] - start[0], end[1] - start[1])
+    to = (position[0] - start[0], position[1] - start[1])
+    squared_length = along[0] * along[0] + along[1] * along[1]
+    fraction = saturate(
+        (to[0] * along[0] + to[1] * along[1]) / squared_length,
+        low,
+        high,
+    )
+    point = (start[0] + fraction * along[0], start[1] + fraction * along[1])
+    return Foot(
+        segment=segment,
+        fraction=fraction,
+        point=point,
+        squared_distance=squared_distance(position, point),
+        along=along,
+        squared_length=squared_length,
+        side=along[0] * to[1] - along[1] * to[0],
+    )
+
+
+def locate(path: PathView, waypoint: int, position: Point, heading: Point, reach: float) -> Foot:
+    """Find the foot of `position` near the segment at `waypoint`.
+
+    Of the segments from the one at `waypoint` until more than `reach` [m] of arc before and
+    behind it, each segment that is no farther off than the one before it and nearer than the one
+    after it is a candidate. The candidate of least distance counts, each distance with up to
+    `OPPOSITE` more the less the path leads along `heading`; of several the first.
+
+    The stretch ends where an open path does, where the vehicle has to change its direction, and
+    once around a closed path. So the foot cannot leap to another branch: farther along the path
+    than `reach` it does not look, and within it the heading tells branches apart.
 
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> walk(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]), 0, (14.0, 3.0))
-    1
+    >>> path = Path([(0.0, 0.0), (9.0, 0.0), (9.0, 0.5), (0.0, 0.5)])
+    >>> locate(path, 0, (7.0, 0.4), (1.0, 0.0), 6.0).segment
+    0
+    >>> locate(path, 0, (7.0, 0.4), (-1.0, 0.0), 6.0).segment
+    2
     """
-    nearest = start
-    least = squared_distance(position, path.waypoint(nearest))
-    while (following := path.next(nearest)) is not None:
-        distance = squared_distance(position, path.waypoint(following))
-        if distance < least:
-            least = distance
-            nearest = following
-        else:
+    feet = [
+        find_foot(path, segment, position)
+        for segment in _stretch(path, path.segment_at(waypoint), reach)
+    ]
+    best, least = feet[0], inf
+    for k, foot in enumerate(feet):
+        behind = feet[k - 1].squared_distance if k > 0 else inf
+        ahead = feet[k + 1].squared_distance if k + 1 < len(feet) else inf
+        if behind >= foot.squared_distance < ahead:
+            cost = foot.cost(heading)
+            if cost < least:
+                best, least = foot, cost
+    return best
+
+
+def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
+    """List the segments of the stretch around `segment`, in their order."""
+    found = [segment]
+    behind, ahead = 0.0, 0.0
+    while len(found) < path.segments and behind <= reach:
+        previous = path.preceding(found[0])
+        if previous is None:
             break
-    while (previous := path.previous(nearest)) is not None:
-        distance = squared_distance(position, path.waypoint(previous))
-        if distance < least:
-            least = distance
-            nearest = previous
-        else:
+        behind += path.segment_length(previous)
+        found.insert(0, previous)
+    while len(found) < path.segments and ahead <= reach:
+        following = path.following(found[-1])
+        if following is None:
             break
-    return nearest
-
-
-def locate(path: PathView, last: int | None, position: Point) -> int:
-    """Find the waypoint to go on from: a walk from the last one, the nearest of all without.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path
-    >>> locate(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]), None, (14.0, 3.0))
-    1
-    """
-    if last is not None and last < len(path):
-        return walk(path, last, position)
-    return nearest_waypoint(path, position)
+        ahead += path.segment_length(following)
+        found.append(following)
+    return found
 
 
 def project(path: PathView, nearest: int, position: Point) -> Projection:
@@ -139,37 +253,12 @@ def project(path: PathView, nearest: int, position: Point) -> Projection:
     incoming = path.previous(nearest)
     outgoing = None if path.next(nearest) is None else nearest
     if incoming is not None and outgoing is not None:
-        behind = _project_on(path, incoming, position)
-        ahead = _project_on(path, outgoing, position)
-        if squared_distance(position, behind.point) < squared_distance(position, ahead.point):
-            return behind
-        return ahead
-    return _project_on(path, nearest if incoming is None else incoming, position)
-
-
-def _project_on(path: PathView, segment: int, position: Point) -> Projection:
-    """Find the foot of `position` on one segment."""
-    start, end = path.segment(segment)
-    along_x, along_y = end[0] - start[0], end[1] - start[1]
-    to_x, to_y = position[0] - start[0], position[1] - start[1]
-    squared_length = along_x * along_x + along_y * along_y
-    low = -inf if not path.closed and segment == 0 else 0.0
-    high = inf if not path.closed and segment + 1 == path.segments else 1.0
-    fraction = saturate(
-        (to_x * along_x + to_y * along_y) / squared_length,
-        low,
-        high,
-    )
-    point = (start[0] + fraction * along_x, start[1] + fraction * along_y)
-    side = along_x * to_y - along_y * to_x
-    return Projection(
-        segment=segment,
-        fraction=fraction,
-        point=point,
-        arc_length=path.s[segment] + fraction * sqrt(squared_length),
-        cross_track_error=copysign(sqrt(squared_distance(position, point)), side),
-        path_yaw=atan2(along_y, along_x),
-    )
+        behind = find_foot(path, incoming, position)
+        ahead = find_foot(path, outgoing, position)
+        foot = behind if behind.squared_distance < ahead.squared_distance else ahead
+    else:
+        foot = find_foot(path, nearest if incoming is None else incoming, position)
+    return foot.projection(path)
 
 
 def path_yaw_behind(path: PathView, nearest: int) -> float:
@@ -192,7 +281,8 @@ def path_yaw_behind(path: PathView, nearest: int) -> float:
 def reference_speed(path: PathView, projection: Projection) -> float | None:
     """Interpolate the waypoints' reference speeds at a projection [m/s].
 
-    Linearly; None where the path has no speeds.
+    Their magnitudes linearly; negative where the path is driven backwards, None where it has no
+    speeds.
 
     Examples
     --------
@@ -204,6 +294,7 @@ def reference_speed(path: PathView, projection: Projection) -> float | None:
     following = path.next(projection.segment)
     if path.speed is None or following is None:
         return None
-    here = path.speed[projection.segment]
-    there = path.speed[following]
-    return here + saturate(projection.fraction, 0.0, 1.0) * (there - here)
+    here = abs(path.speed[projection.segment])
+    there = abs(path.speed[following])
+    magnitude = here + saturate(projection.fraction, 0.0, 1.0) * (there - here)
+    return -magnitude if path.is_reverse(projection.segment) else magnitude

@@ -1,16 +1,20 @@
-"""Where do I aim? The paper's search for the lookahead point."""
+"""Where do I aim? The paper's search for the lookahead point, and an exact one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from popsteer.reference.path.view import Point, get_distance
+from popsteer.reference.math import saturate, sqrt
+from popsteer.reference.path.view import Point, get_distance, squared_distance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Lookahead", "get_lookahead_point", "get_lookahead_point_index"]
+    from popsteer.reference.path.locate import Foot
+    from popsteer.reference.path.view import PathView
+
+__all__ = ["Lookahead", "get_crossing", "get_lookahead_point", "get_lookahead_point_index"]
 
 
 @dataclass(frozen=True)
@@ -96,3 +100,65 @@ def get_lookahead_point(
     point = waypoints[index]
     found = abs(get_distance(position, point) - lookahead) <= tolerance
     return Lookahead(index, point, found)
+
+
+def get_crossing(
+    path: PathView, foot: Foot, position: Point, lookahead: float
+) -> tuple[Point, bool]:
+    """Find the first point from `foot` on that is `lookahead` [m] away, and whether there is one.
+
+    Where an open path ends, or the vehicle has to turn round, the last segment goes on as a
+    straight line, so there always is one while the foot lies within the circle. Of a position
+    farther than `lookahead` from its foot the point is the foot, in which a circle that touches
+    the path ends as well; on a closed path that lies within the circle it is the waypoint at
+    least a quarter round.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> Path([(0.0, 0.0), (10.0, 0.0)]).get_crossing(8.0, 3.0, 5.0, 0)
+    ((12.0, 0.0), True)
+    """
+    squared_lookahead = lookahead * lookahead
+    if foot.squared_distance >= squared_lookahead:
+        return foot.point, False
+    # From the foot itself, which keeps the digits far beyond the end of the path.
+    start = foot.point
+    segment = foot.segment
+    for _ in range(path.segments):
+        begin, end = path.segment(segment)
+        following = path.following(segment)
+        if following is None or squared_distance(position, end) >= squared_lookahead:
+            along = (end[0] - begin[0], end[1] - begin[1])
+            to_start = (start[0] - position[0], start[1] - position[1])
+            fraction = _exit(to_start, along, squared_lookahead)
+            if following is not None:
+                fraction = saturate(fraction, 0.0, 1.0)
+            return (start[0] + fraction * along[0], start[1] + fraction * along[1]), True
+        start = end
+        segment = following
+    return _quarter_round(path, foot), False
+
+
+def _exit(start: Point, along: Point, squared_radius: float) -> float:
+    """Tell where, in multiples of `along`, a line from within the circle leaves it."""
+    a = along[0] * along[0] + along[1] * along[1]
+    b = start[0] * along[0] + start[1] * along[1]
+    c = start[0] * start[0] + start[1] * start[1] - squared_radius
+    inside = b * b - a * c
+    root = sqrt(inside) if inside > 0.0 else 0.0
+    # The form that does not subtract.
+    return -c / (b + root) if b > 0.0 else (root - b) / a
+
+
+def _quarter_round(path: PathView, foot: Foot) -> Point:
+    """Return the waypoint at least a quarter of a closed path on from `foot`."""
+    segment = foot.segment
+    passed = 0.0
+    for _ in range(path.segments):
+        passed += path.segment_length(segment)
+        following = path.following(segment)
+        segment = segment if following is None else following
+        if passed >= 0.25 * path.length:
+            break
+    return path.waypoint(segment)

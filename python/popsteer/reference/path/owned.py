@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import input_below, input_in_range
+from popsteer.reference.math import cos, sin
 from popsteer.reference.path import locate, relocalise, resample
-from popsteer.reference.path.lookahead import get_lookahead_point
+from popsteer.reference.path.lookahead import get_crossing, get_lookahead_point
 from popsteer.reference.path.view import MAX_COORDINATE, PathView
 from popsteer.reference.vehicle.state import MAX_YAW
 
@@ -34,6 +35,11 @@ class Path(PathView):
         Reference speed at each waypoint [m/s].
     closed : bool, optional
         Whether the last waypoint leads back to the first.
+    reverse : iterable of bool, optional
+        For each waypoint whether the segment that leaves it is driven backwards; by default the
+        signs of the speeds say so.
+    drop_duplicates : bool, optional
+        Whether of neighbours that coincide only the last is kept, instead of refusing them.
 
     Raises
     ------
@@ -54,13 +60,27 @@ class Path(PathView):
         """Find the waypoint nearest to (x, y) [m] of all; the first of several."""
         return locate.nearest_waypoint(self, _position(x, y))
 
-    def walk(self, start: int, x: float, y: float) -> int:
-        """Walk from waypoint `start` to a waypoint with no neighbour nearer to (x, y) [m]."""
+    def locate(self, x: float, y: float, yaw: float, waypoint: int, reach: float) -> Projection:
+        """Find the foot of (x, y) [m] near the segment at `waypoint`; see `locate.locate`."""
         position = _position(x, y)
-        return locate.walk(self, input_below("start", start, len(self)), position)
+        yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
+        waypoint = input_below("waypoint", waypoint, len(self))
+        reach = input_in_range("reach", reach, 0.0, 1e9)
+        heading = (cos(yaw), sin(yaw))
+        return locate.locate(self, waypoint, position, heading, reach).projection(self)
+
+    def get_crossing(
+        self, x: float, y: float, lookahead: float, segment: int
+    ) -> tuple[Point, bool]:
+        """Find the first crossing of the lookahead circle; see `lookahead.get_crossing`."""
+        position = _position(x, y)
+        lookahead = input_in_range("lookahead", lookahead, 0.0, 1e6)
+        segment = self.segment_at(input_below("segment", segment, len(self)))
+        foot = locate.find_foot(self, segment, position)
+        return get_crossing(self, foot, position, lookahead)
 
     def relocalise(self, x: float, y: float, yaw: float) -> int:
-        """Find the waypoint to go on from after a jump to (x, y) [m] with heading `yaw` [rad]."""
+        """Find the segment to go on from after a jump to (x, y) [m] with heading `yaw` [rad]."""
         position = _position(x, y)
         yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
         return relocalise.relocalise(self, position, yaw)

@@ -19,6 +19,7 @@ __all__ = [
     "MAX_SPEED",
     "PathView",
     "Point",
+    "distinct_waypoints",
     "get_distance",
     "squared_distance",
 ]
@@ -72,6 +73,12 @@ class PathView:
         Reference speed at each waypoint [m/s].
     closed : bool, optional
         Whether the last waypoint leads back to the first.
+    reverse : iterable of bool, optional
+        For each waypoint whether the segment that leaves it is driven backwards; by default
+        where the speed at its start is negative; where that is 0, where the speed at its end
+        is; where both are, as the segment before it.
+    drop_duplicates : bool, optional
+        Whether of neighbours that coincide only the last is kept, instead of refusing them.
 
     Raises
     ------
@@ -92,11 +99,31 @@ class PathView:
         *,
         speed: Iterable[float] | None = None,
         closed: bool = False,
+        reverse: Iterable[bool] | None = None,
+        drop_duplicates: bool = False,
     ) -> None:
         self._x, self._y = _columns(xy)
         self._speed = None if speed is None else _floats(speed)
         self._closed = bool(closed)
+        given = None if reverse is None else tuple(bool(value) for value in reverse)
+        if drop_duplicates:
+            count = len(self._x)
+            kept = distinct_waypoints(self._x, self._y, closed=self._closed)
+            self._x = tuple(self._x[index] for index in kept)
+            self._y = tuple(self._y[index] for index in kept)
+            if self._speed is not None and len(self._speed) == count:
+                self._speed = tuple(self._speed[index] for index in kept)
+            if given is not None and len(given) == count:
+                given = tuple(given[index] for index in kept)
         self._s, self._length = _measure(self._x, self._y, self._speed, closed=self._closed)
+        if given is not None:
+            if len(given) != len(self._x):
+                raise PathError.length_mismatch("reverse", len(given), len(self._x))
+            self._reverse = given if any(given) else None
+        elif self._speed is not None and any(value < 0.0 for value in self._speed):
+            self._reverse = _reverse_by_speed(self._speed, closed=self._closed)
+        else:
+            self._reverse = None
 
     def __len__(self) -> int:
         return len(self._x)
@@ -120,6 +147,11 @@ class PathView:
     def speed(self) -> tuple[float, ...] | None:
         """The reference speed at each waypoint [m/s], where the path has one."""
         return self._speed
+
+    @property
+    def reverse(self) -> tuple[bool, ...] | None:
+        """For each segment whether it is driven backwards; None where none is."""
+        return self._reverse
 
     @property
     def length(self) -> float:
@@ -152,10 +184,82 @@ class PathView:
             return index - 1
         return len(self) - 1 if self._closed else None
 
+    def segment_at(self, index: int) -> int:
+        """Return the segment that starts at waypoint `index`, or ends there where none starts."""
+        return min(index, self.segments - 1)
+
+    def segment_length(self, index: int) -> float:
+        """Return the length of segment `index` [m]."""
+        end = self._s[index + 1] if index + 1 < len(self) else self._length
+        return end - self._s[index]
+
+    def is_reverse(self, index: int) -> bool:
+        """Tell whether segment `index` is driven backwards."""
+        return self._reverse is not None and self._reverse[index]
+
+    def next_segment(self, index: int) -> int | None:
+        """Return the segment after `index`; None after the last of an open path."""
+        following = self.next(index)
+        return following if following is not None and following < self.segments else None
+
+    def following(self, index: int) -> int | None:
+        """Return the segment after `index`, where the vehicle keeps its direction."""
+        following = self.next_segment(index)
+        if following is None or self.is_reverse(following) != self.is_reverse(index):
+            return None
+        return following
+
+    def preceding(self, index: int) -> int | None:
+        """Return the segment before `index`, where the vehicle keeps its direction."""
+        previous = self.previous(index)
+        if previous is None or self.is_reverse(previous) != self.is_reverse(index):
+            return None
+        return previous
+
     def segment(self, index: int) -> tuple[Point, Point]:
         """Return both ends of segment `index` [m]."""
         following = self.next(index)
         return self.waypoint(index), self.waypoint(index if following is None else following)
+
+
+def distinct_waypoints(x: tuple[float, ...], y: tuple[float, ...], *, closed: bool) -> list[int]:
+    """Choose the waypoints to keep so that no two neighbours coincide.
+
+    Of several at one place the last, whose speed and direction are those of what follows. A
+    closed path that comes back to its start also loses the repetition.
+
+    Examples
+    --------
+    >>> distinct_waypoints((0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 0.0), closed=True)
+    [1, 2]
+    """
+    kept: list[int] = []
+
+    def coincide(a: int, b: int) -> bool:
+        return get_distance((x[a], y[a]), (x[b], y[b])) <= COINCIDING
+
+    for index in range(len(x)):
+        if kept and coincide(kept[-1], index):
+            kept[-1] = index
+        else:
+            kept.append(index)
+    while closed and len(kept) > 1 and coincide(kept[0], kept[-1]):
+        kept.pop()
+    return kept
+
+
+def _reverse_by_speed(speed: tuple[float, ...], *, closed: bool) -> tuple[bool, ...]:
+    """Tell by the speeds at its ends which segment is driven backwards."""
+    ends = (*speed[1:], speed[0] if closed else 0.0)
+    reverse: list[bool] = []
+    before = False
+    for start, end in zip(speed, ends, strict=True):
+        if start != 0.0:
+            before = start < 0.0
+        elif end != 0.0:
+            before = end < 0.0
+        reverse.append(before)
+    return tuple(reverse)
 
 
 def _columns(xy: Iterable[Sequence[float]]) -> tuple[tuple[float, ...], tuple[float, ...]]:

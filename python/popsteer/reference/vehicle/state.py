@@ -65,7 +65,7 @@ class VehicleState:
         )
 
     def forward_speed(self) -> float:
-        """Return the speed while rolling forward, else 0 [m/s]: the laws drive forward only."""
+        """Return the speed while rolling forward, else 0 [m/s]: what laws steer by."""
         return self.speed if self.speed > 0.0 else 0.0
 
 

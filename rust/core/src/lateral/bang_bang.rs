@@ -1,7 +1,8 @@
 //! Bang-bang: a fixed angle back towards the path, the floor to measure against.
 
-use super::{Body, Command, LateralLaw, check_waypoint};
+use super::{Body, Command, LateralLaw, LateralState, body_params, check_waypoint, command};
 use crate::error::{ConfigError, InputError, config_in_range};
+use crate::path::follow::Follow;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 
@@ -19,6 +20,12 @@ pub struct BangBangParams {
     pub reference_offset: Option<f64>,
     /// Steering limit `delta_max` [rad].
     pub max_steer: f64,
+    /// How far along the path from the last place the vehicle is looked for [m], beside what it
+    /// travels in a step; two wheelbases by default.
+    pub search_distance: Option<f64>,
+    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
+    /// [m]; ten wheelbases by default.
+    pub lost_distance: Option<f64>,
 }
 
 impl BangBangParams {
@@ -29,6 +36,8 @@ impl BangBangParams {
         wheelbase: 3.0,
         reference_offset: None,
         max_steer: 1.22,
+        search_distance: None,
+        lost_distance: None,
     };
 }
 
@@ -41,7 +50,7 @@ impl Default for BangBangParams {
 /// What [`BangBang`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BangBangState {
-    /// The waypoint nearest at the last step; none before the first.
+    /// The waypoint at which the segment of the last foot starts; none before the first step.
     pub waypoint: Option<usize>,
 }
 
@@ -63,13 +72,15 @@ impl BangBang {
         Ok(Self {
             amplitude: config_in_range("amplitude", params.amplitude, 0.0, 1.57)?,
             deadband: config_in_range("deadband", params.deadband, 0.0, 1e6)?,
-            body: Body::new(
-                params.wheelbase,
-                params.reference_offset,
-                params.wheelbase,
-                params.max_steer,
-            )?,
+            body: Body::new(body_params!(params), params.wheelbase)?,
         })
+    }
+}
+
+impl LateralState for BangBangState {
+    #[inline]
+    fn set_waypoint(&mut self, waypoint: Option<usize>) {
+        self.waypoint = waypoint;
     }
 }
 
@@ -80,8 +91,12 @@ impl LateralLaw for BangBang {
         BangBangState::default()
     }
 
-    fn reference_offset(&self) -> f64 {
-        self.body.reference_offset
+    fn follow(&self) -> &Follow {
+        &self.body.follow
+    }
+
+    fn max_steer(&self) -> f64 {
+        self.body.max_steer
     }
 
     fn step(
@@ -92,8 +107,7 @@ impl LateralLaw for BangBang {
         dt: f64,
     ) -> Result<Command, InputError> {
         let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
-        let foot = at.project(path);
-        let error = foot.cross_track_error;
+        let error = at.foot.cross_track_error();
         let wanted = if error > self.deadband {
             -self.amplitude
         } else if error < -self.deadband {
@@ -102,8 +116,8 @@ impl LateralLaw for BangBang {
             0.0
         };
         let (steer, status) = self.body.limit(wanted);
-        state.waypoint = Some(at.nearest);
-        Ok(at.command(&foot, steer, foot.point, status))
+        state.waypoint = Some(at.foot.segment);
+        Ok(command(&at, steer, at.foot.point, status))
     }
 
     fn check_state(&self, path: &PathView<'_>, state: &BangBangState) -> Result<(), InputError> {

@@ -8,34 +8,50 @@ pub mod pid;
 pub mod pop;
 pub mod pure_pursuit;
 pub mod stanley;
+#[cfg(feature = "alloc")]
+pub mod tracker;
 
 pub use bang_bang::{BangBang, BangBangParams, BangBangState};
 pub use pid::{Pid, PidParams, PidState};
 pub use pop::{Pop, PopParams, PopState};
 pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
 pub use stanley::{Stanley, StanleyParams, StanleyState};
+#[cfg(feature = "alloc")]
+pub use tracker::{Handover, Tracker, TrackerState};
 
 use core::fmt;
 
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use crate::math::wrap;
+use crate::path::follow::{Follow, Located, find_anew};
 use crate::path::jump::find_lookahead_point;
-use crate::path::locate::{Projection, locate, project};
-use crate::path::relocalise::relocalise;
+use crate::path::lookahead::get_crossing;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 use crate::vehicle::state::checked_dt;
 
-/// How a step went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How a step went: as the law wants it, degraded, or at fault. Of several reasons the one that
+/// says most is given, the last of this list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
     /// As the law wants it.
     Ok,
-    /// No point of the window lies on the lookahead circle; the last one stands in for it.
-    LookaheadLost,
-    /// The law wants a larger angle than `max_steer`.
+    /// Degraded: the law wants a larger angle than `max_steer`, or a faster move than the actuator
+    /// makes. The command is limited.
     Saturated,
+    /// Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at.
+    LookaheadLost,
+    /// Degraded: the reference point is past the end of the path, or `LookaheadLost` there. The
+    /// last segment is followed on as a straight line.
+    EndOfPath,
+    /// Degraded: the vehicle was farther than `lost_distance` from its place on the path, and was
+    /// looked for on the whole of it. The law steers to where it was found.
+    OffPath,
+    /// Degraded: the input was refused. The last command is held.
+    InputHeld,
+    /// Fault: more inputs in a row were refused than are held. The last angle stands; stop.
+    InputLost,
 }
 
 /// What one step answers.
@@ -49,44 +65,49 @@ pub struct Command {
     pub heading_error: f64,
     /// The point aimed at: the lookahead point, or the foot on the path [m].
     pub target: Point,
+    /// Whether the path is driven backwards here.
+    pub reverse: bool,
     /// How the step went.
     pub status: Status,
 }
 
-/// A state that remembers where on the path the vehicle is.
-pub trait WaypointState {
-    /// Puts the remembered waypoint; the rest stays as it is.
-    fn set_waypoint(&mut self, waypoint: usize);
-}
+/// What all states of laws have in common.
+pub trait LateralState {
+    /// Puts the remembered waypoint, at which the segment of the last foot starts; the rest stays
+    /// as it is.
+    fn set_waypoint(&mut self, waypoint: Option<usize>);
 
-macro_rules! waypoint_states {
-    ($($state:ty),+) => {$(
-        impl WaypointState for $state {
-            #[inline]
-            fn set_waypoint(&mut self, waypoint: usize) {
-                self.waypoint = Some(waypoint);
-            }
-        }
-    )+};
+    /// Forgets what was measured against the path: another one is followed from now on.
+    fn leave_path(&mut self) {
+        self.set_waypoint(None);
+    }
+
+    /// Takes note of the angle [rad] that the wheels were given instead of the law's answer.
+    /// Whether the law's next answer goes on from it.
+    fn set_steer(&mut self, _steer: f64) -> bool {
+        false
+    }
 }
-waypoint_states!(
-    BangBangState,
-    PidState,
-    PopState,
-    PurePursuitState,
-    StanleyState
-);
 
 /// A steering law: validated parameters that step a state.
 pub trait LateralLaw {
     /// What the law remembers from one step to the next.
-    type State: Clone + PartialEq + fmt::Debug + WaypointState;
+    type State: Clone + PartialEq + fmt::Debug + LateralState;
 
     /// The state before the first step.
     fn initial_state(&self) -> Self::State;
 
-    /// How far ahead of the rear axle the law's reference point lies [m].
-    fn reference_offset(&self) -> f64;
+    /// Which point of the vehicle the law follows along the path, and how.
+    fn follow(&self) -> &Follow;
+
+    /// How far ahead of the rear axle the law's reference point lies [m]; where the path is driven
+    /// backwards, how far behind it.
+    fn reference_offset(&self) -> f64 {
+        self.follow().reference_offset
+    }
+
+    /// The largest angle that the law commands [rad].
+    fn max_steer(&self) -> f64;
 
     /// One control step: locate `vehicle` (pose of the rear axle) on `path`, aim, steer.
     ///
@@ -118,26 +139,16 @@ pub trait LateralLaw {
             .map(|command| command.steer)
     }
 
-    /// Where the law's reference point is while the rear axle is at (`x`, `y`) [m], its heading
-    /// `yaw` [rad].
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`], naming the first of them that is not finite or beyond its bound.
-    fn reference_point(&self, x: f64, y: f64, yaw: f64) -> Result<Point, InputError> {
-        let speed = 0.0;
-        let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
-        Ok(vehicle.point_ahead(self.reference_offset()))
-    }
-
     /// After a jump of the vehicle, of its localisation or along the path: finds the waypoint
-    /// that the next step goes on from, by [`relocalise`]. The rest of `state` stays.
+    /// that the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise) of
+    /// the rear axle. The rest of `state` stays.
     ///
-    /// Visits every waypoint, unlike a step.
+    /// Visits every segment, unlike a step.
     ///
     /// # Errors
     ///
-    /// As [`reference_point`](Self::reference_point); `state` is then unchanged.
+    /// [`InputError`], naming the first of them that is not finite or beyond its bound; `state` is
+    /// then unchanged.
     fn relocalise(
         &self,
         path: &PathView<'_>,
@@ -146,8 +157,9 @@ pub trait LateralLaw {
         y: f64,
         yaw: f64,
     ) -> Result<(), InputError> {
-        let position = self.reference_point(x, y, yaw)?;
-        state.set_waypoint(relocalise(path, position, yaw));
+        let speed = 0.0;
+        let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
+        state.set_waypoint(Some(find_anew(path, vehicle)));
         Ok(())
     }
 
@@ -163,27 +175,56 @@ pub trait LateralLaw {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Body {
     wheelbase: f64,
-    reference_offset: f64,
     max_steer: f64,
+    follow: Follow,
 }
 
+/// The parameters that every law has.
+#[derive(Clone, Copy, Debug)]
+struct BodyParams {
+    wheelbase: f64,
+    reference_offset: Option<f64>,
+    max_steer: f64,
+    search_distance: Option<f64>,
+    lost_distance: Option<f64>,
+}
+
+macro_rules! body_params {
+    ($params:expr) => {
+        $crate::lateral::BodyParams {
+            wheelbase: $params.wheelbase,
+            reference_offset: $params.reference_offset,
+            max_steer: $params.max_steer,
+            search_distance: $params.search_distance,
+            lost_distance: $params.lost_distance,
+        }
+    };
+}
+use body_params;
+
 impl Body {
-    /// Checks the parameters; `reference_offset` falls back on `default_offset`.
-    fn new(
-        wheelbase: f64,
-        reference_offset: Option<f64>,
-        default_offset: f64,
-        max_steer: f64,
-    ) -> Result<Self, ConfigError> {
-        let reference_offset = reference_offset.unwrap_or(default_offset);
+    /// Checks the parameters; `reference_offset` falls back on `default_offset`, the distances on
+    /// multiples of the wheelbase.
+    fn new(params: BodyParams, default_offset: f64) -> Result<Self, ConfigError> {
+        let wheelbase = config_in_range("wheelbase", params.wheelbase, 1e-3, 1e3)?;
+        let offset = params.reference_offset.unwrap_or(default_offset);
+        let reference_offset = config_in_range("reference_offset", offset, -1e3, 1e3)?;
+        let max_steer = config_in_range("max_steer", params.max_steer, 1e-3, 1.57)?;
+        let search = params.search_distance.unwrap_or(2.0 * wheelbase);
+        let lost = params.lost_distance.unwrap_or(10.0 * wheelbase);
         Ok(Self {
-            wheelbase: config_in_range("wheelbase", wheelbase, 1e-3, 1e3)?,
-            reference_offset: config_in_range("reference_offset", reference_offset, -1e3, 1e3)?,
-            max_steer: config_in_range("max_steer", max_steer, 1e-3, 1.57)?,
+            wheelbase,
+            max_steer,
+            follow: Follow {
+                reference_offset,
+                search_distance: config_in_range("search_distance", search, 0.0, 1e6)?,
+                lost_distance: config_in_range("lost_distance", lost, 1e-3, 1e9)?,
+                arrival_distance: 0.05 * wheelbase,
+            },
         })
     }
 
-    /// Where am I? The reference point of a checked vehicle, and the waypoint nearest to it.
+    /// Where am I? A checked input, and the place of the law's reference point.
     #[inline]
     fn locate(
         &self,
@@ -194,13 +235,7 @@ impl Body {
     ) -> Result<Located, InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
-        let position = vehicle.point_ahead(self.reference_offset);
-        Ok(Located {
-            position,
-            nearest: locate(path, last, position),
-            vehicle,
-            dt,
-        })
+        Ok(self.follow.locate(path, last, vehicle, dt))
     }
 
     /// An angle brought within the limit, and whether it had to be.
@@ -216,42 +251,23 @@ impl Body {
     }
 }
 
-/// A checked input, and where on the path it is.
-#[derive(Clone, Copy, Debug)]
-struct Located {
-    position: Point,
-    nearest: usize,
-    vehicle: VehicleState,
-    dt: f64,
-}
-
-impl Located {
-    #[inline]
-    fn project(&self, path: &PathView<'_>) -> Projection {
-        project(path, self.nearest, self.position)
-    }
-
-    #[inline]
-    fn heading_error(&self, projection: &Projection) -> f64 {
-        wrap(self.vehicle.yaw - projection.path_yaw)
-    }
-
-    /// The command with the errors at the reference point.
-    #[inline]
-    fn command(
-        &self,
-        projection: &Projection,
-        steer: f64,
-        target: Point,
-        status: Status,
-    ) -> Command {
-        Command {
-            steer,
-            cross_track_error: projection.cross_track_error,
-            heading_error: self.heading_error(projection),
-            target,
-            status,
-        }
+/// The command of the turned vehicle's angle `steer`, with the errors at the reference point.
+#[inline]
+fn command(at: &Located, steer: f64, target: Point, status: Status) -> Command {
+    let status = if at.off_path {
+        Status::OffPath
+    } else if at.past_end {
+        Status::EndOfPath
+    } else {
+        status
+    };
+    Command {
+        steer: at.turn(steer),
+        cross_track_error: at.foot.cross_track_error(),
+        heading_error: wrap(at.vehicle.yaw - at.foot.path_yaw()),
+        target,
+        reverse: at.reverse,
+        status,
     }
 }
 
@@ -260,10 +276,25 @@ impl Located {
 struct Search {
     lookahead_gain: f64,
     min_lookahead: f64,
+    exact_lookahead: bool,
     lookahead_tolerance: f64,
     window_ahead: f64,
     grid_spacing: f64,
 }
+
+macro_rules! search_params {
+    ($params:expr) => {
+        $crate::lateral::Search {
+            lookahead_gain: $params.lookahead_gain,
+            min_lookahead: $params.min_lookahead,
+            exact_lookahead: $params.exact_lookahead,
+            lookahead_tolerance: $params.lookahead_tolerance,
+            window_ahead: $params.window_ahead,
+            grid_spacing: $params.grid_spacing,
+        }
+    };
+}
+use search_params;
 
 impl Search {
     fn checked(self) -> Result<Self, ConfigError> {
@@ -275,18 +306,22 @@ impl Search {
         Ok(self)
     }
 
-    /// The lookahead point at distance `lookahead` [m] in the window around a located vehicle.
+    /// The lookahead point at distance `lookahead` [m] from a located vehicle.
     #[inline]
     fn find(&self, path: &PathView<'_>, at: &Located, lookahead: f64) -> Target {
-        let (point, found) = find_lookahead_point(
-            path,
-            at.nearest,
-            self.window_ahead,
-            self.grid_spacing,
-            at.position,
-            lookahead,
-            self.lookahead_tolerance,
-        );
+        let (point, found) = if self.exact_lookahead {
+            get_crossing(path, &at.foot, at.position, lookahead)
+        } else {
+            find_lookahead_point(
+                path,
+                at.foot.nearest_waypoint(path),
+                self.window_ahead,
+                self.grid_spacing,
+                at.position,
+                lookahead,
+                self.lookahead_tolerance,
+            )
+        };
         Target { point, found }
     }
 }

@@ -1,8 +1,9 @@
 //! PID on the cross-track error, the paper's Equation 1.
 
-use super::{Body, Command, LateralLaw, check_waypoint};
+use super::{Body, Command, LateralLaw, LateralState, body_params, check_waypoint, command};
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use crate::math::from_count;
+use crate::path::follow::Follow;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 
@@ -26,6 +27,12 @@ pub struct PidParams {
     pub reference_offset: Option<f64>,
     /// Steering limit `delta_max` [rad].
     pub max_steer: f64,
+    /// How far along the path from the last place the vehicle is looked for [m], beside what it
+    /// travels in a step; two wheelbases by default.
+    pub search_distance: Option<f64>,
+    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
+    /// [m]; ten wheelbases by default.
+    pub lost_distance: Option<f64>,
 }
 
 impl PidParams {
@@ -39,6 +46,8 @@ impl PidParams {
         wheelbase: 3.0,
         reference_offset: None,
         max_steer: 1.22,
+        search_distance: None,
+        lost_distance: None,
     };
 }
 
@@ -201,7 +210,7 @@ impl ErrorBuffer {
 /// What [`Pid`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidState {
-    /// The waypoint nearest at the last step; none before the first.
+    /// The waypoint at which the segment of the last foot starts; none before the first step.
     pub waypoint: Option<usize>,
     /// The last cross-track error [m]; none before the first step.
     pub previous_error: Option<f64>,
@@ -245,13 +254,21 @@ impl Pid {
             kd: config_in_range("kd", params.kd, 0.0, 1e6)?,
             buffer_length,
             integral_with_dt: params.integral_with_dt,
-            body: Body::new(
-                params.wheelbase,
-                params.reference_offset,
-                params.wheelbase,
-                params.max_steer,
-            )?,
+            body: Body::new(body_params!(params), params.wheelbase)?,
         })
+    }
+}
+
+impl LateralState for PidState {
+    #[inline]
+    fn set_waypoint(&mut self, waypoint: Option<usize>) {
+        self.waypoint = waypoint;
+    }
+
+    fn leave_path(&mut self) {
+        self.waypoint = None;
+        self.previous_error = None;
+        self.buffer = ErrorBuffer::new(self.buffer.length());
     }
 }
 
@@ -266,8 +283,12 @@ impl LateralLaw for Pid {
         }
     }
 
-    fn reference_offset(&self) -> f64 {
-        self.body.reference_offset
+    fn follow(&self) -> &Follow {
+        &self.body.follow
+    }
+
+    fn max_steer(&self) -> f64 {
+        self.body.max_steer
     }
 
     fn step(
@@ -278,21 +299,26 @@ impl LateralLaw for Pid {
         dt: f64,
     ) -> Result<Command, InputError> {
         let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
-        let foot = at.project(path);
-        let error = foot.cross_track_error;
-        state.buffer.push(if self.integral_with_dt {
-            error * at.dt
-        } else {
-            error
-        });
+        let error = at.foot.cross_track_error();
+        if at.turned || at.off_path {
+            state.leave_path();
+        }
+        // At rest an error cannot be steered away; summing it would wind the integral up.
+        if at.vehicle.forward_speed() > 0.0 {
+            state.buffer.push(if self.integral_with_dt {
+                error * at.dt
+            } else {
+                error
+            });
+        }
         let rate = state
             .previous_error
             .map_or(0.0, |previous| (error - previous) / at.dt);
         let wanted = -(self.kp * error + self.ki * state.buffer.sum() + self.kd * rate);
         let (steer, status) = self.body.limit(wanted);
-        state.waypoint = Some(at.nearest);
+        state.waypoint = Some(at.foot.segment);
         state.previous_error = Some(error);
-        Ok(at.command(&foot, steer, foot.point, status))
+        Ok(command(&at, steer, at.foot.point, status))
     }
 
     fn check_state(&self, path: &PathView<'_>, state: &PidState) -> Result<(), InputError> {

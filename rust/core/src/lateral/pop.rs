@@ -1,11 +1,13 @@
 //! POP: proximally optimal predictive control, the paper's Algorithm 1.
 
 use super::{
-    Body, Command, LateralLaw, Located, Search, Status, Target, check_steer, check_waypoint,
+    Body, Command, LateralLaw, LateralState, Status, Target, body_params, check_steer,
+    check_waypoint, command, search_params,
 };
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range};
 use crate::math::{PI, atan2, from_count, saturate, to_count, wrap};
+use crate::path::follow::{Follow, Located};
 use crate::path::view::{PathView, get_distance};
 use crate::vehicle::VehicleState;
 use crate::vehicle::predict::get_predicted_location;
@@ -21,11 +23,15 @@ pub struct PopParams {
     pub steer_span: f64,
     /// Optimization resolution: the number of candidates, odd.
     pub candidate_count: usize,
-    /// Threshold `epsilon` of the lookahead search [m].
+    /// Whether the lookahead point is the path's first crossing of the circle ahead of the
+    /// vehicle, [`get_crossing`](crate::path::lookahead::get_crossing), instead of what the
+    /// paper's search finds.
+    pub exact_lookahead: bool,
+    /// Threshold `epsilon` of the paper's search [m].
     pub lookahead_tolerance: f64,
-    /// Arc ahead of the vehicle that is searched [m].
+    /// Arc ahead of the vehicle that the paper's search looks at [m].
     pub window_ahead: f64,
-    /// Greatest distance of neighbours on the re-discretised path [m].
+    /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
     pub grid_spacing: f64,
     /// Distance of the axles [m].
     pub wheelbase: f64,
@@ -33,6 +39,12 @@ pub struct PopParams {
     pub reference_offset: Option<f64>,
     /// Steering limit `delta_max` [rad].
     pub max_steer: f64,
+    /// How far along the path from the last place the vehicle is looked for [m], beside what it
+    /// travels in a step; two wheelbases by default.
+    pub search_distance: Option<f64>,
+    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
+    /// [m]; ten wheelbases by default.
+    pub lost_distance: Option<f64>,
 }
 
 impl PopParams {
@@ -42,12 +54,15 @@ impl PopParams {
         min_lookahead: 6.0,
         steer_span: 3.0 * (PI / 180.0),
         candidate_count: 21,
+        exact_lookahead: true,
         lookahead_tolerance: 0.01,
         window_ahead: 20.0,
         grid_spacing: 0.01,
         wheelbase: 3.0,
         reference_offset: None,
         max_steer: 1.22,
+        search_distance: None,
+        lost_distance: None,
     };
 }
 
@@ -60,7 +75,7 @@ impl Default for PopParams {
 /// What [`Pop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PopState {
-    /// The waypoint nearest at the last step; none before the first.
+    /// The waypoint at which the segment of the last foot starts; none before the first step.
     pub waypoint: Option<usize>,
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
@@ -75,7 +90,7 @@ pub struct PopState {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pop {
     body: Body,
-    search: Search,
+    search: super::Search,
     steer_span: f64,
     candidate_count: usize,
     /// Candidates on either side of the last angle.
@@ -95,14 +110,7 @@ impl Pop {
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub fn new(params: PopParams) -> Result<Self, ConfigError> {
-        let search = Search {
-            lookahead_gain: params.lookahead_gain,
-            min_lookahead: params.min_lookahead,
-            lookahead_tolerance: params.lookahead_tolerance,
-            window_ahead: params.window_ahead,
-            grid_spacing: params.grid_spacing,
-        }
-        .checked()?;
+        let search = search_params!(params).checked()?;
         let steer_span = config_in_range("steer_span", params.steer_span, 1e-6, PI)?;
         let count = params.candidate_count;
         if count.is_multiple_of(2) || !(3..=Self::MAX_CANDIDATES).contains(&count) {
@@ -112,12 +120,7 @@ impl Pop {
                 requirement: Requirement::OddInRange(3, Self::MAX_CANDIDATES),
             });
         }
-        let body = Body::new(
-            params.wheelbase,
-            params.reference_offset,
-            params.wheelbase,
-            params.max_steer,
-        )?;
+        let body = Body::new(body_params!(params), params.wheelbase)?;
         let half = from_count(count / 2);
         let step = steer_span / half;
         let steps_per_rad = 1.0 / step;
@@ -142,7 +145,7 @@ impl Pop {
         dt: f64,
     ) -> Result<(Located, Target, f64), InputError> {
         let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
-        let speed = vehicle.forward_speed();
+        let speed = at.vehicle.forward_speed();
         let lookahead = self.search.min_lookahead + self.search.lookahead_gain * speed;
         let target = self.search.find(path, &at, lookahead);
         let steer = self.choose(
@@ -150,15 +153,15 @@ impl Pop {
             VehicleState {
                 x: 0.0,
                 y: 0.0,
-                yaw: vehicle.yaw,
+                yaw: at.vehicle.yaw,
                 speed,
             },
-            state.previous_steer,
+            at.turn(state.previous_steer),
             dt,
         );
         *state = PopState {
-            waypoint: Some(at.nearest),
-            previous_steer: steer,
+            waypoint: Some(at.foot.segment),
+            previous_steer: at.turn(steer),
         };
         Ok((at, target, steer))
     }
@@ -259,6 +262,19 @@ impl Pop {
     }
 }
 
+impl LateralState for PopState {
+    #[inline]
+    fn set_waypoint(&mut self, waypoint: Option<usize>) {
+        self.waypoint = waypoint;
+    }
+
+    #[inline]
+    fn set_steer(&mut self, steer: f64) -> bool {
+        self.previous_steer = steer;
+        true
+    }
+}
+
 impl LateralLaw for Pop {
     type State = PopState;
 
@@ -266,8 +282,12 @@ impl LateralLaw for Pop {
         PopState::default()
     }
 
-    fn reference_offset(&self) -> f64 {
-        self.body.reference_offset
+    fn follow(&self) -> &Follow {
+        &self.body.follow
+    }
+
+    fn max_steer(&self) -> f64 {
+        self.body.max_steer
     }
 
     fn step(
@@ -285,7 +305,7 @@ impl LateralLaw for Pop {
         } else {
             Status::Ok
         };
-        Ok(at.command(&at.project(path), steer, target.point, status))
+        Ok(command(&at, steer, target.point, status))
     }
 
     fn steer(
@@ -296,7 +316,7 @@ impl LateralLaw for Pop {
         dt: f64,
     ) -> Result<f64, InputError> {
         self.decide(path, state, vehicle, dt)
-            .map(|(_, _, steer)| steer)
+            .map(|(at, _, steer)| at.turn(steer))
     }
 
     fn check_state(&self, path: &PathView<'_>, state: &PopState) -> Result<(), InputError> {

@@ -1,10 +1,12 @@
 //! Adaptive Pure-Pursuit, the paper's Equation 2.
 
 use super::{
-    Body, Command, LateralLaw, Located, Search, Status, Target, check_steer, check_waypoint,
+    Body, Command, LateralLaw, LateralState, Status, Target, body_params, check_steer,
+    check_waypoint, command, search_params,
 };
 use crate::error::{ConfigError, InputError};
-use crate::math::{PI, acos, atan2, cos, sin};
+use crate::math::{PI, acos, atan2, sin};
+use crate::path::follow::{Follow, Located};
 use crate::path::view::{PathView, get_distance};
 use crate::vehicle::VehicleState;
 
@@ -20,11 +22,15 @@ pub struct PurePursuitParams {
     /// inside the circle, so that reading never sees less than about `sqrt(2 tolerance /
     /// lookahead)`: the wheels chatter about straight ahead, and the path is tracked more tightly.
     pub alpha_by_arccos: bool,
-    /// Threshold `epsilon` of the lookahead search [m].
+    /// Whether the lookahead point is the path's first crossing of the circle ahead of the
+    /// vehicle, [`get_crossing`](crate::path::lookahead::get_crossing), instead of what the
+    /// paper's search finds.
+    pub exact_lookahead: bool,
+    /// Threshold `epsilon` of the paper's search [m].
     pub lookahead_tolerance: f64,
-    /// Arc ahead of the vehicle that is searched [m].
+    /// Arc ahead of the vehicle that the paper's search looks at [m].
     pub window_ahead: f64,
-    /// Greatest distance of neighbours on the re-discretised path [m].
+    /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
     pub grid_spacing: f64,
     /// Distance of the axles `L` [m].
     pub wheelbase: f64,
@@ -32,6 +38,12 @@ pub struct PurePursuitParams {
     pub reference_offset: Option<f64>,
     /// Steering limit `delta_max` [rad].
     pub max_steer: f64,
+    /// How far along the path from the last place the vehicle is looked for [m], beside what it
+    /// travels in a step; two wheelbases by default.
+    pub search_distance: Option<f64>,
+    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
+    /// [m]; ten wheelbases by default.
+    pub lost_distance: Option<f64>,
 }
 
 impl PurePursuitParams {
@@ -40,12 +52,15 @@ impl PurePursuitParams {
         lookahead_gain: 0.9,
         min_lookahead: 10.0,
         alpha_by_arccos: false,
+        exact_lookahead: true,
         lookahead_tolerance: 0.01,
         window_ahead: 20.0,
         grid_spacing: 0.01,
         wheelbase: 3.0,
         reference_offset: None,
         max_steer: 1.22,
+        search_distance: None,
+        lost_distance: None,
     };
 }
 
@@ -58,7 +73,7 @@ impl Default for PurePursuitParams {
 /// What [`PurePursuit`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PurePursuitState {
-    /// The waypoint nearest at the last step; none before the first.
+    /// The waypoint at which the segment of the last foot starts; none before the first step.
     pub waypoint: Option<usize>,
     /// The last bearing `alpha` [rad], which stands in where its arc cosine is not defined; 0
     /// without `alpha_by_arccos`.
@@ -71,7 +86,7 @@ pub struct PurePursuitState {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PurePursuit {
     body: Body,
-    search: Search,
+    search: super::Search,
     alpha_by_arccos: bool,
 }
 
@@ -82,20 +97,8 @@ impl PurePursuit {
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub fn new(params: PurePursuitParams) -> Result<Self, ConfigError> {
-        let search = Search {
-            lookahead_gain: params.lookahead_gain,
-            min_lookahead: params.min_lookahead,
-            lookahead_tolerance: params.lookahead_tolerance,
-            window_ahead: params.window_ahead,
-            grid_spacing: params.grid_spacing,
-        }
-        .checked()?;
-        let body = Body::new(
-            params.wheelbase,
-            params.reference_offset,
-            0.0,
-            params.max_steer,
-        )?;
+        let search = search_params!(params).checked()?;
+        let body = Body::new(body_params!(params), 0.0)?;
         Ok(Self {
             body,
             search,
@@ -112,7 +115,7 @@ impl PurePursuit {
         dt: f64,
     ) -> Result<(Located, Target, f64, Status), InputError> {
         let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
-        let scheduled = self.search.lookahead_gain * vehicle.forward_speed();
+        let scheduled = self.search.lookahead_gain * at.vehicle.forward_speed();
         let lookahead = if scheduled > self.search.min_lookahead {
             scheduled
         } else {
@@ -122,7 +125,7 @@ impl PurePursuit {
         let lookahead = lookahead + 0.0;
         let target = self.search.find(path, &at, lookahead);
         let to = target.point - at.position;
-        let (cosine, sine) = (cos(vehicle.yaw), sin(vehicle.yaw));
+        let (cosine, sine) = (at.heading.x, at.heading.y);
         let ahead = to.x * cosine + to.y * sine;
         let left = to.y * cosine - to.x * sine;
         // atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
@@ -137,7 +140,7 @@ impl PurePursuit {
         };
         let (steer, status) = self.body.limit(wanted);
         *state = PurePursuitState {
-            waypoint: Some(at.nearest),
+            waypoint: Some(at.foot.segment),
             previous_alpha: alpha,
         };
         Ok((at, target, steer, status))
@@ -155,6 +158,13 @@ fn alpha_by_arccos(ahead: f64, left: f64, lookahead: f64, previous: f64) -> f64 
     }
 }
 
+impl LateralState for PurePursuitState {
+    #[inline]
+    fn set_waypoint(&mut self, waypoint: Option<usize>) {
+        self.waypoint = waypoint;
+    }
+}
+
 impl LateralLaw for PurePursuit {
     type State = PurePursuitState;
 
@@ -162,8 +172,12 @@ impl LateralLaw for PurePursuit {
         PurePursuitState::default()
     }
 
-    fn reference_offset(&self) -> f64 {
-        self.body.reference_offset
+    fn follow(&self) -> &Follow {
+        &self.body.follow
+    }
+
+    fn max_steer(&self) -> f64 {
+        self.body.max_steer
     }
 
     fn step(
@@ -179,7 +193,7 @@ impl LateralLaw for PurePursuit {
         } else {
             Status::LookaheadLost
         };
-        Ok(at.command(&at.project(path), steer, target.point, status))
+        Ok(command(&at, steer, target.point, status))
     }
 
     fn steer(
@@ -190,7 +204,7 @@ impl LateralLaw for PurePursuit {
         dt: f64,
     ) -> Result<f64, InputError> {
         self.decide(path, state, vehicle, dt)
-            .map(|(_, _, steer, _)| steer)
+            .map(|(at, _, steer, _)| at.turn(steer))
     }
 
     fn check_state(&self, path: &PathView<'_>, state: &PurePursuitState) -> Result<(), InputError> {

@@ -1,9 +1,10 @@
 //! The Stanley law, the paper's Equation 3.
 
-use super::{Body, Command, LateralLaw, check_waypoint};
+use super::{Body, Command, LateralLaw, LateralState, body_params, check_waypoint, command};
 use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{atan, wrap};
 use crate::path::locate::path_yaw_behind;
+use crate::path::follow::Follow;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 
@@ -25,6 +26,12 @@ pub struct StanleyParams {
     pub reference_offset: Option<f64>,
     /// Steering limit `delta_max` [rad].
     pub max_steer: f64,
+    /// How far along the path from the last place the vehicle is looked for [m], beside what it
+    /// travels in a step; two wheelbases by default.
+    pub search_distance: Option<f64>,
+    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
+    /// [m]; ten wheelbases by default.
+    pub lost_distance: Option<f64>,
 }
 
 impl StanleyParams {
@@ -37,6 +44,8 @@ impl StanleyParams {
         wheelbase: 3.0,
         reference_offset: None,
         max_steer: 1.22,
+        search_distance: None,
+        lost_distance: None,
     };
 }
 
@@ -49,7 +58,7 @@ impl Default for StanleyParams {
 /// What [`Stanley`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StanleyState {
-    /// The waypoint nearest at the last step; none before the first.
+    /// The waypoint at which the segment of the last foot starts; none before the first step.
     pub waypoint: Option<usize>,
 }
 
@@ -85,13 +94,15 @@ impl Stanley {
             speed_gain: config_in_range("speed_gain", params.speed_gain, 0.0, 1e6)?,
             softening: config_in_range("softening", params.softening, 1e-9, 1e6)?,
             heading_behind: params.heading_behind,
-            body: Body::new(
-                params.wheelbase,
-                params.reference_offset,
-                params.wheelbase,
-                params.max_steer,
-            )?,
+            body: Body::new(body_params!(params), params.wheelbase)?,
         })
+    }
+}
+
+impl LateralState for StanleyState {
+    #[inline]
+    fn set_waypoint(&mut self, waypoint: Option<usize>) {
+        self.waypoint = waypoint;
     }
 }
 
@@ -102,8 +113,12 @@ impl LateralLaw for Stanley {
         StanleyState::default()
     }
 
-    fn reference_offset(&self) -> f64 {
-        self.body.reference_offset
+    fn follow(&self) -> &Follow {
+        &self.body.follow
+    }
+
+    fn max_steer(&self) -> f64 {
+        self.body.max_steer
     }
 
     fn step(
@@ -114,18 +129,17 @@ impl LateralLaw for Stanley {
         dt: f64,
     ) -> Result<Command, InputError> {
         let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
-        let foot = at.project(path);
-        let speed = self.softening + self.speed_gain * vehicle.forward_speed();
-        let pull = atan(self.cross_track_gain * foot.cross_track_error / speed);
+        let speed = self.softening + self.speed_gain * at.vehicle.forward_speed();
+        let pull = atan(self.cross_track_gain * at.foot.cross_track_error() / speed);
         let path_yaw = if self.heading_behind {
-            path_yaw_behind(path, at.nearest)
+            path_yaw_behind(path, at.foot.nearest_waypoint(path))
         } else {
-            foot.path_yaw
+            at.foot.path_yaw()
         };
-        let heading_error = wrap(vehicle.yaw - path_yaw);
+        let heading_error = wrap(at.vehicle.yaw - path_yaw);
         let (steer, status) = self.body.limit(-(heading_error + pull));
-        state.waypoint = Some(at.nearest);
-        Ok(at.command(&foot, steer, foot.point, status))
+        state.waypoint = Some(at.foot.segment);
+        Ok(command(&at, steer, at.foot.point, status))
     }
 
     fn check_state(&self, path: &PathView<'_>, state: &StanleyState) -> Result<(), InputError> {

@@ -1,8 +1,10 @@
-//! Where do I aim? The paper's search for the lookahead point.
+//! Where do I aim? The paper's search for the lookahead point, and an exact one.
 
+use super::locate::Foot;
 use super::resample::Grid;
-use super::view::get_distance;
+use super::view::{PathView, get_distance, squared_distance};
 use crate::Point;
+use crate::math::{saturate, sqrt};
 
 /// What the search came back with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,10 +58,85 @@ pub fn get_lookahead_point_index(
     get_lookahead_point(grid, position, lookahead, tolerance).index
 }
 
+/// The first point of the path, from `foot` on, that is `lookahead` [m] away from `position`, and
+/// whether there is one.
+///
+/// Where an open path ends, or the vehicle has to turn round, the last segment goes on as a
+/// straight line, so there always is one while the foot lies within the circle. Of a position
+/// farther than `lookahead` from its foot the point is the foot, in which a circle that touches
+/// the path ends as well; on a closed path that lies within the circle it is the point a quarter
+/// round.
+#[inline]
+pub fn get_crossing(
+    path: &PathView<'_>,
+    foot: &Foot,
+    position: Point,
+    lookahead: f64,
+) -> (Point, bool) {
+    let squared_lookahead = lookahead * lookahead;
+    if foot.squared_distance >= squared_lookahead {
+        return (foot.point, false);
+    }
+    // From the foot itself, which keeps the digits far beyond the end of the path.
+    let mut from = foot.point;
+    let mut segment = foot.segment;
+    for _ in 0..path.segments() {
+        let (start, end) = path.segment(segment);
+        let next = path.following(segment);
+        let goes_on = next.is_none();
+        if goes_on || squared_distance(position, end) >= squared_lookahead {
+            let along = end - start;
+            let fraction = exit(from - position, along, squared_lookahead);
+            let fraction = if goes_on {
+                fraction
+            } else {
+                saturate(fraction, 0.0, 1.0)
+            };
+            let point = Point::new(from.x + fraction * along.x, from.y + fraction * along.y);
+            return (point, true);
+        }
+        from = end;
+        segment = next.unwrap_or(segment);
+    }
+    (quarter_round(path, foot), false)
+}
+
+/// Where, in multiples of `along`, a line that starts at `from` inside the circle about the origin
+/// leaves it.
+#[inline]
+fn exit(from: Point, along: Point, squared_radius: f64) -> f64 {
+    let a = along.x * along.x + along.y * along.y;
+    let b = from.x * along.x + from.y * along.y;
+    let c = from.x * from.x + from.y * from.y - squared_radius;
+    let inside = b * b - a * c;
+    let root = if inside > 0.0 { sqrt(inside) } else { 0.0 };
+    // The form that does not subtract.
+    if b > 0.0 {
+        -c / (b + root)
+    } else {
+        (root - b) / a
+    }
+}
+
+/// The waypoint at least a quarter of a closed path on from `foot`.
+fn quarter_round(path: &PathView<'_>, foot: &Foot) -> Point {
+    let mut segment = foot.segment;
+    let mut passed = 0.0;
+    for _ in 0..path.segments() {
+        passed += path.segment_length(segment);
+        segment = path.following(segment).unwrap_or(segment);
+        if passed >= 0.25 * path.length() {
+            break;
+        }
+    }
+    path.waypoint(segment)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Path;
+    use crate::path::locate::locate_by_scan;
     use crate::path::resample::window;
 
     #[test]
@@ -86,5 +163,49 @@ mod tests {
                 found: false
             }
         );
+    }
+
+    fn crossing(path: &Path, position: (f64, f64), lookahead: f64) -> (Point, bool) {
+        let position = Point::new(position.0, position.1);
+        let view = path.view();
+        let foot = locate_by_scan(&view, 0, position, Point::new(1.0, 0.0), 1e3);
+        get_crossing(&view, &foot, position, lookahead)
+    }
+
+    #[test]
+    fn test_crossing_lies_on_the_circle_ahead() {
+        let path = Path::new(&[0.0, 10.0, 20.0], &[0.0, 0.0, 10.0], None, false).unwrap();
+        let (point, found) = crossing(&path, (3.0, 3.0), 5.0);
+        assert!(found);
+        assert_eq!(point, Point::new(7.0, 0.0));
+        let (point, found) = crossing(&path, (8.0, 0.0), 6.0);
+        assert!(found && point.y > 0.0);
+        assert!((get_distance(Point::new(8.0, 0.0), point) - 6.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn test_crossing_too_far_off_or_touching_is_the_foot() {
+        let path = Path::new(&[0.0, 10.0], &[0.0; 2], None, false).unwrap();
+        for lookahead in [5.0, 4.0, 0.0] {
+            assert_eq!(
+                crossing(&path, (3.0, 5.0), lookahead),
+                (Point::new(3.0, 0.0), false)
+            );
+        }
+    }
+
+    #[test]
+    fn test_crossing_past_the_end_goes_on_straight() {
+        let path = Path::new(&[0.0, 10.0], &[0.0; 2], None, false).unwrap();
+        for at in [7.0, 10.0, 30.0, 1e8] {
+            let (point, found) = crossing(&path, (at, 3.0), 5.0);
+            assert_eq!((point, found), (Point::new(at + 4.0, 0.0), true));
+        }
+    }
+
+    #[test]
+    fn test_crossing_of_a_path_within_the_circle_is_a_quarter_round() {
+        let path = Path::new(&[0.0, 1.0, 1.0, 0.0], &[0.0, 0.0, 1.0, 1.0], None, true).unwrap();
+        assert_eq!(crossing(&path, (0.5, 0.2), 9.0), (Point::new(1.0, 0.0), false));
     }
 }

@@ -1,9 +1,10 @@
 //! The reference path: where am I, and where do I aim?
 //!
-//! [`view`] holds the waypoints, [`locate`] finds the vehicle beside them and [`relocalise`]
-//! finds it anew after a jump, [`resample`] makes the fine grid of the near neighbourhood and
+//! [`view`] holds the waypoints, [`locate`] finds a point beside them and [`relocalise`] finds it
+//! anew after a jump, [`follow`] takes a vehicle along them in both directions, [`resample`] makes the fine grid of the near neighbourhood and
 //! [`lookahead`] searches it.
 
+pub mod follow;
 pub mod jump;
 pub mod locate;
 pub mod lookahead;
@@ -13,7 +14,8 @@ pub mod relocalise;
 pub mod resample;
 pub mod view;
 
-pub use locate::Projection;
+pub use follow::{Follow, Located};
+pub use locate::{Foot, Projection};
 #[cfg(feature = "alloc")]
-pub use owned::Path;
+pub use owned::{Path, distinct_waypoints};
 pub use view::PathView;

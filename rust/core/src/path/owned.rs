@@ -2,8 +2,10 @@
 
 use alloc::boxed::Box;
 use alloc::vec;
+use alloc::vec::Vec;
 
-use super::view::{PathView, measure};
+use super::view::{COINCIDING, Measures, PathView, get_distance, measure};
+use crate::Point;
 use crate::error::PathError;
 
 /// Waypoints copied once; [`Path::view`] lends them to the laws.
@@ -21,13 +23,17 @@ pub struct Path {
     y: Box<[f64]>,
     s: Box<[f64]>,
     speed: Option<Box<[f64]>>,
-    length: f64,
+    reverse: Option<Box<[bool]>>,
+    measures: Measures,
     closed: bool,
 }
 
 impl Path {
     /// Copies waypoints `x`, `y` [m] and reference speeds [m/s]; `closed` leads the last
     /// waypoint back to the first.
+    ///
+    /// A segment is driven backwards where the speed at its start is negative; where that is 0,
+    /// where the speed at its end is; where both are, as the segment before it.
     ///
     /// # Errors
     ///
@@ -39,15 +45,29 @@ impl Path {
         closed: bool,
     ) -> Result<Self, PathError> {
         let mut s = vec![0.0; x.len()].into_boxed_slice();
-        let length = measure(x, y, speed, closed, &mut s)?;
+        let measures = measure(x, y, speed, closed, &mut s)?;
+        let backwards = speed.filter(|speed| speed.iter().any(|&speed| speed < 0.0));
         Ok(Self {
+            reverse: backwards.map(|speed| reverse_by_speed(speed, closed)),
             x: x.into(),
             y: y.into(),
             s,
             speed: speed.map(Into::into),
-            length,
+            measures,
             closed,
         })
+    }
+
+    /// The same path with the stretches that are driven backwards, as
+    /// [`PathView::with_reverse`]; the signs of the speeds say nothing then.
+    ///
+    /// # Errors
+    ///
+    /// [`PathError::LengthMismatch`] unless there is an entry for each waypoint.
+    pub fn with_reverse(self, reverse: &[bool]) -> Result<Self, PathError> {
+        self.view().with_reverse(reverse)?;
+        let reverse = reverse.iter().any(|&reverse| reverse).then(|| reverse.into());
+        Ok(Self { reverse, ..self })
     }
 
     /// The path as the laws take it.
@@ -58,8 +78,86 @@ impl Path {
             &self.y,
             &self.s,
             self.speed.as_deref(),
-            self.length,
+            self.reverse.as_deref(),
+            self.measures,
             self.closed,
         )
+    }
+}
+
+/// For each segment, by the speeds at its ends, whether it is driven backwards.
+fn reverse_by_speed(speed: &[f64], closed: bool) -> Box<[bool]> {
+    let first = speed.first().copied().filter(|_| closed).unwrap_or(0.0);
+    let ends = speed.iter().copied().skip(1).chain([first]);
+    let mut before = false;
+    let reverse = speed.iter().zip(ends).map(|(&start, end)| {
+        before = if start < 0.0 || start > 0.0 {
+            start < 0.0
+        } else if end < 0.0 || end > 0.0 {
+            end < 0.0
+        } else {
+            before
+        };
+        before
+    });
+    reverse.collect()
+}
+
+/// The waypoints to keep so that no two neighbours coincide: of several at one place the last,
+/// whose speed and direction are those of what follows. A closed path that comes back to its
+/// start also loses the repetition.
+#[must_use]
+pub fn distinct_waypoints(x: &[f64], y: &[f64], closed: bool) -> Vec<usize> {
+    let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
+    let mut kept: Vec<(usize, Point)> = Vec::new();
+    for (index, point) in points().enumerate() {
+        if let Some(last) = kept.last_mut()
+            && get_distance(last.1, point) <= COINCIDING
+        {
+            *last = (index, point);
+        } else {
+            kept.push((index, point));
+        }
+    }
+    if closed {
+        while let [(_, first), .., (_, last)] = kept.as_slice()
+            && get_distance(*first, *last) <= COINCIDING
+        {
+            kept.pop();
+        }
+    }
+    kept.into_iter().map(|(index, _)| index).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_reverse_by_the_signs_of_the_speeds() {
+        let x = [0.0, 1.0, 2.0, 1.0, 0.0, -1.0];
+        let y = [0.0; 6];
+        let directions = |speed: &[f64]| {
+            let path = Path::new(&x, &y, Some(speed), false).unwrap();
+            (0..5).map(|k| path.view().is_reverse(k)).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            directions(&[1.0, 1.0, -1.0, 0.0, 0.0, -1.0]),
+            [false, false, true, true, true]
+        );
+        assert_eq!(
+            directions(&[0.0, 1.0, 0.0, -1.0, 0.0, 0.0]),
+            [false, false, true, true, true]
+        );
+        assert!(Path::new(&x, &y, Some(&[1.0; 6]), false).unwrap().view().reverse().is_none());
+    }
+
+    #[test]
+    fn test_distinct_waypoints_keep_the_last_of_several() {
+        let x = [0.0, 0.0, 1.0, 2.0, 2.0, 2.0, 0.0];
+        let y = [0.0; 7];
+        assert_eq!(distinct_waypoints(&x, &y, false), [1, 2, 5, 6]);
+        assert_eq!(distinct_waypoints(&x, &y, true), [1, 2, 5]);
+        assert_eq!(distinct_waypoints(&[1.0; 3], &[1.0; 3], true), [2]);
     }
 }

@@ -35,8 +35,18 @@ pub struct PathView<'a> {
     y: &'a [f64],
     s: &'a [f64],
     speed: Option<&'a [f64]>,
-    length: f64,
+    reverse: Option<&'a [bool]>,
+    measures: Measures,
     closed: bool,
+}
+
+/// What is measured of a path once [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Measures {
+    /// Arc length of the whole path, the closing segment included.
+    pub length: f64,
+    /// Length of the longest segment.
+    pub longest: f64,
 }
 
 impl<'a> PathView<'a> {
@@ -54,15 +64,37 @@ impl<'a> PathView<'a> {
         closed: bool,
         s: &'a mut [f64],
     ) -> Result<Self, PathError> {
-        let length = measure(x, y, speed, closed, s)?;
+        let measures = measure(x, y, speed, closed, s)?;
         Ok(Self {
             x,
             y,
             s,
             speed,
-            length,
+            reverse: None,
+            measures,
             closed,
         })
+    }
+
+    /// The same path with the stretches that are driven backwards: entry `k` says so of segment
+    /// `k`; the last entry of an open path says nothing. Without it all is driven forward.
+    ///
+    /// # Errors
+    ///
+    /// [`PathError::LengthMismatch`] unless there is an entry for each waypoint.
+    pub fn with_reverse(self, reverse: &'a [bool]) -> Result<Self, PathError> {
+        if reverse.len() == self.len() {
+            Ok(Self {
+                reverse: Some(reverse),
+                ..self
+            })
+        } else {
+            Err(PathError::LengthMismatch {
+                field: "reverse",
+                length: reverse.len(),
+                waypoints: self.len(),
+            })
+        }
     }
 
     /// A view of slices that [`measure`] has accepted.
@@ -72,7 +104,8 @@ impl<'a> PathView<'a> {
         y: &'a [f64],
         s: &'a [f64],
         speed: Option<&'a [f64]>,
-        length: f64,
+        reverse: Option<&'a [bool]>,
+        measures: Measures,
         closed: bool,
     ) -> Self {
         Self {
@@ -80,7 +113,8 @@ impl<'a> PathView<'a> {
             y,
             s,
             speed,
-            length,
+            reverse,
+            measures,
             closed,
         }
     }
@@ -111,7 +145,13 @@ impl<'a> PathView<'a> {
     /// Arc length of the whole path [m], the closing segment included.
     #[inline]
     pub fn length(&self) -> f64 {
-        self.length
+        self.measures.length
+    }
+
+    /// Length of the longest segment [m].
+    #[inline]
+    pub fn longest(&self) -> f64 {
+        self.measures.longest
     }
 
     /// The abscissas of the waypoints [m].
@@ -134,6 +174,11 @@ impl<'a> PathView<'a> {
         self.speed
     }
 
+    /// For each segment whether it is driven backwards, where any is.
+    pub fn reverse(&self) -> Option<&'a [bool]> {
+        self.reverse
+    }
+
     /// Waypoint `index`; the origin beyond the last, which no caller in this crate asks for.
     #[inline]
     pub(crate) fn waypoint(&self, index: usize) -> Point {
@@ -146,7 +191,7 @@ impl<'a> PathView<'a> {
     /// Arc length at waypoint `index` [m].
     #[inline]
     pub(crate) fn arc(&self, index: usize) -> f64 {
-        self.s.get(index).copied().unwrap_or(self.length)
+        self.s.get(index).copied().unwrap_or(self.measures.length)
     }
 
     /// `index` counted on across the seam of a closed path, at most once.
@@ -183,6 +228,57 @@ impl<'a> PathView<'a> {
         }
     }
 
+    /// The segment that starts at waypoint `index`, or ends there where none starts.
+    #[inline]
+    pub(crate) fn segment_at(&self, index: usize) -> usize {
+        index.min(self.segments() - 1)
+    }
+
+    /// Length of segment `index` [m].
+    #[inline]
+    pub(crate) fn segment_length(&self, index: usize) -> f64 {
+        let end = if index + 1 < self.len() {
+            self.arc(index + 1)
+        } else {
+            self.length()
+        };
+        end - self.arc(index)
+    }
+
+    /// Whether segment `index` is driven backwards.
+    #[inline]
+    pub fn is_reverse(&self, index: usize) -> bool {
+        match self.reverse {
+            None => false,
+            Some(reverse) => reverse.get(index).copied().unwrap_or(false),
+        }
+    }
+
+    /// The segment after `index`; none after the last of an open path.
+    #[inline]
+    pub(crate) fn next_segment(&self, index: usize) -> Option<usize> {
+        self.next(index).filter(|&next| next < self.segments())
+    }
+
+    /// The segment after `index`, where the vehicle goes on without changing its direction.
+    #[inline]
+    pub(crate) fn following(&self, index: usize) -> Option<usize> {
+        self.next_segment(index)
+            .filter(|&next| self.goes_on(index, next))
+    }
+
+    /// The segment before `index`, where the vehicle comes without changing its direction.
+    #[inline]
+    pub(crate) fn preceding(&self, index: usize) -> Option<usize> {
+        self.previous(index)
+            .filter(|&previous| self.goes_on(previous, index))
+    }
+
+    #[inline]
+    fn goes_on(&self, from: usize, to: usize) -> bool {
+        self.reverse.is_none() || self.is_reverse(from) == self.is_reverse(to)
+    }
+
     /// Both ends of segment `index`.
     #[inline]
     pub(crate) fn segment(&self, index: usize) -> (Point, Point) {
@@ -193,14 +289,14 @@ impl<'a> PathView<'a> {
     }
 }
 
-/// Checks waypoints, writes the arc length at each into `s`, returns the length of the path.
+/// Checks waypoints, writes the arc length at each into `s`, measures the path.
 pub(super) fn measure(
     x: &[f64],
     y: &[f64],
     speed: Option<&[f64]>,
     closed: bool,
     s: &mut [f64],
-) -> Result<f64, PathError> {
+) -> Result<Measures, PathError> {
     let waypoints = x.len();
     let least = if closed { 3 } else { 2 };
     if waypoints < least {
@@ -231,6 +327,7 @@ pub(super) fn measure(
 
     let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
     let mut length = 0.0;
+    let mut longest = 0.0;
     for (index, ((here, next), room)) in points()
         .zip(points().cycle().skip(1))
         .zip(s.iter_mut())
@@ -248,9 +345,14 @@ pub(super) fn measure(
                 next: if last { 0 } else { index + 1 },
             });
         }
+        let before = length;
         length += step;
+        // As differences of arc lengths have it, which is how a segment's length is asked for.
+        if length - before > longest {
+            longest = length - before;
+        }
     }
-    Ok(length)
+    Ok(Measures { length, longest })
 }
 
 fn check_numbers(field: &'static str, values: &[f64], bound: f64) -> Result<(), PathError> {

@@ -1,6 +1,8 @@
-//! The vehicle: pose and speed, and where it will be.
+//! The vehicle: pose and speed, where it will be, and how commands come to its wheels.
 
+pub mod actuator;
 pub mod predict;
 pub mod state;
 
+pub use actuator::{Actuator, ActuatorParams, UnderWay};
 pub use state::VehicleState;

@@ -12,15 +12,25 @@ pub(crate) use state::{
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley};
-use popsteer_core::{LateralLaw, Path, VehicleState, WaypointState};
+use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley, Tracker, TrackerState};
+use popsteer_core::vehicle::Actuator;
+use popsteer_core::{LateralLaw, LateralState, Path, VehicleState};
 use popsteer_sim::Law;
 use pyo3::prelude::*;
 
 use self::state::as_given;
+use crate::actuator::PyActuator;
 use crate::command::PyCommand;
 use crate::errors::{IntoPyErr, OrRaise};
+use crate::params::Count;
 use crate::path::PyPath;
+
+/// A law, its path and its state, as a batch takes them.
+pub(crate) type Vehicle<L> = (
+    Tracker<L>,
+    Arc<Path>,
+    TrackerState<<L as LateralLaw>::State>,
+);
 
 /// A controller: a law of the core, its state, and the path it follows.
 macro_rules! controller {
@@ -34,21 +44,22 @@ macro_rules! controller {
         #[pyclass(name = $name, module = "popsteer")]
         #[derive(Debug)]
         pub(crate) struct $class {
-            law: $core,
-            state: <$core as LateralLaw>::State,
+            law: Tracker<$core>,
+            state: TrackerState<<$core as LateralLaw>::State>,
             path: Arc<Path>,
             owner: Py<PyPath>,
             params: Py<$params>,
+            actuator: Option<Py<PyActuator>>,
         }
 
         impl $class {
             /// The law as the closed loop takes it, and its path.
-            pub(crate) fn law(&self) -> (Law, Arc<Path>) {
-                (self.law.into(), Arc::clone(&self.path))
+            pub(crate) fn law(&self) -> (Tracker<Law>, Arc<Path>) {
+                (self.law.map(Law::from), Arc::clone(&self.path))
             }
 
             /// The law, its path and the present state, as a batch takes them.
-            pub(crate) fn vehicle(&self) -> ($core, Arc<Path>, <$core as LateralLaw>::State) {
+            pub(crate) fn vehicle(&self) -> Vehicle<$core> {
                 (self.law, Arc::clone(&self.path), self.state.clone())
             }
         }
@@ -56,23 +67,30 @@ macro_rules! controller {
         #[pymethods]
         impl $class {
             #[new]
-            #[pyo3(signature = (path, params=None))]
+            #[pyo3(signature = (path, params=None, *, actuator=None))]
             fn new(
                 py: Python<'_>,
                 path: Py<PyPath>,
                 params: Option<Py<$params>>,
+                actuator: Option<Py<PyActuator>>,
             ) -> PyResult<Self> {
                 let params = match params {
                     Some(params) => params,
                     None => Py::new(py, $params(Default::default()))?,
                 };
                 let law = $core::new(params.get().0).or_raise(py)?;
+                let chain = match &actuator {
+                    None => None,
+                    Some(actuator) => Some(Actuator::new(actuator.get().0).or_raise(py)?),
+                };
+                let law = Tracker::new(law, chain);
                 Ok(Self {
                     law,
                     state: law.initial_state(),
                     path: Arc::clone(&path.get().0),
                     owner: path,
                     params,
+                    actuator,
                 })
             }
 
@@ -85,7 +103,7 @@ macro_rules! controller {
             /// yaw : float
             ///     Heading [rad], counter-clockwise from x.
             /// speed : float
-            ///     Forward speed [m/s].
+            ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
             ///     Time since the last step [s], 1e-6 to 1e3.
             ///
@@ -124,7 +142,7 @@ macro_rules! controller {
             /// yaw : float
             ///     Heading [rad], counter-clockwise from x.
             /// speed : float
-            ///     Forward speed [m/s].
+            ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
             ///     Time since the last step [s], 1e-6 to 1e3.
             ///
@@ -151,12 +169,51 @@ macro_rules! controller {
                 self.law.steer(&self.path.view(), &mut self.state, vehicle, dt).or_raise(py)
             }
 
+            /// Take one control step, and answer whatever comes in.
+            ///
+            /// Where `step` would raise `InputError`, the last angle is held. Errors and target of
+            /// such a command are 0, and the rest of the state stays.
+            ///
+            /// Parameters
+            /// ----------
+            /// x, y : float
+            ///     Position of the rear axle [m].
+            /// yaw : float
+            ///     Heading [rad], counter-clockwise from x.
+            /// speed : float
+            ///     Speed [m/s], negative while rolling backwards.
+            /// dt : float
+            ///     Time since the last step [s], 1e-6 to 1e3.
+            /// hold_limit : int, default 10
+            ///     How many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the status
+            ///     is the fault ``Status.INPUT_LOST``.
+            ///
+            /// Returns
+            /// -------
+            /// Command
+            ///     Always one of finite numbers.
+            #[pyo3(signature = (x, y, yaw, speed, dt, hold_limit=Count(10)))]
+            fn step_or_hold(
+                &mut self,
+                x: f64,
+                y: f64,
+                yaw: f64,
+                speed: f64,
+                dt: f64,
+                hold_limit: Count,
+            ) -> PyCommand {
+                let vehicle = VehicleState { x, y, yaw, speed };
+                let limit = usize::try_from(hold_limit.0).unwrap_or(0);
+                let path = self.path.view();
+                PyCommand(self.law.step_or_hold(&path, &mut self.state, vehicle, dt, limit))
+            }
+
             /// Find the vehicle's place on the path anew, after a jump.
             ///
             /// A step looks for the vehicle near its last place. After a jump, of the vehicle, of
             /// its localisation or along the path, this puts the remembered waypoint to
-            /// ``path.relocalise`` of the law's reference point, and the next step goes on from
-            /// there. The rest of the state stays.
+            /// ``path.relocalise(x, y, yaw)``, and the next step goes on from there. The rest of
+            /// the state stays.
             ///
             /// Parameters
             /// ----------
@@ -171,20 +228,49 @@ macro_rules! controller {
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
             fn relocalise(slf: &Bound<'_, Self>, x: f64, y: f64, yaw: f64) -> PyResult<()> {
                 let py = slf.py();
-                let (owner, position) = {
-                    let this = slf.try_borrow()?;
-                    let position = this.law.reference_point(x, y, yaw).or_raise(py)?;
-                    (this.owner.clone_ref(py), position)
-                };
+                let owner = slf.try_borrow()?.owner.clone_ref(py);
                 // The controller is not borrowed while the path may be building its index.
-                let waypoint = owner.get().relocalised(py, position, yaw);
-                slf.try_borrow_mut()?.state.set_waypoint(waypoint);
+                let waypoint = owner.get().relocalised(py, x, y, yaw).or_raise(py)?;
+                slf.try_borrow_mut()?.state.set_waypoint(Some(waypoint));
                 Ok(())
             }
 
             /// Forget all steps taken so far.
-            fn reset(&mut self) {
-                self.state = self.law.initial_state();
+            ///
+            /// Parameters
+            /// ----------
+            /// steer : float, optional
+            ///     The angle of the wheels as a driver leaves them [rad], from which the next steps
+            ///     go on without a jump; POP goes on in its neighbourhood, of other laws the
+            ///     difference fades within a second. By default the wheels count as straight, and
+            ///     nothing fades.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If the angle is not within the law's `max_steer`; the state is then unchanged.
+            #[pyo3(signature = (*, steer=None))]
+            fn reset(&mut self, py: Python<'_>, steer: Option<f64>) -> PyResult<()> {
+                self.state = match steer {
+                    None => self.law.initial_state(),
+                    Some(steer) => self.law.state_from(steer).or_raise(py)?,
+                };
+                Ok(())
+            }
+
+            /// Follow another path from the next step on, without a jump of the angle.
+            ///
+            /// The vehicle is looked for on the whole of it; what was measured against the old one
+            /// is forgotten. The angle goes on from the last one, as after ``reset(steer=...)``.
+            ///
+            /// Parameters
+            /// ----------
+            /// path : Path
+            ///     The path to follow.
+            fn set_path(&mut self, path: Py<PyPath>) {
+                self.path = Arc::clone(&path.get().0);
+                self.owner = path;
+                self.state.leave_path();
             }
 
             /// What the law remembers; a copy, which can be compared, saved and set again.
@@ -215,13 +301,20 @@ macro_rules! controller {
                 self.params.clone_ref(py)
             }
 
+            /// What the commands go through on their way to the wheels; None for nothing.
+            #[getter]
+            fn actuator(&self, py: Python<'_>) -> Option<Py<PyActuator>> {
+                self.actuator.as_ref().map(|actuator| actuator.clone_ref(py))
+            }
+
             /// The path followed.
             #[getter]
             fn path(&self, py: Python<'_>) -> Py<PyPath> {
                 self.owner.clone_ref(py)
             }
 
-            /// How far ahead of the rear axle the law's reference point lies [m].
+            /// How far ahead of the rear axle the law's reference point lies [m]; where the path is
+            /// driven backwards, how far behind it.
             #[getter]
             fn reference_offset(&self) -> f64 {
                 self.law.reference_offset()
@@ -251,6 +344,8 @@ controller! {
     ///     The path to follow.
     /// params : PopParams, optional
     ///     By default the paper's.
+    /// actuator : Actuator, optional
+    ///     What lies between the commands and the wheels; nothing by default.
     ///
     /// Examples
     /// --------
@@ -295,6 +390,8 @@ controller! {
     ///     The path to follow.
     /// params : PidParams, optional
     ///     By default the paper's.
+    /// actuator : Actuator, optional
+    ///     What lies between the commands and the wheels; nothing by default.
     ///
     /// Examples
     /// --------
@@ -317,6 +414,8 @@ controller! {
     ///     The path to follow.
     /// params : PurePursuitParams, optional
     ///     By default the paper's, with the published code's least lookahead.
+    /// actuator : Actuator, optional
+    ///     What lies between the commands and the wheels; nothing by default.
     ///
     /// Examples
     /// --------
@@ -339,6 +438,8 @@ controller! {
     ///     The path to follow.
     /// params : StanleyParams, optional
     ///     By default the paper's.
+    /// actuator : Actuator, optional
+    ///     What lies between the commands and the wheels; nothing by default.
     ///
     /// Examples
     /// --------
@@ -360,6 +461,8 @@ controller! {
     ///     The path to follow.
     /// params : BangBangParams, optional
     ///     Parameters.
+    /// actuator : Actuator, optional
+    ///     What lies between the commands and the wheels; nothing by default.
     ///
     /// Examples
     /// --------
@@ -370,7 +473,7 @@ controller! {
 }
 
 /// Any of the controllers, as the closed loop takes it.
-pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Law, Arc<Path>)> {
+pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Tracker<Law>, Arc<Path>)> {
     macro_rules! try_each {
         ($($class:ty),+) => {$(
             if let Ok(controller) = object.cast_exact::<$class>() {

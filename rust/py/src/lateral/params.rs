@@ -21,18 +21,24 @@ params! {
         "Optimization range delta_nbd [rad]: candidates lie this far about the last angle.";
     candidate_count: usize, "int, default 21",
         "Optimization resolution: the number of candidates, odd.";
+    exact_lookahead: bool, "bool, default True",
+        "Whether the lookahead point is the path's first crossing of the circle ahead, instead of what the paper's search finds.";
     lookahead_tolerance: f64, "float, default 0.01",
-        "Threshold epsilon of the lookahead search [m].";
+        "Threshold epsilon of the paper's search [m].";
     window_ahead: f64, "float, default 20.0",
-        "Arc ahead of the vehicle that is searched [m].";
+        "Arc ahead of the vehicle that the paper's search looks at [m].";
     grid_spacing: f64, "float, default 0.01",
-        "Greatest distance of neighbours on the re-discretised path [m].";
+        "Greatest distance of neighbours on the path as the paper's search re-discretises it [m].";
     wheelbase: f64, "float, default 3.0",
         "Distance of the axles [m].";
     reference_offset: Option<f64>, "float, optional",
-        "Reference point ahead of the rear axle [m]; the front axle by default.";
+        "Reference point ahead of the rear axle, in the direction of driving [m]; the front axle by default.";
     max_steer: f64, "float, default 1.22",
         "Steering limit delta_max [rad].";
+    search_distance: Option<f64>, "float, optional",
+        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+    lost_distance: Option<f64>, "float, optional",
+        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
 }
 
 params! {
@@ -52,9 +58,13 @@ params! {
     wheelbase: f64, "float, default 3.0",
         "Distance of the axles [m].";
     reference_offset: Option<f64>, "float, optional",
-        "Reference point ahead of the rear axle [m]; the front axle by default.";
+        "Reference point ahead of the rear axle, in the direction of driving [m]; the front axle by default.";
     max_steer: f64, "float, default 1.22",
         "Steering limit delta_max [rad].";
+    search_distance: Option<f64>, "float, optional",
+        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+    lost_distance: Option<f64>, "float, optional",
+        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
 }
 
 params! {
@@ -67,18 +77,24 @@ params! {
         "Least lookahead [m]; the paper's equation has 0.";
     alpha_by_arccos: bool, "bool, default False",
         "Whether alpha is acos(heading . line / lookahead), as in the published code.";
+    exact_lookahead: bool, "bool, default True",
+        "Whether the lookahead point is the path's first crossing of the circle ahead, instead of what the paper's search finds.";
     lookahead_tolerance: f64, "float, default 0.01",
-        "Threshold epsilon of the lookahead search [m].";
+        "Threshold epsilon of the paper's search [m].";
     window_ahead: f64, "float, default 20.0",
-        "Arc ahead of the vehicle that is searched [m].";
+        "Arc ahead of the vehicle that the paper's search looks at [m].";
     grid_spacing: f64, "float, default 0.01",
-        "Greatest distance of neighbours on the re-discretised path [m].";
+        "Greatest distance of neighbours on the path as the paper's search re-discretises it [m].";
     wheelbase: f64, "float, default 3.0",
         "Distance of the axles L [m].";
     reference_offset: Option<f64>, "float, optional",
         "Reference point ahead of the rear axle [m]; the rear axle by default.";
     max_steer: f64, "float, default 1.22",
         "Steering limit delta_max [rad].";
+    search_distance: Option<f64>, "float, optional",
+        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+    lost_distance: Option<f64>, "float, optional",
+        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
 }
 
 params! {
@@ -96,9 +112,13 @@ params! {
     wheelbase: f64, "float, default 3.0",
         "Distance of the axles [m].";
     reference_offset: Option<f64>, "float, optional",
-        "Reference point ahead of the rear axle [m]; the front axle by default.";
+        "Reference point ahead of the rear axle, in the direction of driving [m]; the front axle by default.";
     max_steer: f64, "float, default 1.22",
         "Steering limit delta_max [rad].";
+    search_distance: Option<f64>, "float, optional",
+        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+    lost_distance: Option<f64>, "float, optional",
+        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
 }
 
 params! {
@@ -112,7 +132,11 @@ params! {
     wheelbase: f64, "float, default 3.0",
         "Distance of the axles [m].";
     reference_offset: Option<f64>, "float, optional",
-        "Reference point ahead of the rear axle [m]; the front axle by default.";
+        "Reference point ahead of the rear axle, in the direction of driving [m]; the front axle by default.";
     max_steer: f64, "float, default 1.22",
         "Steering limit delta_max [rad].";
+    search_distance: Option<f64>, "float, optional",
+        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+    lost_distance: Option<f64>, "float, optional",
+        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
 }

@@ -4,6 +4,8 @@ use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PurePursuit, PurePursuitState, Stanley,
     StanleyState, pid::ErrorBuffer,
 };
+use popsteer_core::lateral::{Handover, Tracker, TrackerState};
+use popsteer_core::vehicle::Actuator;
 use popsteer_core::{InputError, LateralLaw};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -14,10 +16,79 @@ use crate::params::{Count, Field, repr};
 pub(crate) trait StateClass: Sized {
     /// The core's law.
     type Law: LateralLaw;
-    /// The class that shows `state`.
-    fn from_core(state: &<Self::Law as LateralLaw>::State) -> Self;
+    /// The class that shows `state`, with `tail` beside it.
+    fn show(state: &<Self::Law as LateralLaw>::State, tail: Tail) -> Self;
     /// The state of `law` that the class shows.
-    fn to_core(&self, law: &Self::Law) -> Result<<Self::Law as LateralLaw>::State, InputError>;
+    fn law_state(&self, law: &Self::Law) -> Result<<Self::Law as LateralLaw>::State, InputError>;
+    /// What the class shows beside it.
+    fn tail(&self) -> Tail;
+
+    /// The class that shows `state`.
+    fn from_core(state: &TrackerState<<Self::Law as LateralLaw>::State>) -> Self {
+        Self::show(&state.law, Tail::of(state))
+    }
+
+    /// The state of `tracker` that the class shows.
+    fn to_core(
+        &self,
+        tracker: &Tracker<Self::Law>,
+    ) -> Result<TrackerState<<Self::Law as LateralLaw>::State>, InputError> {
+        let law = self.law_state(tracker.law())?;
+        self.tail().restore(law, tracker.actuator())
+    }
+}
+
+/// What all states remember beside the law's own.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tail {
+    steer: f64,
+    handover_offset: Option<f64>,
+    handover_left: f64,
+    held: Count,
+    wheel: Option<f64>,
+    under_way: Pairs,
+}
+
+impl Tail {
+    fn of<S>(state: &TrackerState<S>) -> Self {
+        let under_way = state.under_way.as_deref();
+        Self {
+            steer: state.steer,
+            handover_offset: state.handover.and_then(|handover| handover.offset),
+            handover_left: state.handover.map_or(0.0, |handover| handover.left),
+            held: state.held.argument(),
+            wheel: under_way.map(popsteer_core::vehicle::UnderWay::wheel),
+            under_way: Pairs(under_way.map_or_else(Vec::new, |line| line.commands().collect())),
+        }
+    }
+
+    fn restore<S>(
+        self,
+        law: S,
+        actuator: Option<&Actuator>,
+    ) -> Result<TrackerState<S>, InputError> {
+        let under_way = match actuator {
+            None => None,
+            // Of a state from before an actuator was there the wheels follow at once.
+            Some(actuator) if self.wheel.is_none() => Some(actuator.settled(self.steer)),
+            Some(actuator) => {
+                let wheel = self.wheel.unwrap_or(self.steer);
+                Some(actuator.restore(self.under_way.0.into_iter(), wheel)?)
+            }
+        };
+        let handover = Handover {
+            offset: self.handover_offset,
+            left: self.handover_left,
+        };
+        let none = handover.offset.is_none() && handover.left <= 0.0 && handover.left >= 0.0;
+        Ok(TrackerState {
+            law,
+            steer: self.steer,
+            handover: (!none).then_some(handover),
+            held: usize::try_from(self.held.0).unwrap_or(0),
+            under_way: under_way.map(Box::new),
+        })
+    }
 }
 
 fn from_waypoint(waypoint: Option<usize>) -> Option<Count> {
@@ -44,18 +115,43 @@ macro_rules! state {
             #[doc = concat!(stringify!($field), " : ", $words)]
             #[doc = concat!("    ", $text)]
         )+
+        /// steer : float, default 0.0
+        ///     The angle last commanded [rad].
+        /// handover_offset : float, optional
+        ///     Difference to the angle that was taken over [rad]; None before the first step.
+        /// handover_left : float, default 0.0
+        ///     How long it fades on [s]; 0 without a hand-over.
+        /// held : int, default 0
+        ///     How many inputs in a row were refused.
+        /// wheel : float, optional
+        ///     Angle of the wheels [rad]; None without an actuator.
+        /// under_way : tuple of tuple of float, default ()
+        ///     Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class {
             $($field: $kind,)+
+            tail: Tail,
         }
 
         #[pymethods]
         impl $class {
             #[new]
-            #[pyo3(signature = (*, $($field = $default),+))]
-            fn new($($field: $kind),+) -> Self {
-                Self { $($field),+ }
+            #[pyo3(signature = (
+                *, $($field = $default,)+ steer=0.0, handover_offset=None, handover_left=0.0,
+                held=Count(0), wheel=None, under_way=Pairs(Vec::new())
+            ))]
+            fn new(
+                $($field: $kind,)+
+                steer: f64,
+                handover_offset: Option<f64>,
+                handover_left: f64,
+                held: Count,
+                wheel: Option<f64>,
+                under_way: Pairs,
+            ) -> Self {
+                let tail = Tail { steer, handover_offset, handover_left, held, wheel, under_way };
+                Self { $($field,)+ tail }
             }
 
             $(
@@ -66,10 +162,52 @@ macro_rules! state {
                 }
             )+
 
+            /// The angle last commanded [rad].
+            #[getter]
+            fn steer(&self) -> f64 {
+                self.tail.steer
+            }
+
+            /// Difference to the angle that was taken over [rad]; None before the first step.
+            #[getter]
+            fn handover_offset(&self) -> Option<f64> {
+                self.tail.handover_offset
+            }
+
+            /// How long it fades on [s]; 0 without a hand-over.
+            #[getter]
+            fn handover_left(&self) -> f64 {
+                self.tail.handover_left
+            }
+
+            /// How many inputs in a row were refused.
+            #[getter]
+            fn held(&self) -> Count {
+                self.tail.held
+            }
+
+            /// Angle of the wheels [rad]; None without an actuator.
+            #[getter]
+            fn wheel(&self) -> Option<f64> {
+                self.tail.wheel
+            }
+
+            /// Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+            #[getter]
+            fn under_way(&self) -> Pairs {
+                self.tail.under_way.clone()
+            }
+
             /// The fields by name, as a new ``dict``.
             pub(crate) fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
                 let fields = PyDict::new(py);
                 $(fields.set_item(stringify!($field), self.$field.clone())?;)+
+                fields.set_item("steer", self.steer())?;
+                fields.set_item("handover_offset", self.handover_offset())?;
+                fields.set_item("handover_left", self.handover_left())?;
+                fields.set_item("held", self.held())?;
+                fields.set_item("wheel", self.wheel())?;
+                fields.set_item("under_way", self.under_way())?;
                 Ok(fields)
             }
 
@@ -91,7 +229,7 @@ state! {
     /// What `Pop` remembers from one step to the next.
     PyPopState named "PopState",
     waypoint: Option<Count> = None, "int, optional",
-        "The waypoint nearest at the last step; None before the first.";
+        "The waypoint at which the segment of the last foot starts; None before the first step.";
     previous_steer: f64 = 0.0, "float, default 0.0",
         "The last angle delta_prev [rad].";
 }
@@ -100,7 +238,7 @@ state! {
     /// What `Pid` remembers from one step to the next.
     PyPidState named "PidState",
     waypoint: Option<Count> = None, "int, optional",
-        "The waypoint nearest at the last step; None before the first.";
+        "The waypoint at which the segment of the last foot starts; None before the first step.";
     previous_error: Option<f64> = None, "float, optional",
         "The last cross-track error [m]; None before the first step.";
     terms: Terms = Terms(Vec::new()), "tuple of float, default ()",
@@ -115,7 +253,7 @@ state! {
     /// What `PurePursuit` remembers from one step to the next.
     PyPurePursuitState named "PurePursuitState",
     waypoint: Option<Count> = None, "int, optional",
-        "The waypoint nearest at the last step; None before the first.";
+        "The waypoint at which the segment of the last foot starts; None before the first step.";
     previous_alpha: f64 = 0.0, "float, default 0.0",
         "The last bearing of the lookahead point [rad]; 0 without alpha_by_arccos.";
 }
@@ -124,14 +262,14 @@ state! {
     /// What `Stanley` remembers from one step to the next.
     PyStanleyState named "StanleyState",
     waypoint: Option<Count> = None, "int, optional",
-        "The waypoint nearest at the last step; None before the first.";
+        "The waypoint at which the segment of the last foot starts; None before the first step.";
 }
 
 state! {
     /// What `BangBang` remembers from one step to the next.
     PyBangBangState named "BangBangState",
     waypoint: Option<Count> = None, "int, optional",
-        "The waypoint nearest at the last step; None before the first.";
+        "The waypoint at which the segment of the last foot starts; None before the first step.";
 }
 
 /// Numbers that Python sees as a tuple.
@@ -156,17 +294,44 @@ impl<'py> IntoPyObject<'py> for Terms {
     }
 }
 
+/// Pairs of numbers that Python sees as a tuple of tuples.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Pairs(Vec<(f64, f64)>);
+
+impl<'py> FromPyObject<'_, 'py> for Pairs {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        object.extract().map(Self)
+    }
+}
+
+impl<'py> IntoPyObject<'py> for Pairs {
+    type Target = PyTuple;
+    type Output = Bound<'py, PyTuple>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        PyTuple::new(py, self.0)
+    }
+}
+
 impl StateClass for PyPopState {
     type Law = Pop;
 
-    fn from_core(state: &PopState) -> Self {
+    fn show(state: &PopState, tail: Tail) -> Self {
         Self {
             waypoint: from_waypoint(state.waypoint),
             previous_steer: state.previous_steer,
+            tail,
         }
     }
 
-    fn to_core(&self, _law: &Pop) -> Result<PopState, InputError> {
+    fn tail(&self) -> Tail {
+        self.tail.clone()
+    }
+
+    fn law_state(&self, _law: &Pop) -> Result<PopState, InputError> {
         Ok(PopState {
             waypoint: to_waypoint(self.waypoint),
             previous_steer: self.previous_steer,
@@ -177,17 +342,22 @@ impl StateClass for PyPopState {
 impl StateClass for PyPidState {
     type Law = Pid;
 
-    fn from_core(state: &PidState) -> Self {
+    fn show(state: &PidState, tail: Tail) -> Self {
         Self {
             waypoint: from_waypoint(state.waypoint),
             previous_error: state.previous_error,
             terms: Terms(state.buffer.terms().collect()),
             next: state.buffer.next().argument(),
             sum: state.buffer.sum(),
+            tail,
         }
     }
 
-    fn to_core(&self, law: &Pid) -> Result<PidState, InputError> {
+    fn tail(&self) -> Tail {
+        self.tail.clone()
+    }
+
+    fn law_state(&self, law: &Pid) -> Result<PidState, InputError> {
         let length = law.initial_state().buffer.length();
         let next = usize::try_from(self.next.0).unwrap_or(usize::MAX);
         Ok(PidState {
@@ -201,14 +371,19 @@ impl StateClass for PyPidState {
 impl StateClass for PyPurePursuitState {
     type Law = PurePursuit;
 
-    fn from_core(state: &PurePursuitState) -> Self {
+    fn show(state: &PurePursuitState, tail: Tail) -> Self {
         Self {
             waypoint: from_waypoint(state.waypoint),
             previous_alpha: state.previous_alpha,
+            tail,
         }
     }
 
-    fn to_core(&self, _law: &PurePursuit) -> Result<PurePursuitState, InputError> {
+    fn tail(&self) -> Tail {
+        self.tail.clone()
+    }
+
+    fn law_state(&self, _law: &PurePursuit) -> Result<PurePursuitState, InputError> {
         Ok(PurePursuitState {
             waypoint: to_waypoint(self.waypoint),
             previous_alpha: self.previous_alpha,
@@ -219,13 +394,18 @@ impl StateClass for PyPurePursuitState {
 impl StateClass for PyStanleyState {
     type Law = Stanley;
 
-    fn from_core(state: &StanleyState) -> Self {
+    fn show(state: &StanleyState, tail: Tail) -> Self {
         Self {
             waypoint: from_waypoint(state.waypoint),
+            tail,
         }
     }
 
-    fn to_core(&self, _law: &Stanley) -> Result<StanleyState, InputError> {
+    fn tail(&self) -> Tail {
+        self.tail.clone()
+    }
+
+    fn law_state(&self, _law: &Stanley) -> Result<StanleyState, InputError> {
         Ok(StanleyState {
             waypoint: to_waypoint(self.waypoint),
         })
@@ -235,13 +415,18 @@ impl StateClass for PyStanleyState {
 impl StateClass for PyBangBangState {
     type Law = BangBang;
 
-    fn from_core(state: &BangBangState) -> Self {
+    fn show(state: &BangBangState, tail: Tail) -> Self {
         Self {
             waypoint: from_waypoint(state.waypoint),
+            tail,
         }
     }
 
-    fn to_core(&self, _law: &BangBang) -> Result<BangBangState, InputError> {
+    fn tail(&self) -> Tail {
+        self.tail.clone()
+    }
+
+    fn law_state(&self, _law: &BangBang) -> Result<BangBangState, InputError> {
         Ok(BangBangState {
             waypoint: to_waypoint(self.waypoint),
         })

@@ -62,21 +62,69 @@ impl Plant for KinematicBicycle {
         }
     }
 
+    fn reverses(&self) -> bool {
+        true
+    }
+
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
+        let gear = if control.reverse { -1.0 } else { 1.0 };
         for _ in 0..substeps {
-            let speed = state.vehicle.speed;
-            let acceleration =
-                self.drive * control.throttle - self.braking * control.brake - self.drag * speed;
-            state.yaw_rate = speed * control.steer.tan() / self.wheelbase;
+            // Along the gear: a vehicle that still rolls the other way is below 0.
+            let speed = gear * state.vehicle.speed;
+            let braking = (self.braking * control.brake).copysign(speed);
+            let acceleration = self.drive * control.throttle - braking - self.drag * speed;
+            state.yaw_rate = state.vehicle.speed * control.steer.tan() / self.wheelbase;
             state.throttle = control.throttle;
             state.vehicle = kinematic_bicycle(
                 state.vehicle,
                 control.steer,
-                acceleration,
+                gear * acceleration,
                 self.wheelbase,
                 dt,
             );
-            state.vehicle.speed = state.vehicle.speed.max(0.0);
+            // Neither brakes nor drag drive: at rest they end.
+            let next = gear * state.vehicle.speed;
+            let stays = if speed < 0.0 { next.min(0.0) } else { next.max(0.0) };
+            state.vehicle.speed = gear * stays;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use popsteer_core::VehicleState;
+
+    #[test]
+    fn test_bicycle_brakes_to_rest_then_backs_up_with_the_wheels_mirrored() {
+        let plant = KinematicBicycle::DEFAULT;
+        let vehicle = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 1.0,
+        };
+        let mut state = PlantState {
+            vehicle,
+            yaw_rate: 0.0,
+            throttle: 0.0,
+        };
+        let control = Control {
+            steer: 0.2,
+            throttle: 0.0,
+            brake: 1.0,
+            reverse: true,
+        };
+        plant.advance(&mut state, control, 0.005, 100);
+        assert_eq!(state.vehicle.speed, 0.0);
+        let before = state.vehicle;
+        let backwards = Control {
+            throttle: 0.2,
+            brake: 0.0,
+            ..control
+        };
+        plant.advance(&mut state, backwards, 0.005, 200);
+        assert!(state.vehicle.speed < -0.9);
+        assert!(state.vehicle.x < before.x && state.vehicle.yaw < before.yaw);
     }
 }

@@ -20,6 +20,8 @@ pub struct Control {
     pub throttle: f64,
     /// Brake, 0 to 1.
     pub brake: f64,
+    /// Whether the throttle drives backwards.
+    pub reverse: bool,
 }
 
 /// Everything a plant of this crate remembers; a plain one leaves some of it at zero.
@@ -51,6 +53,11 @@ pub trait Plant: fmt::Debug + Send + Sync {
 
     /// Where its axles are.
     fn geometry(&self) -> Geometry;
+
+    /// Whether it drives backwards when told to.
+    fn reverses(&self) -> bool {
+        false
+    }
 
     /// Moves `state` on by `substeps` steps of `dt` [s] under a constant `control`.
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize);

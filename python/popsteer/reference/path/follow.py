@@ -1,0 +1,146 @@
+"""A point of the vehicle, followed along the path: forwards, backwards, and where it turns round.
+
+A vehicle that backs up is, for a kinematic bicycle exactly, one that drives forward with its
+heading turned by half a circle, its axles mirrored about the rear axle and its steering negated.
+So the laws are written for driving forward only: `Follow.locate` hands them the mirrored vehicle
+where the path is driven backwards, and they negate what they answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from popsteer.reference.math import PI, cos, sin, sqrt
+from popsteer.reference.path.locate import locate
+from popsteer.reference.path.relocalise import relocalise
+
+if TYPE_CHECKING:
+    from popsteer.reference.path.locate import Foot
+    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.vehicle.state import VehicleState
+
+__all__ = ["Follow", "Located", "find_anew"]
+
+
+@dataclass(frozen=True)
+class Located:
+    """Where the followed point is, with the vehicle as one that drives forward.
+
+    Attributes
+    ----------
+    position : tuple of float
+        The followed point [m].
+    foot : Foot
+        Its foot on the path.
+    vehicle : VehicleState
+        The vehicle, turned round where the path is driven backwards.
+    heading : tuple of float
+        The unit vector along the turned vehicle's heading.
+    dt : float
+        Control period [s].
+    reverse : bool
+        Whether the path is driven backwards here.
+    past_end : bool
+        Whether the point is past the last waypoint of an open path.
+    turned : bool
+        Whether the direction is another than at the last step.
+    off_path : bool
+        Whether the vehicle was lost, or is.
+    """
+
+    position: Point
+    foot: Foot
+    vehicle: VehicleState
+    heading: Point
+    dt: float
+    reverse: bool
+    past_end: bool
+    turned: bool = False
+    off_path: bool = False
+
+    def turn(self, steer: float) -> float:
+        """Take the turned vehicle's angle for the vehicle's own, and the other way round [rad]."""
+        return -steer if self.reverse else steer
+
+
+@dataclass(frozen=True)
+class Follow:
+    """Which point of the vehicle is followed, and how.
+
+    Attributes
+    ----------
+    reference_offset : float
+        How far ahead of the rear axle the point lies, in the direction of driving [m].
+    search_distance : float
+        How far along the path from its last place the point is looked for [m], beside what the
+        vehicle travels in a step.
+    lost_distance : float
+        Farther than this from its place on the path the vehicle is lost, and looked for on the
+        whole of it [m].
+    arrival_distance : float
+        The rear axle has come to where the vehicle turns round when it is this near [m].
+    """
+
+    reference_offset: float
+    search_distance: float
+    lost_distance: float
+    arrival_distance: float
+
+    def locate(
+        self, path: PathView, waypoint: int | None, vehicle: VehicleState, dt: float
+    ) -> Located:
+        """Find the point of a checked vehicle that was last at `waypoint`."""
+        start = find_anew(path, vehicle) if waypoint is None else path.segment_at(waypoint)
+        at = self._locate_from(path, start, vehicle, dt)
+        following = self._next_section(path, at.foot, vehicle)
+        if following is not None:
+            at = self._locate_from(path, following, vehicle, dt)
+        if at.foot.squared_distance > self.lost_distance * self.lost_distance:
+            anew = self._locate_from(path, find_anew(path, vehicle), vehicle, dt)
+            if anew.foot.squared_distance < at.foot.squared_distance:
+                at = anew
+            at = replace(at, off_path=True)
+        turned = waypoint is not None and at.reverse != path.is_reverse(start)
+        return replace(at, turned=turned)
+
+    def _locate_from(
+        self, path: PathView, segment: int, vehicle: VehicleState, dt: float
+    ) -> Located:
+        """Find the point near a segment, in the direction in which that is driven."""
+        reverse = path.is_reverse(segment)
+        if reverse:
+            vehicle = replace(vehicle, yaw=vehicle.yaw + PI, speed=-vehicle.speed)
+        heading = (cos(vehicle.yaw), sin(vehicle.yaw))
+        position = (
+            vehicle.x + self.reference_offset * heading[0],
+            vehicle.y + self.reference_offset * heading[1],
+        )
+        reach = self.search_distance + abs(vehicle.speed) * dt
+        foot = locate(path, segment, position, heading, reach)
+        return Located(
+            position=position,
+            foot=foot,
+            vehicle=vehicle,
+            heading=heading,
+            dt=dt,
+            reverse=reverse,
+            past_end=foot.fraction > 1.0 and path.next_segment(foot.segment) is None,
+        )
+
+    def _next_section(self, path: PathView, foot: Foot, vehicle: VehicleState) -> int | None:
+        """Return the segment to go on with where the vehicle turns round, once it is there."""
+        following = path.next_segment(foot.segment)
+        if following is None or path.following(foot.segment) is not None:
+            return None
+        waypoint = path.waypoint(following)
+        to = (waypoint[0] - vehicle.x, waypoint[1] - vehicle.y)
+        along = foot.along
+        length = sqrt(along[0] * along[0] + along[1] * along[1])
+        left = (to[0] * along[0] + to[1] * along[1]) / length
+        return following if left <= self.arrival_distance else None
+
+
+def find_anew(path: PathView, vehicle: VehicleState) -> int:
+    """Find the segment of the vehicle after a jump, by the place of its rear axle."""
+    return relocalise(path, (vehicle.x, vehicle.y), vehicle.yaw)

@@ -1,0 +1,218 @@
+//! A point of the vehicle, followed along the path: forwards, backwards, and through the places
+//! where it turns round.
+//!
+//! A vehicle that backs up is, for a kinematic bicycle exactly, one that drives forward with its
+//! heading turned by half a circle, its axles mirrored about the rear axle and its steering
+//! negated. So the laws are written for driving forward only: [`Follow::locate`] hands them the
+//! mirrored vehicle where the path is driven backwards, and they negate what they answer.
+
+use super::locate::{Foot, locate};
+use super::relocalise::relocalise;
+use super::view::PathView;
+use crate::Point;
+use crate::math::{PI, cos, sin, sqrt};
+use crate::vehicle::VehicleState;
+
+/// Which point of the vehicle is followed, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Follow {
+    /// How far ahead of the rear axle the point lies, in the direction of driving [m].
+    pub reference_offset: f64,
+    /// How far along the path from its last place the point is looked for [m], beside what the
+    /// vehicle travels in a step.
+    pub search_distance: f64,
+    /// Farther than this from its place on the path the vehicle is lost, and looked for on the
+    /// whole of it [m].
+    pub lost_distance: f64,
+    /// The rear axle has come to where the vehicle turns round when it is this near [m].
+    pub arrival_distance: f64,
+}
+
+/// Where the followed point is, with the vehicle as one that drives forward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located {
+    /// The followed point [m].
+    pub position: Point,
+    /// Its foot on the path.
+    pub foot: Foot,
+    /// The vehicle, turned round where the path is driven backwards: speed positive along it.
+    pub vehicle: VehicleState,
+    /// The unit vector along the turned vehicle's heading.
+    pub heading: Point,
+    /// Control period [s].
+    pub dt: f64,
+    /// Whether the path is driven backwards here.
+    pub reverse: bool,
+    /// Whether the direction is another than at the last step.
+    pub turned: bool,
+    /// Whether the vehicle was lost, or is.
+    pub off_path: bool,
+    /// Whether the point is past the last waypoint of an open path.
+    pub past_end: bool,
+}
+
+impl Follow {
+    /// Finds the point of a checked vehicle that was last at `waypoint`, on the whole path where
+    /// that is none.
+    #[inline]
+    pub fn locate(
+        &self,
+        path: &PathView<'_>,
+        waypoint: Option<usize>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Located {
+        let start = match waypoint {
+            Some(waypoint) => path.segment_at(waypoint),
+            None => find_anew(path, vehicle),
+        };
+        let mut at = self.locate_from(path, start, vehicle, dt);
+        if path.reverse().is_some()
+            && let Some(next) = self.next_section(path, &at.foot, vehicle)
+        {
+            at = self.locate_from(path, next, vehicle, dt);
+        }
+        if at.foot.squared_distance > self.lost_distance * self.lost_distance {
+            let anew = self.locate_from(path, find_anew(path, vehicle), vehicle, dt);
+            if anew.foot.squared_distance < at.foot.squared_distance {
+                at = anew;
+            }
+            at.off_path = true;
+        }
+        at.turned = waypoint.is_some() && at.reverse != path.is_reverse(start);
+        at
+    }
+
+    #[inline]
+    fn locate_from(
+        &self,
+        path: &PathView<'_>,
+        segment: usize,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Located {
+        let reverse = path.is_reverse(segment);
+        let vehicle = if reverse {
+            VehicleState {
+                yaw: vehicle.yaw + PI,
+                speed: -vehicle.speed,
+                ..vehicle
+            }
+        } else {
+            vehicle
+        };
+        let heading = Point::new(cos(vehicle.yaw), sin(vehicle.yaw));
+        let position = Point::new(
+            vehicle.x + self.reference_offset * heading.x,
+            vehicle.y + self.reference_offset * heading.y,
+        );
+        let reach = self.search_distance + vehicle.speed.abs() * dt;
+        let foot = locate(path, segment, position, heading, reach);
+        Located {
+            position,
+            foot,
+            vehicle,
+            heading,
+            dt,
+            reverse,
+            turned: false,
+            off_path: false,
+            past_end: foot.fraction > 1.0 && path.next_segment(foot.segment).is_none(),
+        }
+    }
+
+    /// The segment to go on with where the vehicle turns round, once its rear axle is there.
+    fn next_section(
+        &self,
+        path: &PathView<'_>,
+        foot: &Foot,
+        vehicle: VehicleState,
+    ) -> Option<usize> {
+        let next = path.next_segment(foot.segment)?;
+        if path.following(foot.segment).is_some() {
+            return None;
+        }
+        let along = foot.along();
+        let to = path.waypoint(next) - Point::new(vehicle.x, vehicle.y);
+        let length = sqrt(along.x * along.x + along.y * along.y);
+        let left = (to.x * along.x + to.y * along.y) / length;
+        (left <= self.arrival_distance).then_some(next)
+    }
+}
+
+/// The segment where the vehicle is found after a jump, by the place of its rear axle.
+#[cold]
+pub fn find_anew(path: &PathView<'_>, vehicle: VehicleState) -> usize {
+    relocalise(path, Point::new(vehicle.x, vehicle.y), vehicle.yaw)
+}
+
+impl Located {
+    /// The law's answer for the turned vehicle as the angle of the vehicle itself, and the other
+    /// way round [rad].
+    #[inline]
+    pub fn turn(&self, steer: f64) -> f64 {
+        if self.reverse { -steer } else { steer }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Path;
+
+    const FOLLOW: Follow = Follow {
+        reference_offset: 3.0,
+        search_distance: 6.0,
+        lost_distance: 30.0,
+        arrival_distance: 0.15,
+    };
+
+    /// 20 m forward along x, 10 m back, 20 m forward again.
+    fn shuttle() -> Path {
+        let x: [f64; 6] = [0.0, 10.0, 20.0, 10.0, 20.0, 30.0];
+        let path = Path::new(&x, &[0.0; 6], None, false).unwrap();
+        path.with_reverse(&[false, false, true, false, false, false])
+            .unwrap()
+    }
+
+    fn at(x: f64, y: f64, speed: f64) -> VehicleState {
+        VehicleState {
+            x,
+            y,
+            yaw: 0.0,
+            speed,
+        }
+    }
+
+    #[test]
+    fn test_follow_turns_round_when_the_rear_axle_has_come() {
+        let path = shuttle();
+        let view = path.view();
+        let forward = FOLLOW.locate(&view, Some(1), at(19.0, 0.5, 1.0), 0.05);
+        assert!(!forward.reverse && !forward.turned && forward.foot.segment == 1);
+        assert_eq!(forward.foot.point, Point::new(22.0, 0.0));
+        assert_eq!(forward.foot.cross_track_error(), 0.5);
+
+        let back = FOLLOW.locate(&view, Some(1), at(19.9, 0.5, 0.3), 0.05);
+        assert!(back.reverse && back.turned && back.foot.segment == 2);
+        assert!((back.position.x - 16.9).abs() < 1e-12);
+        assert_eq!(back.vehicle.speed, -0.3);
+        // The path leads the other way: its left is the vehicle's right.
+        assert!((back.foot.cross_track_error() + 0.5).abs() < 1e-12);
+
+        let again = FOLLOW.locate(&view, Some(2), at(10.1, 0.0, -0.3), 0.05);
+        assert!(!again.reverse && again.turned && again.foot.segment == 3);
+    }
+
+    #[test]
+    fn test_follow_lost_is_found_anew_and_said_so() {
+        let x = [0.0, 100.0, 200.0, 300.0];
+        let path = Path::new(&x, &[0.0; 4], None, false).unwrap();
+        let near = FOLLOW.locate(&path.view(), Some(0), at(20.0, 29.0, 5.0), 0.05);
+        assert!(!near.off_path);
+        let found = FOLLOW.locate(&path.view(), Some(0), at(240.0, 2.0, 5.0), 0.05);
+        assert!(found.off_path && found.foot.segment == 2);
+        let lost = FOLLOW.locate(&path.view(), Some(0), at(40.0, 31.0, 5.0), 0.05);
+        assert!(lost.off_path && lost.foot.segment == 0);
+    }
+}
