@@ -21,6 +21,7 @@ laws in plain Python, to read and to compare with).
 """
 
 from popsteer._core import (
+    Actuator,
     BangBang,
     BangBangParams,
     BangBangState,
@@ -60,6 +61,7 @@ from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.status import Status
 
 __all__ = [
+    "Actuator",
     "BangBang",
     "BangBangParams",
     "BangBangState",

@@ -28,7 +28,11 @@ Law by law:
     The code compares the heading with the segment behind the nearest waypoint, the paper's
     Equation 3 with the path beside the axle. ``reproduction`` is the code's.
 `pop`
-    All four are the same. ld_min is not given in the paper; 6 m is the code's.
+    ld_min is not given in the paper; 6 m is the code's.
+
+`pop` and `pure-pursuit` search for their lookahead point: ``default`` takes the path's first
+crossing of the lookahead circle, the others the paper's threshold search on the re-discretised
+path (``exact_lookahead=False``).
 
 The wheelbase and the reference point are the vehicle's, not the law's, so no preset sets them: see
 `popsteer.sim.fitted`.
@@ -63,7 +67,10 @@ REPRODUCTION = "reproduction"
 """The preset that comparisons with the paper use unless told otherwise."""
 
 _CODE_STANLEY = StanleyParams(heading_behind=True)
-_CODE_PURE_PURSUIT = PurePursuitParams(lookahead_gain=0.9, min_lookahead=10.0, alpha_by_arccos=True)
+_CODE_PURE_PURSUIT = PurePursuitParams(
+    lookahead_gain=0.9, min_lookahead=10.0, alpha_by_arccos=True, exact_lookahead=False
+)
+_PAPER_POP = PopParams(exact_lookahead=False)
 
 _PRESETS: dict[str, dict[str, Params]] = {
     "bang-bang": {
@@ -80,7 +87,9 @@ _PRESETS: dict[str, dict[str, Params]] = {
     },
     "pure-pursuit": {
         "default": PurePursuitParams(),
-        "paper": PurePursuitParams(lookahead_gain=0.9, min_lookahead=0.0),
+        "paper": PurePursuitParams(
+            lookahead_gain=0.9, min_lookahead=0.0, exact_lookahead=False
+        ),
         "published-code": _CODE_PURE_PURSUIT,
         REPRODUCTION: _CODE_PURE_PURSUIT,
     },
@@ -92,9 +101,9 @@ _PRESETS: dict[str, dict[str, Params]] = {
     },
     "pop": {
         "default": PopParams(),
-        "paper": PopParams(),
-        "published-code": PopParams(),
-        REPRODUCTION: PopParams(),
+        "paper": _PAPER_POP,
+        "published-code": _PAPER_POP,
+        REPRODUCTION: _PAPER_POP,
     },
 }
 

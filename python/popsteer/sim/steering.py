@@ -16,7 +16,15 @@ if TYPE_CHECKING:
 __all__ = ["OwnCommand", "OwnLaw", "Step", "drive"]
 
 _STEPS_PER_LOOK = 256  # between two calls of `progress`, as in the closed loop of the core
-_STATUS_CODES = {Status.OK: 0, Status.LOOKAHEAD_LOST: 1, Status.SATURATED: 2}
+_STATUS_CODES = {
+    Status.OK: 0,
+    Status.LOOKAHEAD_LOST: 1,
+    Status.SATURATED: 2,
+    Status.END_OF_PATH: 3,
+    Status.OFF_PATH: 4,
+    Status.INPUT_HELD: 5,
+    Status.INPUT_LOST: 6,
+}
 
 
 class OwnCommand(Protocol):

@@ -4,12 +4,12 @@ use std::sync::{Arc, OnceLock};
 
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
-use popsteer_core::{Point, math};
 use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
 use popsteer_core::path::lookahead::{self, Lookahead};
 use popsteer_core::path::resample::{self, Grid};
 use popsteer_core::path::{Foot, Path, PathView, Projection, distinct_waypoints, locate};
 use popsteer_core::vehicle::state::MAX_YAW;
+use popsteer_core::{Point, math};
 use popsteer_sim::PathIndex;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
@@ -291,16 +291,20 @@ impl PyPath {
         let made = if drop_duplicates && y.len() == x.len() {
             let kept = distinct_waypoints(&x, &y, closed);
             let pick = |values: &[f64]| -> Vec<f64> {
-                kept.iter().filter_map(|&index| values.get(index).copied()).collect()
+                kept.iter()
+                    .filter_map(|&index| values.get(index).copied())
+                    .collect()
             };
             let speed = match &speed {
                 Some(speed) if speed.len() == x.len() => Some(pick(speed)),
                 other => other.clone(),
             };
             let reverse = match reverse {
-                Some(reverse) if reverse.len() == x.len() => {
-                    Some(kept.iter().filter_map(|&index| reverse.get(index).copied()).collect())
-                }
+                Some(reverse) if reverse.len() == x.len() => Some(
+                    kept.iter()
+                        .filter_map(|&index| reverse.get(index).copied())
+                        .collect(),
+                ),
                 other => other,
             };
             (pick(&x), pick(&y), speed, reverse)

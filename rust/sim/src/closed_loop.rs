@@ -45,7 +45,12 @@ pub fn run_perceiving<L: LateralLaw>(
         let vehicle = perceive(simulation.vehicle());
         let (steer, reverse, target, status) = if settings.keep_records || turns_round {
             let command = law.step(&path.view(), &mut law_state, vehicle, settings.dt)?;
-            (command.steer, command.reverse, command.target, command.status)
+            (
+                command.steer,
+                command.reverse,
+                command.target,
+                command.status,
+            )
         } else {
             let steer = law.steer(&path.view(), &mut law_state, vehicle, settings.dt)?;
             (steer, false, Point::new(f64::NAN, f64::NAN), Status::Ok)

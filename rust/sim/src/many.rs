@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use popsteer_core::error::{ConfigError, config_in_range};
-use popsteer_core::math::wrap;
 use popsteer_core::lateral::Tracker;
+use popsteer_core::math::wrap;
 use popsteer_core::{Path, VehicleState};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;

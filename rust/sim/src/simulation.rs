@@ -5,8 +5,8 @@ use std::sync::Arc;
 use popsteer_core::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use popsteer_core::math::{from_count, wrap};
 use popsteer_core::path::locate::{path_yaw_behind, reference_speed};
-use popsteer_core::path::{Follow, Located};
 use popsteer_core::path::view::get_distance;
+use popsteer_core::path::{Follow, Located};
 use popsteer_core::vehicle::{Actuator, UnderWay};
 use popsteer_core::{Path, Point, Status, VehicleState};
 
@@ -437,7 +437,10 @@ impl std::fmt::Display for SimulationError {
             Self::Config(error) => error.fmt(f),
             Self::Input(error) => error.fmt(f),
             Self::NoReverse { plant } => {
-                write!(f, "the path is driven backwards in places, and {plant} does not reverse")
+                write!(
+                    f,
+                    "the path is driven backwards in places, and {plant} does not reverse"
+                )
             }
         }
     }

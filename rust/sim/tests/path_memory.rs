@@ -48,12 +48,24 @@ fn waypoints(count: u32) -> (Vec<f64>, Vec<f64>) {
 fn test_path_with_speeds_holds_32_bytes_a_waypoint() {
     for count in [1000, 100_000] {
         let (x, y) = waypoints(count);
-        let (path, bytes) = held_by(|| Path::new(&x, &y, Some(&y), false));
+        let speed: Vec<f64> = y.iter().map(|y| y.abs()).collect();
+        let (path, bytes) = held_by(|| Path::new(&x, &y, Some(&speed), false));
         assert!(path.is_ok());
         assert_eq!(bytes, 32 * x.len());
         let (path, bytes) = held_by(|| Path::new(&x, &y, None, false));
         assert!(path.is_ok());
         assert_eq!(bytes, 24 * x.len());
+    }
+}
+
+#[test]
+fn test_path_driven_backwards_holds_one_byte_more_a_waypoint() {
+    for count in [1000, 100_000] {
+        let (x, y) = waypoints(count);
+        let speed: Vec<f64> = y.iter().map(|y| -y.abs()).collect();
+        let (path, bytes) = held_by(|| Path::new(&x, &y, Some(&speed), false));
+        assert!(path.is_ok());
+        assert_eq!(bytes, 33 * x.len());
     }
 }
 

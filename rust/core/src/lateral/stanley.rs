@@ -3,8 +3,8 @@
 use super::{Body, Command, LateralLaw, LateralState, body_params, check_waypoint, command};
 use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{atan, wrap};
-use crate::path::locate::path_yaw_behind;
 use crate::path::follow::Follow;
+use crate::path::locate::path_yaw_behind;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 

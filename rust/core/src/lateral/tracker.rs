@@ -184,7 +184,12 @@ impl<L: LateralLaw> Tracker<L> {
         self.give_limited(state, wanted, dt)
     }
 
-    fn give_limited(&self, state: &mut TrackerState<L::State>, wanted: f64, dt: f64) -> (f64, bool) {
+    fn give_limited(
+        &self,
+        state: &mut TrackerState<L::State>,
+        wanted: f64,
+        dt: f64,
+    ) -> (f64, bool) {
         let faded = match &mut state.handover {
             None => wanted,
             Some(handover) => {
@@ -215,7 +220,7 @@ impl<L: LateralLaw> Tracker<L> {
         };
         state.law.set_steer(steer);
         state.steer = steer;
-        let limited = steer < faded || steer > faded;
+        let limited = steer.total_cmp(&faded).is_ne();
         (steer, limited)
     }
 }
@@ -294,9 +299,9 @@ impl<L: LateralLaw> LateralLaw for Tracker<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Path;
     use crate::lateral::{Pop, PopParams, Stanley, StanleyParams};
     use crate::vehicle::ActuatorParams;
-    use crate::Path;
 
     fn straight() -> Path {
         Path::new(&[0.0, 100.0], &[0.0, 0.0], None, false).unwrap()
@@ -335,9 +340,16 @@ mod tests {
         let path = straight();
         let tracker = stanley(None);
         let mut bare = tracker.law().initial_state();
-        let wanted = tracker.law().steer(&path.view(), &mut bare, beside(), 0.1).unwrap();
+        let wanted = tracker
+            .law()
+            .steer(&path.view(), &mut bare, beside(), 0.1)
+            .unwrap();
         let mut state = tracker.state_from(0.3).unwrap();
-        let mut steer = || tracker.steer(&path.view(), &mut state, beside(), 0.1).unwrap();
+        let mut steer = || {
+            tracker
+                .steer(&path.view(), &mut state, beside(), 0.1)
+                .unwrap()
+        };
         assert!((steer() - 0.3).abs() < 1e-15);
         let mut before = 0.3;
         for _ in 0..9 {
@@ -355,7 +367,9 @@ mod tests {
         let path = straight();
         let tracker = Tracker::new(Pop::new(PopParams::DEFAULT).unwrap(), None);
         let mut state = tracker.state_from(0.3).unwrap();
-        let steer = tracker.steer(&path.view(), &mut state, beside(), 0.05).unwrap();
+        let steer = tracker
+            .steer(&path.view(), &mut state, beside(), 0.05)
+            .unwrap();
         assert!((steer - 0.3).abs() <= PopParams::DEFAULT.steer_span + 1e-15);
     }
 
@@ -367,8 +381,13 @@ mod tests {
             ..ActuatorParams::DEFAULT
         }));
         let mut state = tracker.initial_state();
-        let command = tracker.step(&path.view(), &mut state, beside(), 0.05).unwrap();
-        assert_eq!((command.steer, command.status), (-0.010000000000000002, Status::Saturated));
+        let command = tracker
+            .step(&path.view(), &mut state, beside(), 0.05)
+            .unwrap();
+        assert_eq!(
+            (command.steer, command.status),
+            (-0.010000000000000002, Status::Saturated)
+        );
     }
 
     #[test]
@@ -376,7 +395,9 @@ mod tests {
         let path = straight();
         let tracker = stanley(None);
         let mut state = tracker.initial_state();
-        let good = tracker.step(&path.view(), &mut state, beside(), 0.05).unwrap();
+        let good = tracker
+            .step(&path.view(), &mut state, beside(), 0.05)
+            .unwrap();
         let bad = VehicleState {
             x: f64::NAN,
             ..beside()

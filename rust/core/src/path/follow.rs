@@ -30,6 +30,10 @@ pub struct Follow {
 
 /// Where the followed point is, with the vehicle as one that drives forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each says one thing of one step"
+)]
 pub struct Located {
     /// The followed point [m].
     pub position: Point,

@@ -106,13 +106,7 @@ impl Foot {
     }
 
     #[inline]
-    fn between(
-        path: &PathView<'_>,
-        segment: usize,
-        position: Point,
-        low: f64,
-        high: f64,
-    ) -> Self {
+    fn between(path: &PathView<'_>, segment: usize, position: Point, low: f64, high: f64) -> Self {
         let (start, end) = path.segment(segment);
         let along = end - start;
         let to = position - start;
@@ -185,7 +179,8 @@ impl Foot {
     /// `heading`.
     #[inline]
     pub(super) fn cost(&self, heading: Point) -> f64 {
-        let along = (heading.x * self.along.x + heading.y * self.along.y) / sqrt(self.squared_length);
+        let along =
+            (heading.x * self.along.x + heading.y * self.along.y) / sqrt(self.squared_length);
         sqrt(self.squared_distance) + 0.5 * OPPOSITE * (1.0 - along)
     }
 }
@@ -310,7 +305,7 @@ fn locate_nearby(
         }
     }
     let limit = foot.cost(heading) + MARGIN;
-    (ahead.is_clear(position, limit) && behind.is_clear(position, limit)).then_some(foot)
+    (ahead.clears(position, limit) && behind.clears(position, limit)).then_some(foot)
 }
 
 /// The segments on one side of the last foot, outwards, as far as the stretch goes.
@@ -369,7 +364,7 @@ impl<'a> Way<'a> {
 
     /// Whether no segment farther out can be a candidate of the scan at a cost up to `limit`.
     #[inline]
-    fn is_clear(mut self, position: Point, limit: f64) -> bool {
+    fn clears(mut self, position: Point, limit: f64) -> bool {
         loop {
             let passed = self.arc;
             let Some(segment) = self.advance() else {

@@ -206,6 +206,9 @@ mod tests {
     #[test]
     fn test_crossing_of_a_path_within_the_circle_is_a_quarter_round() {
         let path = Path::new(&[0.0, 1.0, 1.0, 0.0], &[0.0, 0.0, 1.0, 1.0], None, true).unwrap();
-        assert_eq!(crossing(&path, (0.5, 0.2), 9.0), (Point::new(1.0, 0.0), false));
+        assert_eq!(
+            crossing(&path, (0.5, 0.2), 9.0),
+            (Point::new(1.0, 0.0), false)
+        );
     }
 }

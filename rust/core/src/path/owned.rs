@@ -66,7 +66,10 @@ impl Path {
     /// [`PathError::LengthMismatch`] unless there is an entry for each waypoint.
     pub fn with_reverse(self, reverse: &[bool]) -> Result<Self, PathError> {
         self.view().with_reverse(reverse)?;
-        let reverse = reverse.iter().any(|&reverse| reverse).then(|| reverse.into());
+        let reverse = reverse
+            .iter()
+            .any(|&reverse| reverse)
+            .then(|| reverse.into());
         Ok(Self { reverse, ..self })
     }
 
@@ -91,13 +94,8 @@ fn reverse_by_speed(speed: &[f64], closed: bool) -> Box<[bool]> {
     let ends = speed.iter().copied().skip(1).chain([first]);
     let mut before = false;
     let reverse = speed.iter().zip(ends).map(|(&start, end)| {
-        before = if start < 0.0 || start > 0.0 {
-            start < 0.0
-        } else if end < 0.0 || end > 0.0 {
-            end < 0.0
-        } else {
-            before
-        };
+        let mut moving = [start, end].into_iter().filter(|speed| speed.abs() > 0.0);
+        before = moving.next().map_or(before, |speed| speed < 0.0);
         before
     });
     reverse.collect()
@@ -139,7 +137,9 @@ mod tests {
         let y = [0.0; 6];
         let directions = |speed: &[f64]| {
             let path = Path::new(&x, &y, Some(speed), false).unwrap();
-            (0..5).map(|k| path.view().is_reverse(k)).collect::<Vec<_>>()
+            (0..5)
+                .map(|k| path.view().is_reverse(k))
+                .collect::<Vec<_>>()
         };
         assert_eq!(
             directions(&[1.0, 1.0, -1.0, 0.0, 0.0, -1.0]),
@@ -149,7 +149,13 @@ mod tests {
             directions(&[0.0, 1.0, 0.0, -1.0, 0.0, 0.0]),
             [false, false, true, true, true]
         );
-        assert!(Path::new(&x, &y, Some(&[1.0; 6]), false).unwrap().view().reverse().is_none());
+        assert!(
+            Path::new(&x, &y, Some(&[1.0; 6]), false)
+                .unwrap()
+                .view()
+                .reverse()
+                .is_none()
+        );
     }
 
     #[test]

@@ -313,7 +313,11 @@ mod tests {
         let mut under_way = actuator.settled(0.2);
         let mut dt = 1e-6;
         for k in 0..100_000_u32 {
-            dt = if k % 1000 == 0 { 0.7 } else { 1e-6 + (dt * 7.3) % 0.004 };
+            dt = if k % 1000 == 0 {
+                0.7
+            } else {
+                1e-6 + (dt * 7.3) % 0.004
+            };
             actuator.elapse(&mut under_way, 0.001 * f64::from(k % 300), dt);
             let total: f64 = under_way.commands().map(|(_, duration)| duration).sum();
             assert!((total - 0.3).abs() < 1e-9, "{k} {total}");
@@ -360,9 +364,18 @@ mod tests {
             }
         }
         for (there, predicted) in driven.iter().skip(6).zip(&predicted) {
-            assert!((predicted.x - there.x).abs() < 2e-3, "{predicted:?} {there:?}");
-            assert!((predicted.y - there.y).abs() < 2e-3, "{predicted:?} {there:?}");
-            assert!((predicted.yaw - there.yaw).abs() < 2e-3, "{predicted:?} {there:?}");
+            assert!(
+                (predicted.x - there.x).abs() < 2e-3,
+                "{predicted:?} {there:?}"
+            );
+            assert!(
+                (predicted.y - there.y).abs() < 2e-3,
+                "{predicted:?} {there:?}"
+            );
+            assert!(
+                (predicted.yaw - there.yaw).abs() < 2e-3,
+                "{predicted:?} {there:?}"
+            );
         }
     }
 }

@@ -22,7 +22,6 @@ use self::state::as_given;
 use crate::actuator::PyActuator;
 use crate::command::PyCommand;
 use crate::errors::{IntoPyErr, OrRaise};
-use crate::params::Count;
 use crate::path::PyPath;
 
 /// A law, its path and its state, as a batch takes them.
@@ -192,7 +191,7 @@ macro_rules! controller {
             /// -------
             /// Command
             ///     Always one of finite numbers.
-            #[pyo3(signature = (x, y, yaw, speed, dt, hold_limit=Count(10)))]
+            #[pyo3(signature = (x, y, yaw, speed, dt, hold_limit=10))]
             fn step_or_hold(
                 &mut self,
                 x: f64,
@@ -200,10 +199,10 @@ macro_rules! controller {
                 yaw: f64,
                 speed: f64,
                 dt: f64,
-                hold_limit: Count,
+                hold_limit: i64,
             ) -> PyCommand {
                 let vehicle = VehicleState { x, y, yaw, speed };
-                let limit = usize::try_from(hold_limit.0).unwrap_or(0);
+                let limit = usize::try_from(hold_limit).unwrap_or(0);
                 let path = self.path.view();
                 PyCommand(self.law.step_or_hold(&path, &mut self.state, vehicle, dt, limit))
             }

@@ -84,7 +84,11 @@ impl Plant for KinematicBicycle {
             );
             // Neither brakes nor drag drive: at rest they end.
             let next = gear * state.vehicle.speed;
-            let stays = if speed < 0.0 { next.min(0.0) } else { next.max(0.0) };
+            let stays = if speed < 0.0 {
+                next.min(0.0)
+            } else {
+                next.max(0.0)
+            };
             state.vehicle.speed = gear * stays;
         }
     }
