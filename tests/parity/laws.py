@@ -52,7 +52,10 @@ _BODY: dict[str, tuple[Range, Range]] = {
     "wheelbase": ((1e-3, 1e3), (1.0, 4.0)),
     "reference_offset": ((-1e3, 1e3), (-3.0, 4.0)),
     "max_steer": ((1e-3, 1.57), (0.3, 1.3)),
+    "search_distance": ((0.0, 1e6), (0.0, 20.0)),
+    "lost_distance": ((1e-3, 1e9), (5.0, 60.0)),
 }
+_OPTIONAL = ("reference_offset", "search_distance", "lost_distance")
 _SEARCH: dict[str, tuple[Range, Range]] = {
     "lookahead_gain": ((0.0, 1e3), (0.0, 1.0)),
     "min_lookahead": ((0.0, 1e4), (0.0, 12.0)),
@@ -66,7 +69,8 @@ POP = Law(
     "Pop",
     {**_SEARCH, "steer_span": ((1e-6, math.pi), (0.01, 0.5)), **_BODY},
     counts={"candidate_count": (3, 100_001)},
-    optional=("reference_offset",),
+    flags=("exact_lookahead",),
+    optional=_OPTIONAL,
     searches=True,
 )
 PID = Law(
@@ -74,13 +78,13 @@ PID = Law(
     {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN, **_BODY},
     counts={"buffer_length": (1, 1000)},
     flags=("integral_with_dt",),
-    optional=("reference_offset",),
+    optional=_OPTIONAL,
 )
 PURE_PURSUIT = Law(
     "PurePursuit",
     {**_SEARCH, **_BODY},
-    flags=("alpha_by_arccos",),
-    optional=("reference_offset",),
+    flags=("alpha_by_arccos", "exact_lookahead"),
+    optional=_OPTIONAL,
     searches=True,
 )
 STANLEY = Law(
@@ -92,12 +96,12 @@ STANLEY = Law(
         **_BODY,
     },
     flags=("heading_behind",),
-    optional=("reference_offset",),
+    optional=_OPTIONAL,
 )
 BANG_BANG = Law(
     "BangBang",
     {"amplitude": ((0.0, 1.57), (0.0, 1.0)), "deadband": ((0.0, 1e6), (0.0, 1.0)), **_BODY},
-    optional=("reference_offset",),
+    optional=_OPTIONAL,
 )
 COUPLED = Law(
     "CoupledLongitudinal",

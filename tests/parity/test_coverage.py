@@ -19,7 +19,7 @@ ALONE = {
         [
             *("Batch", "Batch.reset", "Batch.states", "Batch.steer", "Batch.step"),
             *("CommandBatch.steer", "CommandBatch.cross_track_error", "CommandBatch.heading_error"),
-            *("CommandBatch.target", "CommandBatch.status"),
+            *("CommandBatch.target", "CommandBatch.reverse", "CommandBatch.status"),
         ],
         "many vehicles at once, which tests/unit/test_batch.py holds to single steps",
     ),
@@ -32,7 +32,7 @@ SHARED = {
 # What the enumeration below has to find at the least, lest it pass by finding nothing.
 ESSENTIAL = {
     *("wrap", "saturate", "get_distance", "get_predicted_location", "state_transition"),
-    *("kinematic_bicycle", "Path", "Path.project", "Path.walk", "Path.resample"),
+    *("kinematic_bicycle", "Path", "Path.project", "Path.locate", "Path.resample"),
     *("Path.relocalise", *(f"{law.name}.relocalise" for law in LATERAL)),
     *("CoupledLongitudinal.step", "SpeedPid.step", "SpeedPid.state", "Command.steer"),
     *(f"{law.name}.{member}" for law in LATERAL for member in ("step", "steer", "state", "reset")),

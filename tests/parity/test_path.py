@@ -115,19 +115,22 @@ def test_path_of_any_kind_of_numbers_matches_reference_cases(
 
 
 @pytest.mark.covers(
-    *("Path.nearest_waypoint", "Path.walk", "Path.project", "Path.path_yaw_behind"),
+    *("Path.nearest_waypoint", "Path.locate", "Path.project", "Path.path_yaw_behind"),
+    "Path.get_crossing",
     *("Path.reference_speed", "Projection.segment", "Projection.cross_track_error"),
 )
 @given(shape=shapes(), spot=SPOTS, start=st.floats(0.0, 1.0))
 def test_path_location_matches_reference_random(shape: Shape, spot: Spot, start: float) -> None:
     path = shape.build()
     pair = _made(shape)
-    x, y, *_ = spot.at(path)
+    x, y, yaw, speed, _ = spot.at(path)
     first = min(int(start * len(path.xy)), len(path.xy) - 1)
     pair.call("nearest_waypoint", x, y)
-    arrived = pair.call("walk", first, x, y)
-    assert arrived is not None
-    for nearest in (None, first, arrived.rust):
+    for reach in (0.0, abs(speed), 1e9):
+        arrived = pair.call("locate", x, y, yaw, first, reach)
+        assert arrived is not None
+        pair.call("get_crossing", x, y, abs(speed), arrived.rust.segment)
+    for nearest in (None, first, arrived.rust.segment):
         pair.call("project", x, y, nearest)
         pair.call("reference_speed", x, y, nearest)
     pair.call("path_yaw_behind", first)
@@ -174,7 +177,8 @@ def test_path_lookahead_matches_reference_random(
 
 
 @pytest.mark.covers(
-    *("Path.nearest_waypoint", "Path.walk", "Path.project", "Path.path_yaw_behind"),
+    *("Path.nearest_waypoint", "Path.locate", "Path.project", "Path.path_yaw_behind"),
+    "Path.get_crossing",
     *("Path.reference_speed", "Path.window", "Path.resample"),
     *("Path.get_lookahead_point", "Path.get_lookahead_point_index"),
 )
@@ -182,21 +186,27 @@ def test_path_questions_match_reference_edges() -> None:
     pair = make("Path", SQUARE)
     for x, y in BAD_POSITIONS:
         assert pair.call("nearest_waypoint", x, y) is None
-        assert pair.call("walk", 0, x, y) is None
-        assert pair.call("walk", 9, x, y) is None
+        assert pair.call("locate", x, y, nan, 9, nan) is None
+        assert pair.call("get_crossing", x, y, nan, 9) is None
         for method in ("project", "reference_speed"):
             assert pair.call(method, x, y) is None
             assert pair.call(method, x, y, 9) is None
         for method in ("get_lookahead_point", "get_lookahead_point_index"):
             assert pair.call(method, x, y, nan, nearest=9, tolerance=nan) is None
     for index in BAD_INDEXES:
-        assert pair.call("walk", index, 1.0, 1.0) is None
+        assert pair.call("locate", 1.0, 1.0, 0.0, index, nan) is None
+        assert pair.call("get_crossing", 1.0, 1.0, 1.0, index) is None
         for method in ("project", "reference_speed"):
             assert pair.call(method, 1.0, 1.0, index) is None
         assert pair.call("path_yaw_behind", index) is None
         assert pair.call("window", index) is None
         assert pair.call("resample", index, ahead=2.0) is None
         assert pair.call("get_lookahead_point", 1.0, 1.0, 2.0, nearest=index) is None
+    for value in (nan, inf, -inf, -5e-324, nextafter(1e9, inf)):
+        assert pair.call("locate", 1.0, 1.0, 0.0, 0, value) is None
+        assert pair.call("get_crossing", 1.0, 1.0, value, 9) is None
+    for value in (nan, inf, -inf, nextafter(1e6, inf)):
+        assert pair.call("locate", 1.0, 1.0, value, 9, nan) is None
     for value in (nan, inf, -inf, 0.0, -1.0, nextafter(1e-3, 0.0), nextafter(1e6, inf)):
         assert pair.call("window", 0, value) is None
         assert pair.call("resample", 0, value, nan) is None

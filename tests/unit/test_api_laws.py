@@ -58,6 +58,7 @@ def test_command_shows_compares_and_is_frozen(law: Law) -> None:
         "cross_track_error": command.cross_track_error,
         "heading_error": command.heading_error,
         "target": command.target,
+        "reverse": command.reverse,
         "status": command.status,
     }
     fields = ", ".join(f"{field}={value!r}" for field, value in shown.items())
@@ -121,8 +122,10 @@ def test_law_argument_that_is_no_number_is_a_type_error(law: Law, value: Any) ->
 
 
 def test_status_says_that_the_lookahead_point_is_lost() -> None:
-    for law in (popsteer.Pop(PATH), popsteer.PurePursuit(PATH)):
-        command = law.step(30.0, 40.0, 0.0, 5.0, 0.05)
+    pop = popsteer.Pop(PATH, popsteer.PopParams(exact_lookahead=False))
+    params = popsteer.PurePursuitParams(exact_lookahead=False)
+    for law in (pop, popsteer.PurePursuit(PATH, params)):
+        command = law.step(30.0, 20.0, 0.0, 5.0, 0.05)
         assert command.status is Status.LOOKAHEAD_LOST
         assert command.target == (PATH.x[PATH.window(law.state.waypoint or 0)[0] + 21], 0.0)
 
@@ -131,7 +134,7 @@ def test_status_says_that_the_lookahead_point_is_lost() -> None:
 def test_status_says_that_the_angle_is_saturated(law: str) -> None:
     kind: Any = getattr(popsteer, law)
     controller = kind(PATH, getattr(popsteer, f"{law}Params")(max_steer=0.1))
-    command = controller.step(10.0, 50.0, 0.0, 5.0, 0.05)
+    command = controller.step(10.0, 20.0, 0.0, 5.0, 0.05)
     assert (command.steer, command.status) == (-0.1, Status.SATURATED)
 
 
@@ -162,5 +165,8 @@ def test_speed_pid_brakes_throttles_and_never_both() -> None:
 
 
 def test_status_members_are_the_strings_they_stand_for() -> None:
-    assert [status.value for status in Status] == ["ok", "lookahead-lost", "saturated"]
+    assert [status.value for status in Status] == [
+        *("ok", "lookahead-lost", "saturated", "end-of-path", "off-path", "input-held"),
+        "input-lost",
+    ]
     assert Status("saturated") is Status.SATURATED

@@ -16,8 +16,19 @@ from tests.parity.laws import ALL, LATERAL, Law
 
 # The paper's Table 1 and Table 2, with what the published code adds (6 m, 10 m) and this project
 # chooses where neither says (tolerances, window, grid, wheelbase, speed PID, bang-bang).
-_SEARCH = {"lookahead_tolerance": 0.01, "window_ahead": 20.0, "grid_spacing": 0.01}
-_BODY = {"wheelbase": 3.0, "reference_offset": None, "max_steer": 1.22}
+_SEARCH = {
+    "exact_lookahead": True,
+    "lookahead_tolerance": 0.01,
+    "window_ahead": 20.0,
+    "grid_spacing": 0.01,
+}
+_BODY = {
+    "wheelbase": 3.0,
+    "reference_offset": None,
+    "max_steer": 1.22,
+    "search_distance": None,
+    "lost_distance": None,
+}
 DEFAULTS: dict[str, dict[str, Any]] = {
     "Pop": {
         "lookahead_gain": 0.2,

@@ -182,7 +182,8 @@ def test_path_is_frozen() -> None:
 def test_path_question_about_no_waypoint_is_refused_by_name(index: int) -> None:
     path = popsteer.Path(XY)
     for field, ask in (
-        ("start", lambda: path.walk(index, 0.0, 0.0)),
+        ("waypoint", lambda: path.locate(0.0, 0.0, 0.0, index, 5.0)),
+        ("segment", lambda: path.get_crossing(0.0, 0.0, 1.0, index)),
         ("nearest", lambda: path.project(0.0, 0.0, index)),
         ("nearest", lambda: path.path_yaw_behind(index)),
         ("nearest", lambda: path.window(index)),

@@ -14,12 +14,27 @@ from tests.parity.laws import LATERAL, Law
 
 PATH = popsteer.Path([(float(k), 0.1 * k) for k in range(30)])
 STEP = (4.0, 1.0, 0.2, 6.0, 0.05)
+TAIL: dict[str, Any] = {
+    "steer": 0.0,
+    "handover_offset": None,
+    "handover_left": 0.0,
+    "held": 0,
+    "wheel": None,
+    "under_way": (),
+}
 FIRST: dict[str, dict[str, Any]] = {
-    "Pop": {"waypoint": None, "previous_steer": 0.0},
-    "Pid": {"waypoint": None, "previous_error": None, "terms": (), "next": 0, "sum": 0.0},
-    "PurePursuit": {"waypoint": None, "previous_alpha": 0.0},
-    "Stanley": {"waypoint": None},
-    "BangBang": {"waypoint": None},
+    "Pop": {"waypoint": None, "previous_steer": 0.0, **TAIL},
+    "Pid": {
+        "waypoint": None,
+        "previous_error": None,
+        "terms": (),
+        "next": 0,
+        "sum": 0.0,
+        **TAIL,
+    },
+    "PurePursuit": {"waypoint": None, "previous_alpha": 0.0, **TAIL},
+    "Stanley": {"waypoint": None, **TAIL},
+    "BangBang": {"waypoint": None, **TAIL},
 }
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)

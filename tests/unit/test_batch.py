@@ -25,7 +25,13 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 DT = 0.05
-CODES = {Status.OK: 0, Status.LOOKAHEAD_LOST: 1, Status.SATURATED: 2}
+CODES = {
+    Status.OK: 0,
+    Status.LOOKAHEAD_LOST: 1,
+    Status.SATURATED: 2,
+    Status.END_OF_PATH: 3,
+    Status.OFF_PATH: 4,
+}
 # Parameters of one's own for every other vehicle.
 OWN: dict[str, dict[str, Any]] = {
     "Pop": {"candidate_count": 11, "min_lookahead": 8.0},
@@ -78,7 +84,7 @@ def test_batch_of_each_law_gives_the_bits_of_single_steps(law: Law, count: int) 
             controller.step(*pose, DT)
             for controller, *pose in zip(controllers, *(a.tolist() for a in poses), strict=True)
         ]
-        for field in ("steer", "cross_track_error", "heading_error", "target"):
+        for field in ("steer", "cross_track_error", "heading_error", "target", "reverse"):
             wanted = [getattr(single, field) for single in singles]
             assert _bits(getattr(commands, field)) == _bits(wanted), field
         assert commands.status.tolist() == [CODES[single.status] for single in singles]

@@ -91,6 +91,20 @@ class PidState(TrackerState):
 
     Attributes
     ----------
+    waypoint : int or None
+        The waypoint at which the segment of the last foot starts; None before the first step.
+    steer : float
+        The angle last commanded [rad].
+    handover_offset : float or None
+        Difference to the angle that was taken over [rad]; None before the first step.
+    handover_left : float
+        How long it fades on [s]; 0 without a hand-over.
+    held : int
+        How many inputs in a row were refused.
+    wheel : float or None
+        Angle of the wheels [rad]; None without an actuator.
+    under_way : tuple of tuple of float
+        Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
     previous_error : float or None
         The last cross-track error [m]; None before the first step.
     terms : tuple of float
@@ -102,8 +116,8 @@ class PidState(TrackerState):
 
     Examples
     --------
-    >>> PidState()
-    PidState(waypoint=None, previous_error=None, terms=(), next=0, sum=0.0)
+    >>> PidState() == PidState(previous_error=None, terms=(), next=0, sum=0.0)
+    True
     """
 
     previous_error: float | None = None

@@ -1,0 +1,73 @@
+"""Actuator, hand-over, another path, refused inputs: what every law does alike."""
+
+from __future__ import annotations
+
+import random
+from math import inf, nan, nextafter
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.parity.compare import call, make
+from tests.parity.laws import LATERAL, Law
+from tests.parity.strategies import SEEDS, Shape
+
+_FIELDS = ("dead_time", "lag", "max_rate", "wheelbase", "understeer")
+ACTUATORS = st.none() | st.fixed_dictionaries(
+    {},
+    optional={
+        "dead_time": st.floats(0.0, 0.3),
+        "lag": st.just(0.0) | st.floats(0.01, 0.5),
+        "max_rate": st.none() | st.floats(0.1, 2.0),
+        "wheelbase": st.floats(1.0, 4.0),
+        "understeer": st.floats(0.0, 0.01),
+    },
+)
+_EACH_LAW = [
+    pytest.param(
+        law,
+        id=law.name,
+        marks=pytest.mark.covers(f"{law.name}.set_path", f"{law.name}.step_or_hold"),
+    )
+    for law in LATERAL
+]
+
+
+@pytest.mark.covers("Actuator", "Actuator.as_dict", "Actuator.replace")
+def test_actuator_matches_reference_edges() -> None:
+    make("Actuator")
+    for field in _FIELDS:
+        for value in (nan, inf, -inf, -1e300, 1e300, -nextafter(0.0, 1.0), [1.0]):
+            assert call("Actuator", **{field: value}) is None
+        made = make("Actuator", **{field: 0.01})
+        assert made.rust.as_dict() == {name: getattr(made.twin, name) for name in _FIELDS}
+        assert made.rust.replace(lag=0.2).as_dict() == {**made.rust.as_dict(), "lag": 0.2}
+
+
+@pytest.mark.parametrize("law", _EACH_LAW)
+@given(actuator=ACTUATORS, seed=SEEDS, backwards=st.booleans(), taken=st.floats(-0.5, 0.5))
+def test_law_through_an_actuator_matches_reference_random(
+    law: Law, actuator: dict[str, Any] | None, seed: int, backwards: bool, taken: float
+) -> None:
+    rng = random.Random(seed)
+    paths = []
+    for kind in ("smooth", "collinear"):
+        xy = Shape(kind, count=40, seed=seed).build().xy
+        reverse = [backwards and k >= 20 for k in range(40)]
+        paths.append(make("Path", xy, reverse=reverse))
+    chain = None if actuator is None else make("Actuator", **actuator)
+    pair = make(law.name, paths[0], actuator=chain)
+    pair.get("actuator")
+    pair.call("reset", steer=taken)
+    for k in range(40):
+        x, y = xy[k] if k >= 20 else (paths[0].rust.x[k], paths[0].rust.y[k])
+        pose = [x + rng.gauss(0.0, 0.3), y + rng.gauss(0.0, 0.3), rng.uniform(-3.0, 3.0)]
+        if rng.random() < 0.2:
+            pose[rng.randrange(3)] = nan
+        pair.call("step_or_hold", *pose, rng.uniform(-2.0, 9.0), 0.05, rng.choice((-1, 0, 1, 10)))
+        pair.get("state")
+        if k == 20:
+            pair.call("set_path", paths[1])
+    assert pair.set_state(pair.get("state"))
