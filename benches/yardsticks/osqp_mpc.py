@@ -96,7 +96,11 @@ class Mpc:
         x += self.reference_offset * math.cos(yaw)
         y += self.reference_offset * math.sin(yaw)
         path, last = self.path, self._nearest
-        nearest = path.nearest_waypoint(x, y) if last is None else path.walk(last, x, y)
+        nearest = (
+            path.nearest_waypoint(x, y)
+            if last is None
+            else path.locate(x, y, yaw, last, 2.0 * self.wheelbase).segment
+        )
         self._nearest = nearest
         foot = path.project(x, y, nearest)
         travel = max(speed, 0.0) * dt

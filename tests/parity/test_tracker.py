@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import random
+from functools import partial
 from math import inf, nan, nextafter
 from typing import Any
 
@@ -10,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.parity.compare import call, make
+from tests.parity.compare import call, make, same
 from tests.parity.laws import LATERAL, Law
 from tests.parity.strategies import SEEDS, Shape
 
@@ -42,8 +44,9 @@ def test_actuator_matches_reference_edges() -> None:
         for value in (nan, inf, -inf, -1e300, 1e300, -nextafter(0.0, 1.0), [1.0]):
             assert call("Actuator", **{field: value}) is None
         made = make("Actuator", **{field: 0.01})
-        assert made.rust.as_dict() == {name: getattr(made.twin, name) for name in _FIELDS}
-        assert made.rust.replace(lag=0.2).as_dict() == {**made.rust.as_dict(), "lag": 0.2}
+        same("Actuator.as_dict", made.rust.as_dict, partial(dataclasses.asdict, made.twin))
+        replaced = partial(dataclasses.replace, made.twin)
+        same("Actuator.replace", made.rust.replace, replaced, lag=0.2)
 
 
 @pytest.mark.parametrize("law", _EACH_LAW)

@@ -98,11 +98,12 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let position = black_box(vehicle.point_ahead(1.0));
     let index = black_box(7_usize);
     let nearest = locate::nearest_waypoint(path, position);
-    let walked = locate::walk(path, index, position);
-    let located = locate::locate(path, black_box(Some(index)), position);
+    let heading = vehicle.heading();
+    let located = locate::locate(path, index, position, heading, black_box(6.0));
+    let located = located.nearest_waypoint(path);
     let jumped_to = relocalise(path, position, black_box(0.3));
     let foot = locate::project(path, index, position);
-    let mut sum = math::from_count(nearest + walked + located + jumped_to) + foot.cross_track_error;
+    let mut sum = math::from_count(nearest + located + jumped_to) + foot.cross_track_error;
     sum += locate::path_yaw_behind(path, index);
     sum += locate::reference_speed(path, &foot).unwrap_or(0.0);
     let grid = Grid::new(*path, window(path, index, black_box(20.0)), black_box(0.01));

@@ -84,13 +84,18 @@ def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], them
 def _distance(run: Run) -> NDArray[np.float64]:
     """Distance along the path of each record [m]."""
     path = run.path
-    nearest: int | None = None
+    segment: int | None = None
     along = np.empty(len(run.records["time"]))
-    points = zip(run.records["reference_x"], run.records["reference_y"], strict=True)
-    for index, (x, y) in enumerate(points):
-        # Walking on from the last one keeps to the branch where a path crosses itself.
-        nearest = path.nearest_waypoint(x, y) if nearest is None else path.walk(nearest, x, y)
-        along[index] = path.project(x, y, nearest).arc_length
+    columns = (run.records[name] for name in ("reference_x", "reference_y", "yaw"))
+    for index, (x, y, yaw) in enumerate(zip(*columns, strict=True)):
+        # Near the last one, which keeps to the branch where a path crosses itself; 6 m are the
+        # two wheelbases of the laws' own search.
+        if segment is None:
+            segment = path.relocalise(x, y, yaw)
+        if path.reverse is not None and path.reverse[segment]:
+            yaw += np.pi
+        foot = path.locate(x, y, yaw, segment, 6.0)
+        segment, along[index] = foot.segment, foot.arc_length
     # A gap in the line where a closed path begins again.
     along[1:][np.diff(along) < -0.5 * path.length] = np.nan
     return along
