@@ -117,8 +117,9 @@ def test_mpc_drives_the_track_within_its_limits(drive: Drive) -> None:
         assert abs(steer - last) <= math.radians(3.0) + 1e-12
         last = steer
         x, y, yaw, speed = popsteer.kinematic_bicycle(x, y, yaw, speed, steer, 0.0, 3.0, DT)
-        nearest = drive.path.walk(nearest, x, y)
-        errors.append(abs(drive.path.project(x, y, nearest).cross_track_error))
+        foot = drive.path.locate(x, y, yaw, nearest, 6.0)
+        nearest = foot.segment
+        errors.append(abs(foot.cross_track_error))
     assert max(errors[100:]) < 0.02
 
 

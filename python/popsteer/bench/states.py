@@ -140,7 +140,9 @@ def recorded(folder: str | os.PathLike[str]) -> Drive:
     table = np.empty((len(trajectory), 4))
     nearest = path.nearest_waypoint(*trajectory[0, 1:3])
     for row, (_, x, y, speed), heading_error in zip(table, trajectory, errors[:, 1], strict=True):
-        nearest = path.walk(nearest, x, y)
+        # The vehicle is known by its point alone: look along the path, 6 m to both sides.
+        place = path.locate(x, y, path.path_yaw_behind(nearest), nearest, 6.0)
+        nearest = path.nearest_waypoint(*place.point)
         yaw = path.path_yaw_behind(nearest) - heading_error
         row[:] = x - front * np.cos(yaw), y - front * np.sin(yaw), yaw, speed
     return Drive("the authors' recorded run", path, _tuples(table), front, rear)

@@ -98,7 +98,7 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let position = black_box(vehicle.point_ahead(1.0));
     let index = black_box(7_usize);
     let nearest = locate::nearest_waypoint(path, position);
-    let heading = vehicle.heading();
+    let heading = Point::new(math::cos(vehicle.yaw), math::sin(vehicle.yaw));
     let located = locate::locate(path, index, position, heading, black_box(6.0));
     let located = located.nearest_waypoint(path);
     let jumped_to = relocalise(path, position, black_box(0.3));

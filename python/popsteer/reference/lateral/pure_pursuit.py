@@ -147,7 +147,7 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
     >>> from popsteer.reference import Path
     >>> law = PurePursuit(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
     >>> round(law.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
-    -0.030013
+    -0.029991
     """
 
     def __init__(
