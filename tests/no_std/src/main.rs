@@ -24,7 +24,7 @@ use popsteer_core::path::resample::{Grid, window};
 use popsteer_core::vehicle::predict::{
     get_predicted_location, kinematic_bicycle, state_transition,
 };
-use popsteer_core::{LateralLaw, PathView, VehicleState, math};
+use popsteer_core::{LateralLaw, PathView, Point, VehicleState, math};
 
 #[link(name = "c")]
 unsafe extern "C" {

@@ -386,7 +386,7 @@ mod tests {
             .unwrap();
         assert_eq!(
             (command.steer, command.status),
-            (-0.010000000000000002, Status::Saturated)
+            (-0.010_000_000_000_000_002, Status::Saturated)
         );
     }
 

@@ -506,8 +506,8 @@ mod tests {
                 heading += bend * turn;
                 let (dx, dy) = (length * cos(heading), length * sin(heading));
                 if lattice {
-                    x += f64::from(crate::math::to_count(dx.abs()) as u32).copysign(dx);
-                    y += 1.0 + f64::from(crate::math::to_count(dy.abs()) as u32).copysign(dy).abs();
+                    x += crate::math::from_count(crate::math::to_count(dx.abs())).copysign(dx);
+                    y += 1.0 + crate::math::from_count(crate::math::to_count(dy.abs()));
                 } else {
                     x += dx;
                     y += dy;
@@ -517,7 +517,7 @@ mod tests {
                 return Ok(());
             };
             let path = if reversing {
-                path.with_reverse(&turns[..xs.len()]).unwrap()
+                path.with_reverse(turns.get(..xs.len()).unwrap()).unwrap()
             } else {
                 path
             };

@@ -336,7 +336,7 @@ mod tests {
         assert!((wheel - (1.0 - exp(-1.0))).abs() < 1e-15);
         let slow = actuator(0.0, 0.0, Some(0.5));
         assert_eq!(slow.elapse(&mut slow.settled(0.0), 1.0, 0.1), 0.05);
-        assert_eq!(slow.limit(0.2, -1.0, 0.1), 0.15000000000000002);
+        assert_eq!(slow.limit(0.2, -1.0, 0.1), 0.150_000_000_000_000_02);
     }
 
     #[test]
