@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.ranges import check_in_range
 from popsteer.tracks.geometry import Piece
-from popsteer.tracks.waypoints import Waypoints, check_dimension, placed
+from popsteer.tracks.waypoints import Waypoints, placed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,9 +62,9 @@ def three_point_turn(
     >>> np.sign(turn.speed)[np.flatnonzero(np.diff(np.sign(turn.speed)))].tolist()
     [1.0, -1.0]
     """
-    check_dimension("radius", radius, 0.1, 1e3)
-    check_dimension("arc_deg", arc_deg, 10.0, 80.0)
-    check_dimension("final", final, spacing, 1e3)
+    check_in_range("radius", radius, 0.1, 1e3)
+    check_in_range("arc_deg", arc_deg, 10.0, 80.0)
+    check_in_range("final", final, spacing, 1e3)
     left = 1.0 / radius
     arc = radius * math.radians(arc_deg)
     rest = radius * math.radians(180.0 - 2.0 * arc_deg)
@@ -109,9 +110,9 @@ def parallel_parking(
     >>> float(parallel_parking(offset=2.5).xy[-1, 1].round(9))
     -2.5
     """
-    check_dimension("radius", radius, 0.1, 1e3)
-    check_dimension("offset", offset, 0.01, 2.0 * radius)
-    check_dimension("final", final, spacing, 1e3)
+    check_in_range("radius", radius, 0.1, 1e3)
+    check_in_range("offset", offset, 0.01, 2.0 * radius)
+    check_in_range("final", final, spacing, 1e3)
     bend = 1.0 / radius
     arc = radius * math.acos(1.0 - 0.5 * offset * bend)
     return _manoeuvre(

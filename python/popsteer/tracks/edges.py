@@ -22,11 +22,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.ranges import check_in_range
 from popsteer.tracks.build import equal_steps
 from popsteer.tracks.cusps import parallel_parking, three_point_turn
 from popsteer.tracks.geometry import Piece
 from popsteer.tracks.speed_profile import closed_profile, open_profile
-from popsteer.tracks.waypoints import Waypoints, check_dimension, placed
+from popsteer.tracks.waypoints import Waypoints, placed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -72,9 +73,9 @@ def figure8(size: float = 40.0, spacing: float = 1.0) -> Waypoints:
     >>> figure8(size=40.0, spacing=5.0).xy[0].tolist()
     [40.0, 0.0]
     """
-    check_dimension("size", size, 0.1, 1e4)
+    check_in_range("size", size, 0.1, 1e4)
     # The whole curve is 5.244 times its size long.
-    check_dimension("spacing", spacing, 0.01, 5.244 * size / 8.0)
+    check_in_range("spacing", spacing, 0.01, 5.244 * size / 8.0)
 
     def curve(t: NDArray[np.float64]) -> NDArray[np.float64]:
         scale = size * np.cos(t) / (1.0 + np.sin(t) ** 2)
@@ -116,8 +117,8 @@ def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5
     >>> back.xy[0].tolist(), back.xy[-1].round(9).tolist()
     ([0.0, 0.0], [0.0, 0.5])
     """
-    check_dimension("offset", offset, 0.01, 1e3)
-    check_dimension("length", length, 1.0, 1e5)
+    check_in_range("offset", offset, 0.01, 1e3)
+    check_in_range("length", length, 1.0, 1e5)
     curvature = 2.0 / offset
     pieces = [
         Piece(length, 0.0, 0.0),
@@ -158,10 +159,10 @@ def spiral(
     >>> float(np.hypot(*spiral(pitch=1.0, inner_radius=8.0, turns=4.0).xy[-1]).round(9))
     12.0
     """
-    check_dimension("pitch", pitch, 0.01, 1e3)
-    check_dimension("inner_radius", inner_radius, 0.1, 1e4)
-    check_dimension("turns", turns, 0.1, 100.0)
-    check_dimension("spacing", spacing, 0.01, 100.0)
+    check_in_range("pitch", pitch, 0.01, 1e3)
+    check_in_range("inner_radius", inner_radius, 0.1, 1e4)
+    check_in_range("turns", turns, 0.1, 100.0)
+    check_in_range("spacing", spacing, 0.01, 100.0)
     growth = pitch / (2.0 * math.pi)
 
     def curve(phi: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -205,8 +206,8 @@ def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -
     >>> touching(radius=12.0, length=40.0).xy[-1, 0].round(6).item()
     80.0
     """
-    check_dimension("radius", radius, 0.1, 1e4)
-    check_dimension("length", length, 1.0, 1e5)
+    check_in_range("radius", radius, 0.1, 1e4)
+    check_in_range("length", length, 1.0, 1e5)
     pieces = [
         Piece(length, 0.0, 0.0),
         Piece(2.0 * math.pi * radius, 1.0 / radius, 1.0 / radius),
@@ -240,8 +241,8 @@ def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
     >>> polygon(4, 100.0).xy.round(9).tolist()
     [[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]]
     """
-    check_dimension("sides", sides, 3, 100_000)
-    check_dimension("side", side, 0.01, 1e5)
+    check_in_range("sides", sides, 3, 100_000)
+    check_in_range("side", side, 0.01, 1e5)
     heading = 2.0 * math.pi / sides * np.arange(sides - 1)
     steps = side * np.column_stack((np.cos(heading), np.sin(heading)))
     xy = np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))
@@ -274,7 +275,7 @@ def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
     >>> len(dense_straight(50.0, 0.01).xy)
     5001
     """
-    check_dimension("length", length, 0.1, 1e4)
+    check_in_range("length", length, 0.1, 1e4)
     return _forward([Piece(length, 0.0, 0.0)], spacing)
 
 
@@ -309,9 +310,9 @@ def near_duplicates(
     >>> near_duplicates(gap=1e-6).xy[:4].round(9).tolist()
     [[0.0, 0.0], [1e-06, 0.0], [1.0, 0.0], [1.000001, 0.0]]
     """
-    check_dimension("length", length, 1.0, 1e5)
-    check_dimension("radius", radius, 0.1, 1e5)
-    check_dimension("gap", gap, 1e-8, 0.5 * spacing)
+    check_in_range("length", length, 1.0, 1e5)
+    check_in_range("radius", radius, 0.1, 1e5)
+    check_in_range("gap", gap, 1e-8, 0.5 * spacing)
     pieces = [Piece(length, 0.0, 0.0), Piece(length, 1.0 / radius, 1.0 / radius)]
     line, speed, _ = _forward(pieces, spacing)
     ahead = np.diff(line, axis=0)

@@ -21,12 +21,12 @@ Examples
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.errors import ConfigError, in_range
+from popsteer.errors import ConfigError
+from popsteer.ranges import check_in_range
 from popsteer.tracks.build import build, equal_steps
 from popsteer.tracks.geometry import Piece, Sampled, sample, straight
 
@@ -85,8 +85,8 @@ def step_steer(
     ([80.0, 0.0], True)
     """
     for field, value in (("run_up", run_up), ("transition", transition), ("arc", arc)):
-        _check(field, value, 1.0, 1e4)
-    _check("radius", abs(radius), 2.0, 1e5)
+        check_in_range(field, value, 1.0, 1e4)
+    check_in_range("radius", abs(radius), 2.0, 1e5)
     curvature = 1.0 / radius
     pieces = [
         *straight(run_up),
@@ -206,8 +206,8 @@ def obstacle_avoidance(
     >>> float(obstacle_avoidance().xy[:, 1].max())
     3.515
     """
-    _check("car_width", car_width, 0.1, 10.0)
-    _check("gap", gap, 0.0, 100.0)
+    check_in_range("car_width", car_width, 0.1, 10.0)
+    check_in_range("gap", gap, 0.0, 100.0)
     offset = 0.5 * (1.1 * car_width + 0.25) + gap + 0.5 * (car_width + 1.0)
     return _lane_changes(
         name,
@@ -230,9 +230,9 @@ def _lane_changes(
 ) -> Track:
     """Make the line through three lanes: there, second and fourth section, and back."""
     for field, value in zip(("run_up", "run_out"), run, strict=True):
-        _check(field, value, 1.0, 1e4)
+        check_in_range(field, value, 1.0, 1e4)
     for field, value in zip(("offset", "return_offset"), offsets, strict=True):
-        _check(field, value, -100.0, 100.0)
+        check_in_range(field, value, -100.0, 100.0)
     begin = run[0]
     first = begin + sections[0]
     second = first + sections[1] + sections[2]
@@ -266,11 +266,5 @@ def _checked_sections(sections: Sequence[float], count: int) -> list[float]:
     if len(found) != count:
         raise ConfigError("sections", sections, f"{count} lengths")
     for length in found:
-        _check("sections", length, 1.0, 1e4)
+        check_in_range("sections", length, 1.0, 1e4)
     return found
-
-
-def _check(field: str, value: float, low: float, high: float) -> None:
-    """Refuse a dimension that is out of its range."""
-    if not (math.isfinite(value) and low <= value <= high):
-        raise ConfigError(field, value, in_range(low, high))

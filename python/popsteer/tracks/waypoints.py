@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.errors import ConfigError, in_range
+from popsteer.ranges import check_in_range
 from popsteer.tracks.geometry import Piece, Sampled, sample
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Waypoints", "check_dimension", "placed"]
+__all__ = ["Waypoints", "placed"]
 
 
 class Waypoints(NamedTuple):
@@ -54,37 +54,10 @@ def placed(pieces: Sequence[Piece], spacing: float) -> Sampled:
     [[0.0, 0.0], [50.0, 0.0], [100.0, 0.0]]
     """
     length = sum(piece.length for piece in pieces)
-    check_dimension("spacing", spacing, 0.01, 100.0)
+    check_in_range("spacing", spacing, 0.01, 100.0)
     segments = max(round(length / spacing), 1)
     # The quadrature wants steps of at most a metre and a radian; the rest is left out afterwards.
     sharpest = max(abs(piece.first_curvature) for piece in pieces)
     finer = math.ceil(length / segments * max(1.0, sharpest))
     line = sample(pieces, segments * finer + 1)
     return Sampled(line.xy[::finer], line.curvature[::finer], line.step * finer)
-
-
-def check_dimension(field: str, value: float, low: float, high: float) -> None:
-    """Refuse a dimension that is out of its range.
-
-    Parameters
-    ----------
-    field : str
-        Its name.
-    value : float
-        What it is.
-    low, high : float
-        Ends of the range; both belong to it.
-
-    Raises
-    ------
-    ConfigError
-        Naming the field and the value.
-
-    Examples
-    --------
-    >>> check_dimension("radius", -1.0, 0.1, 1e3)
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: radius must be in [0.1, 1000], got -1.0
-    """
-    if not (math.isfinite(value) and low <= value <= high):
-        raise ConfigError(field, value, in_range(low, high))
