@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer import presets
-from popsteer.study.linear import Loop, Vehicle, linearised
+from popsteer.study.linear import Loop, linearised
+from popsteer.study.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from numpy.typing import NDArray
+
+    from popsteer._core import PopParams, PurePursuitParams
     from popsteer.laws import Params
 
 __all__ = [
@@ -22,6 +26,7 @@ __all__ = [
     "LINEAR_LAWS",
     "Margins",
     "Stability",
+    "dead_time_map",
     "margins",
     "stability",
 ]
@@ -197,7 +202,54 @@ def stability(
     )
 
 
-def _gain_margin(response: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> float:
+def dead_time_map(
+    params: PopParams | PurePursuitParams,
+    vehicle: Vehicle,
+    speeds: Iterable[float],
+    distances: Iterable[float],
+    dt: float = 0.05,
+) -> NDArray[np.float64]:
+    """Find the dead-time margin of a law over speeds and lookahead distances.
+
+    Parameters
+    ----------
+    params : PopParams or PurePursuitParams
+        Parameters of the law, with its reference point; its lookahead is replaced.
+    vehicle : Vehicle
+        The vehicle.
+    speeds : iterable of float
+        Speeds [m/s].
+    distances : iterable of float
+        Lookahead distances [m].
+    dt : float, default 0.05
+        Control period [s].
+
+    Returns
+    -------
+    (distances, speeds) ndarray
+        Dead time that may be added [s]; NaN where the loop is unstable without.
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range.
+
+    Examples
+    --------
+    >>> from popsteer import PopParams
+    >>> found = dead_time_map(PopParams(reference_offset=3.0), Vehicle(), [10.0], [4.0, 8.0])
+    >>> found.shape, bool(found[0, 0] < found[1, 0])
+    ((2, 1), True)
+    """
+    speeds = tuple(speeds)
+    rows = []
+    for distance in distances:
+        fixed = params.replace(lookahead_gain=0.0, min_lookahead=distance)
+        rows.append([margins(fixed, vehicle, v, dt, frequencies=800).dead_time for v in speeds])
+    return np.array(rows)
+
+
+def _gain_margin(response: NDArray[np.complex128]) -> float:
     """Find the least factor above 1 that brings the response onto -1."""
     real, imaginary = response.real, response.imag
     crossings = [float(real[-1])]  # real at half the control rate
