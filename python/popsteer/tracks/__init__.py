@@ -1,4 +1,4 @@
-r"""The tracks that come with popsteer, each generated from its formula when it is asked for.
+"""The tracks that come with popsteer, each generated from its formula when it is asked for.
 
 The standard manoeuvres are in `popsteer.tracks.manoeuvres`, as functions whose dimensions can be
 changed; what breaks path trackers, crossings and cusps and odd spacings, is in

@@ -154,7 +154,7 @@ def _margins_figure(result: Stability, theme: Theme) -> Figure:
         else:
             panel.set_ylim(bottom=0.0)
     panels[0].set_ylim(bottom=1.0)
-    panels[2].set_ylim(bottom=10.0)
+    panels[2].set_ylim(bottom=1.0)
     panels[2].legend(fontsize=8.5)
     return _captioned(figure, result, theme, "a line ends where the loop becomes unstable")
 
@@ -184,7 +184,7 @@ def _carrot_figure(curves: Mapping[str, Carrot], theme: Theme) -> Figure:
         panel.set_xticks([12, 15, 20, 30, 40, 60, 80, 120])
         panel.xaxis.set_major_formatter("{x:g}")
         panel.minorticks_off()
-        panel.set(xlabel="radius of the circle [m]", ylim=(0.0, 2.2))
+        panel.set(xlabel="radius of the circle [m]", ylim=(0.0, 2.4))
         panel.set_title(plant, pad=8)
     panels[0].set_ylabel("offset to the inside [m]")
     panels[0].legend(fontsize=8.5)
