@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, simulate, tracks
+from popsteer.cli import bench, compare, simulate, stability, tracks
 
 __all__ = ["app"]
 
@@ -26,6 +26,7 @@ Examples:
   popsteer compare --waypoints mine.csv  ... on a track of your own: x [m], y [m], speed [m/s]
   popsteer simulate --controller pop --set lookahead_gain=0.3
   popsteer tracks export racetrack racetrack.csv
+  popsteer stability --dead-time 0.1     how far each law's loop is from instability
   popsteer bench                         how long a control step takes
 
 \b
@@ -74,5 +75,6 @@ def _popsteer(
 
 app.command("compare", help=compare.HELP)(compare.compare)
 app.command("simulate", help=simulate.HELP)(simulate.simulate)
+app.command("stability", help=stability.HELP)(stability.stability)
 app.command("bench", help=bench.HELP)(bench.bench)
 app.add_typer(tracks.app, name="tracks")
