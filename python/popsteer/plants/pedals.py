@@ -1,0 +1,93 @@
+"""From pedals to acceleration, for vehicle models that are told an acceleration."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+from popsteer.errors import ConfigError, in_range
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+__all__ = ["PedalParams"]
+
+
+@dataclass(frozen=True)
+class PedalParams:
+    """What the pedals and the air do: a = drive·throttle - braking·brake - drag·v.
+
+    The numbers are those of the vehicle identified from the paper's run, so that the paper's
+    longitudinal law drives these plants at speeds like that one's.
+
+    Parameters
+    ----------
+    drive : float, default 6.0
+        Acceleration at full throttle [m/s^2].
+    drag : float, default 0.28
+        Drag linear in speed [1/s].
+    braking : float, default 9.0
+        Deceleration at full brake [m/s^2].
+
+    Raises
+    ------
+    ConfigError
+        A number is not in its range.
+
+    Examples
+    --------
+    >>> PedalParams(drag=0.0).acceleration(0.5, 0.0, 10.0)
+    3.0
+    """
+
+    drive: float = 6.0
+    drag: float = 0.28
+    braking: float = 9.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not 0.0 <= value <= 1e3:  # NaN fails too
+                raise ConfigError(field.name, value, in_range(0.0, 1e3))
+
+    def acceleration(self, throttle: float, brake: float, speed: float) -> float:
+        """Give the acceleration that pedals and air come to.
+
+        Parameters
+        ----------
+        throttle, brake : float
+            Pedals, 0 to 1.
+        speed : float
+            Speed [m/s].
+
+        Returns
+        -------
+        float
+            Acceleration [m/s^2].
+        """
+        return self.drive * throttle - self.braking * brake - self.drag * speed
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give the parameters by name.
+
+        Returns
+        -------
+        dict
+            A new one.
+        """
+        return asdict(self)
+
+    def replace(self, **changes: float) -> Self:
+        """Change some.
+
+        Parameters
+        ----------
+        **changes : float
+            New values by name.
+
+        Returns
+        -------
+        PedalParams
+            A changed copy.
+        """
+        return replace(self, **changes)
