@@ -213,19 +213,18 @@ class CommonRoad:
     def _check(self) -> None:
         """Raise where the model's own limits are passed."""
         x, least = self._x, self._model.least_speed
+        if self._kind != "mb":
+            x[3] = max(x[3], 0.0)  # what rounding leaves of a stop
         if x[3] < least:
-            raise PlantLimit(f"speed {x[3]:.2f} m/s is below the model's {least:g} m/s")
+            raise PlantLimit(f"speed {x[3]:.3f} m/s is below the model's {least:g} m/s")
         if self._kind == "st":
             pull, grip = abs(x[3] * x[5]), self._p.tire.p_dy1 * _GRAVITY
             if pull > grip:
                 raise PlantLimit(
-                    f"lateral acceleration {pull:.1f} m/s² is more than the tyres hold,"
-                    f" {grip:.1f} m/s²"
+                    f"lateral acceleration {pull:.2f} m/s² is more than the tyres hold,"
+                    f" {grip:.2f} m/s²"
                 )
-            x[3] = max(x[3], 0.0)
-        elif self._kind == "std":
-            x[3] = max(x[3], 0.0)
-        elif (wheel := self._lifted()) is not None:
+        if self._kind == "mb" and (wheel := self._lifted()) is not None:
             raise PlantLimit(f"the {wheel} wheel leaves the road at {x[3]:.1f} m/s")
 
     def _lifted(self) -> str | None:
