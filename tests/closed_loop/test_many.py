@@ -17,7 +17,7 @@ from popsteer.errors import ConfigError, InputError, PathError
 from tests.closed_loop.paths import track
 
 NOISE = sim.Noise(position=0.1, yaw=0.005, speed=0.1)
-PLANTS: list[sim.Plant] = [
+PLANTS: list[sim.geometry.CorePlant] = [
     *sim.plant_names(),
     sim.CarlaIdentified(yaw_lag=0.2),
     sim.KinematicBicycle(wheelbase=2.0),

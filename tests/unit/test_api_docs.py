@@ -22,7 +22,7 @@ import pytest
 import popsteer
 from popsteer import _core
 
-MODULES = ["popsteer", "popsteer.reference", "popsteer.sim"]
+MODULES = ["popsteer", "popsteer.plants", "popsteer.reference", "popsteer.sim"]
 # Begins a section of numpydoc: a line, and dashes under it.
 _SECTION = re.compile(r"^([A-Z][A-Za-z ]+)\n-{3,}\n", re.MULTILINE)
 

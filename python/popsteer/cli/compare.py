@@ -27,6 +27,7 @@ Examples:
   popsteer compare --controllers stanley,pop --track figure-eight --out out
   popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --out out
   popsteer compare --preset paper --plant kinematic-bicycle
+  popsteer compare --plant commonroad-mb-2 --constant-speed 14
 """
 
 
@@ -42,6 +43,8 @@ def compare(
     preset: options.Preset = presets.REPRODUCTION,
     plant: options.Plant = "carla-identified",
     start: options.Start = None,
+    speed: options.Speed = None,
+    constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
 ) -> None:
@@ -56,6 +59,8 @@ def compare(
             plant,
             preset=preset,
             start=inputs.pose(start),
+            speed=speed,
+            constant_speed=constant_speed,
             settings=Settings(dt=dt),
             progress=progress.update,
         )

@@ -221,8 +221,8 @@ class CommonRoad:
             pull, grip = abs(x[3] * x[5]), self._p.tire.p_dy1 * _GRAVITY
             if pull > grip:
                 raise PlantLimit(
-                    f"lateral acceleration {pull:.2f} m/s² is more than the tyres hold,"
-                    f" {grip:.2f} m/s²"
+                    f"lateral acceleration at {x[3]:.1f} m/s reaches what the tyres hold,"
+                    f" {grip:.1f} m/s²"
                 )
         if self._kind == "mb" and (wheel := self._lifted()) is not None:
             raise PlantLimit(f"the {wheel} wheel leaves the road at {x[3]:.1f} m/s")
@@ -261,4 +261,3 @@ class CommonRoad:
             yaw_rate=x[5],
             steer=x[2],
         )
-

@@ -6,17 +6,16 @@ Its model is ``mujoco_car.xml`` beside this file.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
 import mujoco
 
 from popsteer.errors import PlantLimit
-from popsteer.plants.pedals import PedalParams
+from popsteer.plants.pedals import MujocoCarParams
 from popsteer.plants.protocol import Geometry, PlantState, follow
 
-__all__ = ["MujocoCar", "MujocoCarParams"]
+__all__ = ["MujocoCar"]
 
 # As in the model file.
 _WHEELBASE, _TRACK, _RADIUS = 2.7, 1.56, 0.33
@@ -24,48 +23,20 @@ _MOST_STEER = 0.6
 # Brakes hold with their full torque from this rate of turn of a wheel on [rad/s]: below, with less,
 # so that they do not shake a standing car.
 _BRAKE_RATE = 1.0
+# What keeps the wheels from spinning ever faster: the torque fades, and is gone where a wheel slips
+# by this much [m/s].
+_MOST_SLIP = 2.0
 _UPRIGHT = math.cos(math.radians(30.0))
-
-
-@dataclass(frozen=True)
-class MujocoCarParams(PedalParams):
-    """What can be set about the car; the rest is in its model file.
-
-    Parameters
-    ----------
-    drive : float, default 6.0
-        Acceleration that the torque of all wheels gives at full throttle [m/s^2].
-    drag : float, default 0.28
-        Drag linear in speed [1/s]; it pulls at the body.
-    braking : float, default 9.0
-        Deceleration that the torque of all wheels gives at full brake [m/s^2].
-    friction : float, default 1.0
-        Coulomb friction of tyre and road.
-    steer_rate : float, default 0.6
-        Fastest turn of the front wheels [rad/s].
-
-    Raises
-    ------
-    ConfigError
-        A number is not in its range.
-
-    Examples
-    --------
-    >>> MujocoCarParams(friction=0.3).drive
-    6.0
-    """
-
-    friction: float = 1.0
-    steer_rate: float = 0.6
 
 
 class MujocoCar:
     """A car in MuJoCo.
 
     1500 kg, axles 2.7 m apart, 54 % of the weight on the front one, 1.56 m between the wheels of an
-    axle, each wheel sprung and driven. The front wheels turn about their uprights by the two angles that Ackermann's
-    geometry gives for the one commanded, at most 0.6 rad and at most as fast as `steer_rate`. The
-    wheels are ellipsoids of 0.33 m radius on Coulomb friction; the pedals turn them.
+    axle, each wheel sprung and driven. The front wheels turn about their uprights by the two angles
+    that Ackermann's geometry gives for the one commanded, at most 0.6 rad and at most as fast as
+    `steer_rate`. The wheels are ellipsoids of 0.33 m radius on Coulomb friction; the pedals turn
+    them, and the torque of a wheel that slips fades.
 
     Parameters
     ----------
@@ -168,7 +139,7 @@ class MujocoCar:
         PlantLimit
             It has tilted over, or the solver gave up.
         """
-        wanted = min(max(steer, -_MOST_STEER), _MOST_STEER)
+        wanted = _within(steer, -_MOST_STEER, _MOST_STEER)
         finer = math.ceil(dt / self._longest)
         step = self._model.opt.timestep = dt / finer
         for _ in range(substeps * finer):
@@ -184,12 +155,16 @@ class MujocoCar:
         curvature = math.tan(self._steer) / _WHEELBASE
         drive = params.drive * throttle * self._mass * _RADIUS / 4.0
         hold = params.braking * brake * self._mass * _RADIUS / 4.0
-        turning = data.qvel[self._spin].tolist()
-        brakes = [-hold * min(max(rate / _BRAKE_RATE, -1.0), 1.0) for rate in turning]
+        rolling = math.hypot(data.qvel[0], data.qvel[1])
+        torques = [
+            drive * _within(1.0 - (rate * _RADIUS - rolling) / _MOST_SLIP, 0.0, 1.0)
+            - hold * _within(rate / _BRAKE_RATE, -1.0, 1.0)
+            for rate in data.qvel[self._spin].tolist()
+        ]
         data.ctrl[:] = (
             math.atan(_WHEELBASE * curvature / (1.0 - 0.5 * _TRACK * curvature)),
             math.atan(_WHEELBASE * curvature / (1.0 + 0.5 * _TRACK * curvature)),
-            *(drive + brake_torque for brake_torque in brakes),
+            *torques,
         )
         data.xfrc_applied[self._body, :2] = -params.drag * self._mass * data.qvel[:2]
 
@@ -219,3 +194,7 @@ class MujocoCar:
             yaw_rate=float(data.qvel[5]),
             steer=self._steer,
         )
+
+
+def _within(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)

@@ -1,4 +1,4 @@
-"""From pedals to acceleration, for vehicle models that are told an acceleration."""
+"""What can be set about the plants: pedals, and what else the car in MuJoCo has."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from popsteer.errors import ConfigError, in_range
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-__all__ = ["PedalParams"]
+__all__ = ["MujocoCarParams", "PedalParams"]
 
 
 @dataclass(frozen=True)
@@ -91,3 +91,35 @@ class PedalParams:
             A changed copy.
         """
         return replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class MujocoCarParams(PedalParams):
+    """What can be set about the car; the rest is in its model file.
+
+    Parameters
+    ----------
+    drive : float, default 6.0
+        Acceleration that the torque of all wheels gives at full throttle [m/s^2].
+    drag : float, default 0.28
+        Drag linear in speed [1/s]; it pulls at the body.
+    braking : float, default 9.0
+        Deceleration that the torque of all wheels gives at full brake [m/s^2].
+    friction : float, default 1.0
+        Coulomb friction of tyre and road.
+    steer_rate : float, default 0.6
+        Fastest turn of the front wheels [rad/s].
+
+    Raises
+    ------
+    ConfigError
+        A number is not in its range.
+
+    Examples
+    --------
+    >>> MujocoCarParams(friction=0.3).drive
+    6.0
+    """
+
+    friction: float = 1.0
+    steer_rate: float = 0.6

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from popsteer.errors import ConfigError, PopsteerError
+from popsteer.plants.protocol import PythonPlant
 
 if TYPE_CHECKING:
-    from popsteer.plants.commonroad import CommonRoad
-    from popsteer.plants.mujoco_car import MujocoCar
+    from typing_extensions import Self
 
-__all__ = ["get", "names"]
+__all__ = ["Configurable", "get", "names"]
 
 _MODELS = ("st", "std", "mb")
 _VEHICLES = (1, 2, 3)
@@ -19,6 +19,19 @@ _MUJOCO = "mujoco-car"
 _COMMONROAD = re.compile(r"commonroad-(st|std|mb)-([123])")
 # What the extra installs, by the names that Python imports it under.
 _MODULES = ("vehiclemodels", "omegaconf", "mujoco")
+
+
+class Configurable(PythonPlant, Protocol):
+    """A plant with parameters."""
+
+    @property
+    def params(self) -> Any:  # noqa: ANN401 - each has a class of its own
+        """Its parameters."""
+        ...
+
+    def with_params(self, params: Any, /) -> Self:  # noqa: ANN401
+        """Give another with these parameters."""
+        ...
 
 
 def names() -> tuple[str, ...]:
@@ -38,7 +51,7 @@ def names() -> tuple[str, ...]:
     return (*commonroad, _MUJOCO)
 
 
-def get(name: str) -> CommonRoad | MujocoCar:
+def get(name: str) -> Configurable:
     """Make a plant.
 
     Parameters

@@ -95,7 +95,8 @@ def metrics_json(comparison: Comparison) -> str:
 
 def _controller(run: Run) -> dict[str, Any]:
     """Lay out one run: the metrics, those of the rear axle nested, and the law's parameters."""
-    return {**_metrics(run.metrics), "params": {k: _finite(v) for k, v in run.params.items()}}
+    params = {name: _finite(value) for name, value in run.params.items()}
+    return {**_metrics(run.metrics), "ending": run.ending, "params": params}
 
 
 def _metrics(metrics: Metrics) -> dict[str, Any]:

@@ -98,6 +98,11 @@ def notes(comparison: Comparison) -> list[str]:
         " axle, one point for all."
     )
     said = [where]
+    said += [
+        f"{title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
+        for name, run in comparison.runs.items()
+        if not run.metrics.finished
+    ]
     if not PAPER.keys() & comparison.runs.keys():
         return said
     if not is_authors_path(comparison.path):

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from popsteer.laws import Controller, Params
 
 __all__ = [
+    "CorePlant",
     "Geometry",
     "Plant",
     "fitted",
@@ -24,7 +25,9 @@ __all__ = [
     "with_offset",
 ]
 
-Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle | PythonPlant
+CorePlant: TypeAlias = str | CarlaIdentified | KinematicBicycle
+"""A plant of the core, which many runs can share: its name, or an object with its parameters."""
+Plant: TypeAlias = CorePlant | PythonPlant
 """A plant: its name for the default parameters, or an object with its own."""
 
 _CLASSES: dict[type[object], str] = {

@@ -142,7 +142,7 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     return kept, SpeedPid(_KEEPING)
 
 
-def run(
+def run(  # noqa: PLR0913 - each is one thing that may differ
     law: laws.Controller | OwnLaw,
     plant: Plant = "carla-identified",
     *,

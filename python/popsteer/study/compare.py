@@ -97,7 +97,7 @@ def parameters(names: Sequence[str], preset: str, plant: Plant) -> dict[str, Par
         Names of laws.
     preset : str
         Name of a preset.
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant whose axles and wheelbase the laws are given.
 
     Returns
@@ -118,13 +118,15 @@ def parameters(names: Sequence[str], preset: str, plant: Plant) -> dict[str, Par
     return {name: fitted(presets.get(name, preset), plant) for name in names}
 
 
-def compare(
+def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
     path: Path,
     names: Sequence[str] | Mapping[str, Params] = DEFAULT_LAWS,
     plant: Plant = "carla-identified",
     *,
     preset: str = presets.REPRODUCTION,
     start: Pose | None = None,
+    speed: float | None = None,
+    constant_speed: float | None = None,
     longitudinal: CoupledLongitudinal | SpeedPid | None = None,
     settings: Settings | None = None,
     progress: Callable[[str, float], object] | None = None,
@@ -138,13 +140,15 @@ def compare(
     names : sequence of str, or mapping of str to parameters
         The laws; by default the paper's four. A mapping gives each its parameters, and `preset`
         then only says what they are called.
-    plant : str or CarlaIdentified or KinematicBicycle, default "carla-identified"
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
         What moves. The laws' reference points and wheelbase are its axles'.
     preset : str, default "reproduction"
         Where the parameters come from; see `popsteer.presets`.
     start : tuple of float, optional
         Pose of the front axle at the start, (x, y, yaw) [m, m, rad]; by default 2.44 m to the right
         of the first waypoint.
+    speed, constant_speed : float, optional
+        Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
     longitudinal : CoupledLongitudinal or SpeedPid, optional
         What works the pedals; the paper's coupled law by default.
     settings : Settings, optional
@@ -187,6 +191,8 @@ def compare(
             law.controller(path, params),  # type: ignore[arg-type]
             plant,
             start=start,
+            speed=speed,
+            constant_speed=constant_speed,
             longitudinal=longitudinal,
             settings=settings,
             progress=advance,
