@@ -249,9 +249,20 @@ class PlantLimit(PopsteerError):  # noqa: N818 - no error of a program: a run en
     limit : str
         Which limit, with the numbers.
 
+    Attributes
+    ----------
+    limit
+        The argument, as given.
+
     Examples
     --------
     >>> raise PlantLimit("speed 0.80 m/s is below 1 m/s")
     Traceback (most recent call last):
     popsteer.errors.PlantLimit: speed 0.80 m/s is below 1 m/s
     """
+
+    limit: str
+
+    def __init__(self, limit: str) -> None:
+        super().__init__(limit)
+        self.limit = limit

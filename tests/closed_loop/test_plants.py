@@ -97,7 +97,7 @@ def test_python_plant_at_its_limit_ends_the_run_and_says_which(law: Any) -> None
 
 def test_simulation_at_a_limit_stays_over() -> None:
     simulation = sim.Simulation(_path(), Bicycle(last_x=-2.0), start=(0.0, 0.0, 0.0), speed=50.0)
-    assert simulation.ending is None
+    assert (simulation.is_over, simulation.ending) == (False, None)
     simulation.step(0.0)
     assert simulation.is_over
     assert simulation.ending == "plant limit: the end of the world"

@@ -110,6 +110,18 @@ class CommonRoad:
         self.geometry = Geometry(wheelbase, 0.0, wheelbase)
         self._x: list[float] = []
 
+    @property
+    def steer_limits(self) -> tuple[float, float]:
+        """How far and how fast the front wheels turn.
+
+        Returns
+        -------
+        tuple of float
+            Angle [rad] and rate [rad/s].
+        """
+        steering = self._p.steering
+        return steering.max, steering.v_max
+
     def with_params(self, params: PedalParams) -> CommonRoad:
         """Give the same vehicle with other pedals.
 

@@ -79,6 +79,17 @@ class MujocoCar:
         self._height = float(self._data.qpos[2])
         self._steer = 0.0
 
+    @property
+    def steer_limits(self) -> tuple[float, float]:
+        """How far and how fast the front wheels turn.
+
+        Returns
+        -------
+        tuple of float
+            Angle [rad] and rate [rad/s].
+        """
+        return _MOST_STEER, self.params.steer_rate
+
     def with_params(self, params: MujocoCarParams) -> MujocoCar:
         """Give a car with other parameters.
 

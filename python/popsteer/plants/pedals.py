@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import ClassVar
 
-from popsteer.errors import ConfigError, in_range
-
-if TYPE_CHECKING:
-    from typing_extensions import Self
+from popsteer.parameters import Parameters
 
 __all__ = ["MujocoCarParams", "PedalParams"]
 
 
 @dataclass(frozen=True)
-class PedalParams:
+class PedalParams(Parameters):
     """What the pedals and the air do: a = drive·throttle - braking·brake - drag·v.
 
     The numbers are those of the vehicle identified from the paper's run, so that the paper's
@@ -40,15 +37,11 @@ class PedalParams:
     3.0
     """
 
+    RANGES: ClassVar = dict.fromkeys(("drive", "drag", "braking"), (0.0, 1e3))
+
     drive: float = 6.0
     drag: float = 0.28
     braking: float = 9.0
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not 0.0 <= value <= 1e3:  # NaN fails too
-                raise ConfigError(field.name, value, in_range(0.0, 1e3))
 
     def acceleration(self, throttle: float, brake: float, speed: float) -> float:
         """Give the acceleration that pedals and air come to.
@@ -66,31 +59,6 @@ class PedalParams:
             Acceleration [m/s^2].
         """
         return self.drive * throttle - self.braking * brake - self.drag * speed
-
-    def as_dict(self) -> dict[str, Any]:
-        """Give the parameters by name.
-
-        Returns
-        -------
-        dict
-            A new one.
-        """
-        return asdict(self)
-
-    def replace(self, **changes: float) -> Self:
-        """Change some.
-
-        Parameters
-        ----------
-        **changes : float
-            New values by name.
-
-        Returns
-        -------
-        PedalParams
-            A changed copy.
-        """
-        return replace(self, **changes)
 
 
 @dataclass(frozen=True)
@@ -120,6 +88,12 @@ class MujocoCarParams(PedalParams):
     >>> MujocoCarParams(friction=0.3).drive
     6.0
     """
+
+    RANGES: ClassVar = {
+        **PedalParams.RANGES,
+        "friction": (0.0, 10.0),
+        "steer_rate": (1e-3, 100.0),
+    }
 
     friction: float = 1.0
     steer_rate: float = 0.6
