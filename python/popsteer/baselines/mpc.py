@@ -5,7 +5,8 @@ linearised along it. With v the speed, L the wheelbase, K the understeer, τ the
 reference point lies ahead of the point whose pose is given, κ_k the path's mean curvature over
 stage k, h the length of a stage, δ the command and a the angle that the yaw rate r answers to::
 
-    G = L + K v²                 δ_ref = atan(G κ)            r ≈ v (κ + (1 + (G κ)²) (a - δ_ref) / G)
+    G = L + K v²            δ_ref = atan(G κ)
+    r ≈ v (κ + (1 + (G κ)²) (a - δ_ref) / G)
     a[k+1] = α a[k] + (1 - α) δ[k]         α = exp(-h / τ);  its mean over the stage:
     ā[k] = β a[k] + (1 - β) δ[k]           β = (1 - α) τ / h
     e[k+1] = e[k] + h v ψ[k] + h² v / 2 (r̄[k] - v κ) + h d r̄[k]
@@ -232,7 +233,7 @@ class Mpc:
         """Give the path's heading at the ends of the stages [rad], the turns of a lap included."""
         ahead = arc + speed * self._ends
         if not self.path.closed:
-            return np.interp(ahead, self._s, self._heading)
+            return np.asarray(np.interp(ahead, self._s, self._heading), dtype=np.float64)
         laps = np.floor(ahead / self.path.length)
         turn = self._heading[-1] - self._heading[0]
         heading = np.interp(ahead - laps * self.path.length, self._s, self._heading)

@@ -35,7 +35,7 @@ class MpcParams(Parameters):
         Largest rate [rad/s].
     cross_track_weight : float, default 1.0
         Of the squared cross-track error [1/m^2].
-    heading_weight : float, default 0.1
+    heading_weight : float, default 10.0
         Of the squared heading error.
     steer_weight : float, default 0.0
         Of the square of the angle less that which follows the path's curvature.
@@ -85,7 +85,7 @@ class MpcParams(Parameters):
     max_steer: float = 1.22
     max_steer_rate: float = 1.047
     cross_track_weight: float = 1.0
-    heading_weight: float = 0.1
+    heading_weight: float = 10.0
     steer_weight: float = 0.0
     change_weight: float = 10.0
     last_weight: float = 10.0

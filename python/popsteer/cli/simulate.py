@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from popsteer import laws, plants, presets, study
+from popsteer import baselines, laws, plants, presets, study
 from popsteer._core import (
     CoupledLongitudinal,
     CoupledLongitudinalParams,
@@ -67,6 +67,10 @@ Examples:
             for name in laws.names()
         ),
         *(
+            _section(f"--controller {name}, parameters for --set:", baselines.get(name).params)
+            for name in baselines.names()
+        ),
+        *(
             _section(f"--plant {name}, parameters for --set-plant:", kind)
             for name, kind in _PARAMS.items()
         ),
@@ -82,7 +86,12 @@ Examples:
 def simulate(
     *,
     controller: Annotated[
-        str, typer.Option(metavar="LAW", help=f"The law, of {', '.join(laws.names())}.")
+        str,
+        typer.Option(
+            metavar="LAW",
+            help=f"The law, of {', '.join(laws.names())}; with the extra 'mpc' also"
+            f" {', '.join(baselines.names())}.",
+        ),
     ] = "pop",
     set_: Annotated[
         list[str] | None,

@@ -11,6 +11,7 @@ import numpy as np
 from popsteer import laws
 from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams
 from popsteer.errors import ConfigError, PathError, in_range
+from popsteer.parameters import Parameters
 from popsteer.sim import steering
 from popsteer.sim.geometry import Plant, geometry, made, with_offset
 from popsteer.sim.metrics import Metrics
@@ -245,7 +246,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         records = simulation.records()
     else:
         name = str(getattr(law, "name", type(law).__name__))
-        params = {}
+        own_params = getattr(law, "params", None)
+        params = own_params.as_dict() if isinstance(own_params, Parameters) else {}
         offset = getattr(law, "reference_offset", geometry(plant).front_offset)
         simulation = Simulation(
             path, plant, start=start, speed=speed, reference_offset=offset, settings=settings

@@ -1,7 +1,8 @@
 """Studies: many runs, set side by side."""
 
-from popsteer.study.compare import DEFAULT_LAWS, Comparison, compare
+from popsteer.study.compare import DEFAULT_LAWS, Comparison, compare, law_names, parameters
 from popsteer.study.paper import PAPER, PaperFigures, is_authors_path
+from popsteer.study.step_time import time_steps
 
 __all__ = [
     "DEFAULT_LAWS",
@@ -10,4 +11,7 @@ __all__ = [
     "PaperFigures",
     "compare",
     "is_authors_path",
+    "law_names",
+    "parameters",
+    "time_steps",
 ]
