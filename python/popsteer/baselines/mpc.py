@@ -139,10 +139,30 @@ class Mpc:
         PopsteerError
             osqp found no solution.
         """
-        self.update(x, y, yaw, speed, dt)
-        steer = self.solve()
+        steer = self.steer(x, y, yaw, speed, dt)
         limit = abs(steer) >= self.params.max_steer
         return MpcCommand(steer, Status.SATURATED if limit else Status.OK)
+
+    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+        """Answer as `step` does, with the angle alone.
+
+        Parameters
+        ----------
+        x, y, yaw, speed, dt : float
+            As `step`.
+
+        Returns
+        -------
+        float
+            The angle [rad].
+
+        Raises
+        ------
+        InputError, PopsteerError
+            As `step`.
+        """
+        self.update(x, y, yaw, speed, dt)
+        return self.solve()
 
     def update(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> None:
         """Find the vehicle on the path, linearise ahead of it, hand the numbers to osqp.

@@ -202,8 +202,8 @@ def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
     path : Path
         What they follow.
     names : sequence of str, or mapping of str to parameters
-        The laws, of `law_names`; by default the paper's four. A mapping gives each its parameters, and `preset`
-        then only says what they are called.
+        The laws, of `law_names`; by default the paper's four. A mapping gives each its parameters,
+        and `preset` then only says what they are called.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
         What moves. The laws' reference points and wheelbase are its axles'.
     preset : str, default "reproduction"

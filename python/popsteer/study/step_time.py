@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,7 +78,7 @@ def time_steps(
             if progress is not None:
                 progress(f"time {name}", share)
 
-        times[name] = _step_time(run, lambda n=name, r=run: _driver(n, r, params[n]), advance)
+        times[name] = _step_time(run, partial(_driver, name, run, params[name]), advance)
     return replace(comparison, step_times=times)
 
 
