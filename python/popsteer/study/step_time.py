@@ -66,7 +66,7 @@ def time_steps(
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
     >>> params = parameters(["pop"], "default", "carla-identified")
     >>> timed = time_steps(compare(path, params), params)
-    >>> 1e-8 < timed.step_times["pop"] < 1e-3
+    >>> timed.step_times["pop"] > 0.0
     True
     """
     if build_profile == "debug":
