@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
+from popsteer.plants.protocol import PythonPlant
 from popsteer.status import Status
 
 __all__ = [
@@ -802,7 +803,7 @@ class Simulation:
     def __new__(
         cls,
         path: Path,
-        plant: str | CarlaIdentified | KinematicBicycle | None = None,
+        plant: str | CarlaIdentified | KinematicBicycle | PythonPlant | None = None,
         *,
         start: tuple[float, float, float],
         speed: float = 0.0,
@@ -825,6 +826,8 @@ class Simulation:
     def is_finished(self) -> bool: ...
     @property
     def is_over(self) -> bool: ...
+    @property
+    def ending(self) -> str | None: ...
     @property
     def reference_speed(self) -> float | None: ...
     def step(self, steer: float, throttle: float = 0.0, brake: float = 0.0) -> None: ...

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 
-from popsteer import laws
-from popsteer._core import CarlaIdentified, KinematicBicycle, plants
+from popsteer import laws, plants
+from popsteer._core import CarlaIdentified, KinematicBicycle
+from popsteer._core import plants as core_plants
 from popsteer.errors import ConfigError
+from popsteer.plants.protocol import Geometry, PythonPlant
 
 if TYPE_CHECKING:
     from popsteer.laws import Controller, Params
 
 __all__ = [
+    "CorePlant",
     "Geometry",
     "Plant",
     "fitted",
     "geometry",
+    "made",
     "plant_name",
     "plant_names",
     "with_offset",
 ]
 
-Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
+CorePlant: TypeAlias = str | CarlaIdentified | KinematicBicycle
+"""A plant of the core, which many runs can share: its name, or an object with its parameters."""
+Plant: TypeAlias = CorePlant | PythonPlant
 """A plant: its name for the default parameters, or an object with its own."""
 
 _CLASSES: dict[type[object], str] = {
@@ -32,19 +38,8 @@ _CLASSES: dict[type[object], str] = {
 _P = TypeVar("_P", bound="Params")
 
 
-class Geometry(NamedTuple):
-    """Where the axles lie ahead of the point whose pose the laws are given."""
-
-    front_offset: float
-    """Front axle ahead of that point [m]."""
-    rear_offset: float
-    """Rear axle ahead of that point [m]; negative behind it."""
-    wheelbase: float
-    """Distance of the axles, as the laws take it [m]."""
-
-
 def plant_names() -> tuple[str, ...]:
-    """Names of the plants.
+    """Names of the plants of the core; `popsteer.plants.names` are those from elsewhere.
 
     Returns
     -------
@@ -56,7 +51,7 @@ def plant_names() -> tuple[str, ...]:
     >>> plant_names()
     ('carla-identified', 'kinematic-bicycle')
     """
-    return tuple(plants())
+    return tuple(core_plants())
 
 
 def plant_name(plant: Plant) -> str:
@@ -64,13 +59,13 @@ def plant_name(plant: Plant) -> str:
 
     Parameters
     ----------
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant.
 
     Returns
     -------
     str
-        One of `plant_names`.
+        One of `plant_names` or of `popsteer.plants.names`; of a plant of your own its `name`.
 
     Raises
     ------
@@ -85,13 +80,45 @@ def plant_name(plant: Plant) -> str:
     'kinematic-bicycle'
     """
     if isinstance(plant, str):
-        if plant not in plant_names():
-            raise ConfigError.unknown("plant", plant, plant_names())
+        known = (*plant_names(), *plants.names())
+        if plant not in known:
+            raise ConfigError.unknown("plant", plant, known)
         return plant
     name = _CLASSES.get(type(plant))
-    if name is None:
-        raise TypeError(f"plant must be a name or an object of a plant class, got {plant!r}")
-    return name
+    if name is not None:
+        return name
+    if isinstance(plant, PythonPlant):
+        return plant.name
+    raise TypeError(f"plant must be a name or an object of a plant class, got {plant!r}")
+
+
+def made(plant: Plant) -> Plant:
+    """Make a plant from elsewhere of its name; leave all others as they are.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
+        The plant.
+
+    Returns
+    -------
+    same as `plant`, or PythonPlant
+        What a simulation takes.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+    PopsteerError
+        It needs an extra that is not installed.
+
+    Examples
+    --------
+    >>> made("carla-identified")
+    'carla-identified'
+    """
+    name = plant_name(plant)  # refuses an unknown one
+    return plants.get(name) if isinstance(plant, str) and name in plants.names() else plant
 
 
 def geometry(plant: Plant) -> Geometry:
@@ -99,7 +126,7 @@ def geometry(plant: Plant) -> Geometry:
 
     Parameters
     ----------
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant.
 
     Returns
@@ -122,7 +149,10 @@ def geometry(plant: Plant) -> Geometry:
     if isinstance(plant, KinematicBicycle):
         # Its pose is that of the rear axle, so its axles follow from its one parameter.
         return Geometry(plant.wheelbase, 0.0, plant.wheelbase)
-    return Geometry(*plants()[plant_name(plant)])
+    plant = made(plant)
+    if isinstance(plant, PythonPlant):
+        return Geometry(*plant.geometry)
+    return Geometry(*core_plants()[plant_name(plant)])
 
 
 def fitted(params: _P, plant: Plant) -> _P:
@@ -132,7 +162,7 @@ def fitted(params: _P, plant: Plant) -> _P:
     ----------
     params : PopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
         The parameters of a law.
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant that it is to steer.
 
     Returns
@@ -165,7 +195,7 @@ def with_offset(law: Controller, plant: Plant) -> Controller:
     ----------
     law : Pop or Pid or PurePursuit or Stanley or BangBang
         The law.
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant that it is to steer.
 
     Returns

@@ -1,7 +1,8 @@
 """Studies: many runs, set side by side."""
 
 from popsteer.study.carrot import carrot_offset, driven_offset
-from popsteer.study.compare import DEFAULT_LAWS, Comparison, compare
+from popsteer.study.compare import DEFAULT_LAWS, Comparison, compare, law_names, parameters
+from popsteer.study.matrix import Matrix, matrix
 from popsteer.study.paper import PAPER, PaperFigures, is_authors_path
 from popsteer.study.stability import (
     LINEAR_LAWS,
@@ -11,6 +12,7 @@ from popsteer.study.stability import (
     margins,
     stability,
 )
+from popsteer.study.step_time import time_steps
 from popsteer.study.vehicle import Vehicle
 
 __all__ = [
@@ -19,6 +21,7 @@ __all__ = [
     "PAPER",
     "Comparison",
     "Margins",
+    "Matrix",
     "PaperFigures",
     "Stability",
     "Vehicle",
@@ -27,6 +30,10 @@ __all__ = [
     "dead_time_map",
     "driven_offset",
     "is_authors_path",
+    "law_names",
     "margins",
+    "matrix",
+    "parameters",
     "stability",
+    "time_steps",
 ]

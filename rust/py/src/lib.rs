@@ -22,6 +22,7 @@ mod metrics;
 mod params;
 mod path;
 mod pool;
+mod python_plant;
 mod sim;
 mod vehicles;
 
