@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar, cast
 
 from popsteer import laws
-from popsteer._core import CarlaIdentified, KinematicBicycle, plants
+from popsteer._core import CarlaIdentified, KinematicBicycle, PreviewPopParams, plants
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -14,17 +14,19 @@ if TYPE_CHECKING:
 __all__ = [
     "Geometry",
     "Plant",
+    "SteeringModel",
     "fitted",
     "geometry",
     "plant_name",
     "plant_names",
+    "steering_model",
     "with_offset",
 ]
 
 Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 """A plant: its name for the default parameters, or an object with its own."""
 
-_CLASSES: dict[type[object], str] = {
+_CLASSES: dict[type[CarlaIdentified | KinematicBicycle], str] = {
     CarlaIdentified: "carla-identified",
     KinematicBicycle: "kinematic-bicycle",
 }
@@ -41,6 +43,17 @@ class Geometry(NamedTuple):
     """Rear axle ahead of that point [m]; negative behind it."""
     wheelbase: float
     """Distance of the axles, as the laws take it [m]."""
+
+
+class SteeringModel(NamedTuple):
+    """How a plant answers to the steering: what a law that predicts is to know of it."""
+
+    wheelbase: float
+    """Effective wheelbase [m]."""
+    understeer: float
+    """Understeer [s²/m]: curvature = tan(steer) / (wheelbase + understeer speed²)."""
+    steer_lag: float
+    """Time constant with which the curvature follows the angle [s]."""
 
 
 def plant_names() -> tuple[str, ...]:
@@ -88,7 +101,7 @@ def plant_name(plant: Plant) -> str:
         if plant not in plant_names():
             raise ConfigError.unknown("plant", plant, plant_names())
         return plant
-    name = _CLASSES.get(type(plant))
+    name = _CLASSES.get(type(plant))  # an object of another class has none
     if name is None:
         raise TypeError(f"plant must be a name or an object of a plant class, got {plant!r}")
     return name
@@ -125,12 +138,44 @@ def geometry(plant: Plant) -> Geometry:
     return Geometry(*plants()[plant_name(plant)])
 
 
+def steering_model(plant: Plant) -> SteeringModel:
+    """Tell how a plant answers to the steering.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle
+        The plant.
+
+    Returns
+    -------
+    SteeringModel
+        Its bicycle model.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+
+    Examples
+    --------
+    >>> steering_model("carla-identified")
+    SteeringModel(wheelbase=3.553, understeer=0.00029, steer_lag=0.1)
+    >>> steering_model(KinematicBicycle(wheelbase=2.5))
+    SteeringModel(wheelbase=2.5, understeer=0.0, steer_lag=0.0)
+    """
+    if isinstance(plant, str):
+        plant = {name: kind for kind, name in _CLASSES.items()}[plant_name(plant)]()
+    if isinstance(plant, CarlaIdentified):
+        return SteeringModel(plant.wheelbase, plant.understeer, plant.yaw_lag)
+    return SteeringModel(plant.wheelbase, 0.0, 0.0)
+
+
 def fitted(params: _P, plant: Plant) -> _P:
     """Set a law's reference point and wheelbase to those of a plant.
 
     Parameters
     ----------
-    params : PopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
+    params : PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
         The parameters of a law.
     plant : str or CarlaIdentified or KinematicBicycle
         The plant that it is to steer.
@@ -138,7 +183,8 @@ def fitted(params: _P, plant: Plant) -> _P:
     Returns
     -------
     same as `params`
-        A copy whose `reference_offset` is the law's axle and whose `wheelbase` is the plant's.
+        A copy whose `reference_offset` is the law's axle and whose `wheelbase` is the plant's; of
+        `PreviewPopParams` one with the plant's `SteeringModel`, about the point that does not slip.
 
     Raises
     ------
@@ -150,8 +196,13 @@ def fitted(params: _P, plant: Plant) -> _P:
     >>> import popsteer
     >>> fitted(popsteer.PurePursuitParams(), "carla-identified").reference_offset
     -1.94
+    >>> fitted(popsteer.PreviewPopParams(), "carla-identified").wheelbase
+    3.553
     """
     at = geometry(plant)
+    if isinstance(params, PreviewPopParams):
+        model = steering_model(plant)
+        return cast("_P", params.replace(reference_offset=0.0, **model._asdict()))
     law = laws.get(laws.name_of(type(params)))
     offset = at.front_offset if law.axle == "front" else at.rear_offset
     # `replace` of each class gives that class; through the union the type checker loses it.
@@ -163,7 +214,7 @@ def with_offset(law: Controller, plant: Plant) -> Controller:
 
     Parameters
     ----------
-    law : Pop or Pid or PurePursuit or Stanley or BangBang
+    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang
         The law.
     plant : str or CarlaIdentified or KinematicBicycle
         The plant that it is to steer.
