@@ -146,7 +146,8 @@ def get(law: str, name: str) -> Params:
 
     Returns
     -------
-    PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
+    PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams \
+or BangBangParams
         The parameters, which cannot be changed; their ``replace`` gives a changed copy.
 
     Raises

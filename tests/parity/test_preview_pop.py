@@ -79,9 +79,7 @@ def test_preview_pop_matches_reference_random(
     check_random(PREVIEW_POP, shape, params, spots)
 
 
-@pytest.mark.covers(
-    "PreviewPop.step", "PreviewPop.steer", "PreviewPop.state", "PreviewPop.reset"
-)
+@pytest.mark.covers("PreviewPop.step", "PreviewPop.steer", "PreviewPop.state", "PreviewPop.reset")
 @given(drive=drives(), params=PREVIEW_POP.params())
 def test_preview_pop_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
     check_rollout(PREVIEW_POP, drive, params)

@@ -223,7 +223,7 @@ def test_params_no_whole_number_for_a_count_is_a_type_error(field: str, value: A
 def test_law_reference_offset_is_the_given_one_or_its_axle(law: Law) -> None:
     path = popsteer.Path([(0, 0), (1, 0)])
     make, params = getattr(popsteer, law.name), _class(law)
-    axle = 0.0 if law.name == "PurePursuit" else 2.5
+    axle = 0.0 if law.name in ("PurePursuit", "PreviewPop") else 2.5
     assert make(path, params(wheelbase=2.5)).reference_offset == axle
     assert make(path, params(wheelbase=2.5, reference_offset=-1.94)).reference_offset == -1.94
 

@@ -175,7 +175,8 @@ def fitted(params: _P, plant: Plant) -> _P:
 
     Parameters
     ----------
-    params : PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
+    params : PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams \
+or BangBangParams
         The parameters of a law.
     plant : str or CarlaIdentified or KinematicBicycle
         The plant that it is to steer.

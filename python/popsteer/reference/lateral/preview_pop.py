@@ -283,13 +283,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         most = most if most > 0.0 else 0.0
         pull = saturate(foot.cross_track_error * cost.ec, -most, most)
         told = tan(state.previous_steer) / length
-        slope = (
-            pull
-            + heading_error * cost.pc
-            + state.curvature * cost.ac
-            + told * cost.cc
-            + cost.c
-        )
+        slope = pull + heading_error * cost.pc + state.curvature * cost.ac + told * cost.cc + cost.c
         # The lowest point of the parabola; a control period may be a part of the step.
         wanted = told - slope / (move_cost + cost.cc) * (at.dt / period)
         return self._within(state.previous_steer, wanted, length, speed, at.dt)
