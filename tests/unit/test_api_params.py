@@ -28,9 +28,9 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         **_BODY,
     },
     "PreviewPop": {
-        "steer_span": math.radians(3.0),
+        "steer_span": math.radians(12.0),
         "max_steer_rate": math.radians(60.0),
-        "max_lateral_acceleration": 10.0,
+        "max_lateral_acceleration": 15.0,
         "horizon": 1.0,
         "heading_cost": 3.0,
         "steer_rate_cost": 0.25,

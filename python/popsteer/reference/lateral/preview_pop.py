@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 __all__ = ["PreviewPop", "PreviewPopParams", "PreviewPopState"]
 
-STEPS = 20
-"""Steps of the prediction."""
+MAX_STEPS = 20
+"""The largest number of steps of the prediction."""
 MAX_TURN_OFFSET = 0.05
 """The largest turn that is learnt [1/m]."""
 MAX_SLIP = 0.15
@@ -45,9 +45,11 @@ class PreviewPopParams:
     steer_span : float
         Optimization range δ_nbd [rad]: an angle lies at most this far from the last one.
     max_steer_rate : float
-        Fastest the wheels are told to turn [rad/s].
+        Fastest the wheels are told to turn [rad/s]; at a control period of 50 ms, 60°/s are the
+        paper's 3° a step.
     max_lateral_acceleration : float
-        Largest lateral acceleration that an angle may ask for [m/s²].
+        Largest lateral acceleration that an angle may ask for [m/s²]. Less: a vehicle that is too
+        fast for a bend runs wide instead of sliding.
     horizon : float
         How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
         seen through; shorter than the lag and the way back to the path, the vehicle swings.
@@ -97,9 +99,9 @@ class PreviewPopParams:
     popsteer.errors.ConfigError: steer_lag must be in [0, 10], got -0.1
     """
 
-    steer_span: float = 3.0 * (PI / 180.0)
+    steer_span: float = 12.0 * (PI / 180.0)
     max_steer_rate: float = 60.0 * (PI / 180.0)
-    max_lateral_acceleration: float = 10.0
+    max_lateral_acceleration: float = 15.0
     horizon: float = 1.0
     heading_cost: float = 3.0
     steer_rate_cost: float = 0.25
@@ -254,9 +256,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         params = self.params
         offset = self.reference_offset
         speed = at.vehicle.forward_speed()
-        period = params.horizon / STEPS
-        if period < at.dt:
-            period = at.dt
+        count, period = _steps(params.horizon, at.dt)
         pace = speed if speed > params.min_speed else params.min_speed
         step = pace * period
         lag = params.steer_lag * speed
@@ -267,15 +267,15 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         move_cost = move_cost * move_cost
 
         path_yaw, turns = turns_ahead(
-            self.path, params.smoothing_length, foot.arc_length, step, STEPS
+            self.path, params.smoothing_length, foot.arc_length, step, count
         )
         gained = step * state.turn_offset
         drift = step * state.slip
         stage = CostToGo.stage(params.heading_cost, offset)
-        cost = stage
-        for turn in reversed(turns[1:]):
-            cost = cost.before(travel, turn - gained, drift).before_best_move(move_cost, stage)
-        cost = cost.before(travel, turns[0] - gained, drift)
+        after = cost = stage
+        for turn in reversed(turns):
+            cost = after.before(travel, turn - gained, drift)
+            after = cost.before_best_move(move_cost, stage)
 
         # From afar the error counts only as far as it calls for the approach angle.
         heading_error = wrap(at.vehicle.yaw - path_yaw)
@@ -346,6 +346,16 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
             checked[field] = input_in_range(field, getattr(state, field), -bound, bound)
         checked["travel"] = input_in_range("travel", state.travel, 0.0, 1e7)
         return PreviewPopState(waypoint=state.waypoint, **checked)
+
+
+def _steps(horizon: float, dt: float) -> tuple[int, float]:
+    """Tell how many steps the prediction takes over `horizon` [s], and how long each is [s].
+
+    The control period `dt` [s], or longer where that would be too many.
+    """
+    whole = int(saturate(horizon / dt + 1e-6, 1.0, float(MAX_STEPS)))
+    period = horizon / whole
+    return whole, dt if period < dt else period
 
 
 def _learnt(value: float, sample: float, dt: float, time: float, bound: float) -> float:

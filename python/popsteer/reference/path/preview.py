@@ -6,7 +6,7 @@ from bisect import bisect_right
 from math import fmod
 from typing import TYPE_CHECKING
 
-from popsteer.reference.math import atan2, wrap
+from popsteer.reference.math import atan2, saturate, wrap
 from popsteer.reference.path.view import get_distance, squared_distance
 
 if TYPE_CHECKING:
@@ -20,9 +20,9 @@ def path_yaw_at(path: PathView, base: float, arc_length: float) -> float:
 
     It is that of the chord from half a base behind to half a base ahead: on a bend the tangent,
     where segments would turn by leaps. Where segments are longer than half a base, the chord
-    reaches one segment's length either way instead, so coarse waypoints turn as evenly as fine
-    ones. Where the path doubles back within the chord, the direction is that of the segment.
-    Beyond an open path's ends it goes straight on; a closed one wraps.
+    reaches one segment's length either way instead, up to five bases, so coarse waypoints turn as
+    evenly as fine ones. Where the path doubles back within the chord, the direction is that of the
+    segment. Beyond an open path's ends it goes straight on; a closed one wraps.
 
     Examples
     --------
@@ -33,9 +33,7 @@ def path_yaw_at(path: PathView, base: float, arc_length: float) -> float:
     """
     start, end = path.segment(_segment_at(path, _on_path(path, arc_length)))
     length = get_distance(start, end)
-    reach = 0.5 * base
-    if reach < length:
-        reach = length
+    reach = saturate(length, 0.5 * base, 5.0 * base)
     if path.closed and reach > 0.25 * path.length:
         reach = 0.25 * path.length
     tail = _point_at(path, arc_length - reach)

@@ -3,7 +3,7 @@
 use super::cost_to_go::{CostToGo, Travel};
 use super::{Body, Command, LateralLaw, Located, Status, check_steer, check_waypoint};
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
-use crate::math::{PI, atan, cos, exp, saturate, sin, tan, wrap};
+use crate::math::{PI, atan, cos, exp, from_count, saturate, sin, tan, to_count, wrap};
 use crate::path::locate::Projection;
 use crate::path::preview::Preview;
 use crate::path::view::{MAX_COORDINATE, PathView};
@@ -15,9 +15,11 @@ use crate::vehicle::state::MAX_YAW;
 pub struct PreviewPopParams {
     /// Optimization range `delta_nbd` [rad]: an angle lies at most this far from the last one.
     pub steer_span: f64,
-    /// Fastest the wheels are told to turn [rad/s].
+    /// Fastest the wheels are told to turn [rad/s]; at a control period of 50 ms, 60 degrees/s
+    /// are the paper's 3 degrees a step.
     pub max_steer_rate: f64,
-    /// Largest lateral acceleration that an angle may ask for [m/s^2].
+    /// Largest lateral acceleration that an angle may ask for [m/s^2]. Less: a vehicle that is too
+    /// fast for a bend runs wide instead of sliding.
     pub max_lateral_acceleration: f64,
     /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
     /// seen through; shorter than the lag and the way back to the path, the vehicle swings.
@@ -58,9 +60,9 @@ pub struct PreviewPopParams {
 impl PreviewPopParams {
     /// The defaults: the neighbourhood and limit of POP, and a middling car.
     pub const DEFAULT: Self = Self {
-        steer_span: 3.0 * (PI / 180.0),
+        steer_span: 12.0 * (PI / 180.0),
         max_steer_rate: 60.0 * (PI / 180.0),
-        max_lateral_acceleration: 10.0,
+        max_lateral_acceleration: 15.0,
         horizon: 1.0,
         heading_cost: 3.0,
         steer_rate_cost: 0.25,
@@ -131,8 +133,8 @@ struct Decision {
 }
 
 impl PreviewPop {
-    /// Steps of the prediction.
-    pub const STEPS: usize = 20;
+    /// The largest number of steps of the prediction.
+    pub const MAX_STEPS: usize = 20;
     /// The largest turn that is learnt [1/m].
     pub const MAX_TURN_OFFSET: f64 = 0.05;
     /// The largest slip that is learnt [rad].
@@ -234,10 +236,7 @@ impl PreviewPop {
     ) -> Decision {
         let params = &self.params;
         let speed = at.vehicle.forward_speed();
-        let mut period = params.horizon / STEPS;
-        if period < at.dt {
-            period = at.dt;
-        }
+        let (count, period) = steps(params.horizon, at.dt);
         let pace = if speed > params.min_speed {
             speed
         } else {
@@ -251,23 +250,22 @@ impl PreviewPop {
         let move_cost = params.steer_rate_cost * length / period;
         let move_cost = move_cost * move_cost;
 
-        let mut turns = [0.0; Self::STEPS];
+        let mut turns = [0.0; Self::MAX_STEPS];
+        let turns = turns.get_mut(..count).unwrap_or_default();
         let path_yaw = Preview::new(path, params.smoothing_length, foot.segment).turns(
             foot.arc_length,
             step,
-            &mut turns,
+            turns,
         );
         let gained = step * state.turn_offset;
         let drift = step * state.slip;
         let stage = CostToGo::stage(params.heading_cost, self.body.reference_offset);
-        let [first, later @ ..] = &turns;
+        let mut after = stage;
         let mut cost = stage;
-        for turn in later.iter().rev() {
-            cost = cost
-                .before(&travel, turn - gained, drift)
-                .before_best_move(move_cost, &stage);
+        for turn in turns.iter().rev() {
+            cost = after.before(&travel, turn - gained, drift);
+            after = cost.before_best_move(move_cost, &stage);
         }
-        let cost = cost.before(&travel, first - gained, drift);
 
         // From afar the error counts only as far as it calls for the approach angle.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
@@ -338,8 +336,18 @@ impl PreviewPop {
     }
 }
 
-/// [`PreviewPop::STEPS`] as a number to divide by.
-const STEPS: f64 = 20.0;
+/// How many steps the prediction takes over `horizon` [s], and how long each is [s]: the control
+/// period `dt` [s], or longer where that would be too many.
+#[inline]
+fn steps(horizon: f64, dt: f64) -> (usize, f64) {
+    let whole = to_count(saturate(
+        horizon / dt + 1e-6,
+        1.0,
+        from_count(PreviewPop::MAX_STEPS),
+    ));
+    let period = horizon / from_count(whole);
+    (whole, if period < dt { dt } else { period })
+}
 
 /// `value` after a period `dt` [s] in which `sample` was seen; `time` [s] to learn, 0 for never.
 ///

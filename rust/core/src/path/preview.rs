@@ -2,14 +2,14 @@
 
 use super::view::{PathView, get_distance, squared_distance};
 use crate::Point;
-use crate::math::{atan2, wrap};
+use crate::math::{atan2, saturate, wrap};
 
 /// The direction of a path, smoothed over `base` [m] of it.
 ///
 /// The direction at an arc length is that of the chord from half a base behind to half a base
 /// ahead: on a bend it is the tangent, where segments would turn by leaps. Where segments are
-/// longer than half a base, the chord reaches one segment's length either way instead, so coarse
-/// waypoints turn as evenly as fine ones. Where the path doubles back within the chord, the
+/// longer than half a base, the chord reaches one segment's length either way instead, up to five
+/// bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back within the chord, the
 /// direction is that of the segment. Beyond an open path's ends it goes straight on; a closed
 /// one wraps.
 ///
@@ -40,10 +40,7 @@ impl<'a> Preview<'a> {
         let here = segment_at(self.path, on_path(self.path, arc_length), here);
         let (start, end) = self.path.segment(here);
         let length = get_distance(start, end);
-        let mut reach = 0.5 * self.base;
-        if reach < length {
-            reach = length;
-        }
+        let mut reach = saturate(length, 0.5 * self.base, 5.0 * self.base);
         if self.path.is_closed() && reach > 0.25 * self.path.length() {
             reach = 0.25 * self.path.length();
         }

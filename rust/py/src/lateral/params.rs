@@ -39,12 +39,12 @@ params! {
     /// Parameters of `PreviewPop`.
     PyPreviewPopParams(PreviewPopParams) named "PreviewPopParams" in "popsteer",
     defaults PreviewPopParams::DEFAULT, checked by PreviewPop::new,
-    steer_span: f64, "float, default radians(3)",
+    steer_span: f64, "float, default radians(12)",
         "Optimization range delta_nbd [rad]: an angle lies at most this far from the last one.";
     max_steer_rate: f64, "float, default radians(60)",
-        "Fastest the wheels are told to turn [rad/s].";
-    max_lateral_acceleration: f64, "float, default 10.0",
-        "Largest lateral acceleration that an angle may ask for [m/s^2].";
+        "Fastest the wheels are told to turn [rad/s]; at a control period of 50 ms, 60 degrees/s are the paper's 3 degrees a step.";
+    max_lateral_acceleration: f64, "float, default 15.0",
+        "Largest lateral acceleration that an angle may ask for [m/s^2]. Less: a vehicle that is too fast for a bend runs wide instead of sliding.";
     horizon: f64, "float, default 1.0",
         "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is seen through; shorter than the lag and the way back to the path, the vehicle swings.";
     heading_cost: f64, "float, default 3.0",
