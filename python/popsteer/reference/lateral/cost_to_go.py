@@ -173,8 +173,10 @@ class CostToGo:
         Examples
         --------
         >>> after = CostToGo.stage(3.0, 0.0).before(Travel.over(0.5, 0.0, 0.0, 0.0), 0.0, 0.0)
-        >>> after.before_best_move(1e9, CostToGo.stage(0.0, 0.0)).pp  # a move too dear to make
-        9.249999994796094
+        >>> after.before_best_move(1e9, CostToGo.stage(0.0, 0.0)).pp == after.pp  # a move
+        False
+        >>> round(after.before_best_move(1e9, CostToGo.stage(0.0, 0.0)).pp, 6)  # too dear to make
+        9.25
         """
         share = 1.0 / (move_cost + self.cc)
         # What remains of the entries with c; written so, no digits cancel.

@@ -51,7 +51,8 @@ def turns_ahead(
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> yaw, turns = turns_ahead(Path([(0.0, 0.0), (9.0, 0.0), (9.0, 9.0)]), 2.0, 1.0, 8.0, 2)
+    >>> path = Path([(0.0, 0.0), (20.0, 0.0), (20.0, 20.0)])
+    >>> yaw, turns = turns_ahead(path, 2.0, 10.0, 10.0, 2)
     >>> yaw, [round(turn, 4) for turn in turns]
     (0.0, [0.7854, 0.7854])
     """
