@@ -29,6 +29,8 @@ Law by law:
     Equation 3 with the path beside the axle. ``reproduction`` is the code's.
 `pop`
     All four are the same. ld_min is not given in the paper; 6 m is the code's.
+`preview-pop`
+    Not in the paper. All four are the same.
 
 The wheelbase and the reference point are the vehicle's, not the law's, so no preset sets them: see
 `popsteer.sim.fitted`.
@@ -49,6 +51,7 @@ from popsteer._core import (
     BangBangParams,
     PidParams,
     PopParams,
+    PreviewPopParams,
     PurePursuitParams,
     StanleyParams,
 )
@@ -96,6 +99,12 @@ _PRESETS: dict[str, dict[str, Params]] = {
         "published-code": PopParams(),
         REPRODUCTION: PopParams(),
     },
+    "preview-pop": {
+        "default": PreviewPopParams(),
+        "paper": PreviewPopParams(),
+        "published-code": PreviewPopParams(),
+        REPRODUCTION: PreviewPopParams(),
+    },
 }
 
 
@@ -137,7 +146,8 @@ def get(law: str, name: str) -> Params:
 
     Returns
     -------
-    PopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
+    PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams \
+or BangBangParams
         The parameters, which cannot be changed; their ``replace`` gives a changed copy.
 
     Raises

@@ -21,4 +21,4 @@ class Status(str, enum.Enum):
     LOOKAHEAD_LOST = "lookahead-lost"
     """No point of the window lies on the lookahead circle; the last one stands in for it."""
     SATURATED = "saturated"
-    """The law wants a larger angle than `max_steer`."""
+    """The law wants a larger angle than `max_steer`, or than the lateral acceleration allows."""

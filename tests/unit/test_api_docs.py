@@ -114,7 +114,7 @@ DEFAULTS = {
 
 
 def test_enumeration_of_public_objects_finds_the_essential_ones() -> None:
-    laws = ("Pop", "Pid", "PurePursuit", "Stanley", "BangBang")
+    laws = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang")
     for home in ("popsteer", "popsteer.reference"):
         wanted = {f"{home}.{law}{part}" for law in laws for part in ("", "Params", ".step")}
         assert wanted <= set(CALLABLES)

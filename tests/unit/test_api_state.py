@@ -16,6 +16,18 @@ PATH = popsteer.Path([(float(k), 0.1 * k) for k in range(30)])
 STEP = (4.0, 1.0, 0.2, 6.0, 0.05)
 FIRST: dict[str, dict[str, Any]] = {
     "Pop": {"waypoint": None, "previous_steer": 0.0},
+    "PreviewPop": {
+        "waypoint": None,
+        "previous_steer": 0.0,
+        "curvature": 0.0,
+        "previous_x": 0.0,
+        "previous_y": 0.0,
+        "previous_yaw": 0.0,
+        "travel": 0.0,
+        "turn": 0.0,
+        "turn_offset": 0.0,
+        "slip": 0.0,
+    },
     "Pid": {"waypoint": None, "previous_error": None, "terms": (), "next": 0, "sum": 0.0},
     "PurePursuit": {"waypoint": None, "previous_alpha": 0.0},
     "Stanley": {"waypoint": None},

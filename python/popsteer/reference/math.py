@@ -7,7 +7,7 @@ infinity, the division by zero. The functions here go on too.
 from __future__ import annotations
 
 import math
-from math import acos, atan, atan2, ceil, sqrt
+from math import acos, atan, atan2, ceil, exp, sqrt
 
 __all__ = [
     "PI",
@@ -17,6 +17,7 @@ __all__ = [
     "ceil",
     "cos",
     "divide",
+    "exp",
     "saturate",
     "sin",
     "sqrt",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 
 from popsteer import laws, plants
-from popsteer._core import CarlaIdentified, KinematicBicycle
+from popsteer._core import CarlaIdentified, KinematicBicycle, PreviewPopParams
 from popsteer._core import plants as core_plants
 from popsteer.errors import ConfigError
 from popsteer.plants.protocol import Geometry, PythonPlant
@@ -17,11 +17,13 @@ __all__ = [
     "CorePlant",
     "Geometry",
     "Plant",
+    "SteeringModel",
     "fitted",
     "geometry",
     "made",
     "plant_name",
     "plant_names",
+    "steering_model",
     "with_offset",
 ]
 
@@ -30,12 +32,26 @@ CorePlant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 Plant: TypeAlias = CorePlant | PythonPlant
 """A plant: its name for the default parameters, or an object with its own."""
 
-_CLASSES: dict[type[object], str] = {
+_CLASSES: dict[type[CarlaIdentified | KinematicBicycle], str] = {
     CarlaIdentified: "carla-identified",
     KinematicBicycle: "kinematic-bicycle",
 }
 
 _P = TypeVar("_P", bound="Params")
+
+FOREIGN_LAG = 0.1
+"""Lag of the yaw rate that a plant from elsewhere is taken to have [s]."""
+
+
+class SteeringModel(NamedTuple):
+    """How a plant answers to the steering: what a law that predicts is to know of it."""
+
+    wheelbase: float
+    """Effective wheelbase [m]."""
+    understeer: float
+    """Understeer [s²/m]: curvature = tan(steer) / (wheelbase + understeer speed²)."""
+    steer_lag: float
+    """Time constant with which the curvature follows the angle [s]."""
 
 
 def plant_names() -> tuple[str, ...]:
@@ -155,12 +171,52 @@ def geometry(plant: Plant) -> Geometry:
     return Geometry(*core_plants()[plant_name(plant)])
 
 
+def steering_model(plant: Plant) -> SteeringModel:
+    """Tell how a plant answers to the steering, as far as that is known without driving it.
+
+    Of the identified vehicle that is what was identified, of the kinematic bicycle its wheelbase.
+    Of plants from elsewhere it is the published wheelbase, no understeer, and a lag of 0.1 s:
+    nothing is fitted to them.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
+        The plant.
+
+    Returns
+    -------
+    SteeringModel
+        Its bicycle model.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+
+    Examples
+    --------
+    >>> steering_model("carla-identified")
+    SteeringModel(wheelbase=3.553, understeer=0.00029, steer_lag=0.1)
+    >>> steering_model(KinematicBicycle(wheelbase=2.5))
+    SteeringModel(wheelbase=2.5, understeer=0.0, steer_lag=0.0)
+    """
+    plant = made(plant)
+    if isinstance(plant, str):
+        plant = {name: kind for kind, name in _CLASSES.items()}[plant_name(plant)]()
+    if isinstance(plant, CarlaIdentified):
+        return SteeringModel(plant.wheelbase, plant.understeer, plant.yaw_lag)
+    if isinstance(plant, KinematicBicycle):
+        return SteeringModel(plant.wheelbase, 0.0, 0.0)
+    return SteeringModel(geometry(plant).wheelbase, 0.0, FOREIGN_LAG)
+
+
 def fitted(params: _P, plant: Plant) -> _P:
     """Set a law's reference point and wheelbase to those of a plant.
 
     Parameters
     ----------
-    params : PopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
+    params : PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams \
+or BangBangParams
         The parameters of a law.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant that it is to steer.
@@ -168,7 +224,8 @@ def fitted(params: _P, plant: Plant) -> _P:
     Returns
     -------
     same as `params`
-        A copy whose `reference_offset` is the law's axle and whose `wheelbase` is the plant's.
+        A copy whose `reference_offset` is the law's axle and whose `wheelbase` is the plant's; of
+        `PreviewPopParams` one with the plant's `SteeringModel`, about the point that does not slip.
 
     Raises
     ------
@@ -180,8 +237,16 @@ def fitted(params: _P, plant: Plant) -> _P:
     >>> import popsteer
     >>> fitted(popsteer.PurePursuitParams(), "carla-identified").reference_offset
     -1.94
+    >>> fitted(popsteer.PreviewPopParams(), "carla-identified").wheelbase
+    3.553
     """
     at = geometry(plant)
+    if isinstance(params, PreviewPopParams):
+        model = steering_model(plant)
+        # A plant written in Python may say how far, and how fast, its wheels turn.
+        limits = getattr(made(plant), "steer_limits", None)
+        known = {} if limits is None else {"max_steer": limits[0], "max_steer_rate": limits[1]}
+        return cast("_P", params.replace(reference_offset=0.0, **model._asdict(), **known))
     law = laws.get(laws.name_of(type(params)))
     offset = at.front_offset if law.axle == "front" else at.rear_offset
     # `replace` of each class gives that class; through the union the type checker loses it.
@@ -193,7 +258,7 @@ def with_offset(law: Controller, plant: Plant) -> Controller:
 
     Parameters
     ----------
-    law : Pop or Pid or PurePursuit or Stanley or BangBang
+    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang
         The law.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant that it is to steer.

@@ -49,7 +49,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
 
     Parameters
     ----------
-    law : Pop or Pid or PurePursuit or Stanley or BangBang, or a sequence of them
+    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or a sequence of them
         What steers, along its own path, from a fresh state; where its parameters leave
         `reference_offset` open, it is the plant's axle.
     plant : str or CarlaIdentified or KinematicBicycle or a sequence of them, \

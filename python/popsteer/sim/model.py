@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer._core import CarlaIdentified, PopParams
-from popsteer.sim.geometry import geometry, made
+from popsteer._core import PopParams
+from popsteer.sim.geometry import made, steering_model
 
 if TYPE_CHECKING:
     from popsteer.sim.geometry import Plant
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 __all__ = ["VehicleModel", "model_of"]
 
 _POP = PopParams()
-_LAG = 0.1
 
 
 class VehicleModel(NamedTuple):
@@ -34,9 +33,7 @@ class VehicleModel(NamedTuple):
 def model_of(plant: Plant) -> VehicleModel:
     """Give what may be known of a plant without having driven it.
 
-    Of the identified vehicle that is what was identified; of the kinematic bicycle its wheelbase.
-    Of plants from elsewhere it is the published wheelbase and the limits of the steering, no
-    understeer, and a lag of 0.1 s: nothing is fitted to them.
+    That is its `steering_model`, and the limits of its steering where it says them.
 
     Parameters
     ----------
@@ -58,14 +55,6 @@ def model_of(plant: Plant) -> VehicleModel:
     >>> model_of("carla-identified").wheelbase, model_of("kinematic-bicycle").lag
     (3.553, 0.0)
     """
-    plant = made(plant)
-    if plant == "carla-identified":
-        plant = CarlaIdentified()
-    if isinstance(plant, CarlaIdentified):
-        return VehicleModel(plant.wheelbase, plant.understeer, plant.yaw_lag)
-    wheelbase = geometry(plant).wheelbase
-    limits = getattr(plant, "steer_limits", None)  # a plant in Python may have them
-    if limits is None:
-        lag = _LAG if hasattr(plant, "advance") else 0.0
-        return VehicleModel(wheelbase, 0.0, lag)
-    return VehicleModel(wheelbase, 0.0, _LAG, *limits)
+    model = steering_model(plant)
+    limits = getattr(made(plant), "steer_limits", ())  # a plant in Python may have them
+    return VehicleModel(model.wheelbase, model.understeer, model.steer_lag, *limits)

@@ -159,7 +159,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
 
     Parameters
     ----------
-    law : Pop or Pid or PurePursuit or Stanley or BangBang, or a law of your own
+    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or a law of your own
         What steers. A law of popsteer drives in the core, from a fresh state; where its parameters
         leave `reference_offset` open, it is the plant's axle. Your own has a method
         ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it as

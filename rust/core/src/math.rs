@@ -29,6 +29,7 @@ shim! {
     atan(x) = atan;
     atan2(y, x) = atan2;
     sqrt(x) = sqrt;
+    exp(x) = exp;
 }
 
 /// `value` limited to `[low, high]`, for `low <= high` and a `value` that is a number.

@@ -45,8 +45,9 @@ mod _core {
     #[pymodule_export]
     use crate::lateral::{
         PyBangBang, PyBangBangParams, PyBangBangState, PyPid, PyPidParams, PyPidState, PyPop,
-        PyPopParams, PyPopState, PyPurePursuit, PyPurePursuitParams, PyPurePursuitState, PyStanley,
-        PyStanleyParams, PyStanleyState,
+        PyPopParams, PyPopState, PyPreviewPop, PyPreviewPopParams, PyPreviewPopState,
+        PyPurePursuit, PyPurePursuitParams, PyPurePursuitState, PyStanley, PyStanleyParams,
+        PyStanleyState,
     };
     #[pymodule_export]
     use crate::longitudinal::{

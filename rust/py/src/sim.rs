@@ -302,7 +302,7 @@ impl PySimulation {
     ///
     /// Parameters
     /// ----------
-    /// law : Pop or Pid or PurePursuit or Stanley or BangBang
+    /// law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang
     ///     Its parameters drive, from a fresh state; the object's own state is left alone.
     /// longitudinal : CoupledLongitudinal or SpeedPid, optional
     ///     The pedals; by default the paper's law.

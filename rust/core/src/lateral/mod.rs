@@ -4,14 +4,17 @@
 //! that one law can drive many vehicles, and a state can be copied, compared and restored.
 
 pub mod bang_bang;
+pub mod cost_to_go;
 pub mod pid;
 pub mod pop;
+pub mod preview_pop;
 pub mod pure_pursuit;
 pub mod stanley;
 
 pub use bang_bang::{BangBang, BangBangParams, BangBangState};
 pub use pid::{Pid, PidParams, PidState};
 pub use pop::{Pop, PopParams, PopState};
+pub use preview_pop::{PreviewPop, PreviewPopParams, PreviewPopState};
 pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
 pub use stanley::{Stanley, StanleyParams, StanleyState};
 
@@ -34,7 +37,7 @@ pub enum Status {
     Ok,
     /// No point of the window lies on the lookahead circle; the last one stands in for it.
     LookaheadLost,
-    /// The law wants a larger angle than `max_steer`.
+    /// The law wants a larger angle than `max_steer`, or than the lateral acceleration allows.
     Saturated,
 }
 
@@ -73,6 +76,7 @@ waypoint_states!(
     BangBangState,
     PidState,
     PopState,
+    PreviewPopState,
     PurePursuitState,
     StanleyState
 );
