@@ -7,11 +7,16 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from popsteer import PathError
 
 _PLACE = re.compile(r", line \d+(, column \d+)?: ")
 _TOO_FEW = re.compile(r": at least 2 waypoints are needed, found [01]$")
@@ -26,13 +31,7 @@ def check(data: bytes, file: Path) -> None:
     try:
         xy, speed = read_waypoints(file)
     except PathError as error:
-        message = str(error)
-        assert message.startswith(str(file)), message
-        rest = message[len(str(file)) :]
-        assert _PLACE.match(rest) or _TOO_FEW.match(rest), message
-        assert "\n" not in message, message
-        assert len(rest) < 600, message  # 40 characters of the entry, each escaped
-        assert error.index is None or 0 <= error.index <= data.count(b"\n") + data.count(b"\r")
+        _check_refusal(error, data, str(file))
         return
     _check_waypoints(xy, speed)
     # Written out in full they are read as the same.
@@ -42,6 +41,16 @@ def check(data: bytes, file: Path) -> None:
     assert again_xy.tobytes() == xy.tobytes()
     assert (again_speed is None) == (speed is None)
     assert speed is None or again_speed is None or again_speed.tobytes() == speed.tobytes()
+
+
+def _check_refusal(error: PathError, data: bytes, name: str) -> None:
+    message = str(error)
+    assert message.startswith(name), message
+    rest = message.removeprefix(name)
+    assert _PLACE.match(rest) or _TOO_FEW.match(rest), message
+    assert "\n" not in message, message
+    assert len(rest) < 600, message  # 40 characters of the entry, each escaped
+    assert error.index is None or 0 <= error.index <= data.count(b"\n") + data.count(b"\r")
 
 
 def _check_waypoints(xy: np.ndarray, speed: np.ndarray | None) -> None:
@@ -65,7 +74,9 @@ def main() -> None:
     memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     with tempfile.TemporaryDirectory(dir=memory) as folder:
         file = Path(folder) / "waypoints.csv"
-        atheris.Setup(sys.argv, lambda data: check(data, file))
+        # The command by which libFuzzer starts itself again when it minimises a corpus.
+        again = shlex.join([sys.executable, __file__])
+        atheris.Setup([again, *sys.argv[1:]], lambda data: check(data, file))
         atheris.Fuzz()
 
 

@@ -14,7 +14,7 @@ is then 1; 2 where something needed is missing. What was executed goes to `out/f
 from __future__ import annotations
 
 import argparse
-import datetime
+import datetime as dt
 import importlib.util
 import json
 import os
@@ -139,11 +139,15 @@ def keep(target: str) -> None:
     """Replace the corpus in the tree by the fewest inputs that reach what all inputs reach."""
     kept = HERE / "corpus" / target
     with tempfile.TemporaryDirectory() as folder:
-        command = [*program(target), *limits(target), "-set_cover_merge=1", "-use_counters=0"]
+        # Branches reached count; of the reader's few, how often they were too.
+        counters = f"-use_counters={int(target == CSV)}"
+        command = [*program(target), *limits(target), "-set_cover_merge=1", counters]
         sources = [str(kept), str(OUT / target / "corpus")]
         subprocess.run(
             [*command, folder, *sources], check=True, capture_output=True, stdin=subprocess.DEVNULL
         )
+        if not any(Path(folder).iterdir()):
+            raise Missing(f"{target}: libFuzzer kept no input at all; the corpus stays as it is")
         shutil.rmtree(kept, ignore_errors=True)
         shutil.copytree(folder, kept)
     sizes = [file.stat().st_size for file in kept.iterdir()]
@@ -159,12 +163,14 @@ def show(result: Result) -> None:
         flush=True,
     )
     for finding in result.findings:
-        print(f"  {finding}: again with: python tests/fuzz/run.py {result.target} --input {finding}")
+        print(
+            f"  {finding}: again with: python tests/fuzz/run.py {result.target} --input {finding}"
+        )
 
 
 def record(results: Sequence[Result]) -> Path:
     """Write down what was executed, when and where."""
-    now = datetime.datetime.now(datetime.timezone.utc)
+    now = dt.datetime.now(dt.timezone.utc)
     commit = subprocess.run(
         ["git", "describe", "--always", "--dirty"],
         cwd=ROOT,

@@ -29,8 +29,10 @@ def table(runs: Sequence[dict[str, Any]]) -> str:
         "| target | executions | hours | a second | findings |",
         "| --- | --: | --: | --: | --: |",
     ]
-    for target in dict.fromkeys(result["target"] for result in results):
-        lines.append(_line(target, [result for result in results if result["target"] == target]))
+    by_target: dict[str, list[dict[str, Any]]] = {}
+    for result in results:
+        by_target.setdefault(result["target"], []).append(result)
+    lines += [_line(target, those) for target, those in by_target.items()]
     core = [result for result in results if result["target"] != CSV]
     lines.append(_line("the core's together", core))
     dates = sorted({run["date"] for run in runs})

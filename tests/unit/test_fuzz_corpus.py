@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.fuzz import csv_reader
 from tests.helpers import ROOT
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 CORPUS = sorted((ROOT / "tests" / "fuzz" / "corpus" / "csv_reader").iterdir())
 

@@ -99,7 +99,9 @@ class Life(RuleBasedStateMachine):
             self.vehicle = (x, y, yaw, speed)
             self._check_command(self.pair.call("step", *self.vehicle, 0.05))
 
-    @rule(spot=CALM_SPOTS, bad=st.sampled_from(BAD_STEPS), method=st.sampled_from(["step", "steer"]))
+    @rule(
+        spot=CALM_SPOTS, bad=st.sampled_from(BAD_STEPS), method=st.sampled_from(["step", "steer"])
+    )
     def refuse_bad_step(self, spot: Spot, bad: tuple[int, float], method: str) -> None:
         place, value = bad
         inputs = list(spot.at(self.path))

@@ -12,8 +12,11 @@ pub mod predict;
 mod scene;
 mod subject;
 
-/// Every target by its name, which is also that of its corpus.
-pub const TARGETS: [(&str, fn(&[u8])); 4] = [
+/// The name of a target, which is also that of its corpus, and what it runs.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// Every target.
+pub const TARGETS: [Target; 4] = [
     ("path", path::check),
     ("laws", laws::check),
     ("longitudinal", longitudinal::check),
