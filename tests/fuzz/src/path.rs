@@ -205,12 +205,31 @@ fn check_relocalise(view: &PathView<'_>, position: Point, vehicle: VehicleState)
     assert!(fits(found) || fitting > nearest + REACH);
 }
 
+/// A lookahead of any length, or one whose circle, or an edge of whose threshold, touches a segment
+/// or goes through a waypoint: there a jump can miss by a rounding.
+fn draw_lookahead(view: &PathView<'_>, position: Point, tolerance: f64, bytes: &mut Bytes) -> f64 {
+    let place = bytes.byte();
+    if place < 128 {
+        return bytes.number([0.0, 15.0], [0.0, 1e7 + 1e4]);
+    }
+    let index = bytes.below(view.len());
+    let at = waypoint(view, index);
+    let along = waypoint(view, (index + 1) % view.len()) - at;
+    let to = position - at;
+    let reach = if place & 1 == 0 {
+        get_distance(position, at)
+    } else {
+        (along.x * to.y - along.y * to.x).abs() / get_distance(Point::zeros(), along)
+    };
+    reach + [0.0, tolerance, -tolerance][bytes.below(3)]
+}
+
 /// The search that jumps finds what the plain loop finds.
 fn check_lookahead(view: &PathView<'_>, nearest: usize, position: Point, bytes: &mut Bytes) {
-    let lookahead = bytes.number([0.0, 15.0], [0.0, 1e7 + 1e4]);
     let tolerance = bytes.parameter(0.01, [1e-3, 0.5], [1e-9, 1e3]);
     let ahead = bytes.parameter(20.0, [0.1, 40.0], [1e-3, 1e6]);
     let spacing = bytes.parameter(0.2, [0.05, 2.0], [1e-4, 1e3]);
+    let lookahead = draw_lookahead(view, position, tolerance, bytes);
     let valid = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
     if !(valid(lookahead, 0.0, 1.001e7)
         && valid(tolerance, 1e-9, 1e3)
