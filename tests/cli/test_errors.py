@@ -151,8 +151,7 @@ def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:
     assert outcome.out == ""
     assert outcome.err == (
         "popsteer: unknown law 'foo'; known: bang-bang, pid, pure-pursuit, stanley, pop, "
-        "preview-pop, mpc
-"
+        "preview-pop, mpc\n"
     )
 
 

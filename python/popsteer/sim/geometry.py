@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar, cast
 
 from popsteer import laws, plants
 from popsteer._core import CarlaIdentified, KinematicBicycle, PreviewPopParams
