@@ -100,9 +100,8 @@ def plant_name(plant: Plant) -> str:
         if plant not in known:
             raise ConfigError.unknown("plant", plant, known)
         return plant
-    name = _CLASSES.get(type(plant))
-    if name is not None:
-        return name
+    if isinstance(plant, CarlaIdentified | KinematicBicycle):
+        return _CLASSES[type(plant)]
     if isinstance(plant, PythonPlant):
         return plant.name
     raise TypeError(f"plant must be a name or an object of a plant class, got {plant!r}")
