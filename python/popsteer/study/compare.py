@@ -104,7 +104,7 @@ def law_names() -> tuple[str, ...]:
     Examples
     --------
     >>> law_names()[-2:]
-    ('pop', 'mpc')
+    ('preview-pop', 'mpc')
     """
     return (*laws.names(), *baselines.names())
 
