@@ -13,6 +13,7 @@ import popsteer
 from popsteer import plants, sim, study, tracks
 from popsteer.errors import ConfigError, InputError, PlantLimit, PopsteerError
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
+from tests.helpers import authors_data
 
 COMMONROAD = [name for name in plants.names() if name.startswith("commonroad-")]
 CAR = "mujoco-car"
@@ -300,3 +301,21 @@ def test_compare_on_a_plant_from_elsewhere_drives_every_law_from_the_same_start(
         assert run.metrics.settled_mean_abs_cross_track_error < 0.5
         assert run.records["cross_track_error"][0] == pytest.approx(-2.44, abs=0.01)
         assert run.params["wheelbase"] == plant.geometry.wheelbase
+
+
+@pytest.mark.parametrize("speed", [10.0, 14.0])
+def test_preview_pop_on_the_multi_body_car_errs_a_fifth_of_pop_at_most(speed: float) -> None:
+    plant = _plant("commonroad-mb-2")
+    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+    # 1 m to the right of the first waypoint.
+    x, y, yaw = sim.default_start(path)
+    share = 1.0 - 1.0 / sim.START_OFFSET
+    start = (x + share * (path.x[0] - x), y + share * (path.y[0] - y), yaw)
+    comparison = study.compare(
+        path, ["pop", "preview-pop"], plant, start=start, constant_speed=speed
+    )
+    error = {
+        law: run.metrics.settled_mean_abs_cross_track_error for law, run in comparison.runs.items()
+    }
+    assert [run.ending for run in comparison.runs.values()] == ["finished", "finished"]
+    assert error["preview-pop"] <= 0.2 * error["pop"]

@@ -122,6 +122,17 @@ class CommonRoad:
         steering = self._p.steering
         return steering.max, steering.v_max
 
+    @property
+    def grip(self) -> float:
+        """Largest lateral acceleration of the tyres.
+
+        Returns
+        -------
+        float
+            Their friction times gravity [m/s²].
+        """
+        return float(self._p.tire.p_dy1) * _GRAVITY
+
     def with_params(self, params: PedalParams) -> CommonRoad:
         """Give the same vehicle with other pedals.
 
@@ -230,7 +241,7 @@ class CommonRoad:
         if x[3] < least:
             raise PlantLimit(f"speed {x[3]:.3f} m/s is below the model's {least:g} m/s")
         if self._kind == "st":
-            pull, grip = abs(x[3] * x[5]), self._p.tire.p_dy1 * _GRAVITY
+            pull, grip = abs(x[3] * x[5]), self.grip
             if pull > grip:
                 raise PlantLimit(
                     f"lateral acceleration at {x[3]:.1f} m/s reaches what the tyres hold,"

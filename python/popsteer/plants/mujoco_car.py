@@ -90,6 +90,17 @@ class MujocoCar:
         """
         return _MOST_STEER, self.params.steer_rate
 
+    @property
+    def grip(self) -> float:
+        """Largest lateral acceleration of the tyres.
+
+        Returns
+        -------
+        float
+            Their friction times gravity [m/s²].
+        """
+        return self.params.friction * float(-self._model.opt.gravity[2])
+
     def with_params(self, params: MujocoCarParams) -> MujocoCar:
         """Give a car with other parameters.
 

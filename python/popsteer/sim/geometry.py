@@ -242,14 +242,25 @@ or BangBangParams
     at = geometry(plant)
     if isinstance(params, PreviewPopParams):
         model = steering_model(plant)
-        # A plant written in Python may say how far, and how fast, its wheels turn.
-        limits = getattr(made(plant), "steer_limits", None)
-        known = {} if limits is None else {"max_steer": limits[0], "max_steer_rate": limits[1]}
-        return cast("_P", params.replace(reference_offset=0.0, **model._asdict(), **known))
+        return cast("_P", params.replace(reference_offset=0.0, **model._asdict(), **_limits(plant)))
     law = laws.get(laws.name_of(type(params)))
     offset = at.front_offset if law.axle == "front" else at.rear_offset
     # `replace` of each class gives that class; through the union the type checker loses it.
     return cast("_P", params.replace(wheelbase=at.wheelbase, reference_offset=offset))
+
+
+def _limits(plant: Plant) -> dict[str, float]:
+    """Limits for a predictive law, as far as a plant written in Python says them."""
+    plant = made(plant)
+    found: dict[str, float] = {}
+    turns = getattr(plant, "steer_limits", None)
+    if turns is not None:
+        found["max_steer"], found["max_steer_rate"] = turns
+    grip = getattr(plant, "grip", None)
+    if grip is not None:
+        # A bend must leave grip for the way back to the path.
+        found["max_lateral_acceleration"] = 0.8 * grip
+    return found
 
 
 def with_offset(law: Controller, plant: Plant) -> Controller:
