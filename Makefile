@@ -5,6 +5,11 @@ VENV   := .venv
 DIST   := dist
 DEMO   := out/demo
 BENCH  := out/bench
+FUZZ   := out/fuzz
+SOAK   := out/soak
+# For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
+FUZZ_SECONDS ?= 60
+FUZZ_TARGETS ?=
 
 PY := $(VENV)/bin/python
 # Absolute, because build scripts run in their own crate's folder.
@@ -25,7 +30,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench wheel clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench fuzz soak wheel clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -44,6 +49,7 @@ test: test-rust test-python lint ## run every check: Rust tests, Python tests, l
 
 test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
 	cargo test --workspace --locked
+	cargo test --manifest-path tests/fuzz/Cargo.toml --target-dir target/fuzz --locked
 
 test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
 	$(PY) -m pytest
@@ -51,6 +57,8 @@ test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
 lint: $(VENV)/.dev ## check format, lints, types and stubs
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	cargo fmt --manifest-path tests/fuzz/Cargo.toml --check
+	cargo clippy --manifest-path tests/fuzz/Cargo.toml --target-dir target/fuzz --all-targets --locked -- -D warnings
 	$(PY) -m ruff check
 	$(PY) -m ruff format --check
 	$(PY) -m mypy
@@ -67,11 +75,17 @@ bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and
 	$(PY) benches/instruction_counts.py --json $(BENCH)/instruction_counts.json
 	$(PY) benches/tables.py $(BENCH)
 
+fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
+	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)
+
+soak: $(VENV)/.dev ## step controllers 100,000,000 times and watch their memory
+	$(PY) benches/soak.py --json $(SOAK)/soak.json
+
 wheel: $(WHEEL) ## build an installable wheel into dist/
 	@ls $(DIST)/popsteer-*.whl
 
 clean: ## remove all that these targets made
-	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.
@@ -112,7 +126,7 @@ $(WHEEL): $(VENV)/pyvenv.cfg $(SOURCES)
 	@touch $@
 
 # The first line brings in a wheel whose version has not changed, the second what its extra needs.
-$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.dev: $(WHEEL)
+$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.dev: $(WHEEL)
 	$(PY) -m pip install --quiet --force-reinstall --no-deps $(DIST)/popsteer-*.whl
 	$(PY) -m pip install --quiet "$$(echo $(DIST)/popsteer-*.whl)[$(patsubst .%,%,$(@F))]"
 	@touch $@

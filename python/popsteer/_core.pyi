@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
+from popsteer.plants.protocol import PythonPlant
 from popsteer.status import Status
 
 __all__ = [
@@ -31,6 +32,9 @@ __all__ = [
     "Pop",
     "PopParams",
     "PopState",
+    "PreviewPop",
+    "PreviewPopParams",
+    "PreviewPopState",
     "Projection",
     "PurePursuit",
     "PurePursuitParams",
@@ -57,8 +61,10 @@ __all__ = [
 
 _Floats: TypeAlias = NDArray[np.float64]
 _Point: TypeAlias = tuple[float, float]
-_Law: TypeAlias = Pop | Pid | PurePursuit | Stanley | BangBang
-_State: TypeAlias = PopState | PidState | PurePursuitState | StanleyState | BangBangState
+_Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
+_State: TypeAlias = (
+    PopState | PreviewPopState | PidState | PurePursuitState | StanleyState | BangBangState
+)
 _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 
 __version__: str
@@ -290,6 +296,67 @@ class PopParams:
     __hash__: ClassVar[None]  # type: ignore[assignment]
 
 @final
+class PreviewPopParams:
+    def __new__(
+        cls,
+        *,
+        steer_span: float = ...,
+        max_steer_rate: float = ...,
+        max_lateral_acceleration: float = ...,
+        horizon: float = ...,
+        heading_cost: float = ...,
+        steer_rate_cost: float = ...,
+        approach_angle: float = ...,
+        min_speed: float = ...,
+        smoothing_length: float = ...,
+        turn_learning_time: float = ...,
+        slip_learning_time: float = ...,
+        wheelbase: float = ...,
+        understeer: float = ...,
+        steer_lag: float = ...,
+        reference_offset: float | None = ...,
+        max_steer: float = ...,
+    ) -> Self: ...
+    @property
+    def steer_span(self) -> float: ...
+    @property
+    def max_steer_rate(self) -> float: ...
+    @property
+    def max_lateral_acceleration(self) -> float: ...
+    @property
+    def horizon(self) -> float: ...
+    @property
+    def heading_cost(self) -> float: ...
+    @property
+    def steer_rate_cost(self) -> float: ...
+    @property
+    def approach_angle(self) -> float: ...
+    @property
+    def min_speed(self) -> float: ...
+    @property
+    def smoothing_length(self) -> float: ...
+    @property
+    def turn_learning_time(self) -> float: ...
+    @property
+    def slip_learning_time(self) -> float: ...
+    @property
+    def wheelbase(self) -> float: ...
+    @property
+    def understeer(self) -> float: ...
+    @property
+    def steer_lag(self) -> float: ...
+    @property
+    def reference_offset(self) -> float | None: ...
+    @property
+    def max_steer(self) -> float: ...
+    def as_dict(self) -> dict[str, Any]: ...
+    def replace(self, **changes: object) -> Self: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
 class PidParams:
     def __new__(
         cls,
@@ -492,6 +559,48 @@ class PopState:
     __hash__: ClassVar[None]  # type: ignore[assignment]
 
 @final
+class PreviewPopState:
+    def __new__(
+        cls,
+        *,
+        waypoint: int | None = ...,
+        previous_steer: float = ...,
+        curvature: float = ...,
+        previous_x: float = ...,
+        previous_y: float = ...,
+        previous_yaw: float = ...,
+        travel: float = ...,
+        turn: float = ...,
+        turn_offset: float = ...,
+        slip: float = ...,
+    ) -> Self: ...
+    @property
+    def waypoint(self) -> int | None: ...
+    @property
+    def previous_steer(self) -> float: ...
+    @property
+    def curvature(self) -> float: ...
+    @property
+    def previous_x(self) -> float: ...
+    @property
+    def previous_y(self) -> float: ...
+    @property
+    def previous_yaw(self) -> float: ...
+    @property
+    def travel(self) -> float: ...
+    @property
+    def turn(self) -> float: ...
+    @property
+    def turn_offset(self) -> float: ...
+    @property
+    def slip(self) -> float: ...
+    def as_dict(self) -> dict[str, Any]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
 class PidState:
     def __new__(
         cls,
@@ -664,6 +773,24 @@ class Pop:
     @property
     def reference_offset(self) -> float: ...
     def _empty_call(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
+
+@final
+class PreviewPop:
+    def __new__(cls, path: Path, params: PreviewPopParams | None = None) -> Self: ...
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
+    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
+    def relocalise(self, x: float, y: float, yaw: float) -> None: ...
+    def reset(self) -> None: ...
+    @property
+    def state(self) -> PreviewPopState: ...
+    @state.setter
+    def state(self, state: PreviewPopState) -> None: ...
+    @property
+    def params(self) -> PreviewPopParams: ...
+    @property
+    def path(self) -> Path: ...
+    @property
+    def reference_offset(self) -> float: ...
 
 @final
 class Pid:
@@ -1014,7 +1141,7 @@ class Simulation:
     def __new__(
         cls,
         path: Path,
-        plant: str | CarlaIdentified | KinematicBicycle | None = None,
+        plant: str | CarlaIdentified | KinematicBicycle | PythonPlant | None = None,
         *,
         start: tuple[float, float, float],
         speed: float = 0.0,
@@ -1038,6 +1165,8 @@ class Simulation:
     def is_finished(self) -> bool: ...
     @property
     def is_over(self) -> bool: ...
+    @property
+    def ending(self) -> str | None: ...
     @property
     def reference_speed(self) -> float | None: ...
     def step(

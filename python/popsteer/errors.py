@@ -15,6 +15,7 @@ __all__ = [
     "ConfigError",
     "InputError",
     "PathError",
+    "PlantLimit",
     "PopsteerError",
     "below",
     "count_in_range",
@@ -236,3 +237,32 @@ class PathError(PopsteerError, ValueError):
     def coinciding(cls, index: int, following: int) -> PathError:
         """Make the error for neighbours at one place."""
         return cls(f"waypoints {index} and {following} coincide", index)
+
+
+class PlantLimit(PopsteerError):  # noqa: N818 - no error of a program: a run ends there
+    """A limit of a vehicle's model: what it says of the vehicle beyond would not be true.
+
+    `popsteer.sim` ends the run there and keeps what was measured until then.
+
+    Parameters
+    ----------
+    limit : str
+        Which limit, with the numbers.
+
+    Attributes
+    ----------
+    limit
+        The argument, as given.
+
+    Examples
+    --------
+    >>> raise PlantLimit("speed 0.80 m/s is below 1 m/s")
+    Traceback (most recent call last):
+    popsteer.errors.PlantLimit: speed 0.80 m/s is below 1 m/s
+    """
+
+    limit: str
+
+    def __init__(self, limit: str) -> None:
+        super().__init__(limit)
+        self.limit = limit

@@ -4,7 +4,7 @@ Examples
 --------
 >>> from popsteer import laws
 >>> laws.names()
-('bang-bang', 'pid', 'pure-pursuit', 'stanley', 'pop')
+('bang-bang', 'pid', 'pure-pursuit', 'stanley', 'pop', 'preview-pop')
 >>> laws.get("pop").controller
 <class 'popsteer.Pop'>
 """
@@ -20,6 +20,8 @@ from popsteer._core import (
     PidParams,
     Pop,
     PopParams,
+    PreviewPop,
+    PreviewPopParams,
     PurePursuit,
     PurePursuitParams,
     Stanley,
@@ -29,11 +31,13 @@ from popsteer.errors import ConfigError
 
 __all__ = ["CONTROLLERS", "Controller", "Law", "Params", "get", "name_of", "names"]
 
-Controller: TypeAlias = Pop | Pid | PurePursuit | Stanley | BangBang
+Controller: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
 """A law of popsteer with its state and its path."""
-Params: TypeAlias = PopParams | PidParams | PurePursuitParams | StanleyParams | BangBangParams
+Params: TypeAlias = (
+    PopParams | PreviewPopParams | PidParams | PurePursuitParams | StanleyParams | BangBangParams
+)
 """The parameters of a law of popsteer."""
-CONTROLLERS = (Pop, Pid, PurePursuit, Stanley, BangBang)
+CONTROLLERS = (Pop, PreviewPop, Pid, PurePursuit, Stanley, BangBang)
 """The classes of `Controller`, as `isinstance` takes them."""
 
 
@@ -48,8 +52,8 @@ class Law(NamedTuple):
     """The class that steers."""
     params: type[Params]
     """The class of its parameters."""
-    axle: Literal["front", "rear"]
-    """The axle that is its reference point."""
+    axle: Literal["front", "rear", "pose"]
+    """The axle that is its reference point; "pose" is the point whose pose the law is given."""
 
 
 _LAWS = {
@@ -60,12 +64,13 @@ _LAWS = {
         Law("pure-pursuit", "Pure-Pursuit", PurePursuit, PurePursuitParams, "rear"),
         Law("stanley", "Stanley", Stanley, StanleyParams, "front"),
         Law("pop", "POP", Pop, PopParams, "front"),
+        Law("preview-pop", "Preview POP", PreviewPop, PreviewPopParams, "pose"),
     )
 }
 
 
 def names() -> tuple[str, ...]:
-    """Names of the laws, from the plainest to POP.
+    """Names of the laws, from the plainest to preview POP.
 
     Returns
     -------
@@ -75,7 +80,7 @@ def names() -> tuple[str, ...]:
     Examples
     --------
     >>> names()
-    ('bang-bang', 'pid', 'pure-pursuit', 'stanley', 'pop')
+    ('bang-bang', 'pid', 'pure-pursuit', 'stanley', 'pop', 'preview-pop')
     """
     return tuple(_LAWS)
 
@@ -105,7 +110,7 @@ def get(name: str) -> Law:
     >>> get("lqr")
     Traceback (most recent call last):
     popsteer.errors.ConfigError: unknown law 'lqr'; known: bang-bang, pid, pure-pursuit, stanley, \
-pop
+pop, preview-pop
     """
     if name not in names():
         raise ConfigError.unknown("law", name, names())

@@ -29,6 +29,8 @@ Law by law:
     Equation 3 with the path beside the axle. ``reproduction`` is the code's.
 `pop`
     ld_min is not given in the paper; 6 m is the code's.
+`preview-pop`
+    Not in the paper. All four are the same.
 
 `pop` and `pure-pursuit` search for their lookahead point: ``default`` takes the path's first
 crossing of the lookahead circle, the others the paper's threshold search on the re-discretised
@@ -53,6 +55,7 @@ from popsteer._core import (
     BangBangParams,
     PidParams,
     PopParams,
+    PreviewPopParams,
     PurePursuitParams,
     StanleyParams,
 )
@@ -105,6 +108,12 @@ _PRESETS: dict[str, dict[str, Params]] = {
         "published-code": _PAPER_POP,
         REPRODUCTION: _PAPER_POP,
     },
+    "preview-pop": {
+        "default": PreviewPopParams(),
+        "paper": PreviewPopParams(),
+        "published-code": PreviewPopParams(),
+        REPRODUCTION: PreviewPopParams(),
+    },
 }
 
 
@@ -146,7 +155,8 @@ def get(law: str, name: str) -> Params:
 
     Returns
     -------
-    PopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
+    PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams \
+or BangBangParams
         The parameters, which cannot be changed; their ``replace`` gives a changed copy.
 
     Raises

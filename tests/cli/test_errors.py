@@ -150,7 +150,8 @@ def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:
     assert outcome.status == 2
     assert outcome.out == ""
     assert outcome.err == (
-        "popsteer: unknown law 'foo'; known: bang-bang, pid, pure-pursuit, stanley, pop\n"
+        "popsteer: unknown law 'foo'; known: bang-bang, pid, pure-pursuit, stanley, pop, "
+        "preview-pop, mpc\n"
     )
 
 

@@ -22,7 +22,7 @@ def test_help_of_the_command_reads_as_a_page() -> None:
     assert "\x1b" not in outcome.out
     for part in ("Examples:", "What `--out DIR` writes:", "metrics.json", "exit status 2"):
         assert part in outcome.out
-    for name in ("compare", "simulate", "bench", "tracks"):
+    for name in ("compare", "simulate", "matrix", "stability", "bench", "tracks"):
         assert f"\n  {name} " in outcome.out
 
 
@@ -32,7 +32,7 @@ def test_command_without_arguments_shows_the_help(capsys: pytest.CaptureFixture[
     assert bare.out.strip() == command.call(capsys, "--help").out.strip()
 
 
-@pytest.mark.parametrize("name", ["compare", "simulate", "bench", "tracks"])
+@pytest.mark.parametrize("name", ["compare", "simulate", "matrix", "stability", "bench", "tracks"])
 def test_help_of_each_command_has_examples(capsys: pytest.CaptureFixture[str], name: str) -> None:
     outcome = command.call(capsys, name, "--help")
     assert outcome.status == 0

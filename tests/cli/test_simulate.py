@@ -36,6 +36,18 @@ CHANGED = {
     "steer_span": "0.1",
     "wheelbase": "2.9",
     "window_ahead": "25",
+    "max_steer_rate": "0.9",
+    "max_lateral_acceleration": "9",
+    "horizon": "0.8",
+    "heading_cost": "2.5",
+    "steer_rate_cost": "0.4",
+    "approach_angle": "0.3",
+    "min_speed": "4",
+    "smoothing_length": "3",
+    "turn_learning_time": "0.5",
+    "slip_learning_time": "2",
+    "understeer": "0.001",
+    "steer_lag": "0.15",
 }
 
 

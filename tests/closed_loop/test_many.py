@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -16,8 +16,11 @@ from popsteer import laws, sim
 from popsteer.errors import ConfigError, InputError, PathError
 from tests.closed_loop.paths import track
 
+if TYPE_CHECKING:
+    from popsteer.sim.geometry import CorePlant
+
 NOISE = sim.Noise(position=0.1, yaw=0.005, speed=0.1)
-PLANTS: list[sim.Plant] = [
+PLANTS: list[CorePlant] = [
     *sim.plant_names(),
     sim.CarlaIdentified(yaw_lag=0.2),
     sim.KinematicBicycle(wheelbase=2.0),

@@ -124,7 +124,7 @@ def test_run_of_law_without_offset_measures_at_the_plants_axle(name: str, plant:
     law = laws.get(name)
     result = sim.run(law.controller(path), plant, settings=sim.Settings(time_limit=0.1))
     at = sim.geometry(plant)
-    wanted = at.front_offset if law.axle == "front" else at.rear_offset
+    wanted = {"front": at.front_offset, "rear": at.rear_offset, "pose": 0.0}[law.axle]
     ahead = result.records["reference_x"][0] - result.records["x"][0]
     assert ahead == pytest.approx(wanted, abs=1e-12)
     assert result.params["reference_offset"] == wanted

@@ -16,7 +16,7 @@ from tests.parity.laws import ALL, LATERAL
 REFERENCE = ROOT / "python" / "popsteer" / "reference"
 CORE = ROOT / "rust" / "core" / "src"
 FILES = sorted(file.relative_to(REFERENCE) for file in REFERENCE.rglob("*.py"))
-LAWS = ["pop", "pid", "pure_pursuit", "stanley", "bang_bang"]
+LAWS = ["pop", "preview_pop", "pid", "pure_pursuit", "stanley", "bang_bang"]
 
 
 def _twins(file: Path) -> list[Path]:

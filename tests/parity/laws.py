@@ -73,6 +73,28 @@ POP = Law(
     optional=_OPTIONAL,
     searches=True,
 )
+PREVIEW_POP = Law(
+    "PreviewPop",
+    {
+        "steer_span": ((1e-6, math.pi), (0.01, 0.5)),
+        "max_steer_rate": ((1e-3, 1e3), (0.1, 3.0)),
+        "max_lateral_acceleration": ((1e-3, 1e6), (1.0, 12.0)),
+        "horizon": ((0.05, 100.0), (0.3, 3.0)),
+        "heading_cost": ((0.0, 1e3), (0.0, 10.0)),
+        "steer_rate_cost": ((1e-3, 1e3), (0.05, 2.0)),
+        "approach_angle": ((1e-3, 0.5 * math.pi), (0.05, 1.0)),
+        "min_speed": ((0.1, 1e3), (1.0, 10.0)),
+        "smoothing_length": ((0.0, 1e3), (0.0, 10.0)),
+        "turn_learning_time": ((0.0, 1e6), (0.0, 2.0)),
+        "slip_learning_time": ((0.0, 1e6), (0.0, 2.0)),
+        "wheelbase": _BODY["wheelbase"],
+        "understeer": ((0.0, 1e3), (0.0, 0.01)),
+        "steer_lag": ((0.0, 10.0), (0.0, 0.5)),
+        "reference_offset": _BODY["reference_offset"],
+        "max_steer": _BODY["max_steer"],
+    },
+    optional=("reference_offset",),
+)
 PID = Law(
     "Pid",
     {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN, **_BODY},
@@ -113,5 +135,5 @@ COUPLED = Law(
 )
 SPEED_PID = Law("SpeedPid", {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN})
 
-LATERAL = (POP, PID, PURE_PURSUIT, STANLEY, BANG_BANG)
+LATERAL = (POP, PREVIEW_POP, PID, PURE_PURSUIT, STANLEY, BANG_BANG)
 ALL = (*LATERAL, COUPLED, SPEED_PID)

@@ -107,7 +107,9 @@ def test_covers_marks_name_only_what_exists() -> None:
     assert claimed <= _public()
 
 
-@pytest.mark.parametrize("law", ["pop", "pid", "pure_pursuit", "stanley", "bang_bang", "speed_pid"])
+@pytest.mark.parametrize(
+    "law", ["pop", "preview_pop", "pid", "pure_pursuit", "stanley", "bang_bang", "speed_pid"]
+)
 @pytest.mark.parametrize("kind", ["edges", "random", "rollout"])
 def test_law_has_parity_test_of_each_kind(law: str, kind: str) -> None:
     assert f"test_{law}_matches_reference_{kind}" in _tests()

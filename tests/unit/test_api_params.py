@@ -38,6 +38,22 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         **_SEARCH,
         **_BODY,
     },
+    "PreviewPop": {
+        "steer_span": math.radians(12.0),
+        "max_steer_rate": math.radians(60.0),
+        "max_lateral_acceleration": 15.0,
+        "horizon": 1.0,
+        "heading_cost": 3.0,
+        "steer_rate_cost": 0.25,
+        "approach_angle": 0.25,
+        "min_speed": 5.0,
+        "smoothing_length": 2.0,
+        "turn_learning_time": 0.0,
+        "slip_learning_time": 0.0,
+        "understeer": 0.0,
+        "steer_lag": 0.1,
+        **_BODY,
+    },
     "Pid": {
         "kp": 0.25,
         "ki": 0.01,
@@ -218,7 +234,7 @@ def test_params_no_whole_number_for_a_count_is_a_type_error(field: str, value: A
 def test_law_reference_offset_is_the_given_one_or_its_axle(law: Law) -> None:
     path = popsteer.Path([(0, 0), (1, 0)])
     make, params = getattr(popsteer, law.name), _class(law)
-    axle = 0.0 if law.name == "PurePursuit" else 2.5
+    axle = 0.0 if law.name in ("PurePursuit", "PreviewPop") else 2.5
     assert make(path, params(wheelbase=2.5)).reference_offset == axle
     assert make(path, params(wheelbase=2.5, reference_offset=-1.94)).reference_offset == -1.94
 

@@ -24,6 +24,19 @@ TAIL: dict[str, Any] = {
 }
 FIRST: dict[str, dict[str, Any]] = {
     "Pop": {"waypoint": None, "previous_steer": 0.0, **TAIL},
+    "PreviewPop": {
+        "waypoint": None,
+        "previous_steer": 0.0,
+        "curvature": 0.0,
+        "previous_x": 0.0,
+        "previous_y": 0.0,
+        "previous_yaw": 0.0,
+        "travel": 0.0,
+        "turn": 0.0,
+        "turn_offset": 0.0,
+        "slip": 0.0,
+        **TAIL,
+    },
     "Pid": {
         "waypoint": None,
         "previous_error": None,

@@ -35,6 +35,7 @@ CODES = {
 # Parameters of one's own for every other vehicle.
 OWN: dict[str, dict[str, Any]] = {
     "Pop": {"candidate_count": 11, "min_lookahead": 8.0},
+    "PreviewPop": {"horizon": 2.0, "turn_learning_time": 0.5},
     "Pid": {"kp": 0.4, "buffer_length": 7},
     "PurePursuit": {"min_lookahead": 7.0, "alpha_by_arccos": True},
     "Stanley": {"cross_track_gain": 0.7, "max_steer": 0.3},

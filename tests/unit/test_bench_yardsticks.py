@@ -107,22 +107,6 @@ def test_mpc_step_is_its_update_and_its_solve(drive: Drive) -> None:
     assert whole.call(*drive.states[0], DT) == pytest.approx(angles[0], abs=1e-3)
 
 
-def test_mpc_drives_the_track_within_its_limits(drive: Drive) -> None:
-    driver = mpc_driver(replace(drive, rear_offset=0.0))
-    x, y, yaw, speed = *drive.states[0][:3], 8.0
-    last, nearest, errors = 0.0, drive.path.nearest_waypoint(x, y), []
-    for _ in range(600):
-        steer: Any = driver.call(x, y, yaw, speed, DT)
-        assert abs(steer) <= 1.22
-        assert abs(steer - last) <= math.radians(3.0) + 1e-12
-        last = steer
-        x, y, yaw, speed = popsteer.kinematic_bicycle(x, y, yaw, speed, steer, 0.0, 3.0, DT)
-        foot = drive.path.locate(x, y, yaw, nearest, 6.0)
-        nearest = foot.segment
-        errors.append(abs(foot.cross_track_error))
-    assert max(errors[100:]) < 0.02
-
-
 def test_at_hand_without_the_extra_says_how_to_get_it(
     drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:

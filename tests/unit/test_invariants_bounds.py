@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import popsteer
 from popsteer import InputError
 from tests.parity.checks import BAD_STEPS
-from tests.parity.laws import LATERAL, PID, POP, Law
+from tests.parity.laws import LATERAL, PID, POP, PREVIEW_POP, Law
 from tests.parity.strategies import SPOTS, Shape, Spot, Waypoints, fitted, shapes
 
 EPSILON = sys.float_info.epsilon
@@ -45,7 +45,8 @@ def test_law_any_input_answers_finite_within_its_limits(
         assert all(map(math.isfinite, (*numbers, *command.target)))
         assert abs(command.steer) <= max_steer
         assert abs(command.heading_error) <= math.pi
-        if command.status is popsteer.Status.SATURATED:
+        # Preview POP is held back by the lateral acceleration too, at an angle below the limit.
+        if command.status is popsteer.Status.SATURATED and law is not PREVIEW_POP:
             assert abs(command.steer) == max_steer
         assert 0 <= controller.state.waypoint < len(path.xy)
 

@@ -17,7 +17,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import popsteer
-from tests.parity.laws import BANG_BANG, LATERAL, POP, PURE_PURSUIT, STANLEY, Law
+from tests.parity.laws import BANG_BANG, LATERAL, POP, PREVIEW_POP, PURE_PURSUIT, STANLEY, Law
 from tests.parity.strategies import SEEDS, Shape, Spot, Waypoints
 
 REACH = 2e3
@@ -164,6 +164,11 @@ def test_law_in_a_moved_world_steers_the_same(
         return
     # A heading error of half a turn is to the left or to the right.
     assume(law is not STANLEY or abs(command.heading_error) < math.pi - ANGLE_SLACK)
+    if law is PREVIEW_POP and (shape.closed or shape.kind in ("jagged", "loop")):
+        # Where the path leaps or doubles back, rounding says which segments a chord spans.
+        return
+    # ... nor is one that is half a turn from the direction smoothed, not that of the segment.
+    assume(law is not PREVIEW_POP or abs(command.heading_error) < math.pi - 0.5)
     gain = 1.0 if law is BANG_BANG else 10.0
     assert abs(moved.steer - command.steer) <= gain * ANGLE_SLACK
     assert moved.status is command.status or abs(abs(command.steer) - params.max_steer) < 1e-6

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, simulate, tracks
+from popsteer.cli import bench, compare, matrix, simulate, stability, tracks
 
 __all__ = ["app"]
 
@@ -25,7 +25,9 @@ Examples:
   popsteer compare --out out             ... and the figures, records and metrics in out/
   popsteer compare --waypoints mine.csv  ... on a track of your own: x [m], y [m], speed [m/s]
   popsteer simulate --controller pop --set lookahead_gain=0.3
+  popsteer matrix --out out              laws × plants × tracks: error against step time
   popsteer tracks export racetrack racetrack.csv
+  popsteer stability --dead-time 0.1     how far each law's loop is from instability
   popsteer bench                         how long a control step takes
 
 \b
@@ -74,5 +76,7 @@ def _popsteer(
 
 app.command("compare", help=compare.HELP)(compare.compare)
 app.command("simulate", help=simulate.HELP)(simulate.simulate)
+app.command("stability", help=stability.HELP)(stability.stability)
+app.command("matrix", help=matrix.HELP)(matrix.matrix)
 app.command("bench", help=bench.HELP)(bench.bench)
 app.add_typer(tracks.app, name="tracks")

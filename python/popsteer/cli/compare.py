@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from popsteer import laws, presets, study
+from popsteer import baselines, laws, presets, study
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
 from popsteer.sim import Settings
+from popsteer.sim.geometry import made
 
 __all__ = ["HELP", "compare"]
 
@@ -27,6 +28,8 @@ Examples:
   popsteer compare --controllers stanley,pop --track figure-eight --out out
   popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --out out
   popsteer compare --preset paper --plant kinematic-bicycle
+  popsteer compare --plant commonroad-mb-2 --constant-speed 14
+  popsteer compare --laws pop,mpc --step-time
 """
 
 
@@ -37,12 +40,24 @@ def compare(
     closed: options.Closed = False,
     controllers: Annotated[
         str,
-        typer.Option(metavar="LAWS", help=f"The laws, of {', '.join(laws.names())}."),
+        typer.Option(
+            "--controllers",
+            "--laws",
+            metavar="LAWS",
+            help=f"The laws, of {', '.join(laws.names())}; with the extra 'mpc' also"
+            f" {', '.join(baselines.names())}.",
+        ),
     ] = ",".join(study.DEFAULT_LAWS),
     preset: options.Preset = presets.REPRODUCTION,
     plant: options.Plant = "carla-identified",
     start: options.Start = None,
+    speed: options.Speed = None,
+    constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
+    step_time: Annotated[
+        bool,
+        typer.Option("--step-time", help="Measure how long a control step of each law takes."),
+    ] = False,
     out: options.Out = None,
 ) -> None:
     """Drive several laws along one track."""
@@ -50,14 +65,20 @@ def compare(
     course = inputs.course(waypoints, track, closed=closed)
     outputs.check_folder(out)
     with Progress() as progress:
+        vehicle = made(plant)
+        params = study.parameters(names, preset, vehicle)
         comparison = study.compare(
             course.path,
-            names,
-            plant,
+            params,
+            vehicle,
             preset=preset,
             start=inputs.pose(start),
+            speed=speed,
+            constant_speed=constant_speed,
             settings=Settings(dt=dt),
             progress=progress.update,
         )
         comparison = replace(comparison, track=course.name)
+        if step_time:
+            comparison = study.time_steps(comparison, params, progress.update)
         outputs.deliver(comparison, out, progress)

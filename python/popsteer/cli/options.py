@@ -7,10 +7,22 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from popsteer import presets, sim, tracks
+from popsteer import plants, presets, sim, tracks
 from popsteer.sim import Settings
 
-__all__ = ["DEFAULT_DT", "Closed", "Dt", "Out", "Plant", "Preset", "Start", "Track", "Waypoints"]
+__all__ = [
+    "DEFAULT_DT",
+    "Closed",
+    "ConstantSpeed",
+    "Dt",
+    "Out",
+    "Plant",
+    "Preset",
+    "Speed",
+    "Start",
+    "Track",
+    "Waypoints",
+]
 
 Waypoints: TypeAlias = Annotated[
     Path | None,
@@ -33,7 +45,13 @@ Closed: TypeAlias = Annotated[
     bool, typer.Option("--closed", help="The last waypoint of FILE joins its first.")
 ]
 Plant: TypeAlias = Annotated[
-    str, typer.Option(metavar="NAME", help=f"What moves: {', '.join(sim.plant_names())}.")
+    str,
+    typer.Option(
+        metavar="NAME",
+        help=f"What moves: {', '.join(sim.plant_names())}; with the extra 'plants'"
+        " commonroad-MODEL-VEHICLE (MODEL st, std or mb, VEHICLE 1 to 3) and"
+        f" {plants.names()[-1]}.",
+    ),
 ]
 Preset: TypeAlias = Annotated[
     str,
@@ -50,6 +68,22 @@ Start: TypeAlias = Annotated[
         metavar="X,Y,YAW",
         help="Pose of the front axle at the start [m, m, rad]; by default"
         f" {sim.START_OFFSET} m to the right of the first waypoint, looking along the path.",
+        show_default=False,
+    ),
+]
+Speed: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        metavar="M/S",
+        help="Speed at the start; by default that of --constant-speed, else 0.",
+        show_default=False,
+    ),
+]
+ConstantSpeed: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        metavar="M/S",
+        help="Keep this speed all the way, by a PI law on the pedals.",
         show_default=False,
     ),
 ]

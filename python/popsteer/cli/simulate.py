@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from popsteer import laws, presets, study
+from popsteer import baselines, laws, plants, presets, study
 from popsteer._core import (
     CoupledLongitudinal,
     CoupledLongitudinalParams,
@@ -18,12 +18,23 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
-from popsteer.sim import CarlaIdentified, KinematicBicycle, Settings, plant_name, plant_names
+from popsteer.plants.pedals import MujocoCarParams, PedalParams
+from popsteer.sim import (
+    CarlaIdentified,
+    KinematicBicycle,
+    Plant,
+    Settings,
+    plant_name,
+    plant_names,
+)
 from popsteer.study.compare import parameters
 
 __all__ = ["HELP", "simulate"]
 
-_PLANTS = dict(zip(plant_names(), (CarlaIdentified, KinematicBicycle), strict=True))
+_PLANTS: dict[str, type[Any]] = dict(
+    zip(plant_names(), (CarlaIdentified, KinematicBicycle), strict=True)
+)
+_PARAMS = {**_PLANTS, "commonroad-...": PedalParams, "mujoco-car": MujocoCarParams}
 _LONGITUDINAL: dict[str, type[Any]] = {
     "coupled": CoupledLongitudinalParams,
     "speed-pid": SpeedPidParams,
@@ -48,6 +59,7 @@ Examples:
   popsteer simulate --controller pop --set lookahead_gain=0.3 --set min_lookahead=4
   popsteer simulate --controller pid --preset published-code --out out
   popsteer simulate --longitudinal speed-pid --set-longitudinal kp=0.8
+  popsteer simulate --plant mujoco-car --set-plant friction=0.6 --constant-speed 12
   popsteer simulate --plant kinematic-bicycle --set-plant wheelbase=2.5 --set-run time_limit=60
 """,
         *(
@@ -55,8 +67,12 @@ Examples:
             for name in laws.names()
         ),
         *(
+            _section(f"--controller {name}, parameters for --set:", baselines.get(name).params)
+            for name in baselines.names()
+        ),
+        *(
             _section(f"--plant {name}, parameters for --set-plant:", kind)
-            for name, kind in _PLANTS.items()
+            for name, kind in _PARAMS.items()
         ),
         *(
             _section(f"--longitudinal {name}, parameters for --set-longitudinal:", kind)
@@ -70,7 +86,12 @@ Examples:
 def simulate(
     *,
     controller: Annotated[
-        str, typer.Option(metavar="LAW", help=f"The law, of {', '.join(laws.names())}.")
+        str,
+        typer.Option(
+            metavar="LAW",
+            help=f"The law, of {', '.join(laws.names())}; with the extra 'mpc' also"
+            f" {', '.join(baselines.names())}.",
+        ),
     ] = "pop",
     set_: Annotated[
         list[str] | None,
@@ -90,13 +111,14 @@ def simulate(
         ),
     ] = None,
     longitudinal: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="NAME",
-            help="What works the pedals: coupled (the paper's law) or speed-pid (follows the"
-            " waypoints' reference speeds).",
+            help="What works the pedals: coupled (the paper's law, the default) or speed-pid"
+            " (follows the waypoints' reference speeds).",
+            show_default=False,
         ),
-    ] = "coupled",
+    ] = None,
     set_longitudinal: Annotated[
         list[str] | None,
         typer.Option(
@@ -104,6 +126,8 @@ def simulate(
         ),
     ] = None,
     start: options.Start = None,
+    speed: options.Speed = None,
+    constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     set_run: Annotated[
         list[str] | None,
@@ -112,9 +136,11 @@ def simulate(
     out: options.Out = None,
 ) -> None:
     """Drive one law along a track."""
-    vehicle = assigned(_PLANTS[plant_name(plant)](), set_plant or [], plant)
+    vehicle = _vehicle(plant, set_plant or [])
     params = assigned(parameters([controller], preset, vehicle)[controller], set_ or [], controller)
-    pedals = _pedals(longitudinal, set_longitudinal or [])
+    if constant_speed is not None and (longitudinal or set_longitudinal):
+        raise ConfigError("--constant-speed", constant_speed, "given without a longitudinal law")
+    pedals = None if constant_speed is not None else _pedals(longitudinal, set_longitudinal or [])
     settings = assigned(Settings(dt=dt), set_run or [], "the run")
     course = inputs.course(waypoints, track, closed=closed)
     outputs.check_folder(out)
@@ -126,6 +152,8 @@ def simulate(
             vehicle,
             preset=f"{preset}{changed}",
             start=inputs.pose(start),
+            speed=speed,
+            constant_speed=constant_speed,
             longitudinal=pedals,
             settings=settings,
             progress=progress.update,
@@ -134,8 +162,18 @@ def simulate(
         outputs.deliver(comparison, out, progress)
 
 
-def _pedals(name: str, assignments: list[str]) -> CoupledLongitudinal | SpeedPid:
+def _vehicle(name: str, assignments: list[str]) -> Plant:
+    """Make the plant."""
+    if plant_name(name) in _PLANTS:
+        plant: Plant = assigned(_PLANTS[name](), assignments, name)
+        return plant
+    vehicle = plants.get(name)
+    return vehicle.with_params(assigned(vehicle.params, assignments, name))
+
+
+def _pedals(name: str | None, assignments: list[str]) -> CoupledLongitudinal | SpeedPid:
     """Make the law of the pedals."""
+    name = "coupled" if name is None else name
     if name == "coupled":
         return CoupledLongitudinal(assigned(CoupledLongitudinalParams(), assignments, name))
     if name == "speed-pid":

@@ -35,6 +35,11 @@ from popsteer.reference.lateral import Command
 from popsteer.reference.lateral.bang_bang import BangBang, BangBangParams, BangBangState
 from popsteer.reference.lateral.pid import Pid, PidParams, PidState
 from popsteer.reference.lateral.pop import Pop, PopParams, PopState
+from popsteer.reference.lateral.preview_pop import (
+    PreviewPop,
+    PreviewPopParams,
+    PreviewPopState,
+)
 from popsteer.reference.lateral.pure_pursuit import (
     PurePursuit,
     PurePursuitParams,
@@ -78,6 +83,9 @@ __all__ = [
     "Pop",
     "PopParams",
     "PopState",
+    "PreviewPop",
+    "PreviewPopParams",
+    "PreviewPopState",
     "Projection",
     "PurePursuit",
     "PurePursuitParams",

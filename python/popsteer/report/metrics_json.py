@@ -34,7 +34,8 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
     -------
     dict
         `schema`, `dt` [s], `plant`, `path` with `waypoints` and `length` [m], `controllers` with
-        the metrics of each law in SI units and radians (those of the rear axle under `rear_axle`),
+        the metrics of each law in SI units and radians (those of the rear axle under `rear_axle`,
+        the median time of a step under `step_time` [s] where that was measured),
         and `paper` with the paper's figures. A number that is not finite is None.
 
     Examples
@@ -62,7 +63,12 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
             "closed": path.closed,
         },
         "start": dict(zip(("x", "y", "yaw"), comparison.first.start, strict=True)),
-        "controllers": {name: _controller(run) for name, run in comparison.runs.items()},
+        "controllers": {
+            name: _controller(run)
+            # Times differ from run to run; without them the file is the same each time.
+            | ({"step_time": times[name]} if (times := comparison.step_times) else {})
+            for name, run in comparison.runs.items()
+        },
         "paper": {name: figures._asdict() for name, figures in PAPER.items()},
     }
 
@@ -95,7 +101,8 @@ def metrics_json(comparison: Comparison) -> str:
 
 def _controller(run: Run) -> dict[str, Any]:
     """Lay out one run: the metrics, those of the rear axle nested, and the law's parameters."""
-    return {**_metrics(run.metrics), "params": {k: _finite(v) for k, v in run.params.items()}}
+    params = {name: _finite(value) for name, value in run.params.items()}
+    return {**_metrics(run.metrics), "ending": run.ending, "params": params}
 
 
 def _metrics(metrics: Metrics) -> dict[str, Any]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer import laws
+from popsteer import baselines, laws
 from popsteer.study.paper import PAPER, is_authors_path
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from rich.table import Table
 
@@ -40,6 +40,8 @@ def title_of(law: str) -> str:
     >>> title_of("pure-pursuit"), title_of("mine")
     ('Pure-Pursuit', 'mine')
     """
+    if law in baselines.names():
+        return baselines.get(law).title
     return laws.get(law).title if law in laws.names() else law
 
 
@@ -98,6 +100,11 @@ def notes(comparison: Comparison) -> list[str]:
         " axle, one point for all."
     )
     said = [where]
+    said += [
+        f"{title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
+        for name, run in comparison.runs.items()
+        if not run.metrics.finished
+    ]
     if not PAPER.keys() & comparison.runs.keys():
         return said
     if not is_authors_path(comparison.path):
@@ -138,6 +145,8 @@ def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
     [2, 2]
     """
     more = _more(comparison.first.settings.settling_time)
+    if comparison.step_times:
+        more.append(_step_time(comparison.step_times))
     against_paper = [
         # A ratio to figures of another track would say nothing.
         column
@@ -217,6 +226,11 @@ _AGAINST_PAPER = [
     _Column("mean\n|ψe|\n[rad]", lambda r: r.metrics.mean_abs_heading_error, ".4f", ranked=True),
     _Column("paper\n\n[rad]", _paper_heading, ".4f"),
 ]
+
+
+def _step_time(times: Mapping[str, float]) -> _Column:
+    """Column for the median time of a control step."""
+    return _Column("step\np50\n[µs]", lambda run: 1e6 * times[run.law], ".2f", ranked=True)
 
 
 def _more(settling_time: float) -> list[_Column]:

@@ -18,7 +18,16 @@ Examples
 """
 
 from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Settings, Simulation
-from popsteer.sim.geometry import Geometry, Plant, fitted, geometry, plant_name, plant_names
+from popsteer.sim.geometry import (
+    Geometry,
+    Plant,
+    SteeringModel,
+    fitted,
+    geometry,
+    plant_name,
+    plant_names,
+    steering_model,
+)
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.run import START_OFFSET, Run, default_start, run
@@ -37,6 +46,7 @@ __all__ = [
     "Run",
     "Settings",
     "Simulation",
+    "SteeringModel",
     "default_start",
     "fitted",
     "geometry",
@@ -44,4 +54,5 @@ __all__ = [
     "plant_names",
     "run",
     "run_many",
+    "steering_model",
 ]

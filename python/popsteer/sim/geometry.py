@@ -4,47 +4,58 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar, cast
 
-from popsteer import laws
-from popsteer._core import CarlaIdentified, KinematicBicycle, plants
+from popsteer import laws, plants
+from popsteer._core import CarlaIdentified, KinematicBicycle, PreviewPopParams
+from popsteer._core import plants as core_plants
 from popsteer.errors import ConfigError
+from popsteer.plants.protocol import Geometry, PythonPlant
 
 if TYPE_CHECKING:
     from popsteer.laws import Controller, Params
 
 __all__ = [
+    "CorePlant",
     "Geometry",
     "Plant",
+    "SteeringModel",
     "fitted",
     "geometry",
+    "made",
     "plant_name",
     "plant_names",
+    "steering_model",
     "with_offset",
 ]
 
-Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
+CorePlant: TypeAlias = str | CarlaIdentified | KinematicBicycle
+"""A plant of the core, which many runs can share: its name, or an object with its parameters."""
+Plant: TypeAlias = CorePlant | PythonPlant
 """A plant: its name for the default parameters, or an object with its own."""
 
-_CLASSES: dict[type[object], str] = {
+_CLASSES: dict[type[CarlaIdentified | KinematicBicycle], str] = {
     CarlaIdentified: "carla-identified",
     KinematicBicycle: "kinematic-bicycle",
 }
 
 _P = TypeVar("_P", bound="Params")
 
+FOREIGN_LAG = 0.1
+"""Lag of the yaw rate that a plant from elsewhere is taken to have [s]."""
 
-class Geometry(NamedTuple):
-    """Where the axles lie ahead of the point whose pose the laws are given."""
 
-    front_offset: float
-    """Front axle ahead of that point [m]."""
-    rear_offset: float
-    """Rear axle ahead of that point [m]; negative behind it."""
+class SteeringModel(NamedTuple):
+    """How a plant answers to the steering: what a law that predicts is to know of it."""
+
     wheelbase: float
-    """Distance of the axles, as the laws take it [m]."""
+    """Effective wheelbase [m]."""
+    understeer: float
+    """Understeer [s²/m]: curvature = tan(steer) / (wheelbase + understeer speed²)."""
+    steer_lag: float
+    """Time constant with which the curvature follows the angle [s]."""
 
 
 def plant_names() -> tuple[str, ...]:
-    """Names of the plants.
+    """Names of the plants of the core; `popsteer.plants.names` are those from elsewhere.
 
     Returns
     -------
@@ -56,7 +67,7 @@ def plant_names() -> tuple[str, ...]:
     >>> plant_names()
     ('carla-identified', 'kinematic-bicycle')
     """
-    return tuple(plants())
+    return tuple(core_plants())
 
 
 def plant_name(plant: Plant) -> str:
@@ -64,13 +75,13 @@ def plant_name(plant: Plant) -> str:
 
     Parameters
     ----------
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant.
 
     Returns
     -------
     str
-        One of `plant_names`.
+        One of `plant_names` or of `popsteer.plants.names`; of a plant of your own its `name`.
 
     Raises
     ------
@@ -85,13 +96,44 @@ def plant_name(plant: Plant) -> str:
     'kinematic-bicycle'
     """
     if isinstance(plant, str):
-        if plant not in plant_names():
-            raise ConfigError.unknown("plant", plant, plant_names())
+        known = (*plant_names(), *plants.names())
+        if plant not in known:
+            raise ConfigError.unknown("plant", plant, known)
         return plant
-    name = _CLASSES.get(type(plant))
-    if name is None:
-        raise TypeError(f"plant must be a name or an object of a plant class, got {plant!r}")
-    return name
+    if isinstance(plant, CarlaIdentified | KinematicBicycle):
+        return _CLASSES[type(plant)]
+    if isinstance(plant, PythonPlant):
+        return plant.name
+    raise TypeError(f"plant must be a name or an object of a plant class, got {plant!r}")
+
+
+def made(plant: Plant) -> Plant:
+    """Make a plant from elsewhere of its name; leave all others as they are.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
+        The plant.
+
+    Returns
+    -------
+    same as `plant`, or PythonPlant
+        What a simulation takes.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+    PopsteerError
+        It needs an extra that is not installed.
+
+    Examples
+    --------
+    >>> made("carla-identified")
+    'carla-identified'
+    """
+    name = plant_name(plant)  # refuses an unknown one
+    return plants.get(name) if isinstance(plant, str) and name in plants.names() else plant
 
 
 def geometry(plant: Plant) -> Geometry:
@@ -99,7 +141,7 @@ def geometry(plant: Plant) -> Geometry:
 
     Parameters
     ----------
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant.
 
     Returns
@@ -122,7 +164,49 @@ def geometry(plant: Plant) -> Geometry:
     if isinstance(plant, KinematicBicycle):
         # Its pose is that of the rear axle, so its axles follow from its one parameter.
         return Geometry(plant.wheelbase, 0.0, plant.wheelbase)
-    return Geometry(*plants()[plant_name(plant)])
+    plant = made(plant)
+    if isinstance(plant, PythonPlant):
+        return Geometry(*plant.geometry)
+    return Geometry(*core_plants()[plant_name(plant)])
+
+
+def steering_model(plant: Plant) -> SteeringModel:
+    """Tell how a plant answers to the steering, as far as that is known without driving it.
+
+    Of the identified vehicle that is what was identified, of the kinematic bicycle its wheelbase.
+    Of plants from elsewhere it is the published wheelbase, no understeer, and a lag of 0.1 s:
+    nothing is fitted to them.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
+        The plant.
+
+    Returns
+    -------
+    SteeringModel
+        Its bicycle model.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+
+    Examples
+    --------
+    >>> steering_model("carla-identified")
+    SteeringModel(wheelbase=3.553, understeer=0.00029, steer_lag=0.1)
+    >>> steering_model(KinematicBicycle(wheelbase=2.5))
+    SteeringModel(wheelbase=2.5, understeer=0.0, steer_lag=0.0)
+    """
+    plant = made(plant)
+    if isinstance(plant, str):
+        plant = {name: kind for kind, name in _CLASSES.items()}[plant_name(plant)]()
+    if isinstance(plant, CarlaIdentified):
+        return SteeringModel(plant.wheelbase, plant.understeer, plant.yaw_lag)
+    if isinstance(plant, KinematicBicycle):
+        return SteeringModel(plant.wheelbase, 0.0, 0.0)
+    return SteeringModel(geometry(plant).wheelbase, 0.0, FOREIGN_LAG)
 
 
 def fitted(params: _P, plant: Plant) -> _P:
@@ -130,15 +214,17 @@ def fitted(params: _P, plant: Plant) -> _P:
 
     Parameters
     ----------
-    params : PopParams or PidParams or PurePursuitParams or StanleyParams or BangBangParams
+    params : PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams \
+or BangBangParams
         The parameters of a law.
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant that it is to steer.
 
     Returns
     -------
     same as `params`
-        A copy whose `reference_offset` is the law's axle and whose `wheelbase` is the plant's.
+        A copy whose `reference_offset` is the law's axle and whose `wheelbase` is the plant's; of
+        `PreviewPopParams` one with the plant's `SteeringModel`, about the point that does not slip.
 
     Raises
     ------
@@ -150,12 +236,31 @@ def fitted(params: _P, plant: Plant) -> _P:
     >>> import popsteer
     >>> fitted(popsteer.PurePursuitParams(), "carla-identified").reference_offset
     -1.94
+    >>> fitted(popsteer.PreviewPopParams(), "carla-identified").wheelbase
+    3.553
     """
     at = geometry(plant)
+    if isinstance(params, PreviewPopParams):
+        model = steering_model(plant)
+        return cast("_P", params.replace(reference_offset=0.0, **model._asdict(), **_limits(plant)))
     law = laws.get(laws.name_of(type(params)))
     offset = at.front_offset if law.axle == "front" else at.rear_offset
     # `replace` of each class gives that class; through the union the type checker loses it.
     return cast("_P", params.replace(wheelbase=at.wheelbase, reference_offset=offset))
+
+
+def _limits(plant: Plant) -> dict[str, float]:
+    """Limits for a predictive law, as far as a plant written in Python says them."""
+    plant = made(plant)
+    found: dict[str, float] = {}
+    turns = getattr(plant, "steer_limits", None)
+    if turns is not None:
+        found["max_steer"], found["max_steer_rate"] = turns
+    grip = getattr(plant, "grip", None)
+    if grip is not None:
+        # A bend must leave grip for the way back to the path.
+        found["max_lateral_acceleration"] = 0.8 * grip
+    return found
 
 
 def with_offset(law: Controller, plant: Plant) -> Controller:
@@ -163,9 +268,9 @@ def with_offset(law: Controller, plant: Plant) -> Controller:
 
     Parameters
     ----------
-    law : Pop or Pid or PurePursuit or Stanley or BangBang
+    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang
         The law.
-    plant : str or CarlaIdentified or KinematicBicycle
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
         The plant that it is to steer.
 
     Returns

@@ -9,7 +9,7 @@ import numpy as np
 from popsteer import _core, laws
 from popsteer._core import CarlaIdentified, KinematicBicycle, SpeedPid
 from popsteer.errors import ConfigError, PathError, count_in_range
-from popsteer.sim.geometry import with_offset
+from popsteer.sim.geometry import plant_name, plant_names, with_offset
 from popsteer.sim.run import default_start
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from popsteer._core import CoupledLongitudinal, Noise, Settings
-    from popsteer.sim.geometry import Plant
+    from popsteer.sim.geometry import CorePlant
     from popsteer.sim.run import Pose
 
 __all__ = ["run_many"]
@@ -30,7 +30,7 @@ _MAX_THREADS = 1024
 
 def run_many(  # noqa: PLR0913 - each is one thing that may vary
     law: laws.Controller | Sequence[laws.Controller],
-    plant: Plant | Sequence[Plant] = "carla-identified",
+    plant: CorePlant | Sequence[CorePlant] = "carla-identified",
     *,
     start: ArrayLike | None = None,
     speed: ArrayLike = 0.0,
@@ -49,7 +49,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
 
     Parameters
     ----------
-    law : Pop or Pid or PurePursuit or Stanley or BangBang, or a sequence of them
+    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or a sequence of them
         What steers, along its own path, from a fresh state; where its parameters leave
         `reference_offset` open, it is the plant's axle.
     plant : str or CarlaIdentified or KinematicBicycle or a sequence of them, \
@@ -88,7 +88,7 @@ default "carla-identified"
     PathError
         `SpeedPid` is to follow the reference speeds of a path that has none.
     TypeError
-        A law is none of popsteer's; `run` drives those.
+        A law is none of popsteer's, or a plant none of the core's; `run` drives those.
 
     Examples
     --------
@@ -110,7 +110,7 @@ default "carla-identified"
     several_laws = None if isinstance(law, laws.CONTROLLERS) else list(law)
     # A name is a sequence too, of letters: the type checker cannot tell them apart.
     one_plant = isinstance(plant, _PLANTS)
-    several_plants = None if one_plant else list(cast("Sequence[Plant]", plant))
+    several_plants = None if one_plant else list(cast("Sequence[CorePlant]", plant))
     starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
     speeds = _floats("speed", speed, {(), (None,)})
     count = _common_length(
@@ -125,7 +125,7 @@ default "carla-identified"
         raise ConfigError("threads", threads, count_in_range(1, _MAX_THREADS))
 
     each_law = [law] * count if several_laws is None else several_laws
-    each_plant = [cast("Plant", plant)] * count if several_plants is None else several_plants
+    each_plant = [cast("CorePlant", plant)] * count if several_plants is None else several_plants
     # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
     known: dict[tuple[int, int], tuple[laws.Controller, Pose]] = {}
     drivers = []
@@ -175,7 +175,7 @@ def _common_length(**several: Sequence[object] | NDArray[Any] | None) -> int:
 def _prepared(
     index: int,
     law: object,
-    plant: Plant,
+    plant: CorePlant,
     longitudinal: CoupledLongitudinal | SpeedPid | None,
 ) -> tuple[laws.Controller, Pose]:
     """Give the law with its reference point, and where it starts by default."""
@@ -184,4 +184,6 @@ def _prepared(
         raise TypeError(f"law {index} must be a controller of popsteer, got {kind}; see run")
     if isinstance(longitudinal, SpeedPid) and law.path.speed is None:
         raise PathError(f"the path of law {index} has no reference speeds for SpeedPid to follow")
+    if (name := plant_name(plant)) not in plant_names():
+        raise TypeError(f"plant {index}, {name}, is none of the core's; see run")
     return with_offset(law, plant), default_start(law.path)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from popsteer import laws
-from popsteer._core import Path, Settings, Simulation, SpeedPid
-from popsteer.errors import PathError
+from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams
+from popsteer.errors import ConfigError, PathError, in_range
+from popsteer.parameters import Parameters
 from popsteer.sim import steering
-from popsteer.sim.geometry import Plant, geometry, plant_name, with_offset
+from popsteer.sim.geometry import Plant, geometry, made, with_offset
 from popsteer.sim.metrics import Metrics
 
 if TYPE_CHECKING:
@@ -23,10 +24,12 @@ if TYPE_CHECKING:
     from popsteer._core import CoupledLongitudinal
     from popsteer.sim.steering import OwnLaw
 
-__all__ = ["START_OFFSET", "Pose", "Run", "default_start", "run"]
+__all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "default_start", "run"]
 
 START_OFFSET = 2.44
 """How far to the right of the first waypoint a run starts [m]: as the paper's did."""
+
+_KEEPING = SpeedPidParams(kp=1.0, ki=0.5)  # without overshoot also behind a throttle that lags
 
 Pose: TypeAlias = tuple[float, float, float]
 """Position and heading: x [m], y [m], yaw [rad]."""
@@ -60,7 +63,9 @@ class Run:
     records: Mapping[str, NDArray[Any]]
     """A column for each quantity, an entry for each step; `Simulation.records` names them."""
     params: Mapping[str, Any]
-    """The law's parameters by name; empty for a law of one's own."""
+    """The law's parameters by name; empty for a law of one's own that has none."""
+    ending: str = ""
+    """How it ended; `Simulation.ending` lists the ways."""
 
     @property
     def dt(self) -> float:
@@ -101,12 +106,51 @@ def default_start(path: Path) -> Pose:
     return x + START_OFFSET * math.sin(yaw), y - START_OFFSET * math.cos(yaw), yaw
 
 
-def run(
+def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
+    """Give what keeps a speed: the path with that reference speed, and a PI law for the pedals.
+
+    The PI law has kp = 1 s/m, ki = 0.5 /m on the difference of the speeds, its integral bounded to
+    full pedals.
+
+    Parameters
+    ----------
+    path : Path
+        What is followed.
+    speed : float
+        Speed to keep [m/s].
+
+    Returns
+    -------
+    tuple
+        The same path with other reference speeds, and the law of the pedals.
+
+    Raises
+    ------
+    ConfigError
+        The speed is not in [0, 100].
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path, pedals = at_constant_speed(popsteer.Path([(0.0, 0.0), (9.0, 0.0)]), 14.0)
+    >>> path.speed.tolist()
+    [14.0, 14.0]
+    """
+    if not 0.0 <= speed <= 100.0:  # NaN fails too
+        raise ConfigError("constant_speed", speed, in_range(0.0, 100.0))
+    xy = np.column_stack((path.x, path.y))
+    kept = Path(xy, speed=np.full(len(xy), float(speed)), closed=path.closed)
+    return kept, SpeedPid(_KEEPING)
+
+
+def run(  # noqa: PLR0913 - each is one thing that may differ
     law: laws.Controller | OwnLaw,
     plant: Plant = "carla-identified",
     *,
     path: Path | None = None,
     start: Pose | None = None,
+    speed: float | None = None,
+    constant_speed: float | None = None,
     longitudinal: CoupledLongitudinal | SpeedPid | None = None,
     settings: Settings | None = None,
     progress: Callable[[float], object] | None = None,
@@ -115,19 +159,23 @@ def run(
 
     Parameters
     ----------
-    law : Pop or Pid or PurePursuit or Stanley or BangBang, or a law of your own
+    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or a law of your own
         What steers. A law of popsteer drives in the core, from a fresh state; where its parameters
         leave `reference_offset` open, it is the plant's axle. Your own has a method
         ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it as
         `steer`; see `OwnLaw` for what else it may have. It is called in the state that it is in,
         and what it raises reaches you.
-    plant : str or CarlaIdentified or KinematicBicycle, default "carla-identified"
-        What moves.
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
+        What moves; `popsteer.plants` has those from elsewhere.
     path : Path, optional
         What is followed; the law's by default.
     start : tuple of float, optional
-        Pose of the front axle at the start, (x, y, yaw) [m, m, rad], at rest; `default_start` by
-        default.
+        Pose of the front axle at the start, (x, y, yaw) [m, m, rad]; `default_start` by default.
+    speed : float, optional
+        Speed at the start [m/s]; by default `constant_speed`, and 0 where there is none.
+    constant_speed : float, optional
+        Speed to be kept all the way [m/s]: a PI law works the pedals, and the path's reference
+        speeds do not count.
     longitudinal : CoupledLongitudinal or SpeedPid, optional
         What works the pedals; the paper's coupled law by default.
     settings : Settings, optional
@@ -143,9 +191,12 @@ def run(
     Raises
     ------
     ConfigError
-        The plant is not known.
+        The plant is not known, or both `constant_speed` and `longitudinal` are given.
     InputError
-        The start, or an angle from your law, is not finite or beyond its bound.
+        The start, or an angle from your law, is not finite or beyond its bound, or the plant cannot
+        start at this speed.
+    PopsteerError
+        The plant needs an extra that is not installed.
     PathError
         `SpeedPid` is to follow the reference speeds of a path that has none.
     TypeError
@@ -170,11 +221,18 @@ def run(
     path = path if path is not None else getattr(law, "path", None)
     if path is None:
         raise TypeError("the law carries no path: give one as path=...")
+    given = path
+    if constant_speed is not None:
+        if longitudinal is not None:
+            raise ConfigError("constant_speed", constant_speed, "None where longitudinal is given")
+        path, longitudinal = at_constant_speed(path, constant_speed)
+        speed = constant_speed if speed is None else speed
     if isinstance(longitudinal, SpeedPid) and path.speed is None:
         raise PathError("the path has no reference speeds for SpeedPid to follow")
     start = default_start(path) if start is None else start
+    speed = 0.0 if speed is None else speed
     settings = Settings() if settings is None else settings
-    plant_name(plant)  # refuses an unknown one before anything is asked of it
+    plant = made(plant)  # refuses an unknown one before anything is asked of it
 
     if isinstance(law, laws.CONTROLLERS):
         name = laws.name_of(type(law))
@@ -182,16 +240,17 @@ def run(
         params = law.params.as_dict()
         offset = law.reference_offset
         simulation = Simulation(
-            path, plant, start=start, reference_offset=offset, settings=settings
+            path, plant, start=start, speed=speed, reference_offset=offset, settings=settings
         )
         simulation.drive(law, longitudinal, progress)
         records = simulation.records()
     else:
         name = str(getattr(law, "name", type(law).__name__))
-        params = {}
+        own_params = getattr(law, "params", None)
+        params = own_params.as_dict() if isinstance(own_params, Parameters) else {}
         offset = getattr(law, "reference_offset", geometry(plant).front_offset)
         simulation = Simulation(
-            path, plant, start=start, reference_offset=offset, settings=settings
+            path, plant, start=start, speed=speed, reference_offset=offset, settings=settings
         )
         steps = steering.drive(simulation, law, longitudinal, progress)
         records = simulation.records()
@@ -202,10 +261,11 @@ def run(
     return Run(
         law=name,
         plant=simulation.plant,
-        path=path,
+        path=given,
         start=start,
         settings=settings,
         metrics=Metrics.of(simulation),
         records=records,
         params=params,
+        ending=simulation.ending or "stopped",
     )

@@ -1,10 +1,15 @@
 """The tracks that come with popsteer, each generated from its formula when it is asked for.
 
+The standard manoeuvres are in `popsteer.tracks.manoeuvres`, as functions whose dimensions can be
+changed; what breaks path trackers, crossings and cusps and odd spacings, is in
+`popsteer.tracks.edges`.
+
 Examples
 --------
 >>> from popsteer import tracks
 >>> tracks.names()
-('racetrack', 'straight', 'circle', 'figure-eight', 'slalom')
+('racetrack', 'straight', 'circle', 'figure-eight', 'slalom', 'step-steer', \
+'double-lane-change', 'obstacle-avoidance')
 >>> track = tracks.get("racetrack")
 >>> track.xy.shape, track.speed.shape, track.closed
 ((1274, 2), (1274,), False)

@@ -9,21 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.errors import ConfigError
+from popsteer.tracks.build import build, equal_steps
 from popsteer.tracks.geometry import Sampled, sample, straight, turn
-from popsteer.tracks.speed_profile import closed_profile, open_profile
-from popsteer.tracks.track import Track
+from popsteer.tracks.manoeuvres import double_lane_change, obstacle_avoidance, step_steer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-__all__ = ["get", "names"]
+    from popsteer.tracks.track import Track
 
-# Sine and cosine differ in the last bit from one machine to the next. A micrometre hides that, so
-# a track, and every figure printed from it, is the same everywhere; and it is far too little to
-# disturb the curvature.
-_DECIMALS = 6
+__all__ = ["get", "names"]
 
 
 def names() -> tuple[str, ...]:
@@ -37,7 +34,8 @@ def names() -> tuple[str, ...]:
     Examples
     --------
     >>> names()
-    ('racetrack', 'straight', 'circle', 'figure-eight', 'slalom')
+    ('racetrack', 'straight', 'circle', 'figure-eight', 'slalom', 'step-steer', \
+'double-lane-change', 'obstacle-avoidance')
     """
     return tuple(_MAKERS)
 
@@ -67,7 +65,7 @@ def get(name: str) -> Track:
     >>> get("monaco")
     Traceback (most recent call last):
     popsteer.errors.ConfigError: unknown track 'monaco'; known: racetrack, straight, circle, \
-figure-eight, slalom
+figure-eight, slalom, step-steer, double-lane-change, obstacle-avoidance
     """
     if name not in names():  # a tuple compares, where a dict would hash and fail on a list
         raise ConfigError.unknown("track", name, names())
@@ -78,19 +76,6 @@ figure-eight, slalom
 def _made(name: str) -> Track:
     """Compute a track, once."""
     return _MAKERS[name](name)
-
-
-def _track(name: str, title: str, description: str, line: Sampled, *, closed: bool) -> Track:
-    """Put reference speeds to a sampled line."""
-    profile = closed_profile if closed else open_profile
-    return Track(
-        name=name,
-        title=title,
-        description=description,
-        xy=np.round(line.xy, _DECIMALS) + 0.0,  # + 0.0 turns -0.0 into 0.0
-        speed=np.round(profile(line.curvature, line.step), _DECIMALS),
-        closed=closed,
-    )
 
 
 def _racetrack(name: str) -> Track:
@@ -116,7 +101,7 @@ def _racetrack(name: str) -> Track:
         *turn(90.0, 60.0, 30.0),
         *straight(37.2),
     ]
-    return _track(
+    return build(
         name,
         "Race track, one lap of 1273 m",
         "A left-handed circuit with a start straight, sweepers to both sides, a hairpin of 25 m"
@@ -130,7 +115,7 @@ def _racetrack(name: str) -> Track:
 
 def _straight(name: str) -> Track:
     """Make a straight line."""
-    return _track(
+    return build(
         name,
         "Straight line, 200 m",
         "The x axis. Shows how a law takes up an offset, and nothing else.",
@@ -144,7 +129,7 @@ def _circle(name: str) -> Track:
     radius, count = 50.0, 314
     angle = np.arange(count) * (2.0 * math.pi / count)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
-    return _track(
+    return build(
         name,
         "Circle of 50 m radius",
         "Constant curvature to the left, at constant speed. Shows the error that a law keeps in a"
@@ -163,9 +148,9 @@ def _figure_eight(name: str) -> Track:
         return np.column_stack((scale, scale * np.sin(t)))
 
     fine = np.linspace(0.0, 2.0 * math.pi, 100_001)
-    t, step = _equal_steps(curve(fine), fine)
+    t, step = equal_steps(curve(fine), fine)
     t = t[:-1]  # a closed track does not repeat its first waypoint
-    return _track(
+    return build(
         name,
         "Figure of eight, lemniscate of Bernoulli",
         "Two loops of 27 m least radius, one to each side, that cross at a right angle. Shows"
@@ -181,9 +166,9 @@ def _slalom(name: str) -> Track:
     k = 2.0 * math.pi / wavelength
 
     fine = np.linspace(0.0, waves * wavelength, 100_001)
-    x, step = _equal_steps(np.column_stack((fine, amplitude * np.sin(k * fine))), fine)
+    x, step = equal_steps(np.column_stack((fine, amplitude * np.sin(k * fine))), fine)
     slope = amplitude * k * np.cos(k * x)
-    return _track(
+    return build(
         name,
         "Slalom, five waves of 60 m",
         "A sine of 3 m amplitude: bends of 30 m least radius, left and right in turn.",
@@ -196,21 +181,13 @@ def _slalom(name: str) -> Track:
     )
 
 
-def _equal_steps(
-    xy: NDArray[np.float64], parameter: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float]:
-    """Find the parameters of points about 1 m apart on a finely sampled curve, and their step."""
-    steps = np.diff(xy, axis=0)
-    arc = np.concatenate(([0.0], np.cumsum(np.sqrt((steps * steps).sum(axis=1)))))
-    count = round(float(arc[-1])) + 1
-    stations = np.linspace(0.0, arc[-1], count)
-    return np.interp(stations, arc, parameter), float(arc[-1] / (count - 1))
-
-
 _MAKERS: dict[str, Callable[[str], Track]] = {
     "racetrack": _racetrack,
     "straight": _straight,
     "circle": _circle,
     "figure-eight": _figure_eight,
     "slalom": _slalom,
+    "step-steer": step_steer,
+    "double-lane-change": double_lane_change,
+    "obstacle-avoidance": obstacle_avoidance,
 }

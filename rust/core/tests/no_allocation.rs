@@ -6,8 +6,8 @@ use std::cell::Cell;
 use std::hint::black_box;
 
 use popsteer_core::lateral::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PurePursuit, PurePursuitParams,
-    Stanley, StanleyParams,
+    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
@@ -82,6 +82,18 @@ fn drive<L: LateralLaw>(law: &L) {
 #[test]
 fn test_pop_steps_allocate_nothing() {
     drive(&Pop::new(PopParams::default()).unwrap());
+}
+
+#[test]
+fn test_preview_pop_steps_allocate_nothing() {
+    drive(
+        &PreviewPop::new(PreviewPopParams {
+            turn_learning_time: 0.5,
+            slip_learning_time: 2.0,
+            ..PreviewPopParams::default()
+        })
+        .unwrap(),
+    );
 }
 
 #[test]

@@ -8,7 +8,7 @@ use pyo3::types::PyType;
 
 static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
 
-fn module(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
+pub(crate) fn module(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     let module = MODULE.get_or_try_init(py, || py.import("popsteer.errors").map(Bound::unbind))?;
     Ok(module.bind(py))
 }

@@ -23,6 +23,7 @@ mod metrics;
 mod params;
 mod path;
 mod pool;
+mod python_plant;
 mod sim;
 mod vehicles;
 
@@ -47,8 +48,9 @@ mod _core {
     #[pymodule_export]
     use crate::lateral::{
         PyBangBang, PyBangBangParams, PyBangBangState, PyPid, PyPidParams, PyPidState, PyPop,
-        PyPopParams, PyPopState, PyPurePursuit, PyPurePursuitParams, PyPurePursuitState, PyStanley,
-        PyStanleyParams, PyStanleyState,
+        PyPopParams, PyPopState, PyPreviewPop, PyPreviewPopParams, PyPreviewPopState,
+        PyPurePursuit, PyPurePursuitParams, PyPurePursuitState, PyStanley, PyStanleyParams,
+        PyStanleyState,
     };
     #[pymodule_export]
     use crate::longitudinal::{

@@ -19,6 +19,7 @@ use crate::longitudinal::drive_of;
 use crate::metrics::figures;
 use crate::params::params;
 use crate::path::PyPath;
+use crate::python_plant::{PythonPlant, limit_of};
 
 params! {
     /// The vehicle identified from the paper authors' CARLA run.
@@ -96,6 +97,18 @@ pub(crate) fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
     plant::by_name(&name).ok_or_else(|| unknown(py, "plant", &name, &plant::NAMES))
 }
 
+/// A plant, and the same once more where it is one in Python.
+type AnyPlant = (Arc<dyn Plant>, Option<Arc<PythonPlant>>);
+
+/// A plant of the core, or one in Python.
+fn any_plant(object: &Bound<'_, PyAny>) -> PyResult<AnyPlant> {
+    if let Some(plant) = PythonPlant::of(object)? {
+        let plant = Arc::new(plant);
+        return Ok((Arc::clone(&plant) as Arc<dyn Plant>, Some(plant)));
+    }
+    Ok((plant_of(object)?, None))
+}
+
 /// A vehicle on a path, moved one control step at a time and measured.
 ///
 /// Parameters
@@ -103,7 +116,7 @@ pub(crate) fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
 /// path : Path
 ///     The path.
 /// plant : str or CarlaIdentified or KinematicBicycle, default "carla-identified"
-///     What moves.
+///     What moves; or a plant in Python, as `popsteer.plants` has them, which is reset to the start.
 /// start : tuple of float
 ///     Pose of the front axle at the start, (x, y, yaw) [m, m, rad].
 /// speed : float, default 0.0
@@ -139,6 +152,9 @@ pub(crate) fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {
 pub(crate) struct PySimulation {
     simulation: Simulation,
     owner: Py<PyPath>,
+    python_plant: Option<Arc<PythonPlant>>,
+    /// What kept the plant from going on.
+    limit: Option<String>,
 }
 
 #[pymethods]
@@ -157,9 +173,9 @@ impl PySimulation {
         steering: Option<Py<PyActuator>>,
         py: Python<'_>,
     ) -> PyResult<Self> {
-        let plant = match plant {
-            Some(plant) => plant_of(plant)?,
-            None => Arc::new(CarlaIdentified::DEFAULT),
+        let (plant, python_plant) = match plant {
+            Some(plant) => any_plant(plant)?,
+            None => (Arc::new(CarlaIdentified::DEFAULT) as Arc<dyn Plant>, None),
         };
         let start = VehicleState {
             x: start.0,
@@ -175,9 +191,14 @@ impl PySimulation {
             None => None,
             Some(steering) => Some(Actuator::new(steering.get().0).or_raise(py)?),
         };
+        if let Some(plant) = &python_plant {
+            plant.reset(py, simulation.vehicle())?;
+        }
         Ok(Self {
             simulation: simulation.with_steering(steering),
             owner: path,
+            python_plant,
+            limit: None,
         })
     }
 
@@ -196,7 +217,7 @@ impl PySimulation {
 
     /// The name of the plant.
     #[getter]
-    fn plant(&self) -> &'static str {
+    fn plant(&self) -> &str {
         self.simulation.plant().name()
     }
 
@@ -225,10 +246,28 @@ impl PySimulation {
         self.simulation.is_finished()
     }
 
-    /// Whether the run is over: finished, out of time, or too far from the path.
+    /// Whether the run is over: finished, out of time, too far from the path, or at a limit of
+    /// the plant.
     #[getter]
     fn is_over(&self) -> bool {
-        self.simulation.is_over()
+        self.limit.is_some() || self.simulation.is_over()
+    }
+
+    /// How the run ended: "finished", "time limit", "too far from the path", "plant limit: WHICH";
+    /// None while it goes on.
+    #[getter]
+    fn ending(&self) -> Option<String> {
+        if let Some(limit) = &self.limit {
+            return Some(format!("plant limit: {limit}"));
+        }
+        let simulation = &self.simulation;
+        let ending = match (simulation.is_finished(), simulation.is_over()) {
+            (true, _) => "finished",
+            (false, false) => return None,
+            _ if simulation.time() >= simulation.settings().time_limit => "time limit",
+            _ => "too far from the path",
+        };
+        Some(ending.to_owned())
     }
 
     /// Reference speed of the path beside the axle that leads [m/s], negative where the path is
@@ -253,6 +292,11 @@ impl PySimulation {
     /// ------
     /// InputError
     ///     If a number is not finite or beyond its bound; nothing moves then.
+    ///
+    /// Notes
+    /// -----
+    /// A plant in Python that comes to a limit of its model ends the run: `is_over` is true from
+    /// then on, and `ending` says which limit it was. What else it raises reaches you.
     #[pyo3(signature = (steer, throttle=0.0, brake=0.0, reverse=false))]
     fn step(
         &mut self,
@@ -271,14 +315,15 @@ impl PySimulation {
         };
         self.simulation
             .step(control, nowhere, Status::Ok)
-            .or_raise(py)
+            .or_raise(py)?;
+        self.look_at_plant(py)
     }
 
     /// Let a law drive until the run is over.
     ///
     /// Parameters
     /// ----------
-    /// law : Pop or Pid or PurePursuit or Stanley or BangBang
+    /// law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang
     ///     Its parameters drive, from a fresh state; the object's own state is left alone.
     /// longitudinal : CoupledLongitudinal or SpeedPid, optional
     ///     The pedals; by default the paper's law.
@@ -301,6 +346,11 @@ impl PySimulation {
                 PyTypeError::new_err("longitudinal must be a CoupledLongitudinal or a SpeedPid")
             })?,
         };
+        if self.limit.is_some() {
+            return Ok(());
+        }
+        let python_plant = self.python_plant.clone();
+        let mut fault = None;
         let progress = progress.map(|progress| progress.clone().unbind());
         let simulation = &mut self.simulation;
         let mut interrupted: PyResult<()> = Ok(());
@@ -308,6 +358,10 @@ impl PySimulation {
             let mut steps = 0_usize;
             closed_loop::run(simulation, &law, &drive, |simulation| {
                 steps += 1;
+                fault = python_plant.as_ref().and_then(|plant| plant.take_fault());
+                if fault.is_some() {
+                    return false;
+                }
                 if !steps.is_multiple_of(Self::STEPS_PER_LOOK) {
                     return true;
                 }
@@ -322,7 +376,8 @@ impl PySimulation {
             })
         });
         interrupted?;
-        outcome.or_raise(py)
+        outcome.or_raise(py)?;
+        self.take_note(py, fault)
     }
 
     /// What the run came to so far, by name.
@@ -374,6 +429,25 @@ impl PySimulation {
 impl PySimulation {
     /// How many steps run between two looks at signals and progress: about a millisecond.
     const STEPS_PER_LOOK: usize = 256;
+
+    /// Raises what a plant in Python raised; a limit of it ends the run instead.
+    fn look_at_plant(&mut self, py: Python<'_>) -> PyResult<()> {
+        let fault = self
+            .python_plant
+            .as_ref()
+            .and_then(|plant| plant.take_fault());
+        self.take_note(py, fault)
+    }
+
+    fn take_note(&mut self, py: Python<'_>, fault: Option<PyErr>) -> PyResult<()> {
+        let Some(error) = fault else { return Ok(()) };
+        self.limit = limit_of(py, &error)?;
+        if self.limit.is_some() {
+            Ok(())
+        } else {
+            Err(error)
+        }
+    }
 }
 
 type Column = (&'static str, fn(&Record) -> f64);

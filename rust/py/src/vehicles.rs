@@ -1,6 +1,6 @@
 //! The vehicles of a batch.
 
-use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley, Tracker};
+use popsteer_core::lateral::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley, Tracker};
 use popsteer_sim::batch::{Batch, BatchError, CHUNK};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -8,8 +8,8 @@ use pyo3::types::PyList;
 
 use crate::errors::{IntoPyErr, entry_error};
 use crate::lateral::{
-    PyBangBang, PyBangBangState, PyPid, PyPidState, PyPop, PyPopState, PyPurePursuit,
-    PyPurePursuitState, PyStanley, PyStanleyState, StateClass,
+    PyBangBang, PyBangBangState, PyPid, PyPidState, PyPop, PyPopState, PyPreviewPop,
+    PyPreviewPopState, PyPurePursuit, PyPurePursuitState, PyStanley, PyStanleyState, StateClass,
 };
 use crate::pool;
 
@@ -17,6 +17,7 @@ use crate::pool;
 #[derive(Debug)]
 pub(crate) enum Vehicles {
     Pop(Batch<Tracker<Pop>>),
+    PreviewPop(Batch<Tracker<PreviewPop>>),
     Pid(Batch<Tracker<Pid>>),
     PurePursuit(Batch<Tracker<PurePursuit>>),
     Stanley(Batch<Tracker<Stanley>>),
@@ -28,6 +29,7 @@ macro_rules! each {
     ($vehicles:expr, $batch:ident => $body:expr) => {
         match $vehicles {
             $crate::vehicles::Vehicles::Pop($batch) => $body,
+            $crate::vehicles::Vehicles::PreviewPop($batch) => $body,
             $crate::vehicles::Vehicles::Pid($batch) => $body,
             $crate::vehicles::Vehicles::PurePursuit($batch) => $body,
             $crate::vehicles::Vehicles::Stanley($batch) => $body,
@@ -61,6 +63,7 @@ impl Vehicles {
         }
         try_each!(
             Pop(PyPop),
+            PreviewPop(PyPreviewPop),
             Pid(PyPid),
             PurePursuit(PyPurePursuit),
             Stanley(PyStanley),
@@ -77,6 +80,9 @@ impl Vehicles {
     pub(crate) fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         match self {
             Self::Pop(batch) => PyList::new(py, batch.states().map(PyPopState::from_core)),
+            Self::PreviewPop(batch) => {
+                PyList::new(py, batch.states().map(PyPreviewPopState::from_core))
+            }
             Self::Pid(batch) => PyList::new(py, batch.states().map(PyPidState::from_core)),
             Self::PurePursuit(batch) => {
                 PyList::new(py, batch.states().map(PyPurePursuitState::from_core))

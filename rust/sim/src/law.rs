@@ -1,8 +1,8 @@
 //! Any of the core's laws, chosen at run time.
 
 use popsteer_core::lateral::{
-    BangBang, BangBangState, Pid, PidState, Pop, PopState, PurePursuit, PurePursuitState, Stanley,
-    StanleyState,
+    BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
+    PurePursuit, PurePursuitState, Stanley, StanleyState,
 };
 use popsteer_core::path::Follow;
 use popsteer_core::{Command, InputError, LateralLaw, LateralState, PathView, VehicleState};
@@ -95,4 +95,5 @@ laws! {
     PurePursuit(PurePursuitState),
     Stanley(StanleyState),
     Pop(PopState),
+    PreviewPop(PreviewPopState),
 }

@@ -199,7 +199,7 @@ impl Simulation {
         let reverses = path.view().reverse().is_some();
         if reverses && !plant.reverses() {
             return Err(SimulationError::NoReverse {
-                plant: plant.name(),
+                plant: plant.name().to_owned(),
             });
         }
         // Where the vehicle turns round no axle leads all the way; the rear one is at the path's.
@@ -406,7 +406,7 @@ impl Simulation {
 }
 
 /// What a simulation is refused for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SimulationError {
     /// A setting.
     Config(ConfigError),
@@ -415,7 +415,7 @@ pub enum SimulationError {
     /// The path is driven backwards in places, and the plant does not reverse.
     NoReverse {
         /// Its name.
-        plant: &'static str,
+        plant: String,
     },
 }
 

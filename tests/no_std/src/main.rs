@@ -10,8 +10,8 @@ use core::hint::black_box;
 
 use popsteer_core::lateral::pid::ErrorBuffer;
 use popsteer_core::lateral::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PurePursuit, PurePursuitParams,
-    Stanley, StanleyParams,
+    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
@@ -65,6 +65,14 @@ fn step<L: LateralLaw>(law: &L, path: &PathView<'_>, vehicle: VehicleState) -> f
 fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let mut sum = 0.0;
     if let Ok(law) = Pop::new(black_box(PopParams::DEFAULT)) {
+        sum += step(&law, path, vehicle);
+    }
+    let learning = PreviewPopParams {
+        turn_learning_time: 0.5,
+        slip_learning_time: 2.0,
+        ..PreviewPopParams::DEFAULT
+    };
+    if let Ok(law) = PreviewPop::new(black_box(learning)) {
         sum += step(&law, path, vehicle);
     }
     if let Ok(law) = Pid::new(black_box(PidParams::DEFAULT)) {

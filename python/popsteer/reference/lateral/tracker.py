@@ -155,7 +155,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             unchanged.
         """
         vehicle = VehicleState(x, y, yaw, speed=0.0).checked()
-        self._state = replace(self._state, waypoint=find_anew(self._path, vehicle))
+        self._state = self.set_waypoint(self._state, find_anew(self._path, vehicle))
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
         """Locate the vehicle on the path, aim, steer: one control step.
@@ -230,7 +230,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
 
     def leave_path(self, state: StateT) -> StateT:
         """Forget what was measured against the path: another one is followed from now on."""
-        return replace(state, waypoint=None)
+        return self.set_waypoint(state, None)
+
+    def set_waypoint(self, state: StateT, waypoint: int | None) -> StateT:
+        """Put the remembered waypoint; the rest stays as it is."""
+        return replace(state, waypoint=waypoint)
 
     def set_steer(self, state: StateT, _steer: float) -> tuple[StateT, bool]:
         """Take note of the angle that the wheels were given instead of the law's answer.

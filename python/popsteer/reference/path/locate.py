@@ -118,10 +118,14 @@ class Foot:
             segment=self.segment,
             fraction=self.fraction,
             point=self.point,
-            arc_length=path.s[self.segment] + self.fraction * sqrt(self.squared_length),
+            arc_length=self.arc_length(path),
             cross_track_error=self.cross_track_error(),
             path_yaw=self.path_yaw(),
         )
+
+    def arc_length(self, path: PathView) -> float:
+        """Return the arc length at the foot [m]."""
+        return path.s[self.segment] + self.fraction * sqrt(self.squared_length)
 
     def cross_track_error(self) -> float:
         """Return the signed distance to the foot [m], positive left of the path."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from functools import partial
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -13,9 +14,14 @@ from popsteer.report.figures.results import results_figure
 from popsteer.report.figures.theme import THEMES
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.figure import Figure
+
+    from popsteer.report.figures.theme import Theme
     from popsteer.study import Comparison
 
-__all__ = ["FIGURES", "render"]
+__all__ = ["FIGURES", "drawn", "render"]
 
 FIGURES = {"results": results_figure, "overview": overview_figure}
 """What draws each figure, by its name."""
@@ -65,15 +71,38 @@ def render(comparison: Comparison, figure: str, theme: str = "light") -> dict[st
         raise ConfigError.unknown("figure", figure, FIGURES)
     if theme not in THEMES:
         raise ConfigError.unknown("theme", theme, THEMES)
-    colours = THEMES[theme]
+    return drawn(partial(FIGURES[figure], comparison), THEMES[theme])
+
+
+def drawn(draw: Callable[[Theme], Figure], theme: Theme) -> dict[str, bytes]:
+    """Draw a figure in a theme.
+
+    Parameters
+    ----------
+    draw : callable
+        Makes the figure from the theme.
+    theme : Theme
+        The colours.
+
+    Returns
+    -------
+    dict
+        The content of the file by its kind, ``png`` and ``svg``.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> sorted(drawn(lambda theme: Figure(figsize=(1, 1)), THEMES["light"]))
+    ['png', 'svg']
+    """
     content = {}
-    with mpl.rc_context(colours.settings):
-        drawn = FIGURES[figure](comparison, colours)
+    with mpl.rc_context(theme.settings):
+        figure = draw(theme)
         # The layout takes longer than the drawing; once found, it serves both kinds of file.
-        drawn.draw_without_rendering()
-        drawn.set_layout_engine(None)
+        figure.draw_without_rendering()
+        figure.set_layout_engine(None)
         for kind, metadata in _METADATA.items():
             stream = io.BytesIO()
-            drawn.savefig(stream, format=kind, dpi=_DPI, metadata=metadata)
+            figure.savefig(stream, format=kind, dpi=_DPI, metadata=metadata)
             content[kind] = stream.getvalue()
     return content

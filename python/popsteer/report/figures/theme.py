@@ -99,6 +99,7 @@ _LIGHT = {
     "pure-pursuit": "#009e73",
     "stanley": "#b5589a",
     "pop": "#0072b2",
+    "preview-pop": "#111111",
 }
 _DARK = {
     "bang-bang": "#f0e442",
@@ -106,6 +107,7 @@ _DARK = {
     "pure-pursuit": "#2fd0a0",
     "stanley": "#e79ccb",
     "pop": "#56b4e9",
+    "preview-pop": "#ffffff",
 }
 
 THEMES: Mapping[str, Theme] = MappingProxyType(

@@ -4,8 +4,10 @@
 //! that one law can drive many vehicles, and a state can be copied, compared and restored.
 
 pub mod bang_bang;
+pub mod cost_to_go;
 pub mod pid;
 pub mod pop;
+pub mod preview_pop;
 pub mod pure_pursuit;
 pub mod stanley;
 #[cfg(feature = "alloc")]
@@ -14,6 +16,7 @@ pub mod tracker;
 pub use bang_bang::{BangBang, BangBangParams, BangBangState};
 pub use pid::{Pid, PidParams, PidState};
 pub use pop::{Pop, PopParams, PopState};
+pub use preview_pop::{PreviewPop, PreviewPopParams, PreviewPopState};
 pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
 pub use stanley::{Stanley, StanleyParams, StanleyState};
 #[cfg(feature = "alloc")]
@@ -37,8 +40,8 @@ use crate::vehicle::state::checked_dt;
 pub enum Status {
     /// As the law wants it.
     Ok,
-    /// Degraded: the law wants a larger angle than `max_steer`, or a faster move than the actuator
-    /// makes. The command is limited.
+    /// Degraded: the law wants a larger angle than `max_steer` or the lateral acceleration allows,
+    /// or a faster move than the actuator makes. The command is limited.
     Saturated,
     /// Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at.
     LookaheadLost,

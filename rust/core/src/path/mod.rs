@@ -10,6 +10,7 @@ pub mod locate;
 pub mod lookahead;
 #[cfg(feature = "alloc")]
 mod owned;
+pub mod preview;
 pub mod relocalise;
 pub mod resample;
 pub mod view;

@@ -4,15 +4,19 @@ mod params;
 mod state;
 
 pub(crate) use params::{
-    PyBangBangParams, PyPidParams, PyPopParams, PyPurePursuitParams, PyStanleyParams,
+    PyBangBangParams, PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams,
+    PyStanleyParams,
 };
 pub(crate) use state::{
-    PyBangBangState, PyPidState, PyPopState, PyPurePursuitState, PyStanleyState, StateClass,
+    PyBangBangState, PyPidState, PyPopState, PyPreviewPopState, PyPurePursuitState, PyStanleyState,
+    StateClass,
 };
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::{BangBang, Pid, Pop, PurePursuit, Stanley, Tracker, TrackerState};
+use popsteer_core::lateral::{
+    BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley, Tracker, TrackerState,
+};
 use popsteer_core::vehicle::Actuator;
 use popsteer_core::{LateralLaw, LateralState, Path, VehicleState};
 use popsteer_sim::Law;
@@ -378,6 +382,37 @@ controller! {
 }
 
 controller! {
+    /// Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
+    ///
+    /// Of the angles in the neighbourhood of the last one, chooses the angle with the least cost
+    /// over a horizon: ``e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`` a step, with the
+    /// cross-track error e, the heading error p and the rate of the wheels, predicted by a bicycle
+    /// with lag along the curvature of the path ahead. What follows the first step is taken at its
+    /// best, so the cost of an angle is a parabola, and its lowest point, brought within the
+    /// neighbourhood and the limits, is known in closed form. Reference point: the rear axle, or
+    /// rather the point that does not slip; `popsteer.sim.fitted` sets it and the model.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path
+    ///     The path to follow.
+    /// params : PreviewPopParams, optional
+    ///     By default those of a middling car.
+    /// actuator : Actuator, optional
+    ///     What lies between the commands and the wheels; nothing by default.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+    /// >>> preview = popsteer.PreviewPop(path)
+    /// >>> command = preview.step(0.0, 0.5, 0.0, 5.0, 0.05)
+    /// >>> command.steer < 0.0, command.cross_track_error
+    /// (True, 0.5)
+    PyPreviewPop(PreviewPop) named "PreviewPop",
+    params PyPreviewPopParams, state PyPreviewPopState
+}
+
+controller! {
     /// PID on the cross-track error at the front axle, the paper's Equation 1.
     ///
     /// ``steer = -(kp e + ki sum(e dt) + kd (e - e_previous) / dt)``, the sum over the last
@@ -480,6 +515,13 @@ pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Tracker<Law>, Arc<Pat
             }
         )+};
     }
-    try_each!(PyPop, PyPid, PyPurePursuit, PyStanley, PyBangBang);
+    try_each!(
+        PyPop,
+        PyPreviewPop,
+        PyPid,
+        PyPurePursuit,
+        PyStanley,
+        PyBangBang
+    );
     None
 }

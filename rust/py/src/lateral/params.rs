@@ -1,8 +1,8 @@
 //! The parameters of the lateral laws.
 
 use popsteer_core::lateral::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PurePursuit, PurePursuitParams,
-    Stanley, StanleyParams,
+    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -33,6 +33,48 @@ params! {
         "Distance of the axles [m].";
     reference_offset: Option<f64>, "float, optional",
         "Reference point ahead of the rear axle, in the direction of driving [m]; the front axle by default.";
+    max_steer: f64, "float, default 1.22",
+        "Steering limit delta_max [rad].";
+    search_distance: Option<f64>, "float, optional",
+        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+    lost_distance: Option<f64>, "float, optional",
+        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
+}
+
+params! {
+    /// Parameters of `PreviewPop`.
+    PyPreviewPopParams(PreviewPopParams) named "PreviewPopParams" in "popsteer",
+    defaults PreviewPopParams::DEFAULT, checked by PreviewPop::new,
+    steer_span: f64, "float, default radians(12)",
+        "Optimization range delta_nbd [rad]: an angle lies at most this far from the last one.";
+    max_steer_rate: f64, "float, default radians(60)",
+        "Fastest the wheels are told to turn [rad/s]; at a control period of 50 ms, 60 degrees/s are the paper's 3 degrees a step.";
+    max_lateral_acceleration: f64, "float, default 15.0",
+        "Largest lateral acceleration that an angle may ask for [m/s^2]. Less: a vehicle that is too fast for a bend runs wide instead of sliding.";
+    horizon: f64, "float, default 1.0",
+        "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is seen through; shorter than the lag and the way back to the path, the vehicle swings.";
+    heading_cost: f64, "float, default 3.0",
+        "How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]. More: the path is joined more gently, and offsets take longer to vanish.";
+    steer_rate_cost: f64, "float, default 0.25",
+        "How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad]. More: calmer wheels, less noise passed on, wider bends where the model is wrong.";
+    approach_angle: f64, "float, default 0.25",
+        "Heading at which the path is approached from afar [rad]. More: sooner back on the path, by a sharper manoeuvre.";
+    min_speed: f64, "float, default 5.0",
+        "Below this speed [m/s] the wheels turn in proportion to the way travelled, and the prediction looks as far as at this speed; at rest they keep their angle.";
+    smoothing_length: f64, "float, default 2.0",
+        "Length of path over which its direction is taken [m]. More: less of the waypoints' noise is steered, and bends shorter than this are cut.";
+    turn_learning_time: f64, "float, default 0.0",
+        "Time in which the law learns how much more the vehicle turns than the model says [s]; 0 never. Shorter: sooner right, and more noise of the heading passed on.";
+    slip_learning_time: f64, "float, default 0.0",
+        "Time in which it learns at what angle to its heading the vehicle travels [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.";
+    wheelbase: f64, "float, default 3.0",
+        "Effective wheelbase of the model [m].";
+    understeer: f64, "float, default 0.0",
+        "Understeer of the model [s^2/m]: curvature = tan(steer) / (wheelbase + understeer speed^2).";
+    steer_lag: f64, "float, default 0.1",
+        "Time constant with which the curvature follows the angle [s].";
+    reference_offset: Option<f64>, "float, optional",
+        "Reference point ahead of the rear axle, in the direction of driving [m], which is taken not to slip; the rear axle by default.";
     max_steer: f64, "float, default 1.22",
         "Steering limit delta_max [rad].";
     search_distance: Option<f64>, "float, optional",

@@ -1,8 +1,8 @@
 //! The states of the lateral laws.
 
 use popsteer_core::lateral::{
-    BangBang, BangBangState, Pid, PidState, Pop, PopState, PurePursuit, PurePursuitState, Stanley,
-    StanleyState, pid::ErrorBuffer,
+    BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
+    PurePursuit, PurePursuitState, Stanley, StanleyState, pid::ErrorBuffer,
 };
 use popsteer_core::lateral::{Handover, Tracker, TrackerState};
 use popsteer_core::vehicle::Actuator;
@@ -235,6 +235,31 @@ state! {
 }
 
 state! {
+    /// What `PreviewPop` remembers from one step to the next.
+    PyPreviewPopState named "PreviewPopState",
+    waypoint: Option<Count> = None, "int, optional",
+        "The waypoint at which the segment of the last foot starts; None before the first step.";
+    previous_steer: f64 = 0.0, "float, default 0.0",
+        "The last angle delta_prev [rad].";
+    curvature: f64 = 0.0, "float, default 0.0",
+        "Curvature that the vehicle drives by now, by the model [1/m].";
+    previous_x: f64 = 0.0, "float, default 0.0",
+        "Where the vehicle was seen at the last step, along x [m].";
+    previous_y: f64 = 0.0, "float, default 0.0",
+        "Where the vehicle was seen at the last step, along y [m].";
+    previous_yaw: f64 = 0.0, "float, default 0.0",
+        "Its heading then [rad].";
+    travel: f64 = 0.0, "float, default 0.0",
+        "How far it was to come since then [m]; 0 where nothing is to be learnt from it.";
+    turn: f64 = 0.0, "float, default 0.0",
+        "How much it was to turn since then by the model [rad].";
+    turn_offset: f64 = 0.0, "float, default 0.0",
+        "How much more the vehicle turns than the model says, as learnt [1/m].";
+    slip: f64 = 0.0, "float, default 0.0",
+        "Angle of the way it travels to its heading, as learnt [rad].";
+}
+
+state! {
     /// What `Pid` remembers from one step to the next.
     PyPidState named "PidState",
     waypoint: Option<Count> = None, "int, optional",
@@ -335,6 +360,45 @@ impl StateClass for PyPopState {
         Ok(PopState {
             waypoint: to_waypoint(self.waypoint),
             previous_steer: self.previous_steer,
+        })
+    }
+}
+
+impl StateClass for PyPreviewPopState {
+    type Law = PreviewPop;
+
+    fn show(state: &PreviewPopState, tail: Tail) -> Self {
+        Self {
+            waypoint: from_waypoint(state.waypoint),
+            previous_steer: state.previous_steer,
+            curvature: state.curvature,
+            previous_x: state.previous_x,
+            previous_y: state.previous_y,
+            previous_yaw: state.previous_yaw,
+            travel: state.travel,
+            turn: state.turn,
+            turn_offset: state.turn_offset,
+            slip: state.slip,
+            tail,
+        }
+    }
+
+    fn tail(&self) -> Tail {
+        self.tail.clone()
+    }
+
+    fn law_state(&self, _law: &PreviewPop) -> Result<PreviewPopState, InputError> {
+        Ok(PreviewPopState {
+            waypoint: to_waypoint(self.waypoint),
+            previous_steer: self.previous_steer,
+            curvature: self.curvature,
+            previous_x: self.previous_x,
+            previous_y: self.previous_y,
+            previous_yaw: self.previous_yaw,
+            travel: self.travel,
+            turn: self.turn,
+            turn_offset: self.turn_offset,
+            slip: self.slip,
         })
     }
 }

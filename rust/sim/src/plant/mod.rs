@@ -49,7 +49,7 @@ pub struct Geometry {
 /// A vehicle model.
 pub trait Plant: fmt::Debug + Send + Sync {
     /// Its name on the command line.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
     /// Where its axles are.
     fn geometry(&self) -> Geometry;

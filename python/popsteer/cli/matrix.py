@@ -1,0 +1,93 @@
+"""``popsteer matrix``: laws × plants × tracks."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from popsteer import presets, study
+from popsteer.cli import inputs, options, outputs
+from popsteer.cli.progress import Progress
+from popsteer.sim import Settings
+
+__all__ = ["HELP", "matrix"]
+
+HELP = """\
+Drive several laws on several plants along several tracks, and time a step of each.
+
+Prints a table; with --out also writes it, all metrics, and a figure of the error against the time
+of a step. A run that does not finish says why: a plant's limit is named.
+
+\b
+Examples:
+  popsteer matrix
+  popsteer matrix --laws pop,mpc --plants carla-identified,commonroad-mb-2 --constant-speed 10
+  popsteer matrix --tracks racetrack,slalom --waypoints waypoints.csv --out out
+"""
+
+
+def matrix(
+    *,
+    laws: Annotated[
+        str, typer.Option(metavar="LAWS", help=f"The laws, of {', '.join(study.law_names())}.")
+    ] = ",".join(study.DEFAULT_LAWS),
+    plants: Annotated[
+        str, typer.Option(metavar="PLANTS", help="The plants, as compare's --plant names them.")
+    ] = "carla-identified,kinematic-bicycle",
+    tracks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TRACKS",
+            help=f"Shipped tracks; {inputs.DEFAULT_TRACK} where no --waypoints are given.",
+            show_default=False,
+        ),
+    ] = None,
+    waypoints: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Waypoints to follow besides; may be given again and again.",
+            show_default=False,
+        ),
+    ] = None,
+    preset: options.Preset = presets.REPRODUCTION,
+    constant_speed: options.ConstantSpeed = None,
+    dt: options.Dt = options.DEFAULT_DT,
+    out: options.Out = None,
+) -> None:
+    """Drive laws on plants along tracks."""
+    from rich.console import Console
+
+    from popsteer import report
+    from popsteer.report.matrix import matrix_files, matrix_table
+
+    files = waypoints or []
+    default = None if files else inputs.DEFAULT_TRACK
+    shipped = [] if (tracks or default) is None else inputs.names(tracks or default or "")
+    courses = [inputs.course(None, name, closed=False) for name in shipped]
+    courses += [inputs.course(file, None, closed=False) for file in files]
+    outputs.check_folder(out)
+    with Progress() as progress:
+        found = study.matrix(
+            {course.name: course.path for course in courses},
+            inputs.names(laws),
+            inputs.names(plants),
+            preset=preset,
+            constant_speed=constant_speed,
+            settings=Settings(dt=dt),
+            progress=progress.update,
+        )
+        said = "--out DIR writes matrix.csv, matrix.json and the figure."
+        if out is not None:
+            content = matrix_files(found)
+            report.write(content, out)
+            said = f"Written to {out}{os.sep}: {', '.join(sorted(content))}"
+        progress.stop()
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    console.print(matrix_table(found))
+    print(said)

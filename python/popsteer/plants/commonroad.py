@@ -1,0 +1,286 @@
+"""The vehicle models of CommonRoad, with the limits that they have.
+
+M. Althoff, G. Würsching, *CommonRoad: Vehicle Models*, 2020; the package is
+``commonroad-vehicle-models``. A model gives the derivative of its state under two inputs, the rate
+of the front wheels' angle and the acceleration; here the classical Runge-Kutta method of fourth
+order integrates it, in steps that shrink with the speed, as the slip of a tyre does its work ever
+faster the slower it rolls.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from vehiclemodels.init_mb import init_mb
+from vehiclemodels.init_st import init_st
+from vehiclemodels.init_std import init_std
+from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
+from vehiclemodels.vehicle_dynamics_st import vehicle_dynamics_st
+from vehiclemodels.vehicle_dynamics_std import vehicle_dynamics_std
+from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
+
+from popsteer.errors import ConfigError, InputError, PlantLimit
+from popsteer.plants.pedals import PedalParams
+from popsteer.plants.protocol import Geometry, PlantState, follow
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+__all__ = ["CommonRoad"]
+
+_GRAVITY = 9.81
+# The models change to kinematics at this speed, and the slip no longer sets the pace.
+_KINEMATIC_SPEED = 0.1
+
+
+class _Model(NamedTuple):
+    """One of the models."""
+
+    derivative: Callable[..., list[float]]
+    initial: Callable[..., list[float]]
+    least_speed: float
+    """Below it the model is not to be trusted [m/s]."""
+    step_per_speed: float
+    """Longest step for each metre per second [s^2/m]: a fifth of what would be unstable."""
+
+
+_MODELS = {
+    "st": _Model(vehicle_dynamics_st, lambda core, _: init_st(core), 0.0, 2e-3),
+    "std": _Model(vehicle_dynamics_std, init_std, 0.0, 2e-4),
+    "mb": _Model(vehicle_dynamics_mb, init_mb, 1.0, 5e-4),
+}
+
+
+class CommonRoad:
+    """A vehicle of CommonRoad.
+
+    Parameters
+    ----------
+    model : {"st", "std", "mb"}
+        Single-track model with linear tyres; single-track drift model, whose tyres saturate;
+        multi-body model with suspension, roll and four tyres.
+    vehicle : {1, 2, 3}
+        Ford Escort, BMW 320i, VW Vanagon.
+    params : PedalParams, optional
+        What the pedals do. The model bounds the acceleration by what engine and tyres can do.
+
+    Raises
+    ------
+    ConfigError
+        No model or no vehicle is called like that.
+
+    Notes
+    -----
+    The pose is that of the middle of the rear axle; the axles are the published ones. The wheels
+    turn to the angle commanded at up to 0.4 rad/s, the models' own limit.
+
+    These limits end a run (`PlantLimit`):
+
+    - all: a state that is not a number, which is what the multi-body model gives where the tyres
+      can no longer hold it;
+    - ``st``, whose tyres would hold any force: a lateral acceleration |v r| of more than the
+      tyres' friction times gravity;
+    - ``mb``: a speed below 1 m/s, where it does not work, so that it cannot start from rest nor
+      roll backwards; and a wheel that leaves the road.
+
+    ``st`` and ``std`` stop at rest and do not roll backwards.
+
+    Examples
+    --------
+    >>> car = CommonRoad("mb", 2)
+    >>> car.name, round(car.geometry.wheelbase, 3)
+    ('commonroad-mb-2', 2.579)
+    >>> car.reset(0.0, 0.0, 0.0, 10.0)
+    >>> state = car.advance(0.05, 0.5, 0.0, 0.005, 10)
+    >>> round(state.x, 2), round(state.steer, 3)
+    (0.5, 0.02)
+    """
+
+    def __init__(self, model: str, vehicle: int, params: PedalParams | None = None) -> None:
+        if model not in _MODELS:
+            raise ConfigError.unknown("model of CommonRoad", model, _MODELS)
+        if vehicle not in (1, 2, 3):
+            raise ConfigError("vehicle of CommonRoad", vehicle, "1, 2 or 3")
+        self.name = f"commonroad-{model}-{vehicle}"
+        self.params = PedalParams() if params is None else params
+        self._kind, self._model, self._vehicle = model, _MODELS[model], vehicle
+        self._p = setup_vehicle_parameters(vehicle_id=vehicle)
+        wheelbase = self._p.a + self._p.b
+        self.geometry = Geometry(wheelbase, 0.0, wheelbase)
+        self._x: list[float] = []
+
+    @property
+    def steer_limits(self) -> tuple[float, float]:
+        """How far and how fast the front wheels turn.
+
+        Returns
+        -------
+        tuple of float
+            Angle [rad] and rate [rad/s].
+        """
+        steering = self._p.steering
+        return steering.max, steering.v_max
+
+    @property
+    def grip(self) -> float:
+        """Largest lateral acceleration of the tyres.
+
+        Returns
+        -------
+        float
+            Their friction times gravity [m/s²].
+        """
+        return float(self._p.tire.p_dy1) * _GRAVITY
+
+    def with_params(self, params: PedalParams) -> CommonRoad:
+        """Give the same vehicle with other pedals.
+
+        Parameters
+        ----------
+        params : PedalParams
+            What the pedals do.
+
+        Returns
+        -------
+        CommonRoad
+            A new one.
+        """
+        return CommonRoad(self._kind, self._vehicle, params)
+
+    def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
+        """Put the vehicle into a pose, rolling straight ahead.
+
+        Parameters
+        ----------
+        x, y, yaw : float
+            Pose of the rear axle [m, m, rad].
+        speed : float
+            Speed [m/s].
+
+        Raises
+        ------
+        InputError
+            The model cannot start at this speed.
+        """
+        least = self._model.least_speed
+        if not speed >= least:
+            raise InputError(
+                "speed", speed, f"at least {least:g} m/s for {self.name} to start (--speed)"
+            )
+        rear = self._p.b
+        core = [x + rear * math.cos(yaw), y + rear * math.sin(yaw), 0.0, speed, yaw, 0.0, 0.0]
+        self._x = [float(value) for value in self._model.initial(core, self._p)]
+
+    def advance(
+        self, steer: float, throttle: float, brake: float, dt: float, substeps: int, /
+    ) -> PlantState:
+        """Move on under one command.
+
+        Parameters
+        ----------
+        steer : float
+            Angle of the front wheels that is asked for [rad].
+        throttle, brake : float
+            Pedals, 0 to 1.
+        dt : float
+            Length of a step [s]; the model may take finer ones.
+        substeps : int
+            How many steps.
+
+        Returns
+        -------
+        PlantState
+            Where the vehicle is then.
+
+        Raises
+        ------
+        PlantLimit
+            The model does not reach further.
+        """
+        steering = self._p.steering
+        wanted = min(max(steer, steering.min), steering.max)
+        for _ in range(substeps):
+            longest = self._model.step_per_speed * max(self._x[3], _KINEMATIC_SPEED)
+            finer = math.ceil(dt / longest)
+            for _ in range(finer):
+                self._step(wanted, throttle, brake, dt / finer)
+        return self._state()
+
+    def _step(self, wanted: float, throttle: float, brake: float, dt: float) -> None:
+        """Move on by one step of the integrator, and look whether the model still holds."""
+        speed = self._x[3]
+        rate = follow(wanted, self._x[2], self._p.steering.v_max, dt)
+        # The brakes hold a vehicle at rest, they do not pull it backwards.
+        acceleration = max(self.params.acceleration(throttle, brake, speed), -speed / dt)
+        try:
+            self._x = self._runge_kutta([rate, acceleration], dt)
+        except (ArithmeticError, ValueError):
+            raise self._lost_grip(speed, "the model has no solution") from None
+        if not all(map(math.isfinite, self._x)):
+            raise self._lost_grip(speed, "the model's state is no longer finite")
+        self._check()
+
+    def _runge_kutta(self, u: list[float], h: float) -> list[float]:
+        derivative, x, p = self._model.derivative, self._x, self._p
+        # Two of the models write into the state that they are given: each gets its own.
+        k1 = derivative(list(x), u, p)
+        k2 = derivative([a + 0.5 * h * b for a, b in zip(x, k1, strict=True)], u, p)
+        k3 = derivative([a + 0.5 * h * b for a, b in zip(x, k2, strict=True)], u, p)
+        k4 = derivative([a + h * b for a, b in zip(x, k3, strict=True)], u, p)
+        return [
+            a + h / 6.0 * (b + 2.0 * c + 2.0 * d + e)
+            for a, b, c, d, e in zip(x, k1, k2, k3, k4, strict=True)
+        ]
+
+    def _check(self) -> None:
+        """Raise where the model's own limits are passed."""
+        x, least = self._x, self._model.least_speed
+        if self._kind != "mb":
+            x[3] = max(x[3], 0.0)  # what rounding leaves of a stop
+        if x[3] < least:
+            raise PlantLimit(f"speed {x[3]:.3f} m/s is below the model's {least:g} m/s")
+        if self._kind == "st":
+            pull, grip = abs(x[3] * x[5]), self.grip
+            if pull > grip:
+                raise PlantLimit(
+                    f"lateral acceleration at {x[3]:.1f} m/s reaches what the tyres hold,"
+                    f" {grip:.1f} m/s²"
+                )
+        if self._kind == "mb" and (wheel := self._lifted()) is not None:
+            raise PlantLimit(f"the {wheel} wheel leaves the road at {x[3]:.1f} m/s")
+
+    def _lifted(self) -> str | None:
+        """Name a wheel without load: as the multi-body model computes F_z, less its stiffness."""
+        x, p = self._x, self._p
+        for axle, roll, height, track in (
+            ("front", x[13], x[16], p.T_f),
+            ("rear", x[18], x[21], p.T_r),
+        ):
+            middle = height + p.R_w * (math.cos(roll) - 1.0)
+            lean = 0.5 * track * math.sin(roll)
+            if middle - lean < 0.0:
+                return f"left {axle}"
+            if middle + lean < 0.0:
+                return f"right {axle}"
+        return None
+
+    def _lost_grip(self, speed: float, what: str) -> PlantLimit:
+        return PlantLimit(
+            f"grip at {speed:.1f} m/s and wheels at {math.degrees(self._x[2]):.1f}°: {what}"
+            if math.isfinite(self._x[2])
+            else f"grip at {speed:.1f} m/s: {what}"
+        )
+
+    def _state(self) -> PlantState:
+        """Report the rear axle, from the centre of mass that the models speak of."""
+        x, rear = self._x, self._p.b
+        along = x[3] if self._kind == "mb" else x[3] * math.cos(x[6])
+        return PlantState(
+            x=x[0] - rear * math.cos(x[4]),
+            y=x[1] - rear * math.sin(x[4]),
+            yaw=x[4],
+            speed=along,
+            yaw_rate=x[5],
+            steer=x[2],
+        )

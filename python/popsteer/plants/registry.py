@@ -1,0 +1,97 @@
+"""The plants from elsewhere by name."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Protocol
+
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.plants.protocol import PythonPlant
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+__all__ = ["Configurable", "get", "names"]
+
+_MODELS = ("st", "std", "mb")
+_VEHICLES = (1, 2, 3)
+_MUJOCO = "mujoco-car"
+_COMMONROAD = re.compile(r"commonroad-(st|std|mb)-([123])")
+# What the extra installs, by the names that Python imports it under.
+_MODULES = ("vehiclemodels", "omegaconf", "mujoco")
+
+
+class Configurable(PythonPlant, Protocol):
+    """A plant with parameters."""
+
+    @property
+    def params(self) -> Any:  # noqa: ANN401 - each has a class of its own
+        """Its parameters."""
+        ...
+
+    def with_params(self, params: Any, /) -> Self:  # noqa: ANN401
+        """Give another with these parameters."""
+        ...
+
+
+def names() -> tuple[str, ...]:
+    """Names of the plants from elsewhere, whether the extra is installed or not.
+
+    Returns
+    -------
+    tuple of str
+        The names that `get` knows.
+
+    Examples
+    --------
+    >>> names()[-1]
+    'mujoco-car'
+    """
+    commonroad = (f"commonroad-{model}-{vehicle}" for model in _MODELS for vehicle in _VEHICLES)
+    return (*commonroad, _MUJOCO)
+
+
+def get(name: str) -> Configurable:
+    """Make a plant.
+
+    Parameters
+    ----------
+    name : str
+        One of `names`.
+
+    Returns
+    -------
+    CommonRoad or MujocoCar
+        A new vehicle with the default parameters.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+    PopsteerError
+        The extra ``plants`` is not installed.
+
+    Examples
+    --------
+    >>> get("commonroad-mb-4")
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: unknown plant 'commonroad-mb-4'; known: commonroad-st-1, \
+commonroad-st-2, commonroad-st-3, commonroad-std-1, commonroad-std-2, commonroad-std-3, \
+commonroad-mb-1, commonroad-mb-2, commonroad-mb-3, mujoco-car
+    """
+    if name not in names():
+        raise ConfigError.unknown("plant", name, names())
+    try:
+        if found := _COMMONROAD.fullmatch(name):
+            from popsteer.plants.commonroad import CommonRoad
+
+            return CommonRoad(found[1], int(found[2]))
+        from popsteer.plants.mujoco_car import MujocoCar
+
+        return MujocoCar()
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in _MODULES:
+            raise
+        raise PopsteerError(
+            f'plant {name} needs the extra "plants": pip install "popsteer[plants]"'
+        ) from error

@@ -1,0 +1,168 @@
+"""What lies ahead? The direction of the path at distances along it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from math import fmod, inf
+from typing import TYPE_CHECKING
+
+from popsteer.reference.math import atan2, saturate, wrap
+from popsteer.reference.path.view import get_distance, squared_distance
+
+if TYPE_CHECKING:
+    from popsteer.reference.path.view import PathView, Point
+
+__all__ = ["Preview"]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What is driven without a change of direction.
+
+    Attributes
+    ----------
+    first, last : int
+        The segments at whose start it begins, and at whose end it ends.
+    start, end : float
+        The arc lengths there [m], infinite where neither is near.
+    """
+
+    first: int
+    start: float
+    last: int
+    end: float
+
+    @classmethod
+    def about(cls, path: PathView, segment: int, nearest: float, farthest: float) -> Stretch:
+        """Return the one about `segment`, looked for between two arc lengths, once round at most."""
+        first, last = segment, segment
+        start, end = -inf, inf
+        arc = path.s[segment]
+        for _ in range(path.segments):
+            if arc < nearest:
+                break
+            before = path.preceding(first)
+            if before is None:
+                start = arc
+                break
+            first = before
+            arc -= path.segment_length(before)
+        arc = path.s[segment] + path.segment_length(segment)
+        for _ in range(path.segments):
+            if arc > farthest:
+                break
+            following = path.following(last)
+            if following is None:
+                end = arc
+                break
+            last = following
+            arc += path.segment_length(following)
+        return cls(first, start, last, end)
+
+
+class Preview:
+    """The direction of a path, smoothed over `base` [m] of it.
+
+    The direction at an arc length is that of the chord from half a base behind to half a base
+    ahead: on a bend it is the tangent, where segments would turn by leaps. Where segments are
+    longer than half a base, the chord reaches one segment's length either way instead, up to five
+    bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back within the
+    chord, the direction is that of the segment. Beyond an open path's ends, and where the vehicle
+    turns round to go on the other way, it goes straight on; a closed path wraps.
+
+    Parameters
+    ----------
+    path : Path
+        The path.
+    base : float
+        Length that is smoothed over [m].
+    segment : int
+        The segment that what is looked at begins on.
+    arc_length : float
+        Where it begins [m].
+    distance : float
+        How far ahead is looked at most [m].
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> preview = Preview(Path([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)]), 2.0, 0, 0.0, 30.0)
+    >>> [round(preview.path_yaw(s), 4) for s in (-5.0, 10.0, 25.0)]
+    [0.0, 0.7854, 1.5708]
+    >>> yaw, turns = preview.turns(0.0, 10.0, 2)
+    >>> yaw, [round(turn, 4) for turn in turns]
+    (0.0, [0.7854, 0.7854])
+    """
+
+    def __init__(
+        self, path: PathView, base: float, segment: int, arc_length: float, distance: float
+    ) -> None:
+        self.path = path
+        self.base = base
+        self._stretch: Stretch | None = None
+        if path.reverse is not None:
+            reach = 5.0 * base
+            farthest = arc_length + distance + reach
+            self._stretch = Stretch.about(path, segment, arc_length - reach, farthest)
+
+    def path_yaw(self, arc_length: float) -> float:
+        """Return the direction of the path at `arc_length` [rad]."""
+        path, base = self.path, self.base
+        here, _ = self._place_at(arc_length)
+        start, end = path.segment(here)
+        length = get_distance(start, end)
+        reach = saturate(length, 0.5 * base, 5.0 * base)
+        if path.closed and reach > 0.25 * path.length:
+            reach = 0.25 * path.length
+        tail = self._point_at(arc_length - reach)
+        head = self._point_at(arc_length + reach)
+        if squared_distance(tail, head) > reach * reach:
+            return atan2(head[1] - tail[1], head[0] - tail[0])
+        return atan2(end[1] - start[1], end[0] - start[0])
+
+    def turns(self, arc_length: float, step: float, count: int) -> tuple[float, list[float]]:
+        """Return the direction at `arc_length`, and how far it turns over each step on [rad]."""
+        first = self.path_yaw(arc_length)
+        here = first
+        travelled = 0.0
+        turns = []
+        for _ in range(count):
+            travelled += step
+            following = self.path_yaw(arc_length + travelled)
+            turns.append(wrap(following - here))
+            here = following
+        return first, turns
+
+    def _place_at(self, arc_length: float) -> tuple[int, float]:
+        """Find the segment that holds `arc_length`, and how far along it [m]."""
+        path, stretch = self.path, self._stretch
+        if stretch is not None:
+            if arc_length >= stretch.end:
+                beyond = arc_length - stretch.end
+                return stretch.last, path.segment_length(stretch.last) + beyond
+            if arc_length < stretch.start:
+                return stretch.first, arc_length - stretch.start
+        arc_length = _on_path(path, arc_length)
+        segment = _segment_at(path, arc_length)
+        return segment, arc_length - path.s[segment]
+
+    def _point_at(self, arc_length: float) -> Point:
+        """Find the point at `arc_length`."""
+        segment, along = self._place_at(arc_length)
+        start, end = self.path.segment(segment)
+        fraction = along / get_distance(start, end)
+        return start[0] + fraction * (end[0] - start[0]), start[1] + fraction * (end[1] - start[1])
+
+
+def _on_path(path: PathView, arc_length: float) -> float:
+    """Bring `arc_length` onto a closed path; unchanged on an open one."""
+    if not path.closed:
+        return arc_length
+    rest = fmod(arc_length, path.length)
+    return rest + path.length if rest < 0.0 else rest
+
+
+def _segment_at(path: PathView, arc_length: float) -> int:
+    """Find the last segment whose start does not lie beyond `arc_length`, or the first of all."""
+    return min(max(bisect_right(path.s, arc_length) - 1, 0), path.segments - 1)

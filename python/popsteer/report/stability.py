@@ -1,0 +1,156 @@
+"""Margins of steering loops, as a table and for programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from popsteer._core import __version__
+from popsteer.report.table import title_of
+from popsteer.study.linear import lookahead
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from popsteer.laws import Params
+    from popsteer.study import Margins, Stability
+
+__all__ = ["NOTE", "stability_caption", "stability_json", "stability_table"]
+
+SCHEMA = 1
+"""Version of the document's layout."""
+NOTE = (
+    "Small signals about straight driving. gain: factor by which the steering may act more"
+    " strongly; phase: lag that may be added; dead time: what may be added to the vehicle's. A"
+    " dash: the loop is unstable as it is."
+)
+"""What a reader of the table has to know."""
+
+
+def stability_caption(result: Stability) -> str:
+    """Say in one line what was measured.
+
+    Parameters
+    ----------
+    result : Stability
+        The margins.
+
+    Returns
+    -------
+    str
+        Vehicle, preset and control period.
+
+    Examples
+    --------
+    >>> from popsteer.study import stability
+    >>> stability_caption(stability(["pop"], speeds=[5.0]))
+    'wheelbase 3 m, axles at 3 and 0 m, lag 0.1 s, dead time 0 s, preset default, dt 0.05 s'
+    """
+    car = result.vehicle
+    understeer = f"understeer {car.understeer:g} s²/m, " if car.understeer else ""
+    return (
+        f"wheelbase {car.wheelbase:g} m, {understeer}axles at {car.axle('front'):g} and"
+        f" {car.axle('rear'):g} m, lag {car.lag:g} s, dead time {car.dead_time:g} s,"
+        f" preset {result.preset}, dt {result.dt:g} s"
+    )
+
+
+def stability_table(result: Stability) -> Table:
+    """Set out margins, a row for each law and speed.
+
+    Parameters
+    ----------
+    result : Stability
+        The margins.
+
+    Returns
+    -------
+    rich.table.Table
+        To be printed.
+
+    Examples
+    --------
+    >>> from popsteer.study import stability
+    >>> stability_table(stability(["stanley", "pop"], speeds=[5.0, 10.0])).row_count
+    4
+    """
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(
+        box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 2, 0, 0), header_style=""
+    )
+    table.add_column("law", no_wrap=True)
+    for head in ("speed\n[m/s]", "lookahead\n[m]", "gain\n[-]", "phase\n[deg]", "dead time\n[ms]"):
+        table.add_column(Text(head), justify="right", no_wrap=True)
+    for name, rows in result.margins.items():
+        for index, (speed, found) in enumerate(zip(result.speeds, rows, strict=True)):
+            table.add_row(
+                title_of(name) if index == 0 else "",
+                f"{speed:g}",
+                *_cells(result.params[name], speed, found),
+                end_section=speed == result.speeds[-1],
+            )
+    return table
+
+
+def stability_json(result: Stability) -> str:
+    """Write margins as JSON.
+
+    Parameters
+    ----------
+    result : Stability
+        The margins.
+
+    Returns
+    -------
+    str
+        The document; SI units and radians. What is infinite, or missing as the loop is unstable, is
+        null.
+
+    Examples
+    --------
+    >>> from popsteer.study import stability
+    >>> json.loads(stability_json(stability(["pop"], speeds=[5.0])))["laws"]["pop"][0]["lookahead"]
+    7.0
+    """
+    document = {
+        "schema": SCHEMA,
+        "version": __version__,
+        "vehicle": asdict(result.vehicle),
+        "preset": result.preset,
+        "dt": result.dt,
+        "laws": {
+            name: [
+                _entry(result.params[name], speed, found)
+                for speed, found in zip(result.speeds, rows, strict=True)
+            ]
+            for name, rows in result.margins.items()
+        },
+        "params": {name: params.as_dict() for name, params in result.params.items()},
+    }
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _entry(params: Params, speed: float, found: Margins) -> dict[str, Any]:
+    figures = {k: v if math.isfinite(v) else None for k, v in found._asdict().items()}
+    return {"speed": speed, "lookahead": lookahead(params, speed), **figures}
+
+
+def _cells(params: Params, speed: float, found: Margins) -> list[str]:
+    distance = lookahead(params, speed)
+    return [
+        "" if distance is None else f"{distance:.1f}",
+        _number(found.gain, 1.0, 2),
+        _number(found.phase, math.degrees(1.0), 1),
+        _number(found.dead_time, 1e3, 0),
+    ]
+
+
+def _number(value: float, scale: float, decimals: int) -> str:
+    if math.isnan(value):
+        return "–"
+    return "∞" if math.isinf(value) else f"{scale * value:.{decimals}f}"

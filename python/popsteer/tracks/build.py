@@ -1,0 +1,91 @@
+"""From a sampled line to a track."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.tracks.speed_profile import closed_profile, open_profile
+from popsteer.tracks.track import Track
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer.tracks.geometry import Sampled
+
+__all__ = ["build", "equal_steps"]
+
+# Sine and cosine differ in the last bit from one machine to the next. A micrometre hides that, so
+# a track, and every figure printed from it, is the same everywhere; and it is far too little to
+# disturb the curvature.
+_DECIMALS = 6
+
+
+def build(name: str, title: str, description: str, line: Sampled, *, closed: bool) -> Track:
+    """Put reference speeds to a sampled line.
+
+    Parameters
+    ----------
+    name, title, description : str
+        As `Track` takes them.
+    line : Sampled
+        Points at equal steps, with the curvature that limits the speed at each.
+    closed : bool
+        Whether the last point leads back to the first.
+
+    Returns
+    -------
+    Track
+        Its numbers are rounded to a micrometre, so that all machines make the same.
+
+    Examples
+    --------
+    >>> from popsteer.tracks.geometry import sample, straight
+    >>> build("short", "Three metres", "", sample(straight(3.0), 4), closed=False).speed.tolist()
+    [1.5, 2.5, 3.201562, 3.774917]
+    """
+    profile = closed_profile if closed else open_profile
+    return Track(
+        name=name,
+        title=title,
+        description=description,
+        xy=np.round(line.xy, _DECIMALS) + 0.0,  # + 0.0 turns -0.0 into 0.0
+        speed=np.round(profile(line.curvature, line.step), _DECIMALS),
+        closed=closed,
+    )
+
+
+def equal_steps(
+    xy: NDArray[np.float64], parameter: NDArray[np.float64], spacing: float = 1.0
+) -> tuple[NDArray[np.float64], float]:
+    """Find the parameters of points at equal steps on a finely sampled curve.
+
+    Parameters
+    ----------
+    xy : (N, 2) ndarray
+        Points of the curve [m], far closer together than `spacing`.
+    parameter : (N,) ndarray
+        What the curve is a function of, at each of them; increasing.
+    spacing : float, default 1.0
+        Wanted distance along the curve [m]. Taken is the nearest that divides its length.
+
+    Returns
+    -------
+    parameter : (M,) ndarray
+        The parameter of each point; the two ends are among them.
+    step : float
+        Arc length between neighbours [m].
+
+    Examples
+    --------
+    >>> t = np.linspace(0.0, 1.0, 101)
+    >>> parameter, step = equal_steps(np.column_stack((3.0 * t, 4.0 * t)), t, spacing=2.5)
+    >>> parameter.round(9).tolist(), round(step, 9)
+    ([0.0, 0.5, 1.0], 2.5)
+    """
+    steps = np.diff(xy, axis=0)
+    arc = np.concatenate(([0.0], np.cumsum(np.sqrt((steps * steps).sum(axis=1)))))
+    count = max(round(float(arc[-1]) / spacing), 1) + 1
+    stations = np.linspace(0.0, arc[-1], count)
+    return np.interp(stations, arc, parameter), float(arc[-1] / (count - 1))

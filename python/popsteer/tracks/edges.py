@@ -1,0 +1,328 @@
+"""Paths on which path trackers fail: crossings, near misses, odd spacings, and cusps.
+
+Each function gives the waypoints of one path, made for tests and for tables of what a law does at
+the edges; they are no tracks to compare laws on. Spacings are rounded so that they divide the path.
+
+Those with cusps, `three_point_turn` and `parallel_parking`, live in `popsteer.tracks.cusps`, which
+says how they tell the direction of driving.
+
+Examples
+--------
+>>> import popsteer
+>>> from popsteer.tracks import edges
+>>> eight = edges.figure8(spacing=0.5)
+>>> popsteer.Path(eight.xy, speed=eight.speed, closed=eight.closed).closed
+True
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.ranges import check_in_range
+from popsteer.tracks.build import equal_steps
+from popsteer.tracks.cusps import parallel_parking, three_point_turn
+from popsteer.tracks.geometry import Piece
+from popsteer.tracks.speed_profile import closed_profile, open_profile
+from popsteer.tracks.waypoints import Waypoints, placed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+__all__ = [
+    "Waypoints",
+    "dense_straight",
+    "figure8",
+    "near_duplicates",
+    "out_and_back",
+    "parallel_parking",
+    "polygon",
+    "spiral",
+    "three_point_turn",
+    "touching",
+]
+
+
+def figure8(size: float = 40.0, spacing: float = 1.0) -> Waypoints:
+    """Cross itself at a right angle: the lemniscate of Bernoulli, closed.
+
+    Parameters
+    ----------
+    size : float, default 40.0
+        From the crossing to the tip of a loop [m]; the least radius is a third of it.
+    spacing : float, default 1.0
+        Distance of neighbours along the curve [m].
+
+    Returns
+    -------
+    Waypoints
+        Begins at the tip of the right loop.
+
+    Raises
+    ------
+    ConfigError
+        A dimension is out of its range, or the spacing leaves fewer than eight waypoints.
+
+    Examples
+    --------
+    >>> figure8(size=40.0, spacing=5.0).xy[0].tolist()
+    [40.0, 0.0]
+    """
+    check_in_range("size", size, 0.1, 1e4)
+    # The whole curve is 5.244 times its size long.
+    check_in_range("spacing", spacing, 0.01, 5.244 * size / 8.0)
+
+    def curve(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        scale = size * np.cos(t) / (1.0 + np.sin(t) ** 2)
+        return np.column_stack((scale, scale * np.sin(t)))
+
+    fine = np.linspace(0.0, 2.0 * math.pi, 100_001)
+    t, step = equal_steps(curve(fine), fine, spacing)
+    t = t[:-1]  # a closed path does not repeat its first waypoint
+    curvature = 3.0 * np.cos(t) / (size * np.sqrt(1.0 + np.sin(t) ** 2))
+    return Waypoints(curve(t), closed_profile(curvature, step), closed=True)
+
+
+def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5) -> Waypoints:
+    """Drive out, turn to the left in a semicircle, and come back alongside.
+
+    Parameters
+    ----------
+    offset : float, default 0.5
+        Distance of the way back from the way out [m]: twice the radius of the semicircle, which no
+        car can drive where it is small. What counts is on which branch the tracker then is.
+    length : float, default 60.0
+        Length of either way [m].
+    spacing : float, default 0.5
+        Distance of neighbours along the line [m]; coarse ones cut the semicircle.
+
+    Returns
+    -------
+    Waypoints
+        Ends beside its beginning.
+
+    Raises
+    ------
+    ConfigError
+        A dimension is out of its range.
+
+    Examples
+    --------
+    >>> back = out_and_back(offset=0.5, length=60.0)
+    >>> back.xy[0].tolist(), back.xy[-1].round(9).tolist()
+    ([0.0, 0.0], [0.0, 0.5])
+    """
+    check_in_range("offset", offset, 0.01, 1e3)
+    check_in_range("length", length, 1.0, 1e5)
+    curvature = 2.0 / offset
+    pieces = [
+        Piece(length, 0.0, 0.0),
+        Piece(0.5 * math.pi * offset, curvature, curvature),
+        Piece(length, 0.0, 0.0),
+    ]
+    return _forward(pieces, spacing)
+
+
+def spiral(
+    pitch: float = 1.0, inner_radius: float = 8.0, turns: float = 4.0, spacing: float = 1.0
+) -> Waypoints:
+    """Wind outward, each turn close beside the one before: Archimedes' r = r₀ + p φ / 2π.
+
+    Parameters
+    ----------
+    pitch : float, default 1.0
+        Distance p of neighbouring turns [m].
+    inner_radius : float, default 8.0
+        Radius r₀ at the beginning [m].
+    turns : float, default 4.0
+        How many turns, to the left.
+    spacing : float, default 1.0
+        Distance of neighbours along the curve [m].
+
+    Returns
+    -------
+    Waypoints
+        From the inside to the outside.
+
+    Raises
+    ------
+    ConfigError
+        A dimension is out of its range.
+
+    Examples
+    --------
+    >>> float(np.hypot(*spiral(pitch=1.0, inner_radius=8.0, turns=4.0).xy[-1]).round(9))
+    12.0
+    """
+    check_in_range("pitch", pitch, 0.01, 1e3)
+    check_in_range("inner_radius", inner_radius, 0.1, 1e4)
+    check_in_range("turns", turns, 0.1, 100.0)
+    check_in_range("spacing", spacing, 0.01, 100.0)
+    growth = pitch / (2.0 * math.pi)
+
+    def curve(phi: NDArray[np.float64]) -> NDArray[np.float64]:
+        radius = inner_radius + growth * phi
+        return np.column_stack((radius * np.cos(phi), radius * np.sin(phi)))
+
+    fine = np.linspace(0.0, 2.0 * math.pi * turns, 400_001)
+    phi, step = equal_steps(curve(fine), fine, spacing)
+    squared = (inner_radius + growth * phi) ** 2
+    curvature = (squared + 2.0 * growth**2) / (squared + growth**2) ** 1.5
+    return Waypoints(curve(phi), open_profile(curvature, step), closed=False)
+
+
+def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -> Waypoints:
+    """Touch itself: a straight, once round a circle, and on along the same straight.
+
+    The circle leaves and meets the straight at the same point in the same direction, so place and
+    heading alike are those of two branches at once, and only the way come tells them apart.
+
+    Parameters
+    ----------
+    radius : float, default 12.0
+        Radius of the circle [m], driven to the left.
+    length : float, default 40.0
+        Length of the straight before and after the circle [m].
+    spacing : float, default 1.0
+        Distance of neighbours along the line [m].
+
+    Returns
+    -------
+    Waypoints
+        As long as both straights and the circle.
+
+    Raises
+    ------
+    ConfigError
+        A dimension is out of its range.
+
+    Examples
+    --------
+    >>> touching(radius=12.0, length=40.0).xy[-1, 0].round(6).item()
+    80.0
+    """
+    check_in_range("radius", radius, 0.1, 1e4)
+    check_in_range("length", length, 1.0, 1e5)
+    pieces = [
+        Piece(length, 0.0, 0.0),
+        Piece(2.0 * math.pi * radius, 1.0 / radius, 1.0 / radius),
+        Piece(length, 0.0, 0.0),
+    ]
+    return _forward(pieces, spacing)
+
+
+def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
+    """Turn at corners alone: a regular polygon without a waypoint between its corners, closed.
+
+    Parameters
+    ----------
+    sides : int, default 12
+        How many corners; the heading turns by 2π / sides at each.
+    side : float, default 100.0
+        Length of a side [m].
+
+    Returns
+    -------
+    Waypoints
+        The corners, to the left. The reference speed is what the inscribed circle allows.
+
+    Raises
+    ------
+    ConfigError
+        A dimension is out of its range.
+
+    Examples
+    --------
+    >>> polygon(4, 100.0).xy.round(9).tolist()
+    [[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]]
+    """
+    check_in_range("sides", sides, 3, 100_000)
+    check_in_range("side", side, 0.01, 1e5)
+    heading = 2.0 * math.pi / sides * np.arange(sides - 1)
+    steps = side * np.column_stack((np.cos(heading), np.sin(heading)))
+    xy = np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))
+    curvature = np.full(sides, 2.0 * math.tan(math.pi / sides) / side)
+    return Waypoints(xy, closed_profile(curvature, side), closed=True)
+
+
+def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
+    """Go straight ahead on waypoints close together.
+
+    Parameters
+    ----------
+    length : float, default 50.0
+        Its length [m].
+    spacing : float, default 0.01
+        Distance of neighbours [m].
+
+    Returns
+    -------
+    Waypoints
+        Along x.
+
+    Raises
+    ------
+    ConfigError
+        A dimension is out of its range.
+
+    Examples
+    --------
+    >>> len(dense_straight(50.0, 0.01).xy)
+    5001
+    """
+    check_in_range("length", length, 0.1, 1e4)
+    return _forward([Piece(length, 0.0, 0.0)], spacing)
+
+
+def near_duplicates(
+    length: float = 60.0, radius: float = 30.0, spacing: float = 1.0, gap: float = 1e-6
+) -> Waypoints:
+    """Have each waypoint nearly twice: a straight and an arc, as careless recordings give them.
+
+    Parameters
+    ----------
+    length : float, default 60.0
+        Length of the straight, and of the arc [m].
+    radius : float, default 30.0
+        Radius of the arc [m].
+    spacing : float, default 1.0
+        Distance of neighbours along the line [m], the twins apart.
+    gap : float, default 1e-6
+        How far ahead of each waypoint its twin lies [m].
+
+    Returns
+    -------
+    Waypoints
+        An even number of them.
+
+    Raises
+    ------
+    ConfigError
+        A dimension is out of its range.
+
+    Examples
+    --------
+    >>> near_duplicates(gap=1e-6).xy[:4].round(9).tolist()
+    [[0.0, 0.0], [1e-06, 0.0], [1.0, 0.0], [1.000001, 0.0]]
+    """
+    check_in_range("length", length, 1.0, 1e5)
+    check_in_range("radius", radius, 0.1, 1e5)
+    check_in_range("gap", gap, 1e-8, 0.5 * spacing)
+    pieces = [Piece(length, 0.0, 0.0), Piece(length, 1.0 / radius, 1.0 / radius)]
+    line, speed, _ = _forward(pieces, spacing)
+    ahead = np.diff(line, axis=0)
+    ahead = np.concatenate((ahead, ahead[-1:]))
+    ahead *= gap / np.sqrt((ahead * ahead).sum(axis=1, keepdims=True))
+    xy = np.stack((line, line + ahead), axis=1).reshape(-1, 2)
+    return Waypoints(xy, np.repeat(speed, 2), closed=False)
+
+
+def _forward(pieces: Sequence[Piece], spacing: float) -> Waypoints:
+    """Place waypoints on a line that is driven forward."""
+    line = placed(pieces, spacing)
+    return Waypoints(line.xy, open_profile(line.curvature, line.step), closed=False)

@@ -1,0 +1,167 @@
+//! What a prediction comes to: the cost-to-go of a linear model with a quadratic cost.
+//!
+//! The state of the prediction has four entries: the cross-track error `e` [m], the heading error
+//! `p` [rad], the curvature that the vehicle drives, `a` [1/m], and the curvature that its wheels
+//! are told, `c` [1/m]. Everything is counted along the way travelled, so the model is the same
+//! at any speed; the steering lag alone becomes a distance, `lag * speed`:
+//!
+//! ```text
+//! e' = p + offset a,    p' = a - path curvature,    a' = (c - a) / lag distance
+//! ```
+
+/// The model over one step of travel, solved exactly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Travel {
+    step: f64,
+    error_by_driven: f64,
+    error_by_told: f64,
+    heading_by_driven: f64,
+    heading_by_told: f64,
+    kept: f64,
+    taken: f64,
+}
+
+impl Travel {
+    /// Over `step` [m], with the curvature following over `lag` [m], of which the share `kept`,
+    /// `exp(-step / lag)`, remains; errors at a point `offset` [m] ahead of the one that does not
+    /// slip.
+    #[inline]
+    pub fn new(step: f64, lag: f64, kept: f64, offset: f64) -> Self {
+        let taken = 1.0 - kept;
+        let heading_by_driven = lag * taken;
+        let heading_by_told = step - heading_by_driven;
+        let late = lag * heading_by_told;
+        Self {
+            step,
+            error_by_driven: late + offset * heading_by_driven,
+            error_by_told: 0.5 * step * step - late + offset * heading_by_told,
+            heading_by_driven,
+            heading_by_told,
+            kept,
+            taken,
+        }
+    }
+}
+
+/// A quadratic cost of the state: an entry for each product of two, and twice what goes with each
+/// alone. A constant would change no decision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "one letter an entry of the state")]
+pub struct CostToGo {
+    pub ee: f64,
+    pub ep: f64,
+    pub ea: f64,
+    pub ec: f64,
+    pub pp: f64,
+    pub pa: f64,
+    pub pc: f64,
+    pub aa: f64,
+    pub ac: f64,
+    pub cc: f64,
+    pub e: f64,
+    pub p: f64,
+    pub a: f64,
+    pub c: f64,
+}
+
+impl CostToGo {
+    /// The cost of one state: `e^2 + (heading_cost (p + offset a))^2`, the second the direction in
+    /// which the reference point travels.
+    #[inline]
+    pub fn stage(heading_cost: f64, offset: f64) -> Self {
+        let pp = heading_cost * heading_cost;
+        let pa = pp * offset;
+        Self {
+            ee: 1.0,
+            ep: 0.0,
+            ea: 0.0,
+            ec: 0.0,
+            pp,
+            pa,
+            pc: 0.0,
+            aa: pa * offset,
+            ac: 0.0,
+            cc: 0.0,
+            e: 0.0,
+            p: 0.0,
+            a: 0.0,
+            c: 0.0,
+        }
+    }
+
+    /// This cost, of where a step of travel leads to, as a cost of where it starts: the path turns
+    /// by `turn` [rad] on the way, the vehicle drifts to the left by `drift` [m].
+    #[inline]
+    pub fn before(&self, travel: &Travel, turn: f64, drift: f64) -> Self {
+        let Travel {
+            step,
+            error_by_driven,
+            error_by_told,
+            heading_by_driven,
+            heading_by_told,
+            kept,
+            taken,
+        } = *travel;
+        // What goes with the state after the step, for a unit of each entry before it ...
+        let (pe, pp) = (step * self.ee + self.ep, step * self.ep + self.pp);
+        let (ae, ap, aa) = (
+            error_by_driven * self.ee + heading_by_driven * self.ep + kept * self.ea,
+            error_by_driven * self.ep + heading_by_driven * self.pp + kept * self.pa,
+            error_by_driven * self.ea + heading_by_driven * self.pa + kept * self.aa,
+        );
+        let (ce, cp, ca, cc) = (
+            error_by_told * self.ee + heading_by_told * self.ep + taken * self.ea + self.ec,
+            error_by_told * self.ep + heading_by_told * self.pp + taken * self.pa + self.pc,
+            error_by_told * self.ea + heading_by_told * self.pa + taken * self.aa + self.ac,
+            error_by_told * self.ec + heading_by_told * self.pc + taken * self.ac + self.cc,
+        );
+        // ... and for what the path and the drift add.
+        let moved = drift - 0.5 * step * turn;
+        let e = moved * self.ee - turn * self.ep + self.e;
+        let p = moved * self.ep - turn * self.pp + self.p;
+        let a = moved * self.ea - turn * self.pa + self.a;
+        let c = moved * self.ec - turn * self.pc + self.c;
+        Self {
+            ee: self.ee,
+            ep: pe,
+            ea: ae,
+            ec: ce,
+            pp: step * pe + pp,
+            pa: step * ae + ap,
+            pc: step * ce + cp,
+            aa: error_by_driven * ae + heading_by_driven * ap + kept * aa,
+            ac: error_by_driven * ce + heading_by_driven * cp + kept * ca,
+            cc: error_by_told * ce + heading_by_told * cp + taken * ca + cc,
+            e,
+            p: step * e + p,
+            a: error_by_driven * e + heading_by_driven * p + kept * a,
+            c: error_by_told * e + heading_by_told * p + taken * a + c,
+        }
+    }
+
+    /// This cost, of the state after a move of the wheels, as a cost of the state before the best
+    /// move, which costs `move_cost` times its square; and `stage` on top.
+    #[inline]
+    pub fn before_best_move(&self, move_cost: f64, stage: &Self) -> Self {
+        let share = 1.0 / (move_cost + self.cc);
+        // What remains of the entries with `c`; written so, no digits cancel.
+        let left = move_cost * share;
+        let (e, p, a) = (share * self.ec, share * self.pc, share * self.ac);
+        Self {
+            ee: self.ee - e * self.ec + stage.ee,
+            ep: self.ep - e * self.pc,
+            ea: self.ea - e * self.ac,
+            ec: left * self.ec,
+            pp: self.pp - p * self.pc + stage.pp,
+            pa: self.pa - p * self.ac + stage.pa,
+            pc: left * self.pc,
+            aa: self.aa - a * self.ac + stage.aa,
+            ac: left * self.ac,
+            cc: left * self.cc,
+            e: self.e - e * self.c,
+            p: self.p - p * self.c,
+            a: self.a - a * self.c,
+            c: left * self.c,
+        }
+    }
+}

@@ -1,0 +1,148 @@
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer.report.figures import stability as drawing
+from popsteer.study import Vehicle, carrot, margins, stability
+from tests.cli import command
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def _rows(out: str) -> dict[str, list[list[str]]]:
+    """Cells of each row after the law's name, by law."""
+    rows: dict[str, list[list[str]]] = {}
+    law = ""
+    for line in out.partition("──\n")[2].partition("\n\nSmall")[0].splitlines():
+        cells = line.split()
+        if cells and not cells[0][0].isdigit():
+            law = cells.pop(0)
+        if cells:
+            rows.setdefault(law, []).append(cells)
+    return rows
+
+
+def test_stability_prints_the_margins_of_each_law_at_each_speed(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    outcome = command.call(capsys, "stability", "--speeds", "5,25")
+    assert outcome.status == 0
+    rows = _rows(outcome.out)
+    assert list(rows) == ["PID", "Pure-Pursuit", "Stanley", "POP"]
+    expected = stability(["pop"], Vehicle(), [5.0, 25.0]).margins["pop"]
+    for cells, speed, found in zip(rows["POP"], ("5", "25"), expected, strict=True):
+        distance = "7.0" if speed == "5" else "11.0"
+        phase = f"{np.degrees(found.phase):.1f}"
+        assert cells == [
+            speed,
+            distance,
+            f"{found.gain:.2f}",
+            phase,
+            f"{1e3 * found.dead_time:.0f}",
+        ]
+    assert rows["PID"][1] == ["25", "–", "–", "–"]
+    assert "[m/s]" in outcome.out
+
+
+def test_stability_takes_the_vehicle_as_it_is_described(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "new" / "margins.json"
+    car = ("--wheelbase", "2.7", "--lag", "0.2", "--dead-time", "0.05", "--rear-offset", "-0.1")
+    law = ("--controllers", "pop", "--set", "min_lookahead=9", "--speeds", "8")
+    outcome = command.call(capsys, "stability", *car, *law, "--json", str(file))
+    assert outcome.status == 0
+    assert f"Written to {file}" in outcome.out
+    document = json.loads(file.read_text(encoding="utf-8"))
+    vehicle = Vehicle(wheelbase=2.7, lag=0.2, dead_time=0.05, rear_offset=-0.1)
+    assert document["vehicle"] == {
+        "wheelbase": 2.7,
+        "understeer": 0.0,
+        "front_offset": 2.7,
+        "rear_offset": -0.1,
+        "lag": 0.2,
+        "dead_time": 0.05,
+    }
+    assert document["params"]["pop"]["min_lookahead"] == 9.0
+    assert document["params"]["pop"]["wheelbase"] == pytest.approx(2.8)
+    params = vehicle.fitted(popsteer.PopParams(min_lookahead=9.0))
+    found = margins(params, vehicle, 8.0)
+    assert document["laws"]["pop"] == [{"speed": 8.0, "lookahead": 10.6, **found._asdict()}]
+
+
+def test_stability_of_a_plant_begins_with_its_figures(capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = command.call(capsys, "stability", "--plant", "carla-identified", "--speeds", "5")
+    assert outcome.out.startswith(
+        "wheelbase 3.553 m, understeer 0.00029 s²/m, axles at 1.06 and -1.94 m, lag 0.1 s,"
+    )
+
+
+def test_stability_json_has_null_where_there_is_no_number(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "margins.json"
+    arguments = ("--controllers", "pid", "--speeds", "25", "--json", str(file))
+    assert command.call(capsys, "stability", *arguments).status == 0
+    row = json.loads(file.read_text(encoding="utf-8"))["laws"]["pid"][0]
+    assert row["stable"] is False
+    assert [row[name] for name in ("lookahead", "gain", "phase", "dead_time")] == [None] * 4
+
+
+def test_stability_figures_are_drawn_on_both_backgrounds(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drawing, "_SPEEDS", np.linspace(1.0, 30.0, 4))
+    monkeypatch.setattr(drawing, "_DISTANCES", np.geomspace(1.0, 25.0, 4))
+    monkeypatch.setattr(carrot, "_RADII", (20.0, 30.0))
+    outcome = command.call(capsys, "stability", "--speeds", "5", "--figures", str(tmp_path / "f"))
+    assert outcome.status == 0
+    figures = {"stability-margins", "stability-map", "carrot-offset"}
+    names = {f"{name}{suffix}.png" for name in figures for suffix in ("", "-dark")}
+    assert {file.name for file in (tmp_path / "f").iterdir()} == names
+    for name in names:
+        assert name in outcome.out
+        assert (tmp_path / "f" / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_stability_figures_of_a_law_without_lookahead_are_fewer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(drawing, "_SPEEDS", np.linspace(1.0, 30.0, 4))
+    told: list[float] = []
+    drawn = drawing.stability_figures(
+        stability(["stanley"]), lambda what, share: told.append(share)
+    )
+    assert set(drawn) == {"stability-margins.png", "stability-margins-dark.png"}
+    assert told == sorted(told)
+    assert told[-1] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--controllers", "bang-bang"), "law must be one with a linear loop: pop, pure-pursuit"),
+        (("--controllers", "lqr"), "unknown law 'lqr'"),
+        (("--speeds", "fast"), "--speeds must be numbers [m/s], separated by commas, got 'fast'"),
+        (("--speeds", ","), "--speeds must be numbers [m/s]"),
+        (("--speeds", "0"), "speed must be in [0.001, 1000], got 0.0"),
+        (("--lag", "-1"), "lag must be in [0, 10], got -1.0"),
+        (("--wheelbase", "nan"), "wheelbase must be in"),
+        (("--plant", "tank"), "unknown plant 'tank'"),
+        (("--set", "min_lookahead=3"), "unknown parameter of pid 'min_lookahead'"),
+        (("--dt", "0"), "dt must be in"),
+    ],
+)
+def test_stability_of_bad_input_is_refused_in_one_line(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], message: str
+) -> None:
+    outcome = command.call(capsys, "stability", *arguments)
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err.startswith(f"popsteer: {message}")
+    assert outcome.err.count("\n") == 1

@@ -1,0 +1,97 @@
+"""A bicycle with lag and dead time, apart from the library's own plants and equations."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+import popsteer
+from popsteer import laws
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from popsteer.laws import Params
+
+_SUBSTEPS = 4
+_SMALL = 5e-5  # change of the angle in a step that the grid of the candidates may cause [rad]
+_ASTRAY = 0.3  # an angle that no stable loop comes to from the start below [rad]
+
+
+class Car(NamedTuple):
+    """A kinematic bicycle about the middle of its rear axle."""
+
+    wheelbase: float
+    lag: float
+    dead_time: float
+
+
+def straight_path(length: float) -> popsteer.Path:
+    x = np.arange(-20.0, length)
+    return popsteer.Path(np.column_stack((x, np.zeros_like(x))))
+
+
+def roll(
+    law: laws.Controller,
+    car: Car,
+    speed: float,
+    pose: tuple[float, float, float],
+    dt: float,
+    steps: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Drive at constant speed; positions (x, y) and commanded angles at each control step."""
+    x, y, yaw = pose
+    yaw_rate = 0.0
+    whole = math.floor(car.dead_time / dt + 1e-9)
+    early = max(car.dead_time - whole * dt, 0.0)
+    # The wheels stand straight until the first command arrives.
+    commands = [0.0] * (whole + 1)
+    places = []
+    for _ in range(steps):
+        places.append((x, y))
+        commands.append(law.steer(x, y, yaw, speed, dt))
+        for angle, duration in ((commands[-2 - whole], early), (commands[-1 - whole], dt - early)):
+            target = speed * math.tan(angle) / car.wheelbase
+            h = duration / _SUBSTEPS
+            for _ in range(_SUBSTEPS if duration > 0.0 else 0):
+                left = math.exp(-h / car.lag) if car.lag > 0.0 else 0.0
+                turned = target * h + (yaw_rate - target) * car.lag * (1.0 - left)
+                middle = yaw + 0.5 * turned
+                x += speed * h * math.cos(middle)
+                y += speed * h * math.sin(middle)
+                yaw += turned
+                yaw_rate = target + (yaw_rate - target) * left
+    return np.array(places), np.array(commands[whole + 1 :])
+
+
+def critical_dead_time(
+    name: str, params: Params, car: Car, speed: float, guess: float, dt: float = 0.05
+) -> float:
+    """Find by bisection the dead time at which a small disturbance no longer dies out."""
+    duration = 20.0 + 40.0 * guess
+    steps = math.ceil(duration / dt)
+    path = straight_path(speed * duration + 100.0)
+    make: Callable[..., laws.Controller] = laws.get(name).controller
+
+    def grows(dead_time: float) -> bool:
+        law = make(path, params)
+        delayed = car._replace(dead_time=dead_time)
+        _, angles = roll(law, delayed, speed, (0.0, 0.02, 0.0), dt, steps)
+        if np.abs(angles).max() > _ASTRAY:
+            return True
+        moves = np.abs(np.diff(angles))
+        early = moves[steps // 3 : 2 * steps // 3].max()
+        late = moves[2 * steps // 3 :].max()
+        return bool(late > early and late > _SMALL)
+
+    low, high = 0.0, 2.0 * guess + 0.05
+    assert not grows(low)
+    assert grows(high)
+    while high - low > 0.002 * guess + 1e-4:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if grows(middle) else (middle, high)
+    return 0.5 * (low + high)

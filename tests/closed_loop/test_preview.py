@@ -1,0 +1,157 @@
+"""Preview POP in the loop: the authors' track, wrong models, noise, starts that could do harm."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import PreviewPop, PreviewPopParams, sim, tracks
+from popsteer.sim import CarlaIdentified, Noise, Settings, fitted
+from tests.helpers import authors_data
+
+START = (-183.8, 78.7, -1.574)
+PLANT = "carla-identified"
+FITTED = fitted(PreviewPopParams(), PLANT)
+LEARNING = FITTED.replace(turn_learning_time=0.5)
+LINE = popsteer.Path([(float(x), 0.0) for x in range(800)])
+
+
+@pytest.fixture(scope="module")
+def path() -> popsteer.Path:
+    return popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+
+
+def _metrics(path: popsteer.Path, params: PreviewPopParams, **changes: Any) -> sim.Metrics:
+    metrics = sim.run(PreviewPop(path, params.replace(**changes)), start=START).metrics
+    assert metrics.finished
+    return metrics
+
+
+def test_preview_pop_on_authors_track_stays_within_the_figures(path: popsteer.Path) -> None:
+    metrics = _metrics(path, FITTED)
+    assert metrics.mean_abs_cross_track_error <= 0.050
+    assert metrics.settled_mean_abs_cross_track_error <= 0.006
+    assert metrics.settled_max_abs_cross_track_error <= 0.06
+    pop = sim.run(popsteer.Pop(path, fitted(popsteer.PopParams(), PLANT)), start=START).metrics
+    assert metrics.rms_steer_rate <= pop.rms_steer_rate
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"wheelbase": 0.85 * FITTED.wheelbase},
+        {"wheelbase": 1.15 * FITTED.wheelbase},
+        {"steer_lag": 0.05},
+        {"steer_lag": 0.2},
+    ],
+    ids=str,
+)
+def test_preview_pop_with_a_wrong_model_stays_on_authors_track(
+    path: popsteer.Path, changes: dict[str, float]
+) -> None:
+    assert _metrics(path, FITTED, **changes).settled_mean_abs_cross_track_error <= 0.03
+
+
+def test_preview_pop_in_noise_stays_on_authors_track(path: popsteer.Path) -> None:
+    noise = Noise(position=0.1, yaw=0.005)
+    for params in (FITTED, LEARNING):
+        runs = sim.run_many([PreviewPop(path, params)] * 4, start=START, noise=noise, seed=1)
+        assert runs["finished"].all()
+        assert runs["settled_mean_abs_cross_track_error"].max() <= 0.03
+
+
+@pytest.mark.parametrize("factor", [0.85, 1.15])
+def test_preview_pop_that_learns_corrects_a_wrong_wheelbase(
+    path: popsteer.Path, factor: float
+) -> None:
+    metrics = _metrics(path, LEARNING, wheelbase=factor * FITTED.wheelbase)
+    assert metrics.settled_mean_abs_cross_track_error <= 0.010
+
+
+def test_preview_pop_on_a_circle_with_a_wrong_wheelbase_learns_the_offset_away() -> None:
+    angles = np.linspace(0.0, 2.0 * math.pi, 800, endpoint=False)
+    circle = popsteer.Path(60.0 * np.column_stack([np.cos(angles), np.sin(angles)]), closed=True)
+    wrong = FITTED.replace(wheelbase=0.85 * FITTED.wheelbase)
+    errors = [
+        sim.run(PreviewPop(circle, params)).metrics.settled_mean_abs_cross_track_error
+        for params in (wrong, wrong.replace(turn_learning_time=0.5))
+    ]
+    assert errors[1] < 0.2 * errors[0]
+
+
+def _drive(
+    params: PreviewPopParams, start: tuple[float, float, float], speed: float
+) -> dict[str, Any]:
+    """From `start`, rolling at a constant speed along a straight line."""
+    time_limit = 45.0 * max(1.0, 5.0 / speed)
+    simulation = sim.Simulation(
+        LINE,
+        CarlaIdentified(),
+        start=start,
+        speed=speed,
+        settings=Settings(time_limit=time_limit, give_up_distance=500.0),
+    )
+    law = PreviewPop(LINE, params)
+    while not simulation.is_over:
+        x, y, yaw, now = simulation.vehicle
+        steer = law.steer(x, y, yaw, now, 0.05)
+        error = speed - now
+        throttle = min(max(speed * (0.28 + 0.001 * speed) / 6.0 + 0.5 * error, 0.0), 1.0)
+        simulation.step(steer, throttle, min(max(-0.3 * error, 0.0), 1.0))
+    return simulation.records()
+
+
+@pytest.mark.parametrize("speed", [1.0, 5.0, 12.0, 20.0])
+@pytest.mark.parametrize(
+    ("aside", "yaw"),
+    [
+        *((aside, 0.0) for aside in (3.0, -3.0, 30.0, -30.0)),
+        *((1.0, yaw) for yaw in (0.5 * math.pi, -0.5 * math.pi, math.pi)),
+        *((30.0, yaw) for yaw in (0.5 * math.pi, math.pi)),
+    ],
+)
+def test_preview_pop_from_afar_or_facing_the_wrong_way_converges_without_spinning(
+    aside: float, yaw: float, speed: float
+) -> None:
+    records = _drive(FITTED, (150.0, aside, yaw), speed)
+    assert abs(records["cross_track_error"][-1]) < 0.05
+    assert abs(math.remainder(records["yaw"][-1], math.tau)) < 0.02
+    # It turns round once at most, and by no more than the approach beyond.
+    turned = np.abs(records["yaw"] - yaw).max()
+    assert turned <= abs(yaw) + 1.2
+    lateral = np.abs(np.diff(records["yaw"]) / 0.05 * records["speed"][:-1])
+    assert lateral.max() <= 1.05 * FITTED.max_lateral_acceleration
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.02, 0.1, 0.2])
+def test_preview_pop_at_another_control_period_tracks_as_well(
+    path: popsteer.Path, dt: float
+) -> None:
+    metrics = sim.run(PreviewPop(path, FITTED), start=START, settings=Settings(dt=dt)).metrics
+    assert metrics.finished
+    assert metrics.settled_mean_abs_cross_track_error <= 0.012
+
+
+@pytest.mark.parametrize("every", [2, 5, 10])
+def test_preview_pop_on_coarse_waypoints_tracks_on(path: popsteer.Path, every: int) -> None:
+    coarse = popsteer.Path(np.column_stack([path.x, path.y])[::every])
+    metrics = _metrics(coarse, FITTED)
+    # Off the fine path, the chords of 10 m themselves are up to 0.5 m.
+    assert metrics.settled_mean_abs_cross_track_error <= 0.05
+
+
+@pytest.mark.parametrize("track", ["racetrack", "circle", "figure-eight", "slalom"])
+@pytest.mark.parametrize("plant", ["carla-identified", "kinematic-bicycle"])
+def test_preview_pop_on_every_track_is_a_tenth_of_pop(track: str, plant: str) -> None:
+    found = tracks.get(track)
+    course = popsteer.Path(found.xy, closed=found.closed)
+    preview = sim.run(PreviewPop(course, fitted(PreviewPopParams(), plant)), plant).metrics
+    pop = sim.run(popsteer.Pop(course, fitted(popsteer.PopParams(), plant)), plant).metrics
+    assert preview.finished
+    assert (
+        preview.settled_mean_abs_cross_track_error <= 0.1 * pop.settled_mean_abs_cross_track_error
+    )

@@ -1,0 +1,24 @@
+//! What the fuzzer runs: each target takes any bytes, makes calls of the core from them, and
+//! panics where an answer breaks a rule.
+//!
+//! A target is a module with a function `check`; its program in `src/bin` hands it to libFuzzer,
+//! and `tests/replay.rs` runs it on each file of `corpus/NAME` without.
+
+pub mod bytes;
+pub mod laws;
+pub mod longitudinal;
+pub mod path;
+pub mod predict;
+mod scene;
+mod subject;
+
+/// The name of a target, which is also that of its corpus, and what it runs.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// Every target.
+pub const TARGETS: [Target; 4] = [
+    ("path", path::check),
+    ("laws", laws::check),
+    ("longitudinal", longitudinal::check),
+    ("predict", predict::check),
+];

@@ -1,0 +1,217 @@
+"""Whole lives of a controller, in Rust and in the reference side by side.
+
+Steps, resets, jumps, other paths, states saved, pickled, restored and made up, and bad input at
+any point, in an order that hypothesis chooses; whatever comes, both answer with the same bits.
+"""
+
+from __future__ import annotations
+
+import math
+import pickle
+from typing import Any, ClassVar
+
+import pytest
+from hypothesis import Phase, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+
+import popsteer
+from popsteer import InputError
+from tests.parity.checks import BAD_STEPS, NAN, controller
+from tests.parity.compare import Pair, bits, make
+from tests.parity.laws import LATERAL, Law
+from tests.parity.strategies import CALM_SPOTS, SPOTS, Shape, Spot, Waypoints, shapes
+
+# What a plain loop of the reference visits in one step at most.
+MOST_GRID_POINTS = 150
+SHAPES = shapes(most=20)
+# Bad poses, and where among x, y and yaw.
+BAD_POSES = [(place, value) for place, value in BAD_STEPS if place < 3]
+
+
+class Life(RuleBasedStateMachine):
+    """One controller and its twin; `law` is set by the class that is run."""
+
+    law: ClassVar[Law]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.saved: Pair | None = None
+        self.before: Any = None
+        self.vehicle = (0.0, 0.0, 0.0, 5.0)
+        self.angle = 0.0
+
+    @initialize(shape=SHAPES, data=st.data())
+    def construct(self, shape: Shape, data: st.DataObject) -> None:
+        self._put_on(shape.build(), data.draw(self.law.params(), label="params"))
+
+    def _put_on(self, path: Waypoints, params: dict[str, Any]) -> None:
+        self.path = path
+        self.params = params
+        self.pair = controller(self.law, path, params, MOST_GRID_POINTS)
+        self.max_steer = self.pair.rust.params.max_steer
+
+    def _check_command(self, command: Pair | None) -> None:
+        assert command is not None
+        told = command.rust
+        assert abs(told.steer) <= self.max_steer
+        assert math.isfinite(told.cross_track_error)
+        assert abs(told.heading_error) <= math.pi
+        assert all(map(math.isfinite, told.target))
+        self.angle = told.steer
+
+    @rule(spot=SPOTS)
+    def step(self, spot: Spot) -> None:
+        inputs = spot.at(self.path)
+        self.vehicle = inputs[:4]
+        self._check_command(self.pair.call("step", *inputs))
+
+    @rule(spot=SPOTS)
+    def steer_as_step(self, spot: Spot) -> None:
+        inputs = spot.at(self.path)
+        self.vehicle = inputs[:4]
+        before = self.pair.get("state")
+        angle = self.pair.call("steer", *inputs)
+        after = self.pair.get("state")
+        assert angle is not None
+        assert self.pair.set_state(before)
+        command = self.pair.call("step", *inputs)
+        self._check_command(command)
+        assert bits(angle.rust) == bits(self.angle)
+        assert bits(self.pair.get("state").rust) == bits(after.rust)
+
+    @rule(steps=st.integers(1, 5), acceleration=st.floats(-8.0, 8.0))
+    def drive_on(self, steps: int, acceleration: float) -> None:
+        for _ in range(steps):
+            x, y, yaw, speed = popsteer.kinematic_bicycle(
+                *self.vehicle, self.angle, acceleration, 3.0, 0.05
+            )
+            bounds = ((x, 1e9), (y, 1e9), (yaw, 1e6), (speed, 1e4))
+            if any(abs(value) > bound for value, bound in bounds):
+                break
+            self.vehicle = (x, y, yaw, speed)
+            self._check_command(self.pair.call("step", *self.vehicle, 0.05))
+
+    @rule(
+        spot=CALM_SPOTS, bad=st.sampled_from(BAD_STEPS), method=st.sampled_from(["step", "steer"])
+    )
+    def refuse_bad_step(self, spot: Spot, bad: tuple[int, float], method: str) -> None:
+        place, value = bad
+        inputs = list(spot.at(self.path))
+        inputs[place] = value
+        before = bits(self.pair.get("state").rust)
+        assert self.pair.call(method, *inputs) is None
+        assert bits(self.pair.get("state").rust) == before
+
+    @rule()
+    def reset(self) -> None:
+        self.pair.call("reset")
+        first = make(self.law.name, self.pair.get("path"), self.pair.get("params"))
+        assert bits(self.pair.get("state").rust) == bits(first.get("state").rust)
+
+    @rule(spot=SPOTS)
+    def relocalise(self, spot: Spot) -> None:
+        x, y, yaw, _, _ = spot.at(self.path)
+        self.pair.call("relocalise", x, y, yaw)
+        assert 0 <= self.pair.get("state").rust.waypoint < len(self.path.xy)
+
+    @rule(spot=CALM_SPOTS, bad=st.sampled_from(BAD_POSES))
+    def refuse_bad_relocalise(self, spot: Spot, bad: tuple[int, float]) -> None:
+        pose = list(spot.at(self.path)[:3])
+        pose[bad[0]] = bad[1]
+        before = bits(self.pair.get("state").rust)
+        assert self.pair.call("relocalise", *pose) is None
+        assert bits(self.pair.get("state").rust) == before
+
+    @rule()
+    def save(self) -> None:
+        self.saved = self.pair.get("state")
+
+    @precondition(lambda self: self.saved is not None)
+    @rule()
+    def restore(self) -> None:
+        assert self.saved is not None
+        waypoint = self.saved.rust.waypoint
+        taken = self.pair.set_state(self.saved)
+        # The one thing in which another path can make it wrong.
+        assert taken == (waypoint is None or waypoint < len(self.path.xy))
+        if taken:
+            assert bits(self.pair.get("state").rust) == bits(self.saved.rust)
+
+    @rule()
+    def pickle_all(self) -> None:
+        """Go on with a controller made of what was pickled of the last."""
+        state, path, params = (
+            Pair(name, *(pickle.loads(pickle.dumps(side)) for side in (part.rust, part.twin)))
+            for name, part in (
+                (self.law.state_name, self.pair.get("state")),
+                ("Path", self.pair.get("path")),
+                (self.law.params_name, self.pair.get("params")),
+            )
+        )
+        assert bits(state.rust) == bits(self.pair.rust.state)
+        self.pair = make(self.law.name, path, params)
+        assert self.pair.set_state(state)
+
+    @rule(shape=SHAPES)
+    def swap_path(self, shape: Shape) -> None:
+        """Go on along another path, from the old state where that has its waypoint."""
+        state = self.pair.get("state")
+        self._put_on(shape.build(), self.params)
+        waypoint = state.rust.waypoint
+        taken = self.pair.set_state(state)
+        assert taken == (waypoint is None or waypoint < len(self.path.xy))
+
+    @rule(waypoint=st.integers(0, 30), value=st.floats(-2.0, 2.0) | st.sampled_from([NAN, 1e308]))
+    def restore_made_up(self, waypoint: int, value: float) -> None:
+        remembered = {"Pop": "previous_steer", "Pid": "previous_error"}
+        field = remembered.get(self.law.name)
+        fields: dict[str, Any] = {"waypoint": waypoint}
+        if field is not None:
+            fields[field] = value
+        before = bits(self.pair.get("state").rust)
+        state = make(self.law.state_name, **fields)
+        if not self.pair.set_state(state):
+            assert waypoint >= len(self.path.xy) or field is not None
+            assert bits(self.pair.get("state").rust) == before
+
+    @invariant()
+    def state_is_shown_alike_and_accepted(self) -> None:
+        """Whatever happened, the state is one that the controller takes back."""
+        if hasattr(self, "pair"):
+            assert self.pair.set_state(self.pair.get("state"))
+
+
+@pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
+def test_life_of_a_controller_in_any_order_matches_reference_and_stays_sound(law: Law) -> None:
+    machine = type(f"{law.name}Life", (Life,), {"law": law})
+    run_state_machine_as_test(machine, settings=settings(stateful_step_count=50))
+
+
+def test_life_with_a_state_changed_by_a_refused_step_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The machine sees the fault that it is there for."""
+    law = LATERAL[0]
+    machine = type("FaultyLife", (Life,), {"law": law})
+    step = popsteer.reference.Pop.step
+
+    def faulty(self: Any, *inputs: float) -> Any:
+        try:
+            return step(self, *inputs)
+        except InputError:
+            self.reset()
+            raise
+
+    monkeypatch.setattr(popsteer.reference.Pop, "step", faulty)
+    # Finding it is enough; making it small is not this test's work.
+    effort = settings(max_examples=100, phases=[Phase.generate])
+    with pytest.raises(AssertionError):
+        run_state_machine_as_test(machine, settings=effort)

@@ -1,0 +1,161 @@
+"""Preview POP: its choice against a list of candidates, and what it does where it could do harm."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import PreviewPop, PreviewPopParams, PreviewPopState, Status
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+DT = 0.05
+LINE = popsteer.Path([(float(x), 0.0) for x in range(400)])
+ANGLES = np.linspace(0.0, 2.0 * math.pi, 3000, endpoint=False)
+CIRCLE = popsteer.Path(40.0 * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]), closed=True)
+
+
+def _rollout(params: PreviewPopParams, start: list[float], speed: float, bend: float) -> Any:
+    """The prediction as a linear function of the moves: its errors as (constant, matrix).
+
+    Plainly integrated in small steps, apart from the law's own closed solution.
+    """
+    steps, substeps = round(params.horizon / DT), 400
+    offset = params.reference_offset or 0.0
+    # Columns: the constant, then each move. Rows: cross-track, heading, driven, told.
+    state = np.zeros((4, steps + 1))
+    state[:, 0] = start
+    rows: list[NDArray[np.float64]] = []
+    h = speed * DT / substeps
+    for k in range(steps):
+        state[3, k + 1] += 1.0
+        for _ in range(substeps):
+            e, p, a, c = state
+            turn = np.zeros(steps + 1)
+            turn[0] = bend
+            state = np.array(
+                [
+                    e + h * (p + offset * a) + 0.5 * h * h * (a - turn),
+                    p + h * (a - turn),
+                    a + h * (c - a) / (params.steer_lag * speed),
+                    c,
+                ]
+            )
+        e, p, a, _ = state
+        rows += [e, params.heading_cost * (p + offset * a)]
+        move = np.zeros(steps + 1)
+        length = params.wheelbase + params.understeer * speed * speed
+        move[k + 1] = params.steer_rate_cost * length / DT
+        rows.append(move)
+    stacked = np.array(rows)
+    return stacked[:, 0], stacked[:, 1:]
+
+
+@pytest.mark.parametrize("radius", [np.inf, 40.0])
+@pytest.mark.parametrize(("aside", "yaw", "steer"), [(0.3, 0.02, 0.0), (-0.1, -0.05, 0.03)])
+@pytest.mark.parametrize("offset", [0.0, 1.06])
+def test_preview_pop_choice_beats_every_candidate_of_the_neighbourhood(
+    radius: float, aside: float, yaw: float, steer: float, offset: float
+) -> None:
+    params = PreviewPopParams(
+        horizon=0.5, wheelbase=2.7, understeer=2e-3, reference_offset=offset, approach_angle=1.5
+    )
+    speed, length = 12.0, 2.7 + 2e-3 * 12.0**2
+    path = LINE if np.isinf(radius) else CIRCLE
+    x, y = (50.0, aside) if np.isinf(radius) else (radius - aside, 0.0)
+    heading = yaw if np.isinf(radius) else 0.5 * math.pi + yaw
+    law = PreviewPop(path, params)
+    law.state = PreviewPopState(previous_steer=steer, curvature=0.01)
+    command = law.step(
+        x - offset * math.cos(heading), y - offset * math.sin(heading), heading, speed, DT
+    )
+    told = math.tan(steer) / length
+    constant, matrix = _rollout(params, [aside, yaw, 0.01, told], speed, 1.0 / radius)
+
+    def cost(angle: float) -> float:
+        """Least cost with this angle first, whatever follows."""
+        first = math.tan(angle) / length - told
+        rest = constant + matrix[:, 0] * first
+        best = rest + matrix[:, 1:] @ np.linalg.lstsq(matrix[:, 1:], -rest, rcond=None)[0]
+        return float(best @ best)
+
+    span = min(params.steer_span, params.max_steer_rate * DT)
+    candidates = np.linspace(steer - span, steer + span, 21)
+    assert abs(command.steer - steer) <= span * (1 + 1e-12)
+    costs = [cost(candidate) for candidate in candidates]
+    assert cost(command.steer) <= min(costs) * (1 + 1e-4)
+    assert max(costs) > min(costs) * 1.001, "the candidates do not differ"
+
+
+def test_preview_pop_at_rest_keeps_its_angle() -> None:
+    law = PreviewPop(LINE)
+    law.state = PreviewPopState(previous_steer=0.125)
+    for speed in (0.0, -0.0, -3.0):
+        assert [law.steer(20.0, 2.0, 0.4, speed, DT) for _ in range(50)] == [0.125] * 50
+
+
+def test_preview_pop_at_low_speed_turns_with_the_way_travelled() -> None:
+    moves = []
+    for speed in (0.1, 0.2):
+        law = PreviewPop(LINE)
+        moves.append(abs(law.steer(20.0, 2.0, 0.8, speed, DT)))
+    assert moves[1] == pytest.approx(2.0 * moves[0])
+    assert moves[0] == pytest.approx(math.radians(60.0) * DT * 0.1 / 5.0)
+
+
+def test_preview_pop_step_keeps_to_rate_angle_and_lateral_acceleration() -> None:
+    params = PreviewPopParams(max_steer_rate=0.4, max_lateral_acceleration=3.0, max_steer=0.25)
+    for speed, most in ((4.0, 0.25), (15.0, math.atan(3.0 * 3.0 / 15.0**2))):
+        law = PreviewPop(LINE, params)
+        steer, commands = 0.0, []
+        for _ in range(60):
+            command = law.step(20.0, -3.0, -1.5, speed, DT)
+            assert abs(command.steer - steer) <= 0.4 * DT * (1 + 1e-12)
+            steer = command.steer
+            commands.append(command)
+        assert steer == pytest.approx(most)
+        assert commands[-1].status is Status.SATURATED
+
+
+def test_preview_pop_on_a_circle_holds_the_angle_of_the_circle() -> None:
+    law = PreviewPop(CIRCLE, PreviewPopParams(wheelbase=2.7, steer_lag=0.0))
+    x, y, yaw = 40.0, 0.0, 0.5 * math.pi
+    for _ in range(300):
+        steer = law.steer(x, y, yaw, 10.0, DT)
+        x, y, yaw, _ = popsteer.kinematic_bicycle(x, y, yaw, 10.0, steer, 0.0, 2.7, DT)
+    assert steer == pytest.approx(math.atan(2.7 / 40.0), rel=0.01)
+
+
+@pytest.mark.parametrize("jump", [0.0, 500.0, -1e6])
+def test_preview_pop_learnt_offsets_keep_within_their_bounds_after_a_jump(jump: float) -> None:
+    params = PreviewPopParams(turn_learning_time=0.2, slip_learning_time=0.2)
+    law = PreviewPop(LINE, params)
+    for k in range(100):
+        law.step(20.0 + 0.5 * k, jump * (k % 2), 3.0 * k, 10.0, DT)
+        assert abs(law.state.turn_offset) <= 0.05
+        assert abs(law.state.slip) <= 0.15
+    # Back in order, what was learnt wrongly is forgotten.
+    for k in range(100):
+        law.step(80.0 + 0.5 * k, 0.0, 0.0, 10.0, DT)
+    assert abs(law.state.slip) < 1e-3
+
+
+def test_preview_pop_that_does_not_learn_has_nothing_learnt() -> None:
+    law = PreviewPop(LINE)
+    for k in range(20):
+        law.step(20.0 + 0.5 * k, 0.1 * k, 0.05 * k, 10.0, DT)
+    assert (law.state.turn_offset, law.state.slip) == (0.0, 0.0)
+
+
+def test_preview_pop_smoothing_turned_off_takes_the_segments() -> None:
+    corner = popsteer.Path([(0.0, 0.0), (20.0, 0.0), (20.0, 20.0)])
+    far = PreviewPop(corner, PreviewPopParams(smoothing_length=0.0, horizon=0.5))
+    near = PreviewPop(corner, PreviewPopParams(smoothing_length=2.0, horizon=0.5))
+    # 8 m before the corner, looking 5 m ahead: straight on, unless the direction is smoothed.
+    assert abs(far.steer(12.0, 0.0, 0.0, 10.0, DT)) < 1e-12
+    assert near.steer(12.0, 0.0, 0.0, 10.0, DT) > 1e-4
