@@ -87,13 +87,11 @@ PREVIEW_POP = Law(
         "smoothing_length": ((0.0, 1e3), (0.0, 10.0)),
         "turn_learning_time": ((0.0, 1e6), (0.0, 2.0)),
         "slip_learning_time": ((0.0, 1e6), (0.0, 2.0)),
-        "wheelbase": _BODY["wheelbase"],
         "understeer": ((0.0, 1e3), (0.0, 0.01)),
         "steer_lag": ((0.0, 10.0), (0.0, 0.5)),
-        "reference_offset": _BODY["reference_offset"],
-        "max_steer": _BODY["max_steer"],
+        **_BODY,
     },
-    optional=("reference_offset",),
+    optional=_OPTIONAL,
 )
 PID = Law(
     "Pid",

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from math import inf, nan, nextafter
+from math import inf, nan, nextafter, pi
 from typing import Any
 
 import pytest
@@ -54,7 +54,7 @@ def test_preview_pop_matches_reference_edges() -> None:
         "curvature": 1e7,
         "previous_x": 1e9,
         "previous_y": 1e9,
-        "previous_yaw": 1e6,
+        "previous_yaw": 1e6 + pi,
         "turn": 1e15,
         "turn_offset": 0.05,
         "slip": 0.15,

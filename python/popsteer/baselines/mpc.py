@@ -108,7 +108,7 @@ class Mpc:
 
     def reset(self) -> None:
         """Forget the steps taken so far."""
-        self._nearest: int | None = None
+        self._segment: int | None = None
         self._answered = 0.0
         self._change = 0.0
         self.previous_steer = 0.0
@@ -185,10 +185,11 @@ class Mpc:
         params = self.params
         x += self.reference_offset * math.cos(yaw)
         y += self.reference_offset * math.sin(yaw)
-        path, last = self.path, self._nearest
-        nearest = path.nearest_waypoint(x, y) if last is None else path.walk(last, x, y)
-        self._nearest = nearest
-        foot = path.project(x, y, nearest)
+        path, last = self.path, self._segment
+        start = path.relocalise(x, y, yaw) if last is None else last
+        reach = 2.0 * params.wheelbase + abs(speed) * dt
+        foot = path.locate(x, y, yaw, start, reach)
+        self._segment = foot.segment
         speed = max(speed, _LEAST_SPEED)
         heading = self._headings_ahead(foot.arc_length, speed)
         # What the command of the last step has come to at the wheels by now.
