@@ -22,9 +22,13 @@ def test_presets_of_each_law_are_of_its_class_and_leave_the_vehicle_open(law: st
 def test_presets_where_paper_and_code_differ_hold_both() -> None:
     assert presets.get("pid", "paper") == popsteer.PidParams(integral_with_dt=False)
     assert presets.get("pid", "published-code") == popsteer.PidParams(kp=0.12, ki=0.01, kd=0.48)
-    assert presets.get("pure-pursuit", "paper") == popsteer.PurePursuitParams(min_lookahead=0.0)
+    assert presets.get("pop", "paper") == popsteer.PopParams(exact_lookahead=False)
+    assert presets.get("pop", "default") == popsteer.PopParams(exact_lookahead=True)
+    assert presets.get("pure-pursuit", "paper") == popsteer.PurePursuitParams(
+        min_lookahead=0.0, exact_lookahead=False
+    )
     assert presets.get("pure-pursuit", "published-code") == popsteer.PurePursuitParams(
-        alpha_by_arccos=True
+        alpha_by_arccos=True, exact_lookahead=False
     )
     assert presets.get("stanley", "published-code") == popsteer.StanleyParams(heading_behind=True)
 

@@ -23,6 +23,7 @@ mod metrics;
 mod params;
 mod path;
 mod pool;
+mod projection;
 mod python_plant;
 mod sim;
 mod vehicles;
@@ -60,7 +61,9 @@ mod _core {
     #[pymodule_export]
     use crate::many::{PyNoise, run_many};
     #[pymodule_export]
-    use crate::path::{PyLookahead, PyPath, PyProjection};
+    use crate::path::PyPath;
+    #[pymodule_export]
+    use crate::projection::{PyLookahead, PyProjection};
     #[pymodule_export]
     use crate::sim::{PyCarlaIdentified, PyKinematicBicycle, PySettings, PySimulation, plants};
 

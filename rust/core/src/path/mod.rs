@@ -1,13 +1,15 @@
 //! The reference path: where am I, and where do I aim?
 //!
 //! [`view`] holds the waypoints, [`locate`] finds a point beside them and [`relocalise`] finds it
-//! anew after a jump, [`follow`] takes a vehicle along them in both directions, [`resample`] makes the fine grid of the near neighbourhood and
+//! anew after a jump, [`follow`] takes a vehicle along them in both directions, [`preview`] tells
+//! how the path turns ahead, [`resample`] makes the fine grid of the near neighbourhood and
 //! [`lookahead`] searches it.
 
 pub mod follow;
 pub mod jump;
 pub mod locate;
 pub mod lookahead;
+mod nearby;
 #[cfg(feature = "alloc")]
 mod owned;
 pub mod preview;

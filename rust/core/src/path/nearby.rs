@@ -1,0 +1,248 @@
+//! The way past the scan: what [`locate_by_scan`](super::locate::locate_by_scan) finds, from the
+//! segments beside the last foot alone.
+//!
+//! Where none of the others can matter the answer is certain without looking at them; where that
+//! does not show, there is none, and the scan has to look.
+
+use super::locate::Foot;
+use super::view::{PathView, squared_distance};
+use crate::Point;
+
+/// More than rounding can move a foot or a waypoint within the bounds of coordinates [m].
+const MARGIN: f64 = 1e-6;
+
+/// What the scan finds, where that is certain from the feet beside the last one; none where a
+/// place farther along could be as good.
+#[inline]
+pub(super) fn locate_nearby(
+    path: &PathView<'_>,
+    waypoint: usize,
+    position: Point,
+    heading: Point,
+    reach: f64,
+) -> Option<Foot> {
+    // Around a path this short both ways meet.
+    if path.is_closed() && path.length() <= 2.0 * reach + 4.0 * path.longest() {
+        return None;
+    }
+    let start = path.segment_at(waypoint);
+    let mut foot = Foot::new(path, start, position);
+    let mut ahead = Way::new(path, start, &foot, true, reach);
+    let mut behind = Way::new(path, start, &foot, false, reach);
+    // Downhill to the candidate; ahead first, as the scan takes the last of several as near.
+    while let Some(next) = ahead.foot(position) {
+        if next.squared_distance > foot.squared_distance {
+            break;
+        }
+        foot = next;
+    }
+    if foot.segment == start {
+        while let Some(previous) = behind.foot(position) {
+            if previous.squared_distance >= foot.squared_distance {
+                break;
+            }
+            foot = previous;
+        }
+    }
+    let limit = foot.cost(heading) + MARGIN;
+    (ahead.clears(position, limit) && behind.clears(position, limit)).then_some(foot)
+}
+
+/// The segments on one side of the last foot, outwards, as far as the stretch goes.
+struct Way<'a> {
+    path: &'a PathView<'a>,
+    segment: usize,
+    /// Squared distance to the last segment, as the scan has it; infinite where that is not known.
+    inner: f64,
+    /// Arc passed, the segment included [m].
+    arc: f64,
+    reach: f64,
+    ahead: bool,
+}
+
+impl<'a> Way<'a> {
+    #[inline]
+    fn new(path: &'a PathView<'a>, segment: usize, foot: &Foot, ahead: bool, reach: f64) -> Self {
+        Self {
+            path,
+            segment,
+            inner: foot.squared_distance,
+            arc: 0.0,
+            reach,
+            ahead,
+        }
+    }
+
+    /// The next segment outwards, while the stretch goes on.
+    #[inline]
+    fn advance(&mut self) -> Option<usize> {
+        if self.arc > self.reach {
+            return None;
+        }
+        let next = self.beyond(self.segment)?;
+        self.arc += self.path.segment_length(next);
+        self.segment = next;
+        Some(next)
+    }
+
+    #[inline]
+    fn beyond(&self, segment: usize) -> Option<usize> {
+        if self.ahead {
+            self.path.following(segment)
+        } else {
+            self.path.preceding(segment)
+        }
+    }
+
+    /// The foot on the next segment.
+    #[inline]
+    fn foot(&mut self, position: Point) -> Option<Foot> {
+        let foot = Foot::new(self.path, self.advance()?, position);
+        self.inner = foot.squared_distance;
+        Some(foot)
+    }
+
+    /// Whether no segment farther out can be a candidate of the scan at a cost up to `limit`.
+    #[inline]
+    fn clears(mut self, position: Point, limit: f64) -> bool {
+        loop {
+            let passed = self.arc;
+            let Some(segment) = self.advance() else {
+                return true;
+            };
+            let (start, end) = self.path.segment(segment);
+            let (along, to) = (end - start, position - start);
+            let squared_length = along.x * along.x + along.y * along.y;
+            let along_it = to.x * along.x + to.y * along.y;
+            // The inner end, and whether it is the foot: the same bits as the scan's.
+            let (near, is_foot) = if self.ahead {
+                (start, along_it <= 0.0)
+            } else {
+                (start + along, along_it >= squared_length)
+            };
+            let distance = squared_distance(position, near);
+            // From here to the end of the stretch the distance falls by less than the arc grows.
+            let rest = self.reach - passed + self.path.longest();
+            let within = limit + rest + MARGIN;
+            if distance > within * within && !self.comes_to_an_end(segment, rest) {
+                return true;
+            }
+            let rises = if self.ahead {
+                distance > self.inner
+            } else {
+                distance >= self.inner
+            };
+            if is_foot && (rises || distance > limit * limit) {
+                self.inner = distance;
+                continue;
+            }
+            let ends = self.beyond(segment).is_none();
+            if ends || distance <= 2.0 * (limit * limit + squared_length) + MARGIN {
+                return false;
+            }
+            self.inner = f64::INFINITY;
+        }
+    }
+
+    /// Whether the path may end, or turn round, within `rest` [m] of arc from `segment`: its last
+    /// segment goes on without an end.
+    #[inline]
+    fn comes_to_an_end(&self, segment: usize, rest: f64) -> bool {
+        let path = self.path;
+        let room = if self.ahead {
+            path.length() - path.arc(segment)
+        } else {
+            path.arc(segment)
+        };
+        path.reverse().is_some() || !path.is_closed() && room <= rest + 2.0 * path.longest()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::locate::{locate, locate_by_scan};
+    use super::*;
+    use crate::Path;
+    use crate::math::{atan2, cos, sin, sqrt};
+    use alloc::vec::Vec;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
+
+        #[test]
+        fn test_locate_is_what_the_scan_finds(
+            steps in proptest::collection::vec(
+                (prop_oneof![Just(1.0), 0.01..3.0, Just(20.0)], -3.0..3.0_f64), 2..60),
+            bend in prop_oneof![Just(0.0), Just(0.05), Just(0.4), Just(1.0)],
+            origin in prop_oneof![Just(0.0), -1e3..1e3, Just(1e7), Just(-1e9)],
+            lattice in any::<bool>(),
+            turns in proptest::collection::vec(any::<bool>(), 60),
+            closed in any::<bool>(),
+            reversing in any::<bool>(),
+            at in 0_usize..60,
+            aside in (prop_oneof![Just(0.0), -12.0..12.0], prop_oneof![Just(0.0), -12.0..12.0]),
+            yaw in -3.2..3.2_f64,
+            aligned in any::<bool>(),
+            reach in prop_oneof![Just(6.0), 0.0..30.0],
+            last in 0_usize..60,
+            near in any::<bool>(),
+        ) {
+            let (mut x, mut y, mut heading) = (origin, -origin, 0.3);
+            let (mut xs, mut ys) = (Vec::new(), Vec::new());
+            for (length, turn) in steps {
+                xs.push(x);
+                ys.push(y);
+                heading += bend * turn;
+                let (dx, dy) = (length * cos(heading), length * sin(heading));
+                if lattice {
+                    x += crate::math::from_count(crate::math::to_count(dx.abs())).copysign(dx);
+                    y += 1.0 + crate::math::from_count(crate::math::to_count(dy.abs()));
+                } else {
+                    x += dx;
+                    y += dy;
+                }
+            }
+            let Ok(path) = Path::new(&xs, &ys, None, closed && xs.len() > 2) else {
+                return Ok(());
+            };
+            let path = if reversing {
+                path.with_reverse(turns.get(..xs.len()).unwrap()).unwrap()
+            } else {
+                path
+            };
+            let view = path.view();
+            let at = view.segment_at(at % view.len());
+            let (start, end) = view.segment(at);
+            let middle = 0.5 * (start + end);
+            let position = Point::new(middle.x + aside.0, middle.y + aside.1);
+            let yaw = if aligned {
+                atan2(end.y - start.y, end.x - start.x) + 0.1 * yaw
+            } else {
+                yaw
+            };
+            let heading = Point::new(cos(yaw), sin(yaw));
+            let last = if near { (at + last % 5) % view.len() } else { last % view.len() };
+            let scanned = locate_by_scan(&view, last, position, heading, reach);
+            prop_assert_eq!(locate(&view, last, position, heading, reach), scanned);
+        }
+    }
+
+    #[test]
+    fn test_locate_decides_without_the_scan_in_plain_driving() {
+        let x: Vec<f64> = (0..400).map(f64::from).collect();
+        let y: Vec<f64> = x.iter().map(|x| 5.0 * sin(x / 20.0)).collect();
+        let path = Path::new(&x, &y, None, false).unwrap();
+        let heading = |at: f64| {
+            let slope = 0.25 * cos(at / 20.0);
+            Point::new(1.0, slope) / sqrt(1.0 + slope * slope)
+        };
+        let decided = (0..3900).filter(|&k| {
+            let at = 0.1 * f64::from(k);
+            let position = Point::new(at, 5.0 * sin(at / 20.0) + 0.3);
+            let last = crate::math::to_count(at);
+            locate_nearby(&path.view(), last, position, heading(at), 6.0).is_some()
+        });
+        assert!(decided.count() > 3890);
+    }
+}
