@@ -22,8 +22,8 @@ class Status(str, enum.Enum):
     LOOKAHEAD_LOST = "lookahead-lost"
     """Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at."""
     SATURATED = "saturated"
-    """Degraded: the law wants a larger angle than `max_steer` or the lateral acceleration allows, or a
-    faster move than the actuator makes. The command is limited."""
+    """Degraded: the law wants a larger angle than `max_steer` or the lateral acceleration allows,
+    or a faster move than the actuator makes. The command is limited."""
     END_OF_PATH = "end-of-path"
     """Degraded: the reference point is past the end of the path. The last segment is followed on
     as a straight line."""

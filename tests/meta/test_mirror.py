@@ -47,7 +47,10 @@ def test_core_file_has_its_twin_in_the_reference_or_is_a_shortcut() -> None:
         for file in FILES
     }
     # What the plain loops need not have; each is compared with them where it stands.
-    shortcuts = {Path("path/jump.rs"): "get_lookahead_point", Path("path/nearby.rs"): "locate_by_scan"}
+    shortcuts = {
+        Path("path/jump.rs"): "get_lookahead_point",
+        Path("path/nearby.rs"): "locate_by_scan",
+    }
     assert files - set(shortcuts) <= twins
     assert all(plain in (CORE / file).read_text("utf-8") for file, plain in shortcuts.items())
 

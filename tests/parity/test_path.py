@@ -130,9 +130,9 @@ def test_path_location_matches_reference_random(shape: Shape, spot: Spot, start:
         arrived = pair.call("locate", x, y, yaw, first, reach)
         assert arrived is not None
         pair.call("get_crossing", x, y, abs(speed), arrived.rust.segment)
-    for nearest in (None, first, arrived.rust.segment):
-        pair.call("project", x, y, nearest)
-        pair.call("reference_speed", x, y, nearest)
+        for nearest in (None, first, arrived.rust.segment):
+            pair.call("project", x, y, nearest)
+            pair.call("reference_speed", x, y, nearest)
     pair.call("path_yaw_behind", first)
 
 

@@ -142,10 +142,9 @@ def test_pid_integral_is_bounded_by_its_buffer(
     length = {"buffer_length": min(params.get("buffer_length", 5), 20)}
     pid = _controller(PID, path, {**params, **length})
     largest = 0.0
-    taken = summed = 0
-    for spot in spots:
+    summed = 0
+    for taken, spot in enumerate(spots, start=1):
         command = pid.step(*spot.at(path))
-        taken += 1
         # The buffer is emptied where the vehicle was lost, and sums nothing at rest.
         summed = (0 if command.status is popsteer.Status.OFF_PATH else summed) + (spot.speed > 0.0)
         weight = spot.dt if pid.params.integral_with_dt else 1.0

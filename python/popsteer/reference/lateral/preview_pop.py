@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import copysign
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from popsteer.reference.error import config_in_range, input_in_range
 from popsteer.reference.lateral import (
@@ -365,11 +365,11 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
 
     def check_state(self, state: PreviewPopState) -> PreviewPopState:
         """Return `state`, where it is one that this law could have on its path."""
-        check_waypoint(self.path, state.waypoint)
-        checked: dict[str, float] = {
+        checked: dict[str, Any] = {
+            "waypoint": check_waypoint(self.path, state.waypoint),
             "previous_steer": check_steer(
                 "previous_steer", state.previous_steer, self.params.max_steer
-            )
+            ),
         }
         for field, bound in (
             ("curvature", 1e7),
@@ -382,7 +382,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         ):
             checked[field] = input_in_range(field, getattr(state, field), -bound, bound)
         checked["travel"] = input_in_range("travel", state.travel, 0.0, 1e7)
-        return PreviewPopState(waypoint=state.waypoint, **checked)
+        return replace(state, **checked)
 
 
 def _turned(state: PreviewPopState, at: Located) -> PreviewPopState:

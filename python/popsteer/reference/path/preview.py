@@ -35,7 +35,7 @@ class Stretch:
 
     @classmethod
     def about(cls, path: PathView, segment: int, nearest: float, farthest: float) -> Stretch:
-        """Return the one about `segment`, looked for between two arc lengths, once round at most."""
+        """Return that about `segment`, looked for between two arc lengths, once round at most."""
         first, last = segment, segment
         start, end = -inf, inf
         arc = path.s[segment]

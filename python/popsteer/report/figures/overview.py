@@ -92,9 +92,8 @@ def _distance(run: Run) -> NDArray[np.float64]:
         # two wheelbases of the laws' own search.
         if segment is None:
             segment = path.relocalise(x, y, yaw)
-        if path.reverse is not None and path.reverse[segment]:
-            yaw += np.pi
-        foot = path.locate(x, y, yaw, segment, 6.0)
+        backwards = path.reverse is not None and path.reverse[segment]
+        foot = path.locate(x, y, yaw + np.pi if backwards else yaw, segment, 6.0)
         segment, along[index] = foot.segment, foot.arc_length
     # A gap in the line where a closed path begins again.
     along[1:][np.diff(along) < -0.5 * path.length] = np.nan
