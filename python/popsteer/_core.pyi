@@ -254,6 +254,9 @@ class PopParams:
         lookahead_tolerance: float = ...,
         window_ahead: float = ...,
         grid_spacing: float = ...,
+        horizon: float | None = ...,
+        understeer: float = ...,
+        steer_lag: float = ...,
         wheelbase: float = ...,
         reference_offset: float | None = ...,
         max_steer: float = ...,
@@ -276,6 +279,12 @@ class PopParams:
     def window_ahead(self) -> float: ...
     @property
     def grid_spacing(self) -> float: ...
+    @property
+    def horizon(self) -> float | None: ...
+    @property
+    def understeer(self) -> float: ...
+    @property
+    def steer_lag(self) -> float: ...
     @property
     def wheelbase(self) -> float: ...
     @property
@@ -533,6 +542,7 @@ class PopState:
         *,
         waypoint: int | None = ...,
         previous_steer: float = ...,
+        model_steer: float = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
@@ -544,6 +554,8 @@ class PopState:
     def waypoint(self) -> int | None: ...
     @property
     def previous_steer(self) -> float: ...
+    @property
+    def model_steer(self) -> float: ...
     @property
     def steer(self) -> float: ...
     @property

@@ -67,10 +67,17 @@ _GAIN: tuple[Range, Range] = ((0.0, 1e6), (0.0, 2.0))
 
 POP = Law(
     "Pop",
-    {**_SEARCH, "steer_span": ((1e-6, math.pi), (0.01, 0.5)), **_BODY},
+    {
+        **_SEARCH,
+        "steer_span": ((1e-6, math.pi), (0.01, 0.5)),
+        "horizon": ((1e-3, 100.0), (0.1, 2.0)),
+        "understeer": ((0.0, 1e3), (0.0, 0.01)),
+        "steer_lag": ((0.0, 10.0), (0.0, 0.5)),
+        **_BODY,
+    },
     counts={"candidate_count": (3, 100_001)},
     flags=("exact_lookahead",),
-    optional=_OPTIONAL,
+    optional=(*_OPTIONAL, "horizon"),
     searches=True,
 )
 PREVIEW_POP = Law(

@@ -23,7 +23,7 @@ TAIL: dict[str, Any] = {
     "under_way": (),
 }
 FIRST: dict[str, dict[str, Any]] = {
-    "Pop": {"waypoint": None, "previous_steer": 0.0, **TAIL},
+    "Pop": {"waypoint": None, "previous_steer": 0.0, "model_steer": 0.0, **TAIL},
     "PreviewPop": {
         "waypoint": None,
         "previous_steer": 0.0,

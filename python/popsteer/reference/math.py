@@ -16,6 +16,7 @@ __all__ = [
     "atan2",
     "ceil",
     "cos",
+    "decay",
     "divide",
     "exp",
     "saturate",
@@ -90,6 +91,19 @@ def saturate(value: float, low: float, high: float) -> float:
     if value > high:
         return high
     return value
+
+
+def decay(time: float, time_constant: float) -> float:
+    """Tell what is left after `time` of what fades with a time constant: exp(-time / constant).
+
+    Nothing where the time constant is 0.
+
+    Examples
+    --------
+    >>> decay(0.1, 0.0)
+    0.0
+    """
+    return exp(-time / time_constant) if time_constant > 0.0 else 0.0
 
 
 def wrap(angle: float) -> float:

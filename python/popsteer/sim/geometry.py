@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar, cast
 
 from popsteer import laws, plants
-from popsteer._core import CarlaIdentified, KinematicBicycle, PreviewPopParams
+from popsteer._core import CarlaIdentified, KinematicBicycle, PopParams, PreviewPopParams
 from popsteer._core import plants as core_plants
 from popsteer.errors import ConfigError
 from popsteer.plants.protocol import Geometry, PythonPlant
@@ -224,7 +224,8 @@ or BangBangParams
     -------
     same as `params`
         A copy whose `reference_offset` is the law's axle and whose `wheelbase` is the plant's; of
-        `PreviewPopParams` one with the plant's `SteeringModel`, about the point that does not slip.
+        `PreviewPopParams` one with the plant's `SteeringModel`, about the point that does not slip;
+        of `PopParams` with a horizon one with that model at the law's axle.
 
     Raises
     ------
@@ -245,6 +246,9 @@ or BangBangParams
         return cast("_P", params.replace(reference_offset=0.0, **model._asdict(), **_limits(plant)))
     law = laws.get(laws.name_of(type(params)))
     offset = at.front_offset if law.axle == "front" else at.rear_offset
+    if isinstance(params, PopParams) and params.horizon is not None:
+        model = steering_model(plant)
+        return cast("_P", params.replace(reference_offset=offset, **model._asdict()))
     # `replace` of each class gives that class; through the union the type checker loses it.
     return cast("_P", params.replace(wheelbase=at.wheelbase, reference_offset=offset))
 

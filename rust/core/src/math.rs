@@ -50,6 +50,23 @@ pub fn saturate(value: f64, low: f64, high: f64) -> f64 {
     }
 }
 
+/// What is left after `time` of what fades with a time constant: `exp(-time / time_constant)`,
+/// nothing where the time constant is 0.
+///
+/// # Examples
+///
+/// ```
+/// assert_eq!(popsteer_core::math::decay(0.1, 0.0), 0.0);
+/// ```
+#[inline]
+pub fn decay(time: f64, time_constant: f64) -> f64 {
+    if time_constant > 0.0 {
+        exp(-time / time_constant)
+    } else {
+        0.0
+    }
+}
+
 /// `angle` [rad] brought into `[-pi, pi]` by whole turns.
 ///
 /// The remainder is exact, so an angle that needs no turn comes back unchanged, and

@@ -16,6 +16,7 @@ from popsteer.reference.lateral import (
     command,
     find,
 )
+from popsteer.reference.lateral.rollout import Model, Rollout
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.path.view import get_distance
@@ -23,6 +24,8 @@ from popsteer.reference.vehicle.predict import get_predicted_location
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from popsteer.reference.path.view import PathView, Point
     from popsteer.reference.vehicle.actuator import Actuator
     from popsteer.reference.vehicle.state import VehicleState
@@ -56,6 +59,15 @@ class PopParams:
         Arc ahead of the vehicle that the paper's search looks at [m].
     grid_spacing : float
         Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
+    horizon : float or None
+        How long a prediction by the kinematic bicycle with steering lag looks ahead [s]; None for
+        the paper's, a point over one step. The vehicle should come about as far as the lookahead
+        in it: where it does not, the law swings.
+    understeer : float
+        With a horizon, the understeer of the bicycle [s²/m]:
+        yaw rate = v tan δ / (wheelbase + understeer v²).
+    steer_lag : float
+        With a horizon, the time constant with which the wheels follow their command [s].
     wheelbase : float
         Distance of the axles [m].
     reference_offset : float or None
@@ -91,6 +103,9 @@ class PopParams:
     lookahead_tolerance: float = 0.01
     window_ahead: float = 20.0
     grid_spacing: float = 0.01
+    horizon: float | None = None
+    understeer: float = 0.0
+    steer_lag: float = 0.1
     wheelbase: float = 3.0
     reference_offset: float | None = None
     max_steer: float = 1.22
@@ -102,6 +117,10 @@ class PopParams:
         config_in_range(self, "steer_span", 1e-6, PI)
         config_odd(self, "candidate_count", 3, MAX_CANDIDATES)
         check_body(self)
+        if self.horizon is not None:
+            config_in_range(self, "horizon", 1e-3, 100.0)
+        config_in_range(self, "understeer", 0.0, 1e3)
+        config_in_range(self, "steer_lag", 0.0, 10.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,6 +145,8 @@ class PopState(TrackerState):
         Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
     previous_steer : float
         The last angle δ_prev [rad].
+    model_steer : float
+        With a horizon, the angle of the wheels by the model [rad].
 
     Examples
     --------
@@ -134,6 +155,7 @@ class PopState(TrackerState):
     """
 
     previous_steer: float = 0.0
+    model_steer: float = 0.0
 
 
 class Pop(Tracker[PopParams, PopState]):
@@ -143,6 +165,9 @@ class Pop(Tracker[PopParams, PopState]):
     closest to the lookahead point. With one-step point prediction the wheelbase does not enter;
     it only places the reference point. The last angle is looked at first and wins ties, so a
     vehicle at rest, where every candidate predicts the same location, keeps its wheels still.
+
+    With a `horizon` the location is predicted by a bicycle with steering lag, under each candidate
+    held over it, and what counts is the place on the way that lies closest to the lookahead point.
 
     Parameters
     ----------
@@ -172,6 +197,15 @@ class Pop(Tracker[PopParams, PopState]):
     ) -> None:
         params = PopParams() if params is None else params
         super().__init__(path, params, params.wheelbase, actuator)
+        self._model: Model | None = None
+        if params.horizon is not None:
+            self._model = Model(
+                params.horizon,
+                params.wheelbase,
+                params.understeer,
+                params.steer_lag,
+                self.reference_offset,
+            )
 
     def initial_state(self) -> PopState:
         """Return the state before the first step."""
@@ -190,9 +224,20 @@ class Pop(Tracker[PopParams, PopState]):
         # 1, 5 to 15: with the vehicle at the origin. Distances are the same there, and no digits
         # are lost far from it.
         lookahead_point = (target.point[0] - at.position[0], target.point[1] - at.position[1])
-        steer = self._choose(lookahead_point, at.vehicle.yaw, speed, previous_steer, at.dt)
+        wheel = at.turn(self.state.model_steer)
+        if self._model is None:
+            steer = self._choose(lookahead_point, at.vehicle.yaw, speed, previous_steer, at.dt)
+        else:
+            rollout = self._model.rollout(at.vehicle.yaw, speed, wheel, at.dt)
+            steer = self._choose_over_horizon(lookahead_point, rollout, previous_steer)
+            wheel, _ = self._limit(self._model.follow(wheel, steer, at.dt))
         # 16: delta_prev = delta
-        self._state = replace(self.state, waypoint=at.foot.segment, previous_steer=at.turn(steer))
+        self._state = replace(
+            self.state,
+            waypoint=at.foot.segment,
+            previous_steer=at.turn(steer),
+            model_steer=at.turn(wheel),
+        )
         if not target.found:
             status = Status.LOOKAHEAD_LOST
         elif abs(steer) >= self.params.max_steer:
@@ -218,6 +263,28 @@ class Pop(Tracker[PopParams, PopState]):
         if travel * span * span <= 16.0 * sys.float_info.epsilon * lookahead_range:
             return previous_steer
 
+        def get_distance_after(steer: float) -> float:
+            # 9: V_pred = get_predicted_location(x, y, theta, v, delta_list[k])
+            predicted = get_predicted_location(x, y, yaw, speed, steer, dt)
+            # 11: dist = get_distance(V_pred, lp)
+            return get_distance(predicted, lookahead_point)
+
+        return self._choose_nearest(previous_steer, get_distance_after)
+
+    def _choose_over_horizon(
+        self, lookahead_point: Point, rollout: Rollout, previous_steer: float
+    ) -> float:
+        """Optimize the way over the horizon, instead of the location after a step."""
+        lookahead_range = get_distance((0.0, 0.0), lookahead_point)
+        spread = rollout.spread(self.params.steer_span)
+        if spread <= 16.0 * sys.float_info.epsilon * lookahead_range:
+            return previous_steer
+        return self._choose_nearest(
+            previous_steer, lambda steer: rollout.get_least_distance(steer, lookahead_point)
+        )
+
+    def _choose_nearest(self, previous_steer: float, predict: Callable[[float], float]) -> float:
+        """Return the candidate predicted closest; the last angle where none is closer."""
         # 1: delta_list += delta_prev
         steer_list = [
             self._candidate(previous_steer, k) for k in range(self.params.candidate_count)
@@ -225,14 +292,11 @@ class Pop(Tracker[PopParams, PopState]):
         # 6: delta = delta_prev
         steer = previous_steer
         # 5: min dist <- infinity; here the distance that delta_prev leads to, so that it wins ties
-        predicted = get_predicted_location(x, y, yaw, speed, steer, dt)
-        min_distance = get_distance(predicted, lookahead_point)
+        min_distance = predict(steer)
         # 7: for k <- 1 to len(delta_list)
         for candidate in steer_list:
-            # 9: V_pred = get_predicted_location(x, y, theta, v, delta_list[k])
-            predicted = get_predicted_location(x, y, yaw, speed, candidate, dt)
-            # 11: dist = get_distance(V_pred, lp)
-            distance = get_distance(predicted, lookahead_point)
+            # 9, 11: dist = get_distance(get_predicted_location(..., delta_list[k]), lp)
+            distance = predict(candidate)
             # 13: if dist < min dist
             if distance < min_distance:
                 # 14: delta = delta_list[k]
@@ -256,4 +320,5 @@ class Pop(Tracker[PopParams, PopState]):
             previous_steer=check_steer(
                 "previous_steer", state.previous_steer, self.params.max_steer
             ),
+            model_steer=check_steer("model_steer", state.model_steer, self.params.max_steer),
         )

@@ -16,9 +16,10 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.cost_to_go import CostToGo, Travel
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
-from popsteer.reference.math import PI, atan, cos, exp, saturate, sin, tan, wrap
+from popsteer.reference.math import PI, atan, cos, decay, saturate, sin, tan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.view import MAX_COORDINATE
+from popsteer.reference.vehicle.predict import steps
 from popsteer.reference.vehicle.state import MAX_YAW
 from popsteer.status import Status
 
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PreviewPop", "PreviewPopParams", "PreviewPopState"]
 
-MAX_STEPS = 20
-"""The largest number of steps of the prediction."""
 MAX_TURN_OFFSET = 0.05
 """The largest turn that is learnt [1/m]."""
 MAX_SLIP = 0.15
@@ -291,11 +290,11 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         params, foot = self.params, at.foot
         offset = self.reference_offset
         speed = at.vehicle.forward_speed()
-        count, period = _steps(params.horizon, at.dt)
+        count, period = steps(params.horizon, at.dt)
         pace = speed if speed > params.min_speed else params.min_speed
         step = pace * period
         lag = params.steer_lag * speed
-        kept = exp(-step / lag) if lag > 0.0 else 0.0
+        kept = decay(step, lag)
         travel = Travel.over(step, lag, kept, offset)
         length = self._turning_length(speed)
         move_cost = params.steer_rate_cost * length / period
@@ -348,7 +347,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         speed = at.vehicle.forward_speed()
         told = tan(steer) / self._turning_length(speed)
         lag = self.params.steer_lag
-        kept = exp(-at.dt / lag) if lag > 0.0 else 0.0
+        kept = decay(at.dt, lag)
         excess = state.curvature - told
         distance = speed * at.dt
         teaches = speed >= self.params.min_speed
@@ -396,16 +395,6 @@ def _turned(state: PreviewPopState, at: Located) -> PreviewPopState:
         curvature=at.turn(state.curvature),
         turn_offset=at.turn(state.turn_offset),
     )
-
-
-def _steps(horizon: float, dt: float) -> tuple[int, float]:
-    """Tell how many steps the prediction takes over `horizon` [s], and how long each is [s].
-
-    The control period `dt` [s], or longer where that would be too many.
-    """
-    whole = int(saturate(horizon / dt + 1e-6, 1.0, float(MAX_STEPS)))
-    period = horizon / whole
-    return whole, dt if period < dt else period
 
 
 def _learnt(value: float, sample: float, dt: float, time: float, bound: float) -> float:

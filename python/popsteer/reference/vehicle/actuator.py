@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from popsteer import errors
 from popsteer.reference.error import config_in_range, input_in_range
-from popsteer.reference.math import PI, ceil, exp, saturate
+from popsteer.reference.math import PI, ceil, decay, saturate
 from popsteer.reference.vehicle.predict import kinematic_bicycle
 from popsteer.reference.vehicle.state import VehicleState
 
@@ -198,8 +198,5 @@ def elapse(
 
 def _follow(actuator: Actuator, wheel: float, steer: float, time: float) -> float:
     """Return the wheels from `wheel` after `time` [s] of the command `steer`."""
-    if actuator.lag > 0.0:
-        reached = steer + (wheel - steer) * exp(-time / actuator.lag)
-    else:
-        reached = steer
+    reached = steer + (wheel - steer) * decay(time, actuator.lag)
     return limit(actuator, wheel, reached, time) if time > 0.0 else wheel

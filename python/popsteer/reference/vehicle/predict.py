@@ -4,14 +4,32 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from popsteer.reference.math import cos, divide, sin, tan
+from popsteer.reference.math import cos, divide, saturate, sin, tan
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from popsteer.reference.path.view import Point
 
-__all__ = ["get_predicted_location", "kinematic_bicycle", "state_transition"]
+__all__ = ["get_predicted_location", "kinematic_bicycle", "state_transition", "steps"]
+
+MAX_STEPS = 20
+"""The largest number of steps of a prediction."""
+
+
+def steps(horizon: float, dt: float) -> tuple[int, float]:
+    """Tell how many steps a prediction takes over `horizon` [s], and how long each is [s].
+
+    The control period `dt` [s], or longer where that would be too many.
+
+    Examples
+    --------
+    >>> steps(0.5, 0.05), steps(4.0, 0.05)
+    ((10, 0.05), (20, 0.2))
+    """
+    whole = int(saturate(horizon / dt + 1e-6, 1.0, float(MAX_STEPS)))
+    period = horizon / whole
+    return whole, dt if period < dt else period
 
 
 def get_predicted_location(

@@ -9,6 +9,7 @@ pub mod pid;
 pub mod pop;
 pub mod preview_pop;
 pub mod pure_pursuit;
+pub mod rollout;
 pub mod stanley;
 #[cfg(feature = "alloc")]
 pub mod tracker;

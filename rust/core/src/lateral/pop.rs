@@ -1,5 +1,6 @@
 //! POP: proximally optimal predictive control, the paper's Algorithm 1.
 
+use super::rollout::{Model, Rollout};
 use super::{
     Body, Command, LateralLaw, LateralState, Status, Target, body_params, check_steer,
     check_waypoint, command, search_params,
@@ -33,6 +34,15 @@ pub struct PopParams {
     pub window_ahead: f64,
     /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
     pub grid_spacing: f64,
+    /// How long a prediction by the kinematic bicycle with steering lag looks ahead [s]; none for
+    /// the paper's, a point over one step. The vehicle should come about as far as the lookahead
+    /// in it: where it does not, the law swings.
+    pub horizon: Option<f64>,
+    /// With a horizon, the understeer of the bicycle [s^2/m]:
+    /// `yaw rate = speed tan(steer) / (wheelbase + understeer speed^2)`.
+    pub understeer: f64,
+    /// With a horizon, the time constant with which the wheels follow their command [s].
+    pub steer_lag: f64,
     /// Distance of the axles [m].
     pub wheelbase: f64,
     /// Reference point ahead of the rear axle [m]; the front axle, `wheelbase`, by default.
@@ -58,6 +68,9 @@ impl PopParams {
         lookahead_tolerance: 0.01,
         window_ahead: 20.0,
         grid_spacing: 0.01,
+        horizon: None,
+        understeer: 0.0,
+        steer_lag: 0.1,
         wheelbase: 3.0,
         reference_offset: None,
         max_steer: 1.22,
@@ -79,6 +92,8 @@ pub struct PopState {
     pub waypoint: Option<usize>,
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
+    /// With a horizon, the angle of the wheels by the model [rad].
+    pub model_steer: f64,
 }
 
 /// The POP controller: of the angles in the neighbourhood of the last one, the angle whose
@@ -87,10 +102,14 @@ pub struct PopState {
 /// With one-step point prediction the wheelbase does not enter; it only places the reference
 /// point. The last angle is looked at first and wins ties, so a vehicle at rest, where every
 /// candidate predicts the same location, keeps its wheels still.
+///
+/// With a `horizon` the location is predicted by a bicycle with steering lag, under each candidate
+/// held over it, and what counts is the place on the way that lies closest to the lookahead point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pop {
     body: Body,
     search: super::Search,
+    model: Option<Model>,
     steer_span: f64,
     candidate_count: usize,
     /// Candidates on either side of the last angle.
@@ -121,12 +140,22 @@ impl Pop {
             });
         }
         let body = Body::new(body_params!(params), params.wheelbase)?;
+        let model = Model {
+            // The numbers are checked, whether they count or not.
+            horizon: params.horizon.unwrap_or(1.0),
+            wheelbase: body.wheelbase,
+            understeer: params.understeer,
+            steer_lag: params.steer_lag,
+            reference_offset: body.follow.reference_offset,
+        }
+        .checked()?;
         let half = from_count(count / 2);
         let step = steer_span / half;
         let steps_per_rad = 1.0 / step;
         Ok(Self {
             body,
             search,
+            model: params.horizon.map(|_| model),
             steer_span,
             candidate_count: count,
             half,
@@ -148,20 +177,27 @@ impl Pop {
         let speed = at.vehicle.forward_speed();
         let lookahead = self.search.min_lookahead + self.search.lookahead_gain * speed;
         let target = self.search.find(path, &at, lookahead);
-        let steer = self.choose(
-            target.point - at.position,
-            VehicleState {
+        let to_target = target.point - at.position;
+        let previous_steer = at.turn(state.previous_steer);
+        let mut wheel = at.turn(state.model_steer);
+        let steer = if let Some(model) = &self.model {
+            let rollout = model.rollout(at.vehicle.yaw, speed, wheel, dt);
+            let steer = self.choose_over_horizon(to_target, &rollout, previous_steer);
+            (wheel, _) = self.body.limit(model.follow(wheel, steer, dt));
+            steer
+        } else {
+            let here = VehicleState {
                 x: 0.0,
                 y: 0.0,
                 yaw: at.vehicle.yaw,
                 speed,
-            },
-            at.turn(state.previous_steer),
-            dt,
-        );
+            };
+            self.choose(to_target, here, previous_steer, dt)
+        };
         *state = PopState {
             waypoint: Some(at.foot.segment),
             previous_steer: at.turn(steer),
+            model_steer: at.turn(wheel),
         };
         Ok((at, target, steer))
     }
@@ -190,13 +226,31 @@ impl Pop {
         if travel * self.steer_span * self.steer_span <= 16.0 * f64::EPSILON * range {
             return previous_steer;
         }
-        let distance_to_target =
-            |steer| get_distance(get_predicted_location(vehicle, steer, dt), target);
+        self.choose_nearest(previous_steer, |steer| {
+            get_distance(get_predicted_location(vehicle, steer, dt), target)
+        })
+    }
+
+    /// The same loop with the vehicle's way over the horizon, instead of its location after a
+    /// step.
+    fn choose_over_horizon(&self, target: Point, rollout: &Rollout, previous_steer: f64) -> f64 {
+        let range = get_distance(Point::new(0.0, 0.0), target);
+        if rollout.spread(self.steer_span) <= 16.0 * f64::EPSILON * range {
+            return previous_steer;
+        }
+        self.choose_nearest(previous_steer, |steer| {
+            rollout.get_least_distance(steer, target)
+        })
+    }
+
+    /// The candidate that is predicted closest; the last angle where none is closer.
+    #[inline]
+    fn choose_nearest(&self, previous_steer: f64, predict: impl Fn(f64) -> f64) -> f64 {
         let mut steer = previous_steer;
-        let mut least = distance_to_target(steer);
+        let mut least = predict(steer);
         for k in 0..self.candidate_count {
             let candidate = self.candidate(previous_steer, k);
-            let distance = distance_to_target(candidate);
+            let distance = predict(candidate);
             if distance < least {
                 steer = candidate;
                 least = distance;
@@ -321,7 +375,8 @@ impl LateralLaw for Pop {
 
     fn check_state(&self, path: &PathView<'_>, state: &PopState) -> Result<(), InputError> {
         check_waypoint(path, state.waypoint)?;
-        check_steer("previous_steer", state.previous_steer, self.body.max_steer)
+        check_steer("previous_steer", state.previous_steer, self.body.max_steer)?;
+        check_steer("model_steer", state.model_steer, self.body.max_steer)
     }
 }
 
@@ -412,8 +467,8 @@ mod tests {
         let law = law(3.0_f64.to_radians(), 10, 1.22);
         let path = crate::Path::new(&[0.0, 10.0, 20.0], &[0.0, 3.0, 0.0], None, false).unwrap();
         let mut state = PopState {
-            waypoint: None,
             previous_steer: 0.125,
+            ..PopState::default()
         };
         let vehicle = VehicleState {
             x: 0.0,

@@ -6,11 +6,12 @@ use super::{
     command,
 };
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
-use crate::math::{PI, atan, cos, exp, from_count, saturate, sin, tan, to_count, wrap};
+use crate::math::{PI, atan, cos, decay, from_count, saturate, sin, tan, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::view::{MAX_COORDINATE, PathView};
 use crate::vehicle::VehicleState;
+use crate::vehicle::predict::{MAX_STEPS, steps};
 use crate::vehicle::state::MAX_YAW;
 
 /// Parameters of [`PreviewPop`].
@@ -144,8 +145,6 @@ struct Decision {
 }
 
 impl PreviewPop {
-    /// The largest number of steps of the prediction.
-    pub const MAX_STEPS: usize = 20;
     /// The largest turn that is learnt [1/m].
     pub const MAX_TURN_OFFSET: f64 = 0.05;
     /// The largest slip that is learnt [rad].
@@ -244,13 +243,13 @@ impl PreviewPop {
         };
         let step = pace * period;
         let lag = params.steer_lag * speed;
-        let kept = if lag > 0.0 { exp(-step / lag) } else { 0.0 };
+        let kept = decay(step, lag);
         let travel = Travel::new(step, lag, kept, reference_offset);
         let length = self.turning_length(speed);
         let move_cost = params.steer_rate_cost * length / period;
         let move_cost = move_cost * move_cost;
 
-        let mut turns = [0.0; Self::MAX_STEPS];
+        let mut turns = [0.0; MAX_STEPS];
         let turns = turns.get_mut(..count).unwrap_or_default();
         let arc_length = foot.arc_length(path);
         let distance = from_count(count) * step;
@@ -322,7 +321,7 @@ impl PreviewPop {
         let speed = at.vehicle.forward_speed();
         let told = tan(steer) / self.turning_length(speed);
         let lag = self.params.steer_lag;
-        let kept = if lag > 0.0 { exp(-at.dt / lag) } else { 0.0 };
+        let kept = decay(at.dt, lag);
         let excess = state.curvature - told;
         let distance = speed * at.dt;
         let teaches = speed >= self.params.min_speed;
@@ -334,19 +333,6 @@ impl PreviewPop {
         state.previous_y = at.vehicle.y;
         state.previous_yaw = at.vehicle.yaw;
     }
-}
-
-/// How many steps the prediction takes over `horizon` [s], and how long each is [s]: the control
-/// period `dt` [s], or longer where that would be too many.
-#[inline]
-fn steps(horizon: f64, dt: f64) -> (usize, f64) {
-    let whole = to_count(saturate(
-        horizon / dt + 1e-6,
-        1.0,
-        from_count(PreviewPop::MAX_STEPS),
-    ));
-    let period = horizon / from_count(whole);
-    (whole, if period < dt { dt } else { period })
 }
 
 /// `value` after a period `dt` [s] in which `sample` was seen; `time` [s] to learn, 0 for never.

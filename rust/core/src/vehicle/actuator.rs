@@ -7,7 +7,7 @@
 use super::VehicleState;
 use super::predict::kinematic_bicycle;
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
-use crate::math::{ceil_to_count, exp, from_count, saturate};
+use crate::math::{ceil_to_count, decay, from_count, saturate};
 
 /// Parameters of [`Actuator`]; by default nothing comes between command and wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -265,12 +265,7 @@ impl Actuator {
     /// The wheels from `wheel` after `time` [s] of the command `steer`.
     #[inline]
     fn follow(&self, wheel: f64, steer: f64, time: f64) -> f64 {
-        let lag = self.params.lag;
-        let reached = if lag > 0.0 {
-            steer + (wheel - steer) * exp(-time / lag)
-        } else {
-            steer
-        };
+        let reached = steer + (wheel - steer) * decay(time, self.params.lag);
         if time > 0.0 {
             self.limit(wheel, reached, time)
         } else {
@@ -282,6 +277,7 @@ impl Actuator {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::exp;
     use alloc::vec::Vec;
 
     fn actuator(dead_time: f64, lag: f64, max_rate: Option<f64>) -> Actuator {

@@ -2,8 +2,20 @@
 
 use super::VehicleState;
 use crate::Point;
-use crate::math::{cos, sin, tan};
+use crate::math::{cos, from_count, saturate, sin, tan, to_count};
 use nalgebra::{SMatrix, SVector, Vector2};
+
+/// The largest number of steps of a prediction.
+pub const MAX_STEPS: usize = 20;
+
+/// How many steps a prediction takes over `horizon` [s], and how long each is [s]: the control
+/// period `dt` [s], or longer where that would be too many.
+#[inline]
+pub fn steps(horizon: f64, dt: f64) -> (usize, f64) {
+    let whole = to_count(saturate(horizon / dt + 1e-6, 1.0, from_count(MAX_STEPS)));
+    let period = horizon / from_count(whole);
+    (whole, if period < dt { dt } else { period })
+}
 
 /// The vehicle's location after `dt` [s]: the first two rows of the paper's Equation 6,
 /// `x + cos(yaw + steer) dt speed` and `y + sin(yaw + steer) dt speed` [m].

@@ -29,6 +29,12 @@ params! {
         "Arc ahead of the vehicle that the paper's search looks at [m].";
     grid_spacing: f64, "float, default 0.01",
         "Greatest distance of neighbours on the path as the paper's search re-discretises it [m].";
+    horizon: Option<f64>, "float, optional",
+        "How long a prediction by the kinematic bicycle with steering lag looks ahead [s]; by default the paper's, a point over one step. The vehicle should come about as far as the lookahead in it: where it does not, the law swings.";
+    understeer: f64, "float, default 0.0",
+        "With a horizon, the understeer of the bicycle [s^2/m]: yaw rate = speed tan(steer) / (wheelbase + understeer speed^2).";
+    steer_lag: f64, "float, default 0.1",
+        "With a horizon, the time constant with which the wheels follow their command [s].";
     wheelbase: f64, "float, default 3.0",
         "Distance of the axles [m].";
     reference_offset: Option<f64>, "float, optional",

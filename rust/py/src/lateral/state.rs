@@ -232,6 +232,8 @@ state! {
         "The waypoint at which the segment of the last foot starts; None before the first step.";
     previous_steer: f64 = 0.0, "float, default 0.0",
         "The last angle delta_prev [rad].";
+    model_steer: f64 = 0.0, "float, default 0.0",
+        "With a horizon, the angle of the wheels by the model [rad].";
 }
 
 state! {
@@ -348,6 +350,7 @@ impl StateClass for PyPopState {
         Self {
             waypoint: from_waypoint(state.waypoint),
             previous_steer: state.previous_steer,
+            model_steer: state.model_steer,
             tail,
         }
     }
@@ -360,6 +363,7 @@ impl StateClass for PyPopState {
         Ok(PopState {
             waypoint: to_waypoint(self.waypoint),
             previous_steer: self.previous_steer,
+            model_steer: self.model_steer,
         })
     }
 }
