@@ -27,6 +27,7 @@ FIRST: dict[str, dict[str, Any]] = {
         "turn": 0.0,
         "turn_offset": 0.0,
         "slip": 0.0,
+        "slip_length": 0.0,
     },
     "Pid": {"waypoint": None, "previous_error": None, "terms": (), "next": 0, "sum": 0.0},
     "PurePursuit": {"waypoint": None, "previous_alpha": 0.0},

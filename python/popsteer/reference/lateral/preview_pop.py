@@ -34,6 +34,8 @@ MAX_TURN_OFFSET = 0.05
 """The largest turn that is learnt [1/m]."""
 MAX_SLIP = 0.15
 """The largest slip that is learnt [rad]."""
+BEND = 0.01
+"""Curvature at which a half of what is learnt is laid to the bend [1/m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +74,8 @@ class PreviewPopParams:
         Time in which the law learns how much more the vehicle turns than the model says [s]; 0
         never. Shorter: sooner right, and more noise of the heading passed on.
     slip_learning_time : float
-        Time in which it learns at what angle to its heading the vehicle travels [s]; 0 never.
+        Time in which it learns at what angle to its heading the vehicle travels, straight on and
+        in bends [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.
     wheelbase : float
         Effective wheelbase of the model [m].
     understeer : float
@@ -109,7 +112,7 @@ class PreviewPopParams:
     min_speed: float = 5.0
     smoothing_length: float = 2.0
     turn_learning_time: float = 0.0
-    slip_learning_time: float = 0.0
+    slip_learning_time: float = 5.0
     wheelbase: float = 3.0
     understeer: float = 0.0
     steer_lag: float = 0.1
@@ -156,7 +159,10 @@ class PreviewPopState:
     turn_offset : float
         How much more the vehicle turns than the model says, as learnt [1/m].
     slip : float
-        Angle of the way it travels to its heading, as learnt [rad].
+        Angle of the way it travels to its heading, straight on, as learnt [rad].
+    slip_length : float
+        How much that angle grows with the curvature, as learnt [m]: so much farther ahead of the
+        point that does not slip lies the reference point than the model says.
 
     Examples
     --------
@@ -174,6 +180,7 @@ class PreviewPopState:
     turn: float = 0.0
     turn_offset: float = 0.0
     slip: float = 0.0
+    slip_length: float = 0.0
 
 
 class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
@@ -214,7 +221,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         """Locate the vehicle on the path, aim, steer: one control step, as `LateralLaw.step`."""
         at = self._locate(self.state.waypoint, x, y, yaw, speed, dt)
         foot = self._project(at)
-        state = replace(self._learn(at), waypoint=at.nearest)
+        state = replace(self._learn(at, foot), waypoint=at.nearest)
         steer, status = self._choose(state, at, foot)
         self._state = self._remember(state, at, steer)
         return at.command(foot, steer, foot.point, status)
@@ -223,7 +230,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
         """Length that turns an angle into a curvature, tan δ / length [m]."""
         return self.params.wheelbase + self.params.understeer * speed * speed
 
-    def _learn(self, at: Located) -> PreviewPopState:
+    def _learn(self, at: Located, foot: Projection) -> PreviewPopState:
         """Return the state with what the way since the last step teaches."""
         state, vehicle = self.state, at.vehicle
         if state.travel <= 0.0:
@@ -236,25 +243,42 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
             self.params.turn_learning_time,
             MAX_TURN_OFFSET,
         )
-        heading = state.previous_yaw + 0.5 * turned
-        aside = (vehicle.y - state.previous_y) * cos(heading) - (
-            vehicle.x - state.previous_x
-        ) * sin(heading)
-        slip = _learnt(
-            state.slip,
-            aside / state.travel,
-            at.dt,
-            self.params.slip_learning_time,
-            MAX_SLIP,
+        slip, slip_length = 0.0, 0.0
+        if self.params.slip_learning_time > 0.0:
+            heading = state.previous_yaw + 0.5 * turned
+            aside = (vehicle.y - state.previous_y) * cos(heading) - (
+                vehicle.x - state.previous_x
+            ) * sin(heading)
+            start = foot.arc_length - state.travel
+            _, (turn,) = turns_ahead(
+                self.path, self.params.smoothing_length, start, state.travel, 1
+            )
+            slip, slip_length = self._learn_slip(aside / state.travel, turn / state.travel, at.dt)
+        return replace(state, turn_offset=turn_offset, slip=slip, slip_length=slip_length)
+
+    def _learn_slip(self, sample: float, bend: float, dt: float) -> tuple[float, float]:
+        """Return the slip, straight on and by curvature, after a period in which it was `sample`.
+
+        Normalised least mean squares. The curvature is the path's, `bend` [1/m]. The vehicle's own
+        answers to the errors of the position, which are in the sample too, and would be taken for
+        slip.
+        """
+        state, time, most = self.state, self.params.slip_learning_time, self.params.wheelbase
+        share = dt / time if dt < time else 1.0
+        sample = saturate(sample, -4.0 * MAX_SLIP, 4.0 * MAX_SLIP)
+        missed = sample - (state.slip + state.slip_length * bend)
+        gain = share * missed / (BEND * BEND + bend * bend)
+        return (
+            saturate(state.slip + gain * (BEND * BEND), -MAX_SLIP, MAX_SLIP),
+            saturate(state.slip_length + gain * bend, -most, most),
         )
-        return replace(state, turn_offset=turn_offset, slip=slip)
 
     def _choose(
         self, state: PreviewPopState, at: Located, foot: Projection
     ) -> tuple[float, Status]:
         """Find the best angle of the neighbourhood."""
         params = self.params
-        offset = self.reference_offset
+        offset = self.reference_offset + state.slip_length
         speed = at.vehicle.forward_speed()
         count, period = _steps(params.horizon, at.dt)
         pace = speed if speed > params.min_speed else params.min_speed
@@ -342,6 +366,7 @@ class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
             ("turn", 1e15),
             ("turn_offset", MAX_TURN_OFFSET),
             ("slip", MAX_SLIP),
+            ("slip_length", self.params.wheelbase),
         ):
             checked[field] = input_in_range(field, getattr(state, field), -bound, bound)
         checked["travel"] = input_in_range("travel", state.travel, 0.0, 1e7)
