@@ -166,18 +166,18 @@ def test_preview_pop_learns_slip_straight_on_and_by_curvature() -> None:
     assert law.state.slip_length == pytest.approx(-0.6, abs=0.03)
 
 
-@pytest.mark.parametrize("jump", [500.0, -1e6])
-def test_preview_pop_slip_learnt_in_a_bend_keeps_within_its_bound_after_a_jump(
+@pytest.mark.parametrize("jump", [40.0, -1e6])
+def test_preview_pop_slip_learnt_in_a_bend_keeps_within_its_bounds_after_a_jump(
     jump: float,
 ) -> None:
-    law = PreviewPop(CIRCLE, PreviewPopParams(wheelbase=2.7, slip_learning_time=0.2))
-    learnt = []
-    for k in range(100):
-        law.step(40.0, jump * (k % 5 == 0), 0.5 * math.pi, 10.0, DT)
-        learnt.append(law.state.slip_length)
-    assert max(learnt) <= 2.7
-    assert min(learnt) >= -2.7
-    assert max(learnt) > min(learnt)
+    law = PreviewPop(CIRCLE, PreviewPopParams(wheelbase=2.7, slip_learning_time=0.1))
+    law.step(40.0, 0.0, 0.5 * math.pi, 10.0, DT)
+    for k in range(1, 50):
+        # To the side and on from there, always farther.
+        law.step(40.0 + k * jump, 0.0, 0.5 * math.pi, 10.0, DT)
+        assert abs(law.state.slip) <= 0.15
+        assert abs(law.state.slip_length) <= 2.7
+    assert abs(law.state.slip_length) == 2.7
 
 
 def test_preview_pop_smoothing_turned_off_takes_the_segments() -> None:
