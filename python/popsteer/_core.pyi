@@ -589,6 +589,7 @@ class PreviewPopState:
         turn: float = ...,
         turn_offset: float = ...,
         slip: float = ...,
+        slip_length: float = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
@@ -616,6 +617,8 @@ class PreviewPopState:
     def turn_offset(self) -> float: ...
     @property
     def slip(self) -> float: ...
+    @property
+    def slip_length(self) -> float: ...
     @property
     def steer(self) -> float: ...
     @property

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import PreviewPop, PreviewPopParams, sim, tracks
+from popsteer import PreviewPop, PreviewPopParams, baselines, sim, tracks
 from popsteer.sim import CarlaIdentified, Noise, Settings, fitted
 from tests.helpers import authors_data
 
@@ -38,6 +38,15 @@ def test_preview_pop_on_authors_track_stays_within_the_figures(path: popsteer.Pa
     assert metrics.settled_max_abs_cross_track_error <= 0.06
     pop = sim.run(popsteer.Pop(path, fitted(popsteer.PopParams(), PLANT)), start=START).metrics
     assert metrics.rms_steer_rate <= pop.rms_steer_rate
+
+
+def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(
+    path: popsteer.Path,
+) -> None:
+    pytest.importorskip("osqp")
+    mpc = baselines.get("mpc").controller(path, baselines.MpcParams.for_plant(PLANT))
+    most = 1.1 * sim.run(mpc, start=START).metrics.settled_mean_abs_cross_track_error
+    assert _metrics(path, FITTED).settled_mean_abs_cross_track_error <= most
 
 
 @pytest.mark.parametrize(
@@ -81,6 +90,34 @@ def test_preview_pop_on_a_circle_with_a_wrong_wheelbase_learns_the_offset_away()
         for params in (wrong, wrong.replace(turn_learning_time=0.5))
     ]
     assert errors[1] < 0.2 * errors[0]
+
+
+class _Misinformed:
+    """The law, told of a heading that is wrong and of a point other than it was said to be."""
+
+    def __init__(
+        self, path: popsteer.Path, params: PreviewPopParams, told: dict[str, float]
+    ) -> None:
+        self.law = PreviewPop(path, params)
+        self.yaw, self.ahead = told.get("yaw", 0.0), told.get("ahead", 0.0)
+        self.reference_offset = self.ahead  # the errors are those of the point that it is told of
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
+        x += self.ahead * math.cos(yaw)
+        y += self.ahead * math.sin(yaw)
+        return self.law.steer(x, y, yaw + self.yaw, speed, dt)
+
+
+@pytest.mark.parametrize("told", [{"yaw": 0.01}, {"ahead": 1.4}, {"ahead": -1.4}], ids=str)
+def test_preview_pop_told_a_wrong_heading_or_point_learns_it(
+    path: popsteer.Path, told: dict[str, float]
+) -> None:
+    unlearning, learning = (
+        sim.run(_Misinformed(path, params, told), path=path, start=START).metrics
+        for params in (FITTED.replace(slip_learning_time=0.0), FITTED)
+    )
+    assert unlearning.settled_mean_abs_cross_track_error >= 0.06
+    assert learning.settled_mean_abs_cross_track_error <= 0.02
 
 
 def _drive(

@@ -58,6 +58,7 @@ def test_preview_pop_matches_reference_edges() -> None:
         "turn": 1e15,
         "turn_offset": 0.05,
         "slip": 0.15,
+        "slip_length": 3.0,
         "travel": 1e7,
     }
     bad = [

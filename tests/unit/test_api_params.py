@@ -52,7 +52,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         "min_speed": 5.0,
         "smoothing_length": 2.0,
         "turn_learning_time": 0.0,
-        "slip_learning_time": 0.0,
+        "slip_learning_time": 5.0,
         "understeer": 0.0,
         "steer_lag": 0.1,
         **_BODY,

@@ -35,6 +35,7 @@ FIRST: dict[str, dict[str, Any]] = {
         "turn": 0.0,
         "turn_offset": 0.0,
         "slip": 0.0,
+        "slip_length": 0.0,
         **TAIL,
     },
     "Pid": {

@@ -146,10 +146,38 @@ def test_preview_pop_learnt_offsets_keep_within_their_bounds_after_a_jump(jump: 
 
 
 def test_preview_pop_that_does_not_learn_has_nothing_learnt() -> None:
-    law = PreviewPop(LINE)
+    law = PreviewPop(LINE, PreviewPopParams(slip_learning_time=0.0))
     for k in range(20):
         law.step(20.0 + 0.5 * k, 0.1 * k, 0.05 * k, 10.0, DT)
-    assert (law.state.turn_offset, law.state.slip) == (0.0, 0.0)
+    assert (law.state.turn_offset, law.state.slip, law.state.slip_length) == (0.0, 0.0, 0.0)
+
+
+def test_preview_pop_learns_slip_straight_on_and_by_curvature() -> None:
+    # Bends of up to 1/40 1/m by turns, in steps of 0.5 m.
+    way = 0.5 * np.sin(np.arange(2000) * (0.5 / 20.0))
+    x, y = 0.5 * np.cumsum(np.cos(way)), 0.5 * np.cumsum(np.sin(way))
+    bend = np.gradient(way) / 0.5
+    # What arrives at a place under `way` leaves it under the next one; the heading lies between.
+    yaw = 0.5 * (way[:-1] + way[1:]) - (0.02 - 0.6 * bend[:-1])
+    law = PreviewPop(popsteer.Path(np.column_stack([x, y])), PreviewPopParams())
+    for k in range(1500):
+        law.step(x[k], y[k], yaw[k], 10.0, DT)
+    assert law.state.slip == pytest.approx(0.02, abs=1e-3)
+    assert law.state.slip_length == pytest.approx(-0.6, abs=0.03)
+
+
+@pytest.mark.parametrize("jump", [40.0, -1e6])
+def test_preview_pop_slip_learnt_in_a_bend_keeps_within_its_bounds_after_a_jump(
+    jump: float,
+) -> None:
+    law = PreviewPop(CIRCLE, PreviewPopParams(wheelbase=2.7, slip_learning_time=0.1))
+    law.step(40.0, 0.0, 0.5 * math.pi, 10.0, DT)
+    for k in range(1, 50):
+        # To the side and on from there, always farther.
+        law.step(40.0 + k * jump, 0.0, 0.5 * math.pi, 10.0, DT)
+        assert abs(law.state.slip) <= 0.15
+        assert abs(law.state.slip_length) <= 2.7
+    assert abs(law.state.slip_length) == 2.7
 
 
 def test_preview_pop_smoothing_turned_off_takes_the_segments() -> None:

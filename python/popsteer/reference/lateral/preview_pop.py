@@ -35,6 +35,8 @@ MAX_TURN_OFFSET = 0.05
 """The largest turn that is learnt [1/m]."""
 MAX_SLIP = 0.15
 """The largest slip that is learnt [rad]."""
+BEND = 0.01
+"""Curvature at which a half of what is learnt is laid to the bend [1/m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +75,8 @@ class PreviewPopParams:
         Time in which the law learns how much more the vehicle turns than the model says [s]; 0
         never. Shorter: sooner right, and more noise of the heading passed on.
     slip_learning_time : float
-        Time in which it learns at what angle to its heading the vehicle travels [s]; 0 never.
+        Time in which it learns at what angle to its heading the vehicle travels, straight on and
+        in bends [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.
     wheelbase : float
         Effective wheelbase of the model [m].
     understeer : float
@@ -116,7 +119,7 @@ class PreviewPopParams:
     min_speed: float = 5.0
     smoothing_length: float = 2.0
     turn_learning_time: float = 0.0
-    slip_learning_time: float = 0.0
+    slip_learning_time: float = 5.0
     wheelbase: float = 3.0
     understeer: float = 0.0
     steer_lag: float = 0.1
@@ -177,7 +180,10 @@ class PreviewPopState(TrackerState):
     turn_offset : float
         How much more the vehicle turns than the model says, as learnt [1/m].
     slip : float
-        Angle of the way it travels to its heading, as learnt [rad].
+        Angle of the way it travels to its heading, straight on, as learnt [rad].
+    slip_length : float
+        How much that angle grows with the curvature, as learnt [m]: so much farther ahead of the
+        point that does not slip lies the reference point than the model says.
 
     Examples
     --------
@@ -194,6 +200,7 @@ class PreviewPopState(TrackerState):
     turn: float = 0.0
     turn_offset: float = 0.0
     slip: float = 0.0
+    slip_length: float = 0.0
 
 
 class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
@@ -272,23 +279,45 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             self.params.turn_learning_time,
             MAX_TURN_OFFSET,
         )
-        heading = state.previous_yaw + 0.5 * turned
-        aside = (vehicle.y - state.previous_y) * cos(heading) - (
-            vehicle.x - state.previous_x
-        ) * sin(heading)
-        slip = _learnt(
-            state.slip,
-            aside / state.travel,
-            at.dt,
-            self.params.slip_learning_time,
-            MAX_SLIP,
+        slip, slip_length = 0.0, 0.0
+        if self.params.slip_learning_time > 0.0:
+            heading = state.previous_yaw + 0.5 * turned
+            aside = (vehicle.y - state.previous_y) * cos(heading) - (
+                vehicle.x - state.previous_x
+            ) * sin(heading)
+            start = at.foot.arc_length(self.path) - state.travel
+            preview = Preview(
+                self.path, self.params.smoothing_length, at.foot.segment, start, state.travel
+            )
+            _, (turn,) = preview.turns(start, state.travel, 1)
+            slip, slip_length = self._learn_slip(
+                state, aside / state.travel, turn / state.travel, at.dt
+            )
+        return replace(state, turn_offset=turn_offset, slip=slip, slip_length=slip_length)
+
+    def _learn_slip(
+        self, state: PreviewPopState, sample: float, bend: float, dt: float
+    ) -> tuple[float, float]:
+        """Return the slip, straight on and by curvature, after a period in which it was `sample`.
+
+        Normalised least mean squares. The curvature is the path's, `bend` [1/m]. The vehicle's own
+        answers to the errors of the position, which are in the sample too, and would be taken for
+        slip.
+        """
+        time, most = self.params.slip_learning_time, self.params.wheelbase
+        share = dt / time if dt < time else 1.0
+        sample = saturate(sample, -4.0 * MAX_SLIP, 4.0 * MAX_SLIP)
+        missed = sample - (state.slip + state.slip_length * bend)
+        gain = share * missed / (BEND * BEND + bend * bend)
+        return (
+            saturate(state.slip + gain * (BEND * BEND), -MAX_SLIP, MAX_SLIP),
+            saturate(state.slip_length + gain * bend, -most, most),
         )
-        return replace(state, turn_offset=turn_offset, slip=slip)
 
     def _choose(self, state: PreviewPopState, at: Located) -> tuple[float, Status]:
         """Find the best angle of the neighbourhood."""
         params, foot = self.params, at.foot
-        offset = self.reference_offset
+        offset = self.reference_offset + state.slip_length
         speed = at.vehicle.forward_speed()
         count, period = steps(params.horizon, at.dt)
         pace = speed if speed > params.min_speed else params.min_speed
@@ -378,6 +407,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             ("turn", 1e15),
             ("turn_offset", MAX_TURN_OFFSET),
             ("slip", MAX_SLIP),
+            ("slip_length", self.params.wheelbase),
         ):
             checked[field] = input_in_range(field, getattr(state, field), -bound, bound)
         checked["travel"] = input_in_range("travel", state.travel, 0.0, 1e7)
@@ -387,13 +417,15 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
 def _turned(state: PreviewPopState, at: Located) -> PreviewPopState:
     """Turn the state of the turned vehicle into that of the vehicle itself, or the other way round.
 
-    Its wheels, and what it turns, are to the other side. Place and way are those seen.
+    Its wheels, and what it turns, are to the other side, and ahead is behind. Place and way are
+    those seen.
     """
     return replace(
         state,
         previous_steer=at.turn(state.previous_steer),
         curvature=at.turn(state.curvature),
         turn_offset=at.turn(state.turn_offset),
+        slip_length=at.turn(state.slip_length),
     )
 
 

@@ -46,7 +46,8 @@ pub struct PreviewPopParams {
     /// Time in which the law learns how much more the vehicle turns than the model says [s]; 0
     /// never. Shorter: sooner right, and more noise of the heading passed on.
     pub turn_learning_time: f64,
-    /// Time in which it learns at what angle to its heading the vehicle travels [s]; 0 never.
+    /// Time in which it learns at what angle to its heading the vehicle travels, straight on and
+    /// in bends [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.
     pub slip_learning_time: f64,
     /// Effective wheelbase of the model [m].
     pub wheelbase: f64,
@@ -80,7 +81,7 @@ impl PreviewPopParams {
         min_speed: 5.0,
         smoothing_length: 2.0,
         turn_learning_time: 0.0,
-        slip_learning_time: 0.0,
+        slip_learning_time: 5.0,
         wheelbase: 3.0,
         understeer: 0.0,
         steer_lag: 0.1,
@@ -118,8 +119,11 @@ pub struct PreviewPopState {
     pub turn: f64,
     /// How much more the vehicle turns than the model says, as learnt [1/m].
     pub turn_offset: f64,
-    /// Angle of the way it travels to its heading, as learnt [rad].
+    /// Angle of the way it travels to its heading, straight on, as learnt [rad].
     pub slip: f64,
+    /// How much that angle grows with the curvature, as learnt [m]: so much farther ahead of the
+    /// point that does not slip lies the reference point than the model says.
+    pub slip_length: f64,
 }
 
 /// Preview POP: of the angles in the neighbourhood of the last one, the angle with the least cost
@@ -149,6 +153,8 @@ impl PreviewPop {
     pub const MAX_TURN_OFFSET: f64 = 0.05;
     /// The largest slip that is learnt [rad].
     pub const MAX_SLIP: f64 = 0.15;
+    /// Curvature at which a half of what is learnt is laid to the bend [1/m].
+    const BEND: f64 = 0.01;
 
     /// The law with these parameters.
     ///
@@ -188,7 +194,7 @@ impl PreviewPop {
         dt: f64,
     ) -> Result<(Located, Decision), InputError> {
         let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
-        let mut next = self.learn(&state.turned(&at), &at);
+        let mut next = self.learn(path, &state.turned(&at), &at);
         next.waypoint = Some(at.foot.segment);
         let decision = self.choose(path, &next, &at);
         self.remember(&mut next, &at, decision.steer);
@@ -204,7 +210,7 @@ impl PreviewPop {
 
     /// The state with what the way since the last step teaches.
     #[inline]
-    fn learn(&self, state: &PreviewPopState, at: &Located) -> PreviewPopState {
+    fn learn(&self, path: &PathView<'_>, state: &PreviewPopState, at: &Located) -> PreviewPopState {
         let mut next = *state;
         if state.travel > 0.0 && !at.turned {
             let turned = wrap(at.vehicle.yaw - state.previous_yaw);
@@ -215,18 +221,48 @@ impl PreviewPop {
                 self.params.turn_learning_time,
                 Self::MAX_TURN_OFFSET,
             );
-            let heading = state.previous_yaw + 0.5 * turned;
-            let aside = (at.vehicle.y - state.previous_y) * cos(heading)
-                - (at.vehicle.x - state.previous_x) * sin(heading);
-            next.slip = learnt(
-                state.slip,
-                aside / state.travel,
-                at.dt,
-                self.params.slip_learning_time,
-                Self::MAX_SLIP,
-            );
+            (next.slip, next.slip_length) = if self.params.slip_learning_time > 0.0 {
+                let heading = state.previous_yaw + 0.5 * turned;
+                let aside = (at.vehicle.y - state.previous_y) * cos(heading)
+                    - (at.vehicle.x - state.previous_x) * sin(heading);
+                let mut turn = [0.0];
+                let start = at.foot.arc_length(path) - state.travel;
+                let smoothing = self.params.smoothing_length;
+                Preview::new(path, smoothing, at.foot.segment, start, state.travel).turns(
+                    start,
+                    state.travel,
+                    &mut turn,
+                );
+                let [turn] = turn;
+                self.learn_slip(state, aside / state.travel, turn / state.travel, at.dt)
+            } else {
+                (0.0, 0.0)
+            };
         }
         next
+    }
+
+    /// The slip, straight on and by curvature, after a period `dt` [s] in which the angle `sample`
+    /// [rad] was seen: normalised least mean squares.
+    ///
+    /// The curvature is the path's, `bend` [1/m]. The vehicle's own answers to the errors of the
+    /// position, which are in the sample too, and would be taken for slip.
+    #[inline]
+    fn learn_slip(&self, state: &PreviewPopState, sample: f64, bend: f64, dt: f64) -> (f64, f64) {
+        let time = self.params.slip_learning_time;
+        let most = self.params.wheelbase;
+        let share = if dt < time { dt / time } else { 1.0 };
+        let sample = saturate(sample, -4.0 * Self::MAX_SLIP, 4.0 * Self::MAX_SLIP);
+        let missed = sample - (state.slip + state.slip_length * bend);
+        let gain = share * missed / (Self::BEND * Self::BEND + bend * bend);
+        (
+            saturate(
+                state.slip + gain * (Self::BEND * Self::BEND),
+                -Self::MAX_SLIP,
+                Self::MAX_SLIP,
+            ),
+            saturate(state.slip_length + gain * bend, -most, most),
+        )
     }
 
     /// The best angle of the neighbourhood.
@@ -244,7 +280,8 @@ impl PreviewPop {
         let step = pace * period;
         let lag = params.steer_lag * speed;
         let kept = decay(step, lag);
-        let travel = Travel::new(step, lag, kept, reference_offset);
+        let offset = reference_offset + state.slip_length;
+        let travel = Travel::new(step, lag, kept, offset);
         let length = self.turning_length(speed);
         let move_cost = params.steer_rate_cost * length / period;
         let move_cost = move_cost * move_cost;
@@ -258,7 +295,7 @@ impl PreviewPop {
             .turns(arc_length, step, turns);
         let gained = step * state.turn_offset;
         let drift = step * state.slip;
-        let stage = CostToGo::stage(params.heading_cost, reference_offset);
+        let stage = CostToGo::stage(params.heading_cost, offset);
         let mut after = stage;
         let mut cost = stage;
         for turn in turns.iter().rev() {
@@ -351,13 +388,15 @@ fn learnt(value: f64, sample: f64, dt: f64, time: f64, bound: f64) -> f64 {
 
 impl PreviewPopState {
     /// The state of the turned vehicle as that of the vehicle itself, and the other way round: its
-    /// wheels, and what it turns, are to the other side. Place and way are those seen.
+    /// wheels, and what it turns, are to the other side, and ahead is behind. Place and way are
+    /// those seen.
     #[inline]
     fn turned(&self, at: &Located) -> Self {
         Self {
             previous_steer: at.turn(self.previous_steer),
             curvature: at.turn(self.curvature),
             turn_offset: at.turn(self.turn_offset),
+            slip_length: at.turn(self.slip_length),
             ..*self
         }
     }
@@ -425,6 +464,7 @@ impl LateralLaw for PreviewPop {
             ("turn", state.turn, 1e15),
             ("turn_offset", state.turn_offset, Self::MAX_TURN_OFFSET),
             ("slip", state.slip, Self::MAX_SLIP),
+            ("slip_length", state.slip_length, self.params.wheelbase),
         ] {
             input_in_range(field, value, -bound, bound)?;
         }

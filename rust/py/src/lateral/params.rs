@@ -71,8 +71,8 @@ params! {
         "Length of path over which its direction is taken [m]. More: less of the waypoints' noise is steered, and bends shorter than this are cut.";
     turn_learning_time: f64, "float, default 0.0",
         "Time in which the law learns how much more the vehicle turns than the model says [s]; 0 never. Shorter: sooner right, and more noise of the heading passed on.";
-    slip_learning_time: f64, "float, default 0.0",
-        "Time in which it learns at what angle to its heading the vehicle travels [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.";
+    slip_learning_time: f64, "float, default 5.0",
+        "Time in which it learns at what angle to its heading the vehicle travels, straight on and in bends [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.";
     wheelbase: f64, "float, default 3.0",
         "Effective wheelbase of the model [m].";
     understeer: f64, "float, default 0.0",

@@ -258,7 +258,9 @@ state! {
     turn_offset: f64 = 0.0, "float, default 0.0",
         "How much more the vehicle turns than the model says, as learnt [1/m].";
     slip: f64 = 0.0, "float, default 0.0",
-        "Angle of the way it travels to its heading, as learnt [rad].";
+        "Angle of the way it travels to its heading, straight on, as learnt [rad].";
+    slip_length: f64 = 0.0, "float, default 0.0",
+        "How much that angle grows with the curvature, as learnt [m].";
 }
 
 state! {
@@ -383,6 +385,7 @@ impl StateClass for PyPreviewPopState {
             turn: state.turn,
             turn_offset: state.turn_offset,
             slip: state.slip,
+            slip_length: state.slip_length,
             tail,
         }
     }
@@ -403,6 +406,7 @@ impl StateClass for PyPreviewPopState {
             turn: self.turn,
             turn_offset: self.turn_offset,
             slip: self.slip,
+            slip_length: self.slip_length,
         })
     }
 }
