@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from typing import TYPE_CHECKING
 
 import pytest
 
 import popsteer
-from popsteer import study
+from popsteer import sim, study, tracks
 from popsteer.errors import ConfigError
 from tests.cli import command
 
@@ -72,9 +73,11 @@ def test_matrix_figures_are_those_of_compare() -> None:
         (("--laws", "pop,lqr"), "unknown law 'lqr'"),
         (("--plants", "tank"), "unknown plant 'tank'"),
         (("--tracks", "monza"), "unknown track 'monza'"),
+        (("--start-offset", "nan"), "start_offset must be in [-1000, 1000], got nan"),
+        (("--laws", "mpc", "--preset", "paper"), "preset must be left out"),
     ],
 )
-def test_matrix_wrong_name_is_refused(
+def test_matrix_of_bad_input_is_refused(
     capsys: pytest.CaptureFixture[str], options: tuple[str, ...], said: str
 ) -> None:
     outcome = command.call(capsys, "matrix", *options)
@@ -86,3 +89,30 @@ def test_matrix_of_nothing_is_refused() -> None:
     path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
     with pytest.raises(ConfigError, match="plants must be at least one"):
         study.matrix({"a": path}, ["pop"], [])
+
+
+def test_matrix_starts_as_far_to_the_left_as_it_is_told(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    options = ("--laws", "pop", "--tracks", "straight,slalom", "--start-offset", "1.5")
+    plants = ("--plants", "kinematic-bicycle")
+    outcome = command.call(capsys, "matrix", *options, *plants, "--out", str(tmp_path))
+    assert (outcome.status, outcome.err) == (0, "")
+    document = json.loads((tmp_path / "matrix.json").read_text(encoding="utf-8"))
+    assert len(document["comparisons"]) == 2
+    for comparison in document["comparisons"]:
+        track = tracks.get(comparison["path"]["name"])
+        (x, y), (ahead_x, ahead_y) = track.xy[:2]
+        start = comparison["start"]
+        along = math.hypot(ahead_x - x, ahead_y - y)
+        left = (ahead_x - x) * (start["y"] - y) - (ahead_y - y) * (start["x"] - x)
+        assert left / along == pytest.approx(1.5)
+        assert math.hypot(start["x"] - x, start["y"] - y) == pytest.approx(1.5)
+        assert start["yaw"] == math.atan2(ahead_y - y, ahead_x - x)
+
+
+def test_matrix_by_default_starts_where_compare_does() -> None:
+    path = popsteer.Path([(float(x), 0.5 * x) for x in range(81)])
+    (comparison,) = study.matrix({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    assert comparison.first.start == sim.default_start(path)
+    assert comparison.first.start == sim.default_start(path, -sim.START_OFFSET)

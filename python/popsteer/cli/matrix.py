@@ -25,6 +25,7 @@ of a step. A run that does not finish says why: a plant's limit is named.
 Examples:
   popsteer matrix
   popsteer matrix --laws pop,mpc --plants carla-identified,commonroad-mb-2 --constant-speed 10
+  popsteer matrix --tracks slalom --start-offset 0
   popsteer matrix --tracks racetrack,slalom --waypoints waypoints.csv --out out
 """
 
@@ -54,6 +55,7 @@ def matrix(
         ),
     ] = None,
     preset: options.Preset = presets.REPRODUCTION,
+    start_offset: options.StartOffset = None,
     constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
@@ -76,6 +78,7 @@ def matrix(
             inputs.names(laws),
             inputs.names(plants),
             preset=preset,
+            start_offset=start_offset,
             constant_speed=constant_speed,
             settings=Settings(dt=dt),
             progress=progress.update,
