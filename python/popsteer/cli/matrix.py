@@ -18,8 +18,9 @@ __all__ = ["HELP", "matrix"]
 HELP = """\
 Drive several laws on several plants along several tracks, and time a step of each.
 
-Prints a table; with --out also writes it, all metrics, and a figure of the error against the time
-of a step. A run that does not finish says why: a plant's limit is named.
+Prints a table; with --out also writes it (matrix.csv, matrix.md), all metrics (matrix.json), and a
+figure of the error against the time of a step. A run that does not finish
+says why: a plant's limit is named.
 
 \b
 Examples:
@@ -83,7 +84,7 @@ def matrix(
             settings=Settings(dt=dt),
             progress=progress.update,
         )
-        said = "--out DIR writes matrix.csv, matrix.json and the figure."
+        said = "--out DIR writes matrix.csv, matrix.md, matrix.json and the figure."
         if out is not None:
             content = matrix_files(found)
             report.write(content, out)
