@@ -18,7 +18,7 @@ from popsteer.study import (
     margins,
     stability,
 )
-from tests.closed_loop.rolling import Car, critical_dead_time
+from tests.closed_loop.rolling import Car, critical_dead_time, in_small_signals
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
@@ -41,9 +41,7 @@ def test_page_table_of_margins_is_computed_and_driven() -> None:
     vehicle = Vehicle(lag=0.1)
     for title, cells in table.items():
         name = TITLES[title]
-        params = vehicle.fitted(presets.get(name, "default"))
-        if isinstance(params, popsteer.PopParams):
-            params = params.replace(candidate_count=20_001)
+        params = in_small_signals(vehicle.fitted(presets.get(name, "default")))
         for column, speed in enumerate((5.0, 10.0, 15.0, 20.0)):
             computed = margins(params, vehicle, speed).dead_time
             assert cells[2 * column] == f"{1e3 * computed:.1f}"

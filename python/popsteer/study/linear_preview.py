@@ -134,7 +134,8 @@ def _gains(params: PreviewPopParams, speed: float, dt: float) -> _Gains:
     cost = first(0.0, 0.0)
     share = dt / period / (move_cost + cost.cc)
     return _Gains(
-        error=share * cost.ec,
+        # The law lets an error count as far as a heading does, so not at all where that does not.
+        error=share * cost.ec if cost.pc > 0.0 else 0.0,
         heading=share * cost.pc,
         driven=share * cost.ac,
         told=share * cost.cc,
