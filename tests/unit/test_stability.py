@@ -10,7 +10,7 @@ import popsteer
 from popsteer import laws, presets
 from popsteer.errors import ConfigError
 from popsteer.study import LINEAR_LAWS, Vehicle, margins, stability
-from popsteer.study.linear import Loop, linearised, lookahead
+from popsteer.study.linear import LinearLaw, Loop, linearised, lookahead
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -172,3 +172,23 @@ def test_margins_of_what_has_no_linear_loop_are_refused() -> None:
         stability(
             {"pop": popsteer.PopParams(reference_offset=3.0, min_lookahead=0.0, lookahead_gain=0.0)}
         )
+
+
+def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
+    # A law that remembers its last angle, also one that winds up by itself: the product of the
+    # poles is the share that it keeps, so with more than all of it no loop is stable.
+    vehicle, speed, dt = Vehicle(lag=0.0), 8.0, 0.05
+    turning = speed / vehicle.wheelbase
+    rng = np.random.default_rng(3)
+    told = []
+    for pull, turn, kept in rng.uniform((-0.1, -0.5, -1.2), (0.4, 3.0, 1.2), (200, 3)):
+        law = LinearLaw(3.0, np.array([pull]), np.array([turn]), np.array([1.0, -kept]))
+        answer = np.array([-pull, -(3.0 * pull + turn), kept])  # to e₀, ψ and the last angle
+        moved = np.array([0.5 * speed * turning * dt * dt, turning * dt, 0.0])
+        matrix = np.outer(moved, answer) + np.array([[1, speed * dt, 0], [0, 1, 0], [0, 0, 0]])
+        matrix[2] = answer
+        largest = np.abs(np.linalg.eigvals(matrix)).max()
+        if abs(largest - 1.0) > 1e-3:
+            assert Loop(law, vehicle, speed, dt).is_stable() is bool(largest < 1.0)
+            told.append((abs(kept) > 1.0, bool(largest < 1.0)))
+    assert set(told) == {(True, False), (False, True), (False, False)}
