@@ -102,7 +102,7 @@ def test_stability_figures_are_drawn_on_both_backgrounds(
     monkeypatch.setattr(carrot, "_RADII", (20.0, 30.0))
     outcome = command.call(capsys, "stability", "--speeds", "5", "--figures", str(tmp_path / "f"))
     assert outcome.status == 0
-    figures = {"stability-margins", "stability-map", "carrot-offset"}
+    figures = {"stability-margins", "stability-map", "carrot-offset", "preview-choice"}
     names = {f"{name}{suffix}.png" for name in figures for suffix in ("", "-dark")}
     assert {file.name for file in (tmp_path / "f").iterdir()} == names
     for name in names:

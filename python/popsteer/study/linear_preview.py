@@ -25,21 +25,27 @@ from popsteer.reference.lateral.preview_pop import _steps
 if TYPE_CHECKING:
     from popsteer._core import PreviewPopParams
 
-__all__ = ["preview_pop"]
+__all__ = ["PreviewGains", "preview_gains", "preview_pop"]
 
 _BACK = Polynomial([0.0, 1.0])  # b, one period back
 _ONE = Polynomial([1.0])
 
 
-class _Gains(NamedTuple):
+class PreviewGains(NamedTuple):
     """How much less curvature is told for a unit of each; see the module."""
 
     error: float
+    """Of the cross-track error [1/m²]."""
     heading: float
+    """Of the heading error [1/m]."""
     driven: float
+    """Of the curvature that the model drives [-]."""
     told: float
+    """Of the curvature that the wheels were told [-]."""
     turn: float
+    """Of what is learnt of the turning [-]."""
     slip: float
+    """Of what is learnt of the slip [1/m]."""
 
 
 class _Filter(NamedTuple):
@@ -76,7 +82,7 @@ def preview_pop(
     >>> len(cross_track), len(heading), steer[0]
     (2, 2, 1.0)
     """
-    gains = _gains(params, speed, dt)
+    gains = preview_gains(params, speed, dt)
     offset = params.reference_offset or 0.0
     length = params.wheelbase + params.understeer * speed * speed
     distance = speed * dt
@@ -112,8 +118,30 @@ def preview_pop(
     )
 
 
-def _gains(params: PreviewPopParams, speed: float, dt: float) -> _Gains:
-    """Carry the cost back over the horizon, as the law does in each step."""
+def preview_gains(params: PreviewPopParams, speed: float, dt: float) -> PreviewGains:
+    """Carry the cost back over the horizon, as the law does in each step.
+
+    Parameters
+    ----------
+    params : PreviewPopParams
+        Parameters of the law.
+    speed : float
+        Speed [m/s], positive.
+    dt : float
+        Control period [s].
+
+    Returns
+    -------
+    PreviewGains
+        The gains, on a straight.
+
+    Examples
+    --------
+    >>> from popsteer import PreviewPopParams
+    >>> gains = preview_gains(PreviewPopParams(), 10.0, 0.05)
+    >>> gains.error > 0.0, abs(gains.turn - (gains.driven + gains.told)) < 1e-9
+    (True, True)
+    """
     offset = params.reference_offset or 0.0
     count, period = _steps(params.horizon, dt)
     step = max(speed, params.min_speed) * period
@@ -133,7 +161,7 @@ def _gains(params: PreviewPopParams, speed: float, dt: float) -> _Gains:
 
     cost = first(0.0, 0.0)
     share = dt / period / (move_cost + cost.cc)
-    return _Gains(
+    return PreviewGains(
         # The law lets an error count as far as a heading does, so not at all where that does not.
         error=share * cost.ec if cost.pc > 0.0 else 0.0,
         heading=share * cost.pc,
