@@ -112,3 +112,19 @@ def critical_dead_time(
         middle = 0.5 * (low + high)
         low, high = (low, middle) if unstable(middle) else (middle, high)
     return 0.5 * (low + high)
+
+
+def driven_preview_offset(
+    params: popsteer.PreviewPopParams, car: Car, radius: float, speed: float
+) -> float:
+    """Drive preview POP a lap of a circle; its reference point's offset to the inside, at last."""
+    count = round(2.0 * math.pi * radius / 0.5)
+    angle = np.arange(count) * (2.0 * math.pi / count)
+    xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
+    law = popsteer.PreviewPop(popsteer.Path(xy, closed=True), params)
+    steps = math.ceil(2.0 * math.pi * radius / speed / 0.05)
+    places, _ = roll(law, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
+    turned = places[3 * steps // 4 :] - (0.0, radius)
+    # The rear axle moves where it points, so what lies ahead of it is a little further out.
+    ahead = params.reference_offset or 0.0
+    return radius - float(np.hypot(np.hypot(*turned.T), ahead).mean())
