@@ -60,8 +60,8 @@ Preset: TypeAlias = Annotated[
         metavar="NAME",
         help=f"Parameters of the laws: {', '.join(presets.names('pop'))}. Where the paper and its"
         " authors' code differ, 'paper' and 'published-code' are the two, and 'reproduction' takes"
-        " for each law the reading that comes closest to the paper's table. It means those of the"
-        " paper: preview-pop is the same in all, and mpc has none.",
+        " for each law the reading that comes closest to the paper's table. preview-pop, which is"
+        " not the paper's, is the same in all; mpc has none.",
     ),
 ]
 Start: TypeAlias = Annotated[

@@ -64,8 +64,8 @@ def matrix(
     plants : sequence of str or plants
         What moves.
     preset : str, default "reproduction"
-        Where the parameters of the laws come from; preview-pop is the same in all, and a
-        baseline, such as the MPC, has none.
+        Where the parameters of the laws come from; preview-pop is the same in all, and the
+        baselines have none.
     start_offset : float, optional
         How far to the left of the first waypoint the front axle starts [m], as
         `popsteer.sim.default_start` has it.
