@@ -5,6 +5,7 @@ VENV   := .venv
 DIST   := dist
 DEMO   := out/demo
 BENCH  := out/bench
+MATRIX := out/matrix
 FUZZ   := out/fuzz
 SOAK   := out/soak
 # For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
@@ -30,7 +31,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench fuzz soak wheel clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix fuzz soak wheel clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -75,6 +76,12 @@ bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and
 	$(PY) benches/instruction_counts.py --json $(BENCH)/instruction_counts.json
 	$(PY) benches/tables.py $(BENCH)
 
+matrix: $(VENV)/.dev ## laws, plants and tracks side by side; write README's table and figure of it
+	$(VENV)/bin/popsteer matrix --laws pop,preview-pop,pure-pursuit,stanley,pid,mpc \
+		--plants carla-identified,kinematic-bicycle,commonroad-mb-2,mujoco-car \
+		--tracks racetrack,double-lane-change,slalom --constant-speed 10 --start-offset 1 --out $(MATRIX)
+	$(PY) -m benches.matrix_table $(MATRIX)
+
 fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
 	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)
 
@@ -85,7 +92,7 @@ wheel: $(WHEEL) ## build an installable wheel into dist/
 	@ls $(DIST)/popsteer-*.whl
 
 clean: ## remove all that these targets made
-	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.

@@ -22,6 +22,15 @@ WRONG = {
     "preset": (("compare", "--preset", "mine"), "unknown preset 'mine'; known: default, paper, "),
     "start-text": (("compare", "--start", "here"), "--start must be three numbers X,Y,YAW"),
     "start-two": (("compare", "--start=1,2"), "--start must be three numbers X,Y,YAW"),
+    "start-both": (
+        ("compare", "--start=1,2,0", "--start-offset=1"),
+        "--start-offset must be left out where --start is given, got 1.0",
+    ),
+    "start-offset": (("simulate", "--start-offset=inf"), "start_offset must be in"),
+    "preset-of-none": (
+        ("simulate", "--controller", "mpc", "--preset", "paper"),
+        "preset must be left out, as it changes nothing about mpc, got 'paper'",
+    ),
     "start-nan": (("compare", "--start=nan,0,0"), "x must be in"),
     "start-inf": (("compare", "--start=0,0,-inf"), "yaw must be in"),
     "dt-negative": (("compare", "--dt", "-0.05"), "dt must be in [1e-06, 1], got -0.05"),

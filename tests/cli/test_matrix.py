@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import csv
 import json
+import math
+import platform
+import statistics
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
 
 import popsteer
-from popsteer import study
+from popsteer import sim, study, tracks
 from popsteer.errors import ConfigError
+from popsteer.report import matrix as report_matrix
+from popsteer.report.figures.theme import THEMES
 from tests.cli import command
 
 if TYPE_CHECKING:
@@ -32,7 +38,11 @@ def test_matrix_writes_every_combination(
     )
     assert (outcome.status, outcome.err) == (0, "")
     names = {f"matrix{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")}
-    assert {file.name for file in out.iterdir()} == names | {"matrix.csv", "matrix.json"}
+    assert {file.name for file in out.iterdir()} == names | {
+        "matrix.csv",
+        "matrix.json",
+        "matrix.md",
+    }
     lines = (out / "matrix.csv").read_text(encoding="utf-8").splitlines()
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     wanted = {(p, t, law) for p in PLANTS for t in ("straight", "slalom") for law in LAWS}
@@ -51,6 +61,46 @@ def test_matrix_writes_every_combination(
             column = "settled_mean_abs_cross_track_error"
             assert float(row[column]) == figures[column]
             assert row["ending"] == figures["ending"] == "finished"
+    _check_markdown((out / "matrix.md").read_text(encoding="utf-8"), rows)
+
+
+def _check_markdown(text: str, rows: list[dict[str, str]]) -> None:
+    head, _, *body, steps, _, machine = text.splitlines()
+    assert head == "| plant | track | Stanley | POP |"
+    wanted = []
+    for stanley, pop in zip(rows[::2], rows[1::2], strict=True):
+        errors = [
+            f"{float(row['settled_mean_abs_cross_track_error']):.4f}" for row in (stanley, pop)
+        ]
+        wanted.append(f"| {pop['plant']} | {pop['track']} | {errors[0]} | {errors[1]} |")
+    assert body == wanted
+    times = []
+    for law in LAWS:
+        median = statistics.median(float(row["step_time"]) for row in rows if row["law"] == law)
+        times.append(f"{1e6 * median:.2f}")
+    assert steps == f"| step, median [µs] |  | {times[0]} | {times[1]} |"
+    assert machine.endswith(f"Python {platform.python_version()}.")
+
+
+@pytest.mark.parametrize(("count", "shape"), [(1, (1, 1)), (3, (1, 3)), (4, (2, 2)), (5, (2, 3))])
+def test_matrix_figure_has_a_labelled_panel_for_each_plant(
+    count: int, shape: tuple[int, int]
+) -> None:
+    path = popsteer.Path([(float(x), 0.0) for x in range(121)])
+    (one,) = study.matrix({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    names = [f"plant {k}" for k in range(count)]
+    found = study.Matrix(
+        [replace(one, runs={"pop": replace(one.runs["pop"], plant=name)}) for name in names], None
+    )
+    figure = report_matrix._figure(found, THEMES["light"])
+    panels = [panel for panel in figure.axes if panel.get_visible()]
+    assert [panel.get_title() for panel in panels] == names
+    grid = figure.axes[0].get_gridspec()
+    assert grid is not None
+    assert grid.get_geometry() == shape
+    lowest = panels[-shape[1] :]
+    assert all(panel.get_xlabel() == "step, median [µs]" for panel in lowest)
+    assert all(len(panel.lines) == 1 for panel in panels)
 
 
 def test_matrix_figures_are_those_of_compare() -> None:
@@ -72,9 +122,11 @@ def test_matrix_figures_are_those_of_compare() -> None:
         (("--laws", "pop,lqr"), "unknown law 'lqr'"),
         (("--plants", "tank"), "unknown plant 'tank'"),
         (("--tracks", "monza"), "unknown track 'monza'"),
+        (("--start-offset", "nan"), "start_offset must be in [-1000, 1000], got nan"),
+        (("--laws", "mpc", "--preset", "paper"), "preset must be left out"),
     ],
 )
-def test_matrix_wrong_name_is_refused(
+def test_matrix_of_bad_input_is_refused(
     capsys: pytest.CaptureFixture[str], options: tuple[str, ...], said: str
 ) -> None:
     outcome = command.call(capsys, "matrix", *options)
@@ -86,3 +138,37 @@ def test_matrix_of_nothing_is_refused() -> None:
     path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
     with pytest.raises(ConfigError, match="plants must be at least one"):
         study.matrix({"a": path}, ["pop"], [])
+
+
+def test_matrix_starts_as_far_to_the_left_as_it_is_told(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    options = ("--laws", "pop", "--tracks", "straight,slalom", "--start-offset", "1.5")
+    plants = ("--plants", "kinematic-bicycle")
+    outcome = command.call(capsys, "matrix", *options, *plants, "--out", str(tmp_path))
+    assert (outcome.status, outcome.err) == (0, "")
+    document = json.loads((tmp_path / "matrix.json").read_text(encoding="utf-8"))
+    assert len(document["comparisons"]) == 2
+    for comparison in document["comparisons"]:
+        track = tracks.get(comparison["path"]["name"])
+        (x, y), (ahead_x, ahead_y) = track.xy[:2]
+        start = comparison["start"]
+        along = math.hypot(ahead_x - x, ahead_y - y)
+        left = (ahead_x - x) * (start["y"] - y) - (ahead_y - y) * (start["x"] - x)
+        assert left / along == pytest.approx(1.5)
+        assert math.hypot(start["x"] - x, start["y"] - y) == pytest.approx(1.5)
+        assert start["yaw"] == math.atan2(ahead_y - y, ahead_x - x)
+
+
+def test_matrix_by_default_starts_where_compare_does() -> None:
+    path = popsteer.Path([(float(x), 0.5 * x) for x in range(81)])
+    (comparison,) = study.matrix({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    assert comparison.first.start == sim.default_start(path)
+    assert comparison.first.start == sim.default_start(path, -sim.START_OFFSET)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_every_law_that_can_be_compared_has_a_colour_of_its_own(theme: str) -> None:
+    colours = THEMES[theme].laws
+    assert set(colours) == set(study.law_names())
+    assert len(set(colours.values())) == len(colours)

@@ -21,8 +21,8 @@ def _rows(out: str) -> dict[str, list[list[str]]]:
     law = ""
     for line in out.partition("──\n")[2].partition("\n\nSmall")[0].splitlines():
         cells = line.split()
-        if cells and not cells[0][0].isdigit():
-            law = cells.pop(0)
+        if cells and not line[0].isspace():
+            law, cells = line[:14].strip(), line[14:].split()
         if cells:
             rows.setdefault(law, []).append(cells)
     return rows
@@ -34,7 +34,7 @@ def test_stability_prints_the_margins_of_each_law_at_each_speed(
     outcome = command.call(capsys, "stability", "--speeds", "5,25")
     assert outcome.status == 0
     rows = _rows(outcome.out)
-    assert list(rows) == ["PID", "Pure-Pursuit", "Stanley", "POP"]
+    assert list(rows) == ["PID", "Pure-Pursuit", "Stanley", "POP", "Preview POP"]
     expected = stability(["pop"], Vehicle(), [5.0, 25.0]).margins["pop"]
     for cells, speed, found in zip(rows["POP"], ("5", "25"), expected, strict=True):
         distance = "7.0" if speed == "5" else "11.0"
@@ -102,7 +102,7 @@ def test_stability_figures_are_drawn_on_both_backgrounds(
     monkeypatch.setattr(carrot, "_RADII", (20.0, 30.0))
     outcome = command.call(capsys, "stability", "--speeds", "5", "--figures", str(tmp_path / "f"))
     assert outcome.status == 0
-    figures = {"stability-margins", "stability-map", "carrot-offset"}
+    figures = {"stability-margins", "stability-map", "carrot-offset", "preview-choice"}
     names = {f"{name}{suffix}.png" for name in figures for suffix in ("", "-dark")}
     assert {file.name for file in (tmp_path / "f").iterdir()} == names
     for name in names:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
 
 import numpy as np
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from popsteer.laws import Params
 
+_P = TypeVar("_P", bound="Params")
 _SUBSTEPS = 4
 _SMALL = 5e-5  # change of the angle in a step that the grid of the candidates may cause [rad]
 _ASTRAY = 0.3  # an angle that no stable loop comes to from the start below [rad]
@@ -33,6 +34,17 @@ class Car(NamedTuple):
 def straight_path(length: float) -> popsteer.Path:
     x = np.arange(-20.0, length)
     return popsteer.Path(np.column_stack((x, np.zeros_like(x))))
+
+
+def in_small_signals(params: _P) -> _P:
+    """Parameters with which a law answers small signals in proportion, and growing ones too."""
+    changes: dict[str, float] = {}
+    if isinstance(params, popsteer.PopParams):
+        changes = {"candidate_count": 20_001}
+    if isinstance(params, popsteer.PreviewPopParams):
+        # Else a loop that grows settles to a swing, at high speed a small one.
+        changes = {"max_lateral_acceleration": 1e6}
+    return cast("_P", params.replace(**changes))
 
 
 def roll(
@@ -68,30 +80,51 @@ def roll(
     return np.array(places), np.array(commands[whole + 1 :])
 
 
+def grows(
+    name: str, params: Params, car: Car, speed: float, duration: float, dt: float = 0.05
+) -> bool:
+    """Whether a small disturbance is still growing after a while."""
+    steps = math.ceil(duration / dt)
+    make: Callable[..., laws.Controller] = laws.get(name).controller
+    law = make(straight_path(speed * duration + 100.0), params)
+    _, angles = roll(law, car, speed, (0.0, 0.02, 0.0), dt, steps)
+    if np.abs(angles).max() > _ASTRAY:
+        return True
+    moves = np.abs(np.diff(angles))
+    early = moves[steps // 3 : 2 * steps // 3].max()
+    late = moves[2 * steps // 3 :].max()
+    return bool(late > early and late > _SMALL)
+
+
 def critical_dead_time(
     name: str, params: Params, car: Car, speed: float, guess: float, dt: float = 0.05
 ) -> float:
     """Find by bisection the dead time at which a small disturbance no longer dies out."""
-    duration = 20.0 + 40.0 * guess
-    steps = math.ceil(duration / dt)
-    path = straight_path(speed * duration + 100.0)
-    make: Callable[..., laws.Controller] = laws.get(name).controller
 
-    def grows(dead_time: float) -> bool:
-        law = make(path, params)
-        delayed = car._replace(dead_time=dead_time)
-        _, angles = roll(law, delayed, speed, (0.0, 0.02, 0.0), dt, steps)
-        if np.abs(angles).max() > _ASTRAY:
-            return True
-        moves = np.abs(np.diff(angles))
-        early = moves[steps // 3 : 2 * steps // 3].max()
-        late = moves[2 * steps // 3 :].max()
-        return bool(late > early and late > _SMALL)
+    def unstable(dead_time: float) -> bool:
+        late = car._replace(dead_time=dead_time)
+        return grows(name, params, late, speed, 20.0 + 40.0 * guess, dt)
 
     low, high = 0.0, 2.0 * guess + 0.05
-    assert not grows(low)
-    assert grows(high)
+    assert not unstable(low)
+    assert unstable(high)
     while high - low > 0.002 * guess + 1e-4:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if grows(middle) else (middle, high)
+        low, high = (low, middle) if unstable(middle) else (middle, high)
     return 0.5 * (low + high)
+
+
+def driven_preview_offset(
+    params: popsteer.PreviewPopParams, car: Car, radius: float, speed: float
+) -> float:
+    """Drive preview POP a lap of a circle; its reference point's offset to the inside, at last."""
+    count = round(2.0 * math.pi * radius / 0.5)
+    angle = np.arange(count) * (2.0 * math.pi / count)
+    xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
+    law = popsteer.PreviewPop(popsteer.Path(xy, closed=True), params)
+    steps = math.ceil(2.0 * math.pi * radius / speed / 0.05)
+    places, _ = roll(law, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
+    turned = places[3 * steps // 4 :] - (0.0, radius)
+    # The rear axle moves where it points, so what lies ahead of it is a little further out.
+    ahead = params.reference_offset or 0.0
+    return radius - float(np.hypot(np.hypot(*turned.T), ahead).mean())

@@ -8,13 +8,18 @@ import pytest
 import popsteer
 from popsteer import presets
 from popsteer.study import LINEAR_LAWS, Vehicle, margins
-from tests.closed_loop.rolling import Car, critical_dead_time, roll, straight_path
+from tests.closed_loop.rolling import (
+    Car,
+    critical_dead_time,
+    grows,
+    in_small_signals,
+    roll,
+    straight_path,
+)
 
 
 def _params(name: str, vehicle: Vehicle) -> popsteer.laws.Params:
-    params = vehicle.fitted(presets.get(name, "default"))
-    # So fine a grid of candidates that POP answers small signals in proportion.
-    return params.replace(candidate_count=20_001) if name == "pop" else params
+    return in_small_signals(vehicle.fitted(presets.get(name, "default")))
 
 
 @pytest.mark.parametrize("name", LINEAR_LAWS)
@@ -30,7 +35,7 @@ def test_dead_time_margin_is_where_the_driven_loop_begins_to_grow(
     assert driven == pytest.approx(predicted, rel=0.01, abs=3e-4)
 
 
-@pytest.mark.parametrize("name", ["pure-pursuit", "stanley", "pop"])
+@pytest.mark.parametrize("name", ["pure-pursuit", "stanley", "pop", "preview-pop"])
 def test_dead_time_margin_without_lag_and_at_another_rate_is_that_of_the_driven_loop(
     name: str,
 ) -> None:
@@ -49,6 +54,42 @@ def test_dead_time_margin_shrinks_by_the_dead_time_that_there_is(name: str) -> N
         late = Vehicle(dead_time=share * free)
         assert margins(params, late, 8.0).dead_time == pytest.approx((1 - share) * free, abs=1e-4)
     assert not margins(params, Vehicle(dead_time=1.01 * free), 8.0).stable
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"turn_learning_time": 0.5},
+        {"slip_learning_time": 1.0},
+        {"wheelbase": 2.55, "steer_lag": 0.2},
+        {"wheelbase": 3.45, "steer_lag": 0.0, "turn_learning_time": 0.5},
+        {"heading_cost": 1.0, "steer_rate_cost": 0.05},
+        {"horizon": 2.0},
+    ],
+    ids=",".join,
+)
+@pytest.mark.parametrize("speed", [4.0, 8.0, 16.0])
+def test_dead_time_margin_of_another_preview_is_that_of_the_driven_loop(
+    changes: dict[str, float], speed: float
+) -> None:
+    vehicle = Vehicle()
+    params = _params("preview-pop", vehicle).replace(**changes)
+    predicted = margins(params, vehicle, speed).dead_time
+    driven = critical_dead_time("preview-pop", params, Car(3.0, 0.1, 0.0), speed, predicted)
+    assert driven == pytest.approx(predicted, rel=0.01, abs=3e-4)
+
+
+@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("speed", [6.0, 12.0])
+def test_gain_margin_is_by_how_much_more_a_car_may_turn_than_the_law_is_told(
+    name: str, speed: float
+) -> None:
+    vehicle = Vehicle(lag=0.2)
+    params = _params(name, vehicle)
+    gain = margins(params, vehicle, speed).gain
+    for share, unstable in ((0.97, False), (1.03, True)):
+        car = Car(3.0 / (share * gain), 0.2, 0.0)
+        assert grows(name, params, car, speed, 60.0) is unstable
 
 
 @pytest.mark.parametrize("speed", [5.0, 15.0])

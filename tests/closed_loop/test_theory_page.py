@@ -16,9 +16,15 @@ from popsteer.study import (
     carrot_offset,
     driven_offset,
     margins,
+    preview_offset,
     stability,
 )
-from tests.closed_loop.rolling import Car, critical_dead_time
+from tests.closed_loop.rolling import (
+    Car,
+    critical_dead_time,
+    driven_preview_offset,
+    in_small_signals,
+)
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
@@ -41,9 +47,7 @@ def test_page_table_of_margins_is_computed_and_driven() -> None:
     vehicle = Vehicle(lag=0.1)
     for title, cells in table.items():
         name = TITLES[title]
-        params = vehicle.fitted(presets.get(name, "default"))
-        if isinstance(params, popsteer.PopParams):
-            params = params.replace(candidate_count=20_001)
+        params = in_small_signals(vehicle.fitted(presets.get(name, "default")))
         for column, speed in enumerate((5.0, 10.0, 15.0, 20.0)):
             computed = margins(params, vehicle, speed).dead_time
             assert cells[2 * column] == f"{1e3 * computed:.1f}"
@@ -97,8 +101,8 @@ def test_page_margins_of_the_identified_plant_are_computed() -> None:
     found = stability(LINEAR_LAWS, vehicle, [16.0]).margins
     shown = [f"{1e3 * found[name][0].dead_time:.0f}" for name in LINEAR_LAWS]
     sentence = re.search(
-        r"margins are (\d+) \(PID\), (\d+) \(pure pursuit\), (\d+) \(Stanley\) and"
-        r" (\d+) ms \(POP\)",
+        r"margins are (\d+) \(PID\), (\d+) \(pure pursuit\), (\d+) \(Stanley\), (\d+) \(POP\) and"
+        r" (\d+) ms \(preview POP\)",
         PAGE,
     )
     assert sentence is not None
@@ -117,6 +121,24 @@ def test_page_choice_of_the_lookahead_is_computed() -> None:
     assert f"leaves {d9} ms of dead time and cuts a bend of 50 m radius by {e9} m" in sentence
     assert f"3 m of lookahead cut it by {e3} m and leave {d3} ms" in sentence
     assert f"1.4 m cut it by {e1} m and leave {d1} ms" in sentence
+
+
+def test_page_table_of_the_choice_is_computed_and_driven() -> None:
+    vehicle = Vehicle(lag=0.1)
+    table = _table("choice")
+    assert list(table) == ["0.05", "0.25", "1"]
+    assert float(list(table)[1]) == popsteer.PreviewPopParams().steer_rate_cost
+    for cost, (dead_time, *cells) in table.items():
+        params = vehicle.fitted(popsteer.PreviewPopParams(steer_rate_cost=float(cost)))
+        assert dead_time == f"{1e3 * margins(params, vehicle, 15.0).dead_time:.0f}"
+        wanted = []
+        for share in (1.0, 1.15, 0.85):
+            told = params.replace(wheelbase=share * 3.0)
+            wanted += [
+                preview_offset(told, vehicle, 50.0, 15.0),
+                driven_preview_offset(told, Car(3.0, 0.1, 0.0), 50.0, 15.0),
+            ]
+        assert cells == [f"{value:.3f}".replace("-", "−") for value in wanted]
 
 
 @pytest.mark.parametrize("speed", [8.0, 15.0, 25.0])
@@ -140,7 +162,9 @@ def test_page_estimate_of_the_dead_time_is_within_a_fifth(speed: float) -> None:
     assert exact + 0.1 + 0.025 == pytest.approx(estimate, rel=0.2)
 
 
-@pytest.mark.parametrize("name", ["carrot-offset", "stability-map", "stability-margins"])
+@pytest.mark.parametrize(
+    "name", ["carrot-offset", "preview-choice", "stability-map", "stability-margins"]
+)
 def test_page_shows_its_figures_on_both_backgrounds(name: str) -> None:
     for suffix in ("", "-dark"):
         assert f"figures/{name}{suffix}.png" in PAGE

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -11,6 +12,10 @@ from popsteer.errors import ConfigError
 from popsteer.study import LINEAR_LAWS, Vehicle, margins, stability
 from popsteer.study.linear import LinearLaw, Loop, linearised, lookahead
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SMALL = 1e-3  # errors [m, rad]
 PATH = popsteer.Path(np.column_stack((np.arange(200.0), np.zeros(200))))
 
 
@@ -18,26 +23,49 @@ def _fitted(name: str, vehicle: Vehicle) -> laws.Params:
     return vehicle.fitted(presets.get(name, "default"))
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+# Preview POP with another model than the vehicle's, learning, and with a step that is longer than
+# the control period; the bounds of what is learnt are far beyond the errors below.
+OTHERS = {
+    "learning": {"turn_learning_time": 0.4, "slip_learning_time": 0.02},
+    "no-lag": {"steer_lag": 0.0, "turn_learning_time": 0.3},
+    "model": {"wheelbase": 3.4, "understeer": 2e-3, "reference_offset": 1.3, "horizon": 2.7},
+    "model-learning": {"reference_offset": -1.1, "slip_learning_time": 0.5, "horizon": 0.4},
+}
+ANSWERS = [
+    *((name, {}) for name in LINEAR_LAWS),
+    *(("preview-pop", change) for change in OTHERS.values()),
+]
+
+
+@pytest.mark.parametrize(("name", "changes"), ANSWERS, ids=[*LINEAR_LAWS, *OTHERS])
 @pytest.mark.parametrize("speed", [3.0, 12.0])
-def test_linearised_law_answers_small_errors_as_the_law_does(name: str, speed: float) -> None:
-    params = _fitted(name, Vehicle(wheelbase=2.7))
+def test_linearised_law_answers_small_errors_as_the_law_does(
+    name: str, changes: dict[str, float], speed: float
+) -> None:
+    params = _fitted(name, Vehicle(wheelbase=2.7)).replace(**changes)
     if name == "pop":
         params = params.replace(candidate_count=100_001)
     weights = linearised(params, speed, 0.05)
     rng = np.random.default_rng(7)
     law = laws.get(name).controller(PATH, params)  # type: ignore[arg-type]
-    # PID's first step has no derivative.
-    offsets = np.concatenate(([0.0], rng.uniform(-1e-3, 1e-3, 8)))
-    headings = np.concatenate(([0.0], rng.uniform(-1e-3, 1e-3, 8)))
+    # PID's first step has no derivative, and nothing is learnt from it.
+    offsets = np.concatenate(([0.0], rng.uniform(-SMALL, SMALL, 8)))
+    headings = np.concatenate(([0.0], rng.uniform(-SMALL, SMALL, 8)))
     seen = offsets + weights.offset * headings
+    answers: list[float] = []
     for k in range(len(seen)):
         x = 20.0 + k * speed * 0.05
-        answer = law.steer(x, float(offsets[k]), float(headings[k]), speed, 0.05)
-        used = min(k + 1, len(weights.cross_track))
-        wanted = -weights.cross_track[:used] @ seen[k::-1][:used]
-        wanted -= weights.heading[0] * headings[k]
-        assert answer == pytest.approx(wanted, rel=3e-3, abs=3e-6)
+        answers.append(law.steer(x, float(offsets[k]), float(headings[k]), speed, 0.05))
+        wanted = -_weighed(weights.cross_track, seen[: k + 1])
+        wanted -= _weighed(weights.heading, headings[: k + 1])
+        wanted -= _weighed(weights.steer[1:], np.array(answers[:-1]))
+        assert answers[-1] == pytest.approx(wanted, rel=3e-3, abs=3e-3 * SMALL)
+
+
+def _weighed(weights: NDArray[np.float64], values: NDArray[np.float64]) -> float:
+    """Sum of the values, the latest with the first weight."""
+    used = min(len(weights), len(values))
+    return float(weights[:used] @ values[::-1][:used])
 
 
 @pytest.mark.parametrize("name", LINEAR_LAWS)
@@ -52,7 +80,7 @@ def test_gain_margin_is_the_factor_at_which_the_loop_turns_unstable(
     assert margin > 1.0
     for factor, stable in ((0.999, True), (1.001, False)):
         scale = factor * margin
-        scaled = LinearLaw(law.offset, scale * law.cross_track, scale * law.heading)
+        scaled = law._replace(cross_track=scale * law.cross_track, heading=scale * law.heading)
         assert Loop(scaled, vehicle, speed, 0.05).is_stable() is stable
 
 
@@ -144,3 +172,23 @@ def test_margins_of_what_has_no_linear_loop_are_refused() -> None:
         stability(
             {"pop": popsteer.PopParams(reference_offset=3.0, min_lookahead=0.0, lookahead_gain=0.0)}
         )
+
+
+def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
+    # A law that remembers its last angle, also one that winds up by itself: the product of the
+    # poles is the share that it keeps, so with more than all of it no loop is stable.
+    vehicle, speed, dt = Vehicle(lag=0.0), 8.0, 0.05
+    turning = speed / vehicle.wheelbase
+    rng = np.random.default_rng(3)
+    told = []
+    for pull, turn, kept in rng.uniform((-0.1, -0.5, -1.2), (0.4, 3.0, 1.2), (200, 3)):
+        law = LinearLaw(3.0, np.array([pull]), np.array([turn]), np.array([1.0, -kept]))
+        answer = np.array([-pull, -(3.0 * pull + turn), kept])  # to e₀, ψ and the last angle
+        moved = np.array([0.5 * speed * turning * dt * dt, turning * dt, 0.0])
+        matrix = np.outer(moved, answer) + np.array([[1, speed * dt, 0], [0, 1, 0], [0, 0, 0]])
+        matrix[2] = answer
+        largest = np.abs(np.linalg.eigvals(matrix)).max()
+        if abs(largest - 1.0) > 1e-3:
+            assert Loop(law, vehicle, speed, dt).is_stable() is bool(largest < 1.0)
+            told.append((abs(kept) > 1.0, bool(largest < 1.0)))
+    assert set(told) == {(True, False), (False, True), (False, False)}

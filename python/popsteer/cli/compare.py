@@ -28,7 +28,7 @@ Examples:
   popsteer compare --controllers stanley,pop --track figure-eight --out out
   popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --out out
   popsteer compare --preset paper --plant kinematic-bicycle
-  popsteer compare --plant commonroad-mb-2 --constant-speed 14
+  popsteer compare --plant commonroad-mb-2 --constant-speed 14 --start-offset 1
   popsteer compare --laws pop,mpc --step-time
 """
 
@@ -51,6 +51,7 @@ def compare(
     preset: options.Preset = presets.REPRODUCTION,
     plant: options.Plant = "carla-identified",
     start: options.Start = None,
+    start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
@@ -72,7 +73,7 @@ def compare(
             params,
             vehicle,
             preset=preset,
-            start=inputs.pose(start),
+            start=inputs.start(course.path, start, start_offset),
             speed=speed,
             constant_speed=constant_speed,
             settings=Settings(dt=dt),

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 from popsteer import tracks
 from popsteer._core import Path
 from popsteer.errors import ConfigError
+from popsteer.sim import default_start
 
 if TYPE_CHECKING:
     from popsteer.sim.run import Pose
 
-__all__ = ["DEFAULT_TRACK", "Course", "course", "names", "pose"]
+__all__ = ["DEFAULT_TRACK", "Course", "course", "names", "start"]
 
 DEFAULT_TRACK = "racetrack"
 """The track that is driven unless told otherwise."""
@@ -94,31 +95,39 @@ def names(text: str) -> list[str]:
     return found
 
 
-def pose(text: str | None) -> Pose | None:
-    """Read a pose.
+def start(path: Path, text: str | None, offset: float | None) -> Pose | None:
+    """Give the pose that the options ask for.
 
     Parameters
     ----------
+    path : Path
+        What is followed.
     text : str or None
         ``X,Y,YAW`` [m, m, rad].
+    offset : float or None
+        How far to the left of the first waypoint [m], as `popsteer.sim.default_start` has it.
 
     Returns
     -------
     tuple of float or None
-        The three numbers; None for None.
+        The three numbers; None where neither is given.
 
     Raises
     ------
     ConfigError
-        They are not three numbers.
+        They are not three numbers, the offset is out of its range, or both are given.
 
     Examples
     --------
-    >>> pose("-183.8,78.7,-1.574")
+    >>> start(Path([(0.0, 0.0), (9.0, 0.0)]), "-183.8,78.7,-1.574", None)
     (-183.8, 78.7, -1.574)
+    >>> start(Path([(0.0, 0.0), (9.0, 0.0)]), None, 1.0)
+    (0.0, 1.0, 0.0)
     """
     if text is None:
-        return None
+        return None if offset is None else default_start(path, offset)
+    if offset is not None:
+        raise ConfigError("--start-offset", offset, "left out where --start is given")
     try:
         x, y, yaw = (float(part) for part in text.split(","))
     except ValueError:

@@ -18,13 +18,15 @@ __all__ = ["HELP", "matrix"]
 HELP = """\
 Drive several laws on several plants along several tracks, and time a step of each.
 
-Prints a table; with --out also writes it, all metrics, and a figure of the error against the time
-of a step. A run that does not finish says why: a plant's limit is named.
+Prints a table; with --out also writes it (matrix.csv, matrix.md), all metrics (matrix.json), and a
+figure of the error against the time of a step. A run that does not finish
+says why: a plant's limit is named.
 
 \b
 Examples:
   popsteer matrix
   popsteer matrix --laws pop,mpc --plants carla-identified,commonroad-mb-2 --constant-speed 10
+  popsteer matrix --tracks slalom --start-offset 0
   popsteer matrix --tracks racetrack,slalom --waypoints waypoints.csv --out out
 """
 
@@ -54,6 +56,7 @@ def matrix(
         ),
     ] = None,
     preset: options.Preset = presets.REPRODUCTION,
+    start_offset: options.StartOffset = None,
     constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
@@ -76,11 +79,12 @@ def matrix(
             inputs.names(laws),
             inputs.names(plants),
             preset=preset,
+            start_offset=start_offset,
             constant_speed=constant_speed,
             settings=Settings(dt=dt),
             progress=progress.update,
         )
-        said = "--out DIR writes matrix.csv, matrix.json and the figure."
+        said = "--out DIR writes matrix.csv, matrix.md, matrix.json and the figure."
         if out is not None:
             content = matrix_files(found)
             report.write(content, out)

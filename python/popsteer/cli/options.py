@@ -20,6 +20,7 @@ __all__ = [
     "Preset",
     "Speed",
     "Start",
+    "StartOffset",
     "Track",
     "Waypoints",
 ]
@@ -59,7 +60,8 @@ Preset: TypeAlias = Annotated[
         metavar="NAME",
         help=f"Parameters of the laws: {', '.join(presets.names('pop'))}. Where the paper and its"
         " authors' code differ, 'paper' and 'published-code' are the two, and 'reproduction' takes"
-        " for each law the reading that comes closest to the paper's table.",
+        " for each law the reading that comes closest to the paper's table. preview-pop, which is"
+        " not the paper's, is the same in all; mpc has none.",
     ),
 ]
 Start: TypeAlias = Annotated[
@@ -68,6 +70,15 @@ Start: TypeAlias = Annotated[
         metavar="X,Y,YAW",
         help="Pose of the front axle at the start [m, m, rad]; by default"
         f" {sim.START_OFFSET} m to the right of the first waypoint, looking along the path.",
+        show_default=False,
+    ),
+]
+StartOffset: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        metavar="METRES",
+        help="Start with the front axle this far to the left of the first waypoint, looking along"
+        f" the path; negative is to the right, by default {-sim.START_OFFSET}.",
         show_default=False,
     ),
 ]

@@ -98,7 +98,8 @@ def stability(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Draw the margins over speed and lookahead, and how POP cuts bends.",
+            help="Draw the margins over speed and lookahead, how POP cuts bends, and what preview"
+            " changes.",
             show_default=False,
         ),
     ] = None,

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import io
 import json
+import math
+from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer._core import __version__
+from popsteer.bench.machine import describe
 from popsteer.report.metrics_json import SCHEMA, metrics_document
 from popsteer.report.table import title_of
 
@@ -97,8 +100,10 @@ def matrix_files(found: Matrix) -> dict[str, bytes]:
     -------
     dict
         The content of each file by its name: ``matrix.csv`` (a row for each law on each plant and
-        track), ``matrix.json`` (all their metrics), and ``matrix`` as ``.png`` and ``.svg``, the
-        figure of error against step time, for a light and, as ``-dark``, for a dark background.
+        track), ``matrix.json`` (all their metrics), ``matrix.md`` (the errors after settling, a
+        column for each law; of runs that did not finish in brackets), and ``matrix`` as ``.png``
+        and ``.svg``, the figure of error against step time, for a light and, as ``-dark``, for a
+        dark background.
     """
     from popsteer.report.figures.theme import THEMES
 
@@ -108,9 +113,11 @@ def matrix_files(found: Matrix) -> dict[str, bytes]:
         for kind, data in _drawn(found, theme).items()
     }
     content["matrix.csv"] = _csv(found).encode()
+    content["matrix.md"] = _markdown(found).encode()
     document = {
         "schema": SCHEMA,
         "version": __version__,
+        "machine": describe(),
         "constant_speed": found.constant_speed,
         "comparisons": [metrics_document(each) for each in found.comparisons],
     }
@@ -131,6 +138,31 @@ def _csv(found: Matrix) -> str:
         cells = [row.plant, row.track, row.law, *map(repr, numbers), f'"{ending}"']
         lines.append(",".join(cells))
     return "\n".join(lines) + "\n"
+
+
+def _markdown(found: Matrix) -> str:
+    """Set out the errors after settling, and what a step takes on an average plant and track."""
+    names = list(found.comparisons[0].runs)
+    lines = [
+        ["plant", "track", *map(title_of, names)],
+        ["---", "---", *["--:"] * len(names)],
+    ]
+    for each in found.comparisons:
+        cells = [_error(run.metrics) for run in each.runs.values()]
+        lines.append([each.plant, each.track, *cells])
+    times = [median(each.step_times[name] for each in found.comparisons) for name in names]
+    lines.append(["step, median [µs]", "", *(f"{1e6 * time:.2f}" for time in times)])
+    on = describe()
+    table = "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    return f"{table}\n{on['cpu']}, {on['cores']} cores; {on['python']}.\n"
+
+
+def _error(metrics: Metrics) -> str:
+    """Show the mean error after settling; of a run that did not finish in brackets."""
+    error = metrics.settled_mean_abs_cross_track_error
+    if not math.isfinite(error):
+        return "–"
+    return f"{error:.4f}" if metrics.finished else f"({error:.4f})"
 
 
 def _drawn(found: Matrix, theme: Theme) -> dict[str, bytes]:
@@ -156,10 +188,13 @@ def _figure(found: Matrix, theme: Theme) -> Figure:
     tracks = list(dict.fromkeys(row.track for row in rows))
     colours = theme.colours(dict.fromkeys(row.law for row in rows))
     markers = {track: _MARKERS[k % len(_MARKERS)] for k, track in enumerate(tracks)}
-    size = (max(3.6 * len(plants) + 0.8, 7.0), 5.2)
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(1, len(plants), squeeze=False, sharex=True, sharey=True)[0]
-    for panel, plant in zip(panels, plants, strict=True):
+    across = len(plants) if len(plants) <= 3 else math.ceil(len(plants) / 2)
+    down = math.ceil(len(plants) / across)
+    figure = Figure(figsize=(max(4.2 * across, 7.0), 3.1 * down + 1.2), layout="constrained")
+    grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+    for spare in grid.flat[len(plants) :]:
+        spare.set_visible(False)
+    for panel, plant in zip(grid.flat, plants, strict=False):
         for row in rows:
             error = row.metrics.settled_mean_abs_cross_track_error
             if row.plant != plant or not error > 0.0:
@@ -172,14 +207,20 @@ def _figure(found: Matrix, theme: Theme) -> Figure:
                 color=colour,
                 # Hollow: what it did until it came to an end tells little.
                 markerfacecolor=colour if row.metrics.finished else theme.background,
-                markersize=8,
+                markeredgecolor=theme.background if row.metrics.finished else colour,
+                markersize=8.5,
             )
         panel.set_xscale("log")
         panel.set_yscale("log")
         panel.margins(0.12)
         panel.set_title(plant, fontsize=10.5)
+        panel.xaxis.set_major_formatter("{x:g}")
+        panel.yaxis.set_major_formatter("{x:g}")
+    for panel in grid.flat[max(len(plants) - across, 0) : len(plants)]:
+        panel.tick_params(labelbottom=True)
         panel.set_xlabel("step, median [µs]")
-    panels[0].set_ylabel("mean |cross-track error| after 5 s [m]")
+    for panel in grid[:, 0]:
+        panel.set_ylabel("mean |cross-track error|\nafter 5 s [m]")
     handles = [
         Line2D([], [], linestyle="", marker="o", color=colour, label=title_of(law))
         for law, colour in colours.items()
@@ -191,7 +232,7 @@ def _figure(found: Matrix, theme: Theme) -> Figure:
         hollow = Line2D([], [], linestyle="", marker="o", color=theme.faint, label="not finished")
         hollow.set_markerfacecolor(theme.background)
         handles.append(hollow)
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
     pedals = "the paper's pedals"
     if found.constant_speed is not None:
         pedals = f"constant {found.constant_speed:g} m/s"

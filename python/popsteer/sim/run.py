@@ -12,6 +12,7 @@ from popsteer import laws
 from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams
 from popsteer.errors import ConfigError, PathError, in_range
 from popsteer.parameters import Parameters
+from popsteer.ranges import check_in_range
 from popsteer.sim import steering
 from popsteer.sim.geometry import Plant, geometry, made, with_offset
 from popsteer.sim.metrics import Metrics
@@ -79,31 +80,40 @@ class Run:
         return self.settings.dt
 
 
-def default_start(path: Path) -> Pose:
+def default_start(path: Path, offset: float = -START_OFFSET) -> Pose:
     """Give the pose that a run starts from unless told otherwise.
 
-    The front axle stands `START_OFFSET` to the right of the first waypoint and looks along the
-    first segment, as in the paper's run.
+    The front axle stands beside the first waypoint and looks along the first segment; by default
+    `START_OFFSET` to the right, as in the paper's run.
 
     Parameters
     ----------
     path : Path
         The path to follow.
+    offset : float, default -2.44
+        How far to the left of the first waypoint [m]; negative to the right.
 
     Returns
     -------
     tuple of float
         Pose of the front axle, (x, y, yaw) [m, m, rad].
 
+    Raises
+    ------
+    ConfigError
+        The offset is not in [-1000, 1000].
+
     Examples
     --------
     >>> import popsteer
-    >>> default_start(popsteer.Path([(0.0, 0.0), (10.0, 0.0)]))
-    (0.0, -2.44, 0.0)
+    >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0)])
+    >>> default_start(path), default_start(path, 1.0)
+    ((0.0, -2.44, 0.0), (0.0, 1.0, 0.0))
     """
+    check_in_range("start_offset", offset, -1e3, 1e3)
     x, y = float(path.x[0]), float(path.y[0])
     yaw = math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)
-    return x + START_OFFSET * math.sin(yaw), y - START_OFFSET * math.cos(yaw), yaw
+    return x - offset * math.sin(yaw), y + offset * math.cos(yaw), yaw
 
 
 def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:

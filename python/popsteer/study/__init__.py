@@ -4,6 +4,7 @@ from popsteer.study.carrot import carrot_offset, driven_offset
 from popsteer.study.compare import DEFAULT_LAWS, Comparison, compare, law_names, parameters
 from popsteer.study.matrix import Matrix, matrix
 from popsteer.study.paper import PAPER, PaperFigures, is_authors_path
+from popsteer.study.preview_bend import preview_offset
 from popsteer.study.stability import (
     LINEAR_LAWS,
     Margins,
@@ -34,6 +35,7 @@ __all__ = [
     "margins",
     "matrix",
     "parameters",
+    "preview_offset",
     "stability",
     "time_steps",
 ]

@@ -129,13 +129,16 @@ def parameters(names: Sequence[str], preset: str, plant: Plant) -> dict[str, Par
     Raises
     ------
     ConfigError
-        A law, the preset or the plant is not known.
+        A law, the preset or the plant is not known, or a preset is given to baselines alone.
 
     Examples
     --------
     >>> parameters(["pid"], "paper", "carla-identified")["pid"].reference_offset
     1.06
     """
+    if preset != presets.REPRODUCTION and names and set(names) <= set(baselines.names()):
+        requirement = f"left out, as it changes nothing about {', '.join(names)}"
+        raise ConfigError("preset", preset, requirement)
     chosen: dict[str, Params | MpcParams] = {}
     for name in names:
         if name in baselines.names():

@@ -6,6 +6,7 @@ time; e₀ is the offset of the point that does not slip, ψ the heading error, 
     e₀' = v ψ      ψ' = r      τ r' = v δ / (L + K v²) - r
 
 The law sees e = e₀ + a ψ at its reference point a ahead, and commands δ = -(C_e(z) e + C_ψ(z) ψ),
+where C_e and C_ψ divide by the same polynomial D(z) if the law remembers what it commanded. It is
 held for the control period Δt. Sampling is exact: the vehicle's step response is known in closed
 form, and a dead time that is no multiple of Δt splits a period in two. Broken at the command, the
 loop has the gain::
@@ -18,14 +19,21 @@ and its closed loop the poles where 1 + L(z) = 0.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from popsteer import laws
-from popsteer._core import PidParams, PopParams, PurePursuitParams, StanleyParams
+from popsteer._core import (
+    PidParams,
+    PopParams,
+    PreviewPopParams,
+    PurePursuitParams,
+    StanleyParams,
+)
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_in_range
+from popsteer.study.linear_preview import preview_pop
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,11 +44,16 @@ if TYPE_CHECKING:
     from popsteer.laws import Params
     from popsteer.study.vehicle import Vehicle
 
+_Weights: TypeAlias = tuple[list[float], list[float], list[float]]
+
 __all__ = ["LinearLaw", "Loop", "linearised", "lookahead"]
 
 
 class LinearLaw(NamedTuple):
-    """A law in small signals: δ(k) = -Σ cross_track[i] e(k - i) - Σ heading[i] ψ(k - i)."""
+    """A law in small signals.
+
+    Σ steer[i] δ(k - i) = -Σ cross_track[i] e(k - i) - Σ heading[i] ψ(k - i)
+    """
 
     offset: float
     """Where e is measured, ahead of the point that does not slip [m]."""
@@ -48,6 +61,8 @@ class LinearLaw(NamedTuple):
     """Weights of the cross-track errors, the latest first [rad/m]."""
     heading: NDArray[np.float64]
     """Weights of the heading errors, the latest first [-]."""
+    steer: NDArray[np.float64] = np.ones(1)
+    """Weights of the angles, the latest first [-]; of that it is 1."""
 
 
 def lookahead(params: Params, speed: float) -> float | None:
@@ -77,26 +92,24 @@ def lookahead(params: Params, speed: float) -> float | None:
     return None
 
 
-def _pop(params: PopParams, speed: float, _dt: float) -> tuple[list[float], list[float]]:
+def _pop(params: PopParams, speed: float, _dt: float) -> _Weights:
     """δ = β - ψ with the bearing β = -asin(e / ld) of the lookahead point."""
-    return [1.0 / _positive_lookahead(params, speed)], [1.0]
+    return [1.0 / _positive_lookahead(params, speed)], [1.0], [1.0]
 
 
-def _pure_pursuit(
-    params: PurePursuitParams, speed: float, _dt: float
-) -> tuple[list[float], list[float]]:
+def _pure_pursuit(params: PurePursuitParams, speed: float, _dt: float) -> _Weights:
     """δ = atan(2 L sin α / ld) with α = β - ψ."""
     distance = _positive_lookahead(params, speed)
     gain = 2.0 * params.wheelbase / distance
-    return [gain / distance], [gain]
+    return [gain / distance], [gain], [1.0]
 
 
-def _stanley(params: StanleyParams, speed: float, _dt: float) -> tuple[list[float], list[float]]:
+def _stanley(params: StanleyParams, speed: float, _dt: float) -> _Weights:
     """δ = -(ψ + atan(k e / (k_s + k_v v)))."""
-    return [params.cross_track_gain / (params.softening + params.speed_gain * speed)], [1.0]
+    return [params.cross_track_gain / (params.softening + params.speed_gain * speed)], [1.0], [1.0]
 
 
-def _pid(params: PidParams, _speed: float, dt: float) -> tuple[list[float], list[float]]:
+def _pid(params: PidParams, _speed: float, dt: float) -> _Weights:
     """δ = -(k_P e + k_I Σ e Δt + k_D Δe / Δt), the sum over the buffer."""
     term = params.ki * (dt if params.integral_with_dt else 1.0)
     weights = [term] * max(params.buffer_length, 2)
@@ -104,14 +117,15 @@ def _pid(params: PidParams, _speed: float, dt: float) -> tuple[list[float], list
         weights[1] = 0.0
     weights[0] += params.kp + params.kd / dt
     weights[1] -= params.kd / dt
-    return weights, [0.0]
+    return weights, [0.0], [1.0]
 
 
-_LINEAR: dict[type[Any], Callable[[Any, float, float], tuple[list[float], list[float]]]] = {
+_LINEAR: dict[type[Any], Callable[[Any, float, float], _Weights]] = {
     PopParams: _pop,
     PurePursuitParams: _pure_pursuit,
     StanleyParams: _stanley,
     PidParams: _pid,
+    PreviewPopParams: preview_pop,
 }
 
 
@@ -120,11 +134,11 @@ def linearised(params: Params, speed: float, dt: float) -> LinearLaw:
 
     POP is taken without its grid of candidates and within the span that it may move in one step,
     pure pursuit without `alpha_by_arccos`, whose bearing has no slope at zero; both with the
-    lookahead point inside the window that is searched.
+    lookahead point inside the window that is searched. Preview POP is taken within its limits.
 
     Parameters
     ----------
-    params : PopParams or PurePursuitParams or StanleyParams or PidParams
+    params : PopParams or PurePursuitParams or StanleyParams or PidParams or PreviewPopParams
         Parameters of the law, with its reference point.
     speed : float
         Speed [m/s], positive.
@@ -155,8 +169,7 @@ def linearised(params: Params, speed: float, dt: float) -> LinearLaw:
         raise ConfigError("reference_offset", None, "given; see Vehicle.fitted")
     check_in_range("speed", speed, 1e-3, 1e3)
     check_in_range("dt", dt, 1e-3, 1.0)
-    cross_track, heading = make(params, speed, dt)
-    return LinearLaw(params.reference_offset, np.array(cross_track), np.array(heading))
+    return LinearLaw(params.reference_offset, *map(np.array, make(params, speed, dt)))
 
 
 class Loop:
@@ -195,6 +208,7 @@ class Loop:
         self._back = np.exp(-1j * angles)  # 1 / z
         self._cross_track = np.polynomial.polynomial.polyval(self._back, law.cross_track)
         self._heading = np.polynomial.polynomial.polyval(self._back, law.heading)
+        self._steer = np.polynomial.polynomial.polyval(self._back, law.steer)
 
     def gain(self, dead_time: float | None = None) -> NDArray[np.complex128]:
         """Evaluate L at the frequencies.
@@ -224,12 +238,12 @@ class Loop:
         yaw = (pushed[1] + swing * rate) / (z - 1.0)
         offset = (pushed[0] + speed * dt * yaw + speed * lag * (dt - swing) * rate) / (z - 1.0)
         seen = offset + self._offset * yaw
-        return np.asarray(self._cross_track * seen + self._heading * yaw)
+        return np.asarray((self._cross_track * seen + self._heading * yaw) / self._steer)
 
     def is_stable(self, dead_time: float | None = None) -> bool:
         """Tell whether all poles of the closed loop lie inside the unit circle.
 
-        (1 + L) (1 - 1/z)² (1 - E/z), with E the decay of the lag over Δt, has no pole outside the
+        D (1 + L) (1 - 1/z)² (1 - E/z), with E the decay of the lag over Δt, has no pole outside the
         circle, so by the principle of the argument the loop is stable exactly where its phase comes
         back to where it was on the way from ω = 0 to π / Δt.
 
@@ -245,7 +259,8 @@ class Loop:
         """
         decay = _decay(self._dt, self._vehicle.lag)
         back = self._back
-        value = (1.0 + self.gain(dead_time)) * (1.0 - back) ** 2 * (1.0 - decay * back)
+        value = self._steer * (1.0 + self.gain(dead_time))
+        value *= (1.0 - back) ** 2 * (1.0 - decay * back)
         phase = np.unwrap(np.angle(value))
         return bool(abs(phase[-1] - phase[0]) < 0.5 * math.pi)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from popsteer import presets
 from popsteer.errors import ConfigError
+from popsteer.sim import default_start
 from popsteer.sim.geometry import made, plant_name
 from popsteer.study.compare import compare, parameters
 from popsteer.study.step_time import time_steps
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from popsteer._core import Path, Settings
     from popsteer.sim import Plant
+    from popsteer.sim.run import Pose
     from popsteer.study.compare import Comparison
 
 __all__ = ["Matrix", "matrix"]
@@ -46,6 +48,7 @@ def matrix(
     plants: Sequence[Plant],
     *,
     preset: str = presets.REPRODUCTION,
+    start_offset: float | None = None,
     constant_speed: float | None = None,
     settings: Settings | None = None,
     progress: Callable[[str, float], object] | None = None,
@@ -61,7 +64,11 @@ def matrix(
     plants : sequence of str or plants
         What moves.
     preset : str, default "reproduction"
-        Where the parameters of the laws come from.
+        Where the parameters of the laws come from; preview-pop is the same in all, and the
+        baselines have none.
+    start_offset : float, optional
+        How far to the left of the first waypoint the front axle starts [m], as
+        `popsteer.sim.default_start` has it.
     constant_speed : float, optional
         Speed to be kept all the way [m/s], as `popsteer.sim.run` has it.
     settings : Settings, optional
@@ -93,6 +100,9 @@ def matrix(
         if not given:
             raise ConfigError(field, list(given), "at least one")
     vehicles = [made(plant) for plant in plants]
+    starts: dict[str, Pose | None] = dict.fromkeys(paths)
+    if start_offset is not None:
+        starts = {track: default_start(path, start_offset) for track, path in paths.items()}
     prepared = [(vehicle, parameters(names, preset, vehicle)) for vehicle in vehicles]
     total = len(vehicles) * len(paths) * len(names) * 2  # each law drives, then is timed
     done = 0
@@ -112,6 +122,7 @@ def matrix(
                 params,
                 vehicle,
                 preset=preset,
+                start=starts[track],
                 constant_speed=constant_speed,
                 settings=settings,
                 progress=advance,

@@ -31,7 +31,7 @@ __all__ = [
     "stability",
 ]
 
-LINEAR_LAWS = ("pid", "pure-pursuit", "stanley", "pop")
+LINEAR_LAWS = ("pid", "pure-pursuit", "stanley", "pop", "preview-pop")
 """The laws that have a linear loop: all but bang-bang."""
 DEFAULT_SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
 """Speeds that are looked at unless told otherwise [m/s]."""
@@ -93,7 +93,7 @@ def margins(
 
     Parameters
     ----------
-    params : PopParams or PurePursuitParams or StanleyParams or PidParams
+    params : PopParams or PurePursuitParams or StanleyParams or PidParams or PreviewPopParams
         Parameters of the law, with its reference point; see `Vehicle.fitted`.
     vehicle : Vehicle
         The vehicle.

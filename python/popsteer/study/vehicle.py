@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from popsteer import laws
-from popsteer._core import CarlaIdentified
+from popsteer._core import CarlaIdentified, PreviewPopParams
 from popsteer.ranges import check_in_range
 from popsteer.sim import geometry
+from popsteer.sim.geometry import SteeringModel
 
 if TYPE_CHECKING:
     from popsteer.laws import Params
@@ -139,7 +140,9 @@ class Vehicle:
         Returns
         -------
         same as `params`
-            With the distance of the axles as wheelbase, and the law's axle as reference point.
+            With the distance of the axles as wheelbase, and the law's axle as reference point; of
+            `PreviewPopParams` with how the vehicle turns and its lag, about the point that does not
+            slip.
 
         Examples
         --------
@@ -147,6 +150,9 @@ class Vehicle:
         >>> Vehicle(wheelbase=2.5).fitted(PopParams()).reference_offset
         2.5
         """
+        if isinstance(params, PreviewPopParams):
+            model = SteeringModel(self.wheelbase, self.understeer, self.lag)
+            return cast("_P", params.replace(reference_offset=0.0, **model._asdict()))
         law = laws.get(laws.name_of(type(params)))
         fitted = params.replace(
             wheelbase=self.axle("front") - self.axle("rear"),

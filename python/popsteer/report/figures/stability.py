@@ -12,6 +12,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
 from popsteer._core import PopParams, PurePursuitParams
+from popsteer.report.figures.choice import choice_curves, choice_figure
 from popsteer.report.figures.render import drawn
 from popsteer.report.figures.theme import THEMES
 from popsteer.report.stability import stability_caption
@@ -54,7 +55,8 @@ def stability_figures(
     dict
         Content of each PNG file by its name: ``stability-margins``, the margins of all laws over
         speed; ``stability-map``, where a law has a lookahead, the dead-time margin over speed and
-        lookahead; ``carrot-offset``, by how much POP cuts bends on the plants of popsteer.
+        lookahead; ``carrot-offset``, by how much POP cuts bends on the plants of popsteer;
+        ``preview-choice``, with POP and preview POP among the laws, what margin costs in a bend.
     """
 
     def tell(share: float) -> None:
@@ -82,6 +84,8 @@ def stability_figures(
     if "pop" in result.params:
         curves = {plant: carrot_curve(plant) for plant in plant_names()}
         draw["carrot-offset"] = partial(_carrot_figure, curves)
+    if choices := choice_curves(result):
+        draw["preview-choice"] = partial(choice_figure, result, choices)
     content = {}
     for index, (figure, make) in enumerate(draw.items()):
         for theme, colours in THEMES.items():

@@ -25,9 +25,9 @@ class Theme(NamedTuple):
     path: str
     """The path to follow."""
     laws: Mapping[str, str]
-    """Colour of each law of popsteer."""
+    """Colour of each law of popsteer and of each baseline."""
     others: tuple[str, ...]
-    """Colours for other laws, in turn."""
+    """Colours for laws of one's own, in turn."""
 
     def colours(self, names: Iterable[str]) -> dict[str, str]:
         """Give each law a colour.
@@ -100,6 +100,7 @@ _LIGHT = {
     "stanley": "#b5589a",
     "pop": "#0072b2",
     "preview-pop": "#111111",
+    "mpc": "#5b21e6",
 }
 _DARK = {
     "bang-bang": "#f0e442",
@@ -108,6 +109,7 @@ _DARK = {
     "stanley": "#e79ccb",
     "pop": "#56b4e9",
     "preview-pop": "#ffffff",
+    "mpc": "#8163ff",
 }
 
 THEMES: Mapping[str, Theme] = MappingProxyType(
