@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from numpy.polynomial import Polynomial
 
 from popsteer.reference.lateral.cost_to_go import CostToGo, Travel
-from popsteer.reference.lateral.preview_pop import _steps
+from popsteer.reference.vehicle.predict import steps
 
 if TYPE_CHECKING:
     from popsteer._core import PreviewPopParams
@@ -143,7 +143,7 @@ def preview_gains(params: PreviewPopParams, speed: float, dt: float) -> PreviewG
     (True, True)
     """
     offset = params.reference_offset or 0.0
-    count, period = _steps(params.horizon, dt)
+    count, period = steps(params.horizon, dt)
     step = max(speed, params.min_speed) * period
     lag = params.steer_lag * speed
     kept = exp(-step / lag) if lag > 0.0 else 0.0
