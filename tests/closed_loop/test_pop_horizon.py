@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,8 +40,9 @@ def test_page_table_of_horizons_is_driven() -> None:
     assert len(table) > 8
     for line in table:
         words, *cells = (cell.strip() for cell in line.strip("|").split("|"))
-        changes = dict(re.findall(r"`(\w+)=([\d.]+)`", words))
-        params = sim.fitted(PopParams(**{k: float(v) for k, v in changes.items()}), PLANT)
+        found = re.findall(r"`(\w+)=([\d.]+)`", words)
+        changes: dict[str, Any] = {name: float(value) for name, value in found}
+        params = sim.fitted(PopParams(**changes), PLANT)
         share = re.search(r"wheelbase of the model ([+−]\d+) %", words)
         if share is not None:
             percent = float(share.group(1).replace("−", "-"))
