@@ -255,9 +255,8 @@ impl PreviewPop {
         let arc_length = foot.arc_length(path);
         let distance = from_count(count) * step;
         let smoothing = params.smoothing_length;
-        let path_yaw = Preview::new(path, smoothing, foot.segment, arc_length, distance).turns(
-            arc_length, step, turns,
-        );
+        let path_yaw = Preview::new(path, smoothing, foot.segment, arc_length, distance)
+            .turns(arc_length, step, turns);
         let gained = step * state.turn_offset;
         let drift = step * state.slip;
         let stage = CostToGo::stage(params.heading_cost, reference_offset);

@@ -101,7 +101,10 @@ impl<'a> Preview<'a> {
         if let Some(stretch) = &self.stretch {
             if arc_length >= stretch.end {
                 let beyond = arc_length - stretch.end;
-                return (stretch.last, self.path.segment_length(stretch.last) + beyond);
+                return (
+                    stretch.last,
+                    self.path.segment_length(stretch.last) + beyond,
+                );
             }
             if arc_length < stretch.start {
                 return (stretch.first, arc_length - stretch.start);
@@ -247,12 +250,20 @@ mod tests {
     fn test_preview_goes_straight_on_where_the_vehicle_turns_round() {
         let (x, y) = ([0.0, 10.0, 20.0, 20.0, 20.0], [0.0, 0.0, 0.0, 10.0, 0.0]);
         let path = Path::new(&x, &y, None, false).unwrap();
-        let path = path.with_reverse(&[false, false, true, false, false]).unwrap();
+        let path = path
+            .with_reverse(&[false, false, true, false, false])
+            .unwrap();
         let view = path.view();
         let mut forward = Preview::new(&view, 2.0, 0, 0.0, 60.0);
-        assert_eq!([0.0, 19.9, 20.0, 40.0].map(|s| forward.path_yaw(s)), [0.0; 4]);
+        assert_eq!(
+            [0.0, 19.9, 20.0, 40.0].map(|s| forward.path_yaw(s)),
+            [0.0; 4]
+        );
         let mut back = Preview::new(&view, 2.0, 2, 20.0, 60.0);
-        assert_eq!([10.0, 20.0, 29.9, 40.0].map(|s| back.path_yaw(s)), [0.5 * PI; 4]);
+        assert_eq!(
+            [10.0, 20.0, 29.9, 40.0].map(|s| back.path_yaw(s)),
+            [0.5 * PI; 4]
+        );
     }
 
     proptest! {
