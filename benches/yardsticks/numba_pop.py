@@ -278,7 +278,8 @@ def _waypoint(path: _Path, index: int) -> _Point:
 @_jit
 def _length(path: _Path, segment: int) -> float:
     end = path[2][segment + 1] if segment + 1 < len(path[2]) else path[4]
-    return end - path[2][segment]
+    length: float = end - path[2][segment]
+    return length
 
 
 @_jit
@@ -289,7 +290,7 @@ def _squared_distance(a: _Point, b: _Point) -> float:
 
 @_jit
 def _saturate(value: float, low: float, high: float) -> float:
-    return low if value < low else high if value > high else value
+    return min(max(value, low), high)
 
 
 @_jit
