@@ -35,8 +35,9 @@ if TYPE_CHECKING:
     # Abscissas, ordinates, arc lengths, whether it is closed, its length.
     _Path: TypeAlias = tuple[_Array, _Array, _Array, bool, float]
     _Point: TypeAlias = tuple[float, float]
-    # Segment, the foot itself, its squared distance, the segment from its start to its end.
-    _Foot: TypeAlias = tuple[int, _Point, float, _Point]
+    # Segment, the foot itself, its squared distance, the segment from its start to its end, and
+    # where on it the foot lies.
+    _Foot: TypeAlias = tuple[int, _Point, float, _Point, float]
 
 _F = TypeVar("_F")
 _EPSILON = 2.0**-52
@@ -182,13 +183,13 @@ def _foot_between(path: _Path, segment: int, position: _Point, low: float, high:
     squared_length = along[0] * along[0] + along[1] * along[1]
     fraction = _saturate((to[0] * along[0] + to[1] * along[1]) / squared_length, low, high)
     point = (start[0] + fraction * along[0], start[1] + fraction * along[1])
-    return segment, point, _squared_distance(position, point), along
+    return segment, point, _squared_distance(position, point), along, fraction
 
 
 @_jit
 def _cost(foot: _Foot, heading: _Point) -> float:
     """Measure the distance, and more the less the path leads along the heading."""
-    _, _, squared_distance, along = foot
+    _, _, squared_distance, along, _ = foot
     squared_length = along[0] * along[0] + along[1] * along[1]
     share = (heading[0] * along[0] + heading[1] * along[1]) / math.sqrt(squared_length)
     return math.sqrt(squared_distance) + 0.5 * OPPOSITE * (1.0 - share)
@@ -198,9 +199,10 @@ def _cost(foot: _Foot, heading: _Point) -> float:
 def _cross(path: _Path, foot: _Foot, position: _Point, lookahead: float) -> _Point:
     """Find the first point from the foot on that is the lookahead away."""
     squared_lookahead = lookahead * lookahead
-    segment, start, squared_distance, _ = foot
+    segment, start, squared_distance, _, fraction = foot
     if squared_distance >= squared_lookahead:
         return start
+    left = 1.0 - fraction
     for _ in range(_segments(path)):
         end = _waypoint(path, segment + 1)
         ends = not path[3] and segment + 1 == _segments(path)
@@ -210,9 +212,9 @@ def _cross(path: _Path, foot: _Foot, position: _Point, lookahead: float) -> _Poi
             to_start = (start[0] - position[0], start[1] - position[1])
             fraction = _exit(to_start, along, squared_lookahead)
             if not ends:
-                fraction = _saturate(fraction, 0.0, 1.0)
+                fraction = _saturate(fraction, 0.0, left)
             return start[0] + fraction * along[0], start[1] + fraction * along[1]
-        start, segment = end, (segment + 1) % len(path[0])
+        start, left, segment = end, 1.0, (segment + 1) % len(path[0])
     return _quarter_round(path, foot[0])
 
 
