@@ -162,7 +162,7 @@ impl Life {
             .actuator
             .predict(&self.under_way, self.last, vehicle, dt);
         assert!(seen.x.is_finite() && seen.y.is_finite() && seen.yaw.is_finite());
-        assert_eq!(seen.speed.to_bits(), vehicle.speed.to_bits());
+        assert!((seen.speed - vehicle.speed).abs() <= 0.0);
         let travel = vehicle.speed.abs() * self.actuator.params().dead_time;
         let (dx, dy) = (seen.x - vehicle.x, seen.y - vehicle.y);
         let slack = 1e-9 * (1.0 + travel + vehicle.x.abs() + vehicle.y.abs());

@@ -31,12 +31,15 @@ pub(super) fn check_crossing(view: &PathView<'_>, foot: &Foot, position: Point, 
     }
     let inside = |index: usize| get_distance(position, waypoint(view, index)) <= lookahead + slack;
     if !found {
-        assert!(view.is_closed() && view.reverse().is_none());
+        assert!((0..view.segments()).all(|segment| following(view, segment).is_some()));
         assert!((0..view.len()).all(inside));
         assert!((0..view.len()).any(|index| waypoint(view, index) == point));
         return;
     }
-    assert!((get_distance(position, point) - lookahead).abs() <= slack);
+    assert!(
+        (get_distance(position, point) - lookahead).abs() <= slack,
+        "{position:?} {lookahead} {foot:?} {point:?} {slack} {view:?}"
+    );
     let (mut from, mut segment) = (foot.point, foot.segment);
     for _ in 0..view.segments() {
         let unit = along(view, segment) / get_distance(Point::zeros(), along(view, segment));
