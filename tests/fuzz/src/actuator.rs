@@ -74,13 +74,20 @@ impl Life {
             0.02
         };
         self.check_predict(bytes, dt);
+        // So often that the room for commands comes round.
+        let times = match bytes.byte() {
+            place @ 200.. => place,
+            _ => 1,
+        };
         let wanted = angle(bytes);
-        let wheel = self.actuator.elapse(&mut self.under_way, self.last, dt);
-        assert_eq!(wheel.to_bits(), self.under_way.wheel().to_bits());
-        if let Some(wanted) = self.plain.elapse(self.last, dt) {
-            assert_eq!(wheel.to_bits(), wanted.to_bits());
+        for k in 0..times {
+            let wheel = self.actuator.elapse(&mut self.under_way, self.last, dt);
+            assert_eq!(wheel.to_bits(), self.under_way.wheel().to_bits());
+            if let Some(wanted) = self.plain.elapse(self.last, dt) {
+                assert_eq!(wheel.to_bits(), wanted.to_bits());
+            }
+            self.last = self.check_limit(if k % 2 == 0 { wanted } else { -wanted }, dt);
         }
-        self.last = self.check_limit(wanted, dt);
         self.check_under_way();
         if bytes.byte() < 40 {
             self.restore(bytes);

@@ -180,6 +180,10 @@ impl<L: Subject> Life<L> {
         assert!(command.target.x.is_finite() && command.target.y.is_finite());
         assert_eq!(self.state.steer.to_bits(), command.steer.to_bits());
         assert_eq!(self.state.held, 0);
+        if let Some(steer) = L::previous_steer(&self.state.law) {
+            // What was given, whatever was wanted.
+            assert_eq!(steer.to_bits(), command.steer.to_bits());
+        }
         let view = self.path.view();
         let segment = L::waypoint(&self.state.law).expect("the vehicle was found");
         assert!(segment < view.segments());

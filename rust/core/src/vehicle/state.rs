@@ -43,7 +43,6 @@ impl VehicleState {
     /// A state that was predicted, brought within the bounds of one that is given: places beyond
     /// them are put onto them, a yaw beyond them is turned back by whole turns.
     #[inline]
-    #[must_use]
     pub fn bounded(self) -> Self {
         let yaw = if self.yaw.abs() <= MAX_YAW {
             self.yaw

@@ -64,6 +64,10 @@ impl Subject for Pop {
         state.waypoint
     }
 
+    fn previous_steer(state: &PopState) -> Option<f64> {
+        Some(state.previous_steer)
+    }
+
     fn draw_state(bytes: &mut Bytes) -> Option<PopState> {
         Some(PopState {
             waypoint: waypoint(bytes),

@@ -23,6 +23,11 @@ pub(crate) trait Subject: LateralLaw {
     /// The waypoint that a state remembers.
     fn waypoint(state: &Self::State) -> Option<usize>;
 
+    /// The angle that the law goes on from, where it looks in the neighbourhood of the last one.
+    fn previous_steer(_state: &Self::State) -> Option<f64> {
+        None
+    }
+
     /// Whether two states are one.
     fn same(a: &Self::State, b: &Self::State) -> bool {
         a == b

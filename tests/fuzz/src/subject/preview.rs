@@ -46,6 +46,10 @@ impl Subject for PreviewPop {
         state.waypoint
     }
 
+    fn previous_steer(state: &PreviewPopState) -> Option<f64> {
+        Some(state.previous_steer)
+    }
+
     fn draw_state(bytes: &mut Bytes) -> Option<PreviewPopState> {
         let coordinates = [-MAX_COORDINATE, MAX_COORDINATE];
         Some(PreviewPopState {
