@@ -30,6 +30,9 @@ BASELINE = ROOT / "benches" / "instruction_counts.json"
 CALLS = (
     "pop steer",
     "pop step",
+    "pop-paper steer",
+    "preview-pop steer",
+    "preview-pop step",
     "pid steer",
     "pure-pursuit steer",
     "stanley steer",

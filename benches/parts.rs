@@ -6,36 +6,47 @@ use std::time::Duration;
 
 use criterion::Criterion;
 use popsteer_bench::{Course, DT, WAYPOINTS};
-use popsteer_core::lateral::PopParams;
-use popsteer_core::path::PathView;
+use popsteer_core::lateral::{Pop, PopParams};
 use popsteer_core::path::jump::find_lookahead_point;
-use popsteer_core::path::locate::{locate, nearest_waypoint, project};
-use popsteer_core::path::lookahead::get_lookahead_point;
+use popsteer_core::path::locate::{locate, locate_by_scan, nearest_waypoint, project};
+use popsteer_core::path::lookahead::{get_crossing, get_lookahead_point};
+use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
+use popsteer_core::path::{Follow, Located, PathView};
 use popsteer_core::vehicle::predict::get_predicted_location;
-use popsteer_core::{Point, VehicleState};
+use popsteer_core::vehicle::{Actuator, ActuatorParams};
+use popsteer_core::{LateralLaw, VehicleState};
 
 /// A state of the lap, and what the rooms before have found out about it.
 #[derive(Clone, Copy)]
 struct At {
     vehicle: VehicleState,
-    position: Point,
+    located: Located,
+    /// The waypoint of the last place.
+    last: usize,
     nearest: usize,
+    lookahead: f64,
+    /// How far the law looks around the last place [m].
+    reach: f64,
 }
 
-fn located(course: &Course) -> Vec<At> {
+fn located(course: &Course, follow: &Follow) -> Vec<At> {
+    let params = PopParams::DEFAULT;
+    let path = course.path.view();
     let mut last = None;
     course
         .lap
         .iter()
         .map(|&vehicle| {
-            let position = vehicle.point_ahead(PopParams::DEFAULT.wheelbase);
-            let nearest = locate(&course.path.view(), last, position);
-            last = Some(nearest);
+            let located = follow.locate(&path, last, vehicle, DT);
+            let segment = located.foot.segment;
             At {
                 vehicle,
-                position,
-                nearest,
+                located,
+                last: last.replace(segment).unwrap_or(segment),
+                nearest: located.foot.nearest_waypoint(&path),
+                lookahead: params.min_lookahead + params.lookahead_gain * vehicle.speed,
+                reach: follow.search_distance + vehicle.speed * DT,
             }
         })
         .collect()
@@ -49,33 +60,53 @@ fn bench_part<T>(criterion: &mut Criterion, name: &str, lap: &[At], mut part: im
     });
 }
 
-fn bench_path(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
-    let params = PopParams::DEFAULT;
+/// Where am I?
+fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follow: &Follow) {
     bench_part(criterion, "path/nearest_waypoint", lap, |at| {
-        nearest_waypoint(&path, at.position)
-    });
-    let mut last = None;
-    bench_part(criterion, "path/locate", lap, |at| {
-        let nearest = locate(&path, last, at.position);
-        last = Some(nearest);
-        nearest
+        nearest_waypoint(&path, at.located.position)
     });
     bench_part(criterion, "path/project", lap, |at| {
-        project(&path, at.nearest, at.position)
+        project(&path, at.nearest, at.located.position)
+    });
+    // The foot as the laws find it, and the scan that defines it.
+    bench_part(criterion, "path/locate", lap, |at| {
+        let Located {
+            position, heading, ..
+        } = at.located;
+        locate(&path, at.last, position, heading, at.reach)
+    });
+    bench_part(criterion, "path/locate_by_scan", lap, |at| {
+        let Located {
+            position, heading, ..
+        } = at.located;
+        locate_by_scan(&path, at.last, position, heading, at.reach)
+    });
+    bench_part(criterion, "path/follow", lap, |at| {
+        follow.locate(&path, Some(at.last), at.vehicle, DT)
+    });
+    bench_part(criterion, "path/relocalise", lap, |at| {
+        relocalise(&path, at.located.position, at.vehicle.yaw)
+    });
+}
+
+/// Where do I aim?
+fn bench_lookahead(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
+    let params = PopParams::DEFAULT;
+    bench_part(criterion, "path/get_crossing", lap, |at| {
+        get_crossing(&path, &at.located.foot, at.located.position, at.lookahead)
     });
     bench_part(criterion, "path/window", lap, |at| {
         window(&path, at.nearest, params.window_ahead)
     });
-    // The search as the laws do it, and the plain loop that defines what it finds.
-    let lookahead = |at: At| params.min_lookahead + params.lookahead_gain * at.vehicle.speed;
+    // The paper's search as the laws do it, and the plain loop that defines what it finds.
     bench_part(criterion, "path/find_lookahead_point", lap, |at| {
         find_lookahead_point(
             &path,
             at.nearest,
             params.window_ahead,
             params.grid_spacing,
-            at.position,
-            lookahead(at),
+            at.located.position,
+            at.lookahead,
             params.lookahead_tolerance,
         )
     });
@@ -84,11 +115,36 @@ fn bench_path(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
         let grid = Grid::new(path, ahead, params.grid_spacing);
         get_lookahead_point(
             &grid,
-            at.position,
-            lookahead(at),
+            at.located.position,
+            at.lookahead,
             params.lookahead_tolerance,
         )
     });
+}
+
+/// Where will the vehicle be?
+fn bench_vehicle(criterion: &mut Criterion, lap: &[At]) -> Result<(), Box<dyn Error>> {
+    bench_part(criterion, "vehicle/get_predicted_location", lap, |at| {
+        get_predicted_location(at.vehicle, 0.1, DT)
+    });
+    // Four commands under way.
+    let actuator = Actuator::new(ActuatorParams {
+        dead_time: 0.2,
+        lag: 0.1,
+        max_rate: Some(1.0),
+        ..ActuatorParams::DEFAULT
+    })?;
+    let mut under_way = actuator.settled(0.1);
+    for _ in 0..8 {
+        actuator.elapse(&mut under_way, 0.1, DT);
+    }
+    bench_part(criterion, "vehicle/actuator_predict", lap, |at| {
+        actuator.predict(&under_way, 0.1, at.vehicle, DT)
+    });
+    bench_part(criterion, "vehicle/actuator_elapse", lap, |at| {
+        actuator.elapse(&mut under_way, 0.01 * at.vehicle.speed, DT)
+    });
+    Ok(())
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -97,14 +153,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         .measurement_time(Duration::from_secs(1))
         .configure_from_args();
     let course = Course::new(WAYPOINTS)?;
-    let lap = located(&course);
-    bench_path(&mut criterion, course.path.view(), &lap);
-    bench_part(
-        &mut criterion,
-        "vehicle/get_predicted_location",
-        &lap,
-        |at| get_predicted_location(at.vehicle, 0.1, DT),
-    );
+    let law = Pop::new(PopParams::DEFAULT)?;
+    let (path, follow) = (course.path.view(), law.follow());
+    let lap = located(&course, follow);
+    bench_locate(&mut criterion, path, &lap, follow);
+    bench_lookahead(&mut criterion, path, &lap);
+    bench_vehicle(&mut criterion, &lap)?;
     criterion.final_summary();
     Ok(())
 }

@@ -31,6 +31,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         .configure_from_args();
     let course = Course::new(WAYPOINTS)?;
     let default = PopParams::DEFAULT;
+    // The paper's search: the exact one knows neither window nor grid.
+    let paper = PopParams {
+        exact_lookahead: false,
+        ..default
+    };
 
     let mut group = criterion.benchmark_group("pop/candidate_count");
     for candidate_count in [5, 11, 21, 51, 101] {
@@ -46,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for window_ahead in [12.0, 20.0, 50.0, 100.0] {
         let params = PopParams {
             window_ahead,
-            ..default
+            ..paper
         };
         bench_pop(&mut group, &course, window_ahead, params)?;
     }
@@ -58,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let params = PopParams {
             grid_spacing,
             lookahead_tolerance: grid_spacing,
-            ..default
+            ..paper
         };
         bench_pop(&mut group, &course, grid_spacing, params)?;
     }

@@ -154,22 +154,22 @@ impl<'a, L: LateralLaw> Drive<'a, L> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use popsteer_core::Point;
     use popsteer_core::lateral::{Pop, PopParams};
-    use popsteer_core::path::locate::{locate, project};
+    use popsteer_core::path::locate::locate;
 
     #[test]
     fn test_course_lap_stays_beside_the_path() {
         for waypoints in [1000, WAYPOINTS, 10_000] {
             let course = Course::new(waypoints).unwrap();
             let view = course.path.view();
-            let mut nearest = None;
+            let mut last = 0;
             for state in &course.lap {
-                let position = state.point_ahead(0.0);
-                let here = locate(&view, nearest, position);
-                let foot = project(&view, here, position);
-                assert!(foot.cross_track_error.abs() < 0.35);
-                assert!((state.yaw - foot.path_yaw).sin().abs() < 0.1);
-                nearest = Some(here);
+                let heading = Point::new(state.yaw.cos(), state.yaw.sin());
+                let foot = locate(&view, last, state.point_ahead(0.0), heading, 6.0);
+                assert!(foot.cross_track_error().abs() < 0.35);
+                assert!((state.yaw - foot.path_yaw()).sin().abs() < 0.1);
+                last = foot.segment;
             }
             let spacing = view.length() / from_count(waypoints);
             assert!((1.0..1.05).contains(&spacing));

@@ -1,11 +1,14 @@
 """POP's step as the reference takes it, compiled by numba.
 
-What a compiled language alone would give: the loops of `popsteer.reference`, over arrays, with none
-of the shortcuts of the Rust core. One thing is not as it stands there: the grid of the window is
-searched while it is cut, and no further than the point that is found, where the reference makes the
-whole list first. The points, their order and what is compared are the same, so the angle is too,
-to the last bit: without `fastmath` numba neither reorders nor fuses, and takes sin and cos from the
-same libm as Python.
+What a compiled language alone would give: the loops of `popsteer.reference` over arrays, with none
+of the shortcuts of the Rust core. The place on the path is looked for on every segment of the
+stretch around the last one, the candidates are tried one after the other. The reference makes lists
+on its way, here the same numbers are taken in the same order as they come; without `fastmath` numba
+neither reorders nor fuses, and takes sin and cos from the same libm as Python, so the angle is the
+same to the last bit.
+
+It takes POP's default reading, the exact lookahead, and paths that are driven forward: no course of
+the benchmark is driven backwards, and what a path that is costs the core is not asked here.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ import numpy as np
 
 from popsteer.bench.laws import Driver
 from popsteer.reference import PopParams
+from popsteer.reference.path.locate import OPPOSITE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,6 +32,12 @@ if TYPE_CHECKING:
     from popsteer.bench.states import Drive
 
     _Array: TypeAlias = NDArray[np.float64]
+    # Abscissas, ordinates, arc lengths, whether it is closed, its length.
+    _Path: TypeAlias = tuple[_Array, _Array, _Array, bool, float]
+    _Point: TypeAlias = tuple[float, float]
+    # Segment, the foot itself, its squared distance, the segment from its start to its end, and
+    # where on it the foot lies.
+    _Foot: TypeAlias = tuple[int, _Point, float, _Point, float]
 
 _F = TypeVar("_F")
 _EPSILON = 2.0**-52
@@ -41,11 +51,13 @@ def _jit(function: _F) -> _F:
 def prepare(drive: Drive) -> Callable[[], Driver]:
     """Compile the step; give a maker of drivers for a drive."""
     path = drive.path
+    if path.reverse is not None:
+        raise ValueError("this step drives forward only, and the path is driven backwards in parts")
     columns = tuple(np.array(column) for column in (path.x, path.y, path.s))
     step = compiled(PopParams(reference_offset=drive.front_offset), path.closed, path.length)
 
     def make() -> Driver:
-        state = np.array([-1.0, 0.0])  # the nearest waypoint, -1 for none yet; the last angle
+        state = np.array([-1.0, 0.0])  # the last segment, -1 for none yet; the last angle
 
         def reset() -> None:
             state[:] = -1.0, 0.0
@@ -62,16 +74,20 @@ def compiled(params: PopParams, closed: bool, length: float) -> Callable[..., fl
     It takes the state, the path's x, y and s, and what every step takes; numba turns no class into
     machine code, so they are arrays.
     """
-    offset = params.wheelbase if params.reference_offset is None else params.reference_offset
+    if not params.exact_lookahead:
+        raise ValueError("this step takes the exact lookahead, not the paper's search")
+    wheelbase, offset = params.wheelbase, params.reference_offset
+    offset = wheelbase if offset is None else offset
+    search, lost = params.search_distance, params.lost_distance
+    search = 2.0 * wheelbase if search is None else search
+    lost = 10.0 * wheelbase if lost is None else lost
     min_lookahead, lookahead_gain = params.min_lookahead, params.lookahead_gain
-    tolerance, spacing = params.lookahead_tolerance, params.grid_spacing
-    ahead, max_steer = params.window_ahead, params.max_steer
-    span, count = params.steer_span, params.candidate_count
+    span, count, max_steer = params.steer_span, params.candidate_count, params.max_steer
 
     @_jit
     def step(
         state: _Array,
-        path: tuple[_Array, _Array, _Array],
+        columns: tuple[_Array, _Array, _Array],
         x: float,
         y: float,
         yaw: float,
@@ -82,92 +98,152 @@ def compiled(params: PopParams, closed: bool, length: float) -> Callable[..., fl
         inside = abs(x) <= 1e9 and abs(y) <= 1e9 and abs(yaw) <= 1e6 and abs(speed) <= 1e4
         if not (inside and 1e-6 <= dt <= 1e3):
             raise ValueError("the input is out of its bounds")
-        wx, wy, s = path
-        x, y = x + offset * math.cos(yaw), y + offset * math.sin(yaw)
-        nearest = _locate(wx, wy, int(state[0]), x, y, closed)
+        path = (columns[0], columns[1], columns[2], closed, length)
+        heading = (math.cos(yaw), math.sin(yaw))
+        position = (x + offset * heading[0], y + offset * heading[1])
+        start = int(state[0])
+        if start < 0:
+            start = _relocalise(path, (x, y), heading)
+        reach = search + abs(speed) * dt
+        foot = _locate(path, start, position, heading, reach)
+        if foot[2] > lost * lost:
+            anew = _locate(path, _relocalise(path, (x, y), heading), position, heading, reach)
+            if anew[2] < foot[2]:
+                foot = anew
         forward = max(speed, 0.0)
-        first, segments = _window(s, nearest, ahead, closed, length)
-        lookahead = min_lookahead + lookahead_gain * forward
-        px, py = _aim((wx, wy), (first, segments), x, y, lookahead, tolerance, spacing)
-        steer = _choose((px - x, py - y), yaw, forward, state[1], dt, (span, count, max_steer))
-        state[0], state[1] = nearest, steer
+        target = _cross(path, foot, position, min_lookahead + lookahead_gain * forward)
+        seen = (target[0] - position[0], target[1] - position[1])
+        steer = _choose(seen, yaw, forward, state[1], dt, (span, count, max_steer))
+        state[0], state[1] = foot[0], steer
         return steer
 
     return step
 
 
 @_jit
-def _locate(wx: _Array, wy: _Array, last: int, x: float, y: float, closed: bool) -> int:  # noqa: FBT001
-    """Walk to the nearest waypoint, or search all for the first one."""
-    if last < 0:
-        nearest, least = 0, math.inf
-        for k in range(len(wx)):
-            distance = _squared_distance(x, y, wx[k], wy[k])
-            if distance < least:
-                nearest, least = k, distance
-        return nearest
-    nearest, least = last, _squared_distance(x, y, wx[last], wy[last])
-    for direction in (1, -1):
-        while True:
-            k = _neighbour(nearest, direction, len(wx), closed)
-            if k < 0:
-                break
-            distance = _squared_distance(x, y, wx[k], wy[k])
-            if not distance < least:
-                break
-            nearest, least = k, distance
-    return nearest
+def _relocalise(path: _Path, position: _Point, heading: _Point) -> int:
+    """Find the segment of least distance and heading error of all."""
+    best, least = 0, math.inf
+    for segment in range(_segments(path)):
+        cost = _cost(_foot_between(path, segment, position, 0.0, 1.0), heading)
+        if cost < least:
+            best, least = segment, cost
+    return best
 
 
 @_jit
-def _window(s: _Array, nearest: int, ahead: float, closed: bool, length: float) -> tuple[int, int]:  # noqa: FBT001
-    """Choose the first segment to search, and how many."""
-    previous = _neighbour(nearest, -1, len(s), closed)
-    first, segments = (nearest, 0) if previous < 0 else (previous, 1)
-    last, lap = nearest, 0.0
-    while segments < (len(s) if closed else len(s) - 1):
-        following = _neighbour(last, 1, len(s), closed)
-        if following < 0:
-            break
-        if following < last:
-            lap = length
-        segments += 1
-        last = following
-        if s[last] + lap - s[nearest] >= ahead:
-            break
-    return first, segments
+def _locate(path: _Path, start: int, position: _Point, heading: _Point, reach: float) -> _Foot:
+    """Find the foot on the stretch around a segment: of the nearest places the best one."""
+    first, count = _stretch(path, start, reach)
+    here = _foot(path, first, position)
+    best, least, behind = here, math.inf, math.inf
+    for k in range(count):
+        following, ahead = here, math.inf
+        if k + 1 < count:
+            following = _foot(path, (first + k + 1) % len(path[0]), position)
+            ahead = following[2]
+        if behind >= here[2] and here[2] < ahead:
+            cost = _cost(here, heading)
+            if cost < least:
+                best, least = here, cost
+        behind, here = here[2], following
+    return best
 
 
 @_jit
-def _aim(
-    waypoints: tuple[_Array, _Array],
-    window: tuple[int, int],
-    x: float,
-    y: float,
-    lookahead: float,
-    tolerance: float,
-    spacing: float,
-) -> tuple[float, float]:
-    """Find the first point of the grid on the lookahead circle, else the last."""
-    wx, wy = waypoints
-    first, segments = window
-    for k in range(segments):
-        start, end = (first + k) % len(wx), (first + k + 1) % len(wx)
-        along_x, along_y = wx[end] - wx[start], wy[end] - wy[start]
-        distance = math.sqrt(_squared_distance(wx[start], wy[start], wx[end], wy[end]))
-        points = math.ceil(distance / spacing)
-        for index in range(points):
-            fraction = index / points
-            px, py = wx[start] + fraction * along_x, wy[start] + fraction * along_y
-            if abs(math.sqrt(_squared_distance(x, y, px, py)) - lookahead) <= tolerance:
-                return px, py
-    last = (first + segments) % len(wx)
-    return wx[last], wy[last]
+def _stretch(path: _Path, segment: int, reach: float) -> tuple[int, int]:
+    """Choose the first segment to look at, and how many."""
+    first, last, count = segment, segment, 1
+    behind, ahead = 0.0, 0.0
+    while count < _segments(path) and behind <= reach and (path[3] or first > 0):
+        first = (first - 1) % len(path[0])
+        behind += _length(path, first)
+        count += 1
+    while count < _segments(path) and ahead <= reach and (path[3] or last + 1 < _segments(path)):
+        last = (last + 1) % len(path[0])
+        ahead += _length(path, last)
+        count += 1
+    return first, count
+
+
+@_jit
+def _foot(path: _Path, segment: int, position: _Point) -> _Foot:
+    """Find the foot on a segment, which goes on as a straight line where an open path ends."""
+    low = 0.0 if path[3] or segment > 0 else -math.inf
+    high = 1.0 if path[3] or segment + 1 < _segments(path) else math.inf
+    return _foot_between(path, segment, position, low, high)
+
+
+@_jit
+def _foot_between(path: _Path, segment: int, position: _Point, low: float, high: float) -> _Foot:
+    """Find the foot between two fractions of a segment."""
+    start, end = _waypoint(path, segment), _waypoint(path, segment + 1)
+    along = (end[0] - start[0], end[1] - start[1])
+    to = (position[0] - start[0], position[1] - start[1])
+    squared_length = along[0] * along[0] + along[1] * along[1]
+    fraction = _saturate((to[0] * along[0] + to[1] * along[1]) / squared_length, low, high)
+    point = (start[0] + fraction * along[0], start[1] + fraction * along[1])
+    return segment, point, _squared_distance(position, point), along, fraction
+
+
+@_jit
+def _cost(foot: _Foot, heading: _Point) -> float:
+    """Measure the distance, and more the less the path leads along the heading."""
+    _, _, squared_distance, along, _ = foot
+    squared_length = along[0] * along[0] + along[1] * along[1]
+    share = (heading[0] * along[0] + heading[1] * along[1]) / math.sqrt(squared_length)
+    return math.sqrt(squared_distance) + 0.5 * OPPOSITE * (1.0 - share)
+
+
+@_jit
+def _cross(path: _Path, foot: _Foot, position: _Point, lookahead: float) -> _Point:
+    """Find the first point from the foot on that is the lookahead away."""
+    squared_lookahead = lookahead * lookahead
+    segment, start, squared_distance, _, fraction = foot
+    if squared_distance >= squared_lookahead:
+        return start
+    left = 1.0 - fraction
+    for _ in range(_segments(path)):
+        end = _waypoint(path, segment + 1)
+        ends = not path[3] and segment + 1 == _segments(path)
+        if ends or _squared_distance(position, end) >= squared_lookahead:
+            begin = _waypoint(path, segment)
+            along = (end[0] - begin[0], end[1] - begin[1])
+            to_start = (start[0] - position[0], start[1] - position[1])
+            fraction = _exit(to_start, along, squared_lookahead)
+            if not ends:
+                fraction = _saturate(fraction, 0.0, left)
+            return start[0] + fraction * along[0], start[1] + fraction * along[1]
+        start, left, segment = end, 1.0, (segment + 1) % len(path[0])
+    return _quarter_round(path, foot[0])
+
+
+@_jit
+def _exit(start: _Point, along: _Point, squared_radius: float) -> float:
+    """Tell where, in multiples of `along`, a line from within the circle leaves it."""
+    a = along[0] * along[0] + along[1] * along[1]
+    b = start[0] * along[0] + start[1] * along[1]
+    c = start[0] * start[0] + start[1] * start[1] - squared_radius
+    inside = b * b - a * c
+    root = math.sqrt(inside) if inside > 0.0 else 0.0
+    return -c / (b + root) if b > 0.0 else (root - b) / a
+
+
+@_jit
+def _quarter_round(path: _Path, segment: int) -> _Point:
+    """Go at least a quarter round a closed path."""
+    passed = 0.0
+    for _ in range(_segments(path)):
+        passed += _length(path, segment)
+        segment = (segment + 1) % len(path[0])
+        if passed >= 0.25 * path[4]:
+            break
+    return _waypoint(path, segment)
 
 
 @_jit
 def _choose(
-    target: tuple[float, float],
+    target: _Point,
     yaw: float,
     speed: float,
     previous: float,
@@ -191,22 +267,36 @@ def _choose(
 
 
 @_jit
-def _squared_distance(ax: float, ay: float, bx: float, by: float) -> float:
-    dx, dy = bx - ax, by - ay
+def _segments(path: _Path) -> int:
+    return len(path[0]) if path[3] else len(path[0]) - 1
+
+
+@_jit
+def _waypoint(path: _Path, index: int) -> _Point:
+    k = index % len(path[0])
+    return path[0][k], path[1][k]
+
+
+@_jit
+def _length(path: _Path, segment: int) -> float:
+    end = path[2][segment + 1] if segment + 1 < len(path[2]) else path[4]
+    length: float = end - path[2][segment]
+    return length
+
+
+@_jit
+def _squared_distance(a: _Point, b: _Point) -> float:
+    dx, dy = b[0] - a[0], b[1] - a[1]
     return dx * dx + dy * dy
 
 
 @_jit
-def _neighbour(index: int, direction: int, count: int, closed: bool) -> int:  # noqa: FBT001
-    """Give the waypoint after or before `index`, -1 for none."""
-    k = index + direction
-    if 0 <= k < count:
-        return k
-    return k % count if closed else -1
+def _saturate(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)
 
 
 @_jit
 def _distance_after(px: float, py: float, heading: float, speed: float, dt: float) -> float:
     """Measure from where `dt` at a heading leads, from the origin, to a point."""
     x, y = 0.0 + math.cos(heading) * dt * speed, 0.0 + math.sin(heading) * dt * speed
-    return math.sqrt(_squared_distance(x, y, px, py))
+    return math.sqrt(_squared_distance((x, y), (px, py)))

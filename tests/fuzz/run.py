@@ -36,9 +36,16 @@ ROOT = HERE.parents[1]
 OUT = ROOT / "out" / "fuzz"
 TARGET_DIR = ROOT / "target" / "fuzz"
 
-CORE = ("path", "laws", "longitudinal", "predict")
+CORE = ("path", "laws", "actuator", "longitudinal", "predict")
 CSV = "csv_reader"
-LONGEST_INPUT = {"path": 256, "laws": 320, "longitudinal": 96, "predict": 192, CSV: 512}
+LONGEST_INPUT = {
+    "path": 320,
+    "laws": 400,
+    "actuator": 320,
+    "longitudinal": 96,
+    "predict": 192,
+    CSV: 512,
+}
 
 # What `cargo fuzz` passes, without a sanitizer: safe Rust has no memory errors to find, and the
 # compiler need not be a nightly one.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import random
 from functools import partial
 from math import inf, nan, nextafter
@@ -47,6 +48,17 @@ def test_actuator_matches_reference_edges() -> None:
         same("Actuator.as_dict", made.rust.as_dict, partial(dataclasses.asdict, made.twin))
         replaced = partial(dataclasses.replace, made.twin)
         same("Actuator.replace", made.rust.replace, replaced, lag=0.2)
+
+
+@pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
+def test_law_whose_prediction_leaves_the_bounds_matches_reference_edges(law: Law) -> None:
+    path = make("Path", [(-1e9, -1e9), (0.0, 0.0), (1e9, 1e9)])
+    pair = make(law.name, path, actuator=make("Actuator", dead_time=10.0, lag=0.1))
+    pair.call("reset", steer=1.2)
+    for x, y in itertools.product((-1e9, 1e9), repeat=2):
+        for yaw, speed in itertools.product((-1e6, 1e6, 0.1), (-1e4, 1e4)):
+            assert pair.call("step", x, y, yaw, speed, 0.05) is not None
+            pair.get("state")
 
 
 @pytest.mark.parametrize("law", _EACH_LAW)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import InputError, PathError
+from popsteer import InputError, PathError, reference
 
 XY = [(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)]
 
@@ -169,6 +169,20 @@ def test_path_of_wrong_options_is_a_type_error(options: dict[str, Any]) -> None:
         popsteer.Path(XY, **options)
     with pytest.raises(TypeError):
         popsteer.Path()  # type: ignore[call-arg]
+
+
+def test_path_crossing_before_the_start_is_the_lookahead_away() -> None:
+    xy = [(float(k), 0.0) for k in range(9)]
+    for line in (popsteer.Path(xy), reference.Path(xy)):
+        assert line.get_crossing(-20.0, 3.0, 5.0, 0) == ((-16.0, 0.0), True)
+        assert line.get_crossing(-3.0, 3.0, 5.0, 0) == ((1.0, 0.0), True)
+
+
+def test_path_drop_duplicates_leaves_no_neighbours_that_coincide() -> None:
+    # The third coincides with both before, which do not with each other.
+    xy = [(0.0, 0.0), (1.2e-9, 0.0), (0.6e-9, 0.0), (1.0, 0.0)]
+    assert list(popsteer.Path(xy, drop_duplicates=True).x) == [0.6e-9, 1.0]
+    assert list(reference.Path(xy, drop_duplicates=True).x) == [0.6e-9, 1.0]
 
 
 def test_path_is_frozen() -> None:

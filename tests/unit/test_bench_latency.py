@@ -45,11 +45,13 @@ def _references(drive: Drive) -> dict[str, Callable[..., object]]:
     path = reference.Path(zip(drive.path.x.tolist(), drive.path.y.tolist(), strict=True))
     front, rear = drive.front_offset, drive.rear_offset
     pop_params = reference.PopParams(reference_offset=front)
+    preview = reference.PreviewPopParams(reference_offset=rear)
     pursuit = reference.PurePursuitParams(reference_offset=rear)
     stanley = reference.StanleyParams(reference_offset=front)
     return {
         POP_STEP: reference.Pop(path, pop_params).steer,
         REFERENCE_STEP: reference.Pop(path, pop_params).steer,
+        "preview_pop_step_ns": reference.PreviewPop(path, preview).steer,
         "pid_step_ns": reference.Pid(path, reference.PidParams(reference_offset=front)).steer,
         "pure_pursuit_step_ns": reference.PurePursuit(path, pursuit).steer,
         "stanley_step_ns": reference.Stanley(path, stanley).steer,
@@ -148,6 +150,7 @@ def test_measure_report_is_whole_and_ordered(report: LatencyReport) -> None:
     assert report.results.keys() == {
         "pop_step_ns",
         "pop_command_ns",
+        "preview_pop_step_ns",
         "pid_step_ns",
         "pure_pursuit_step_ns",
         "stanley_step_ns",

@@ -87,6 +87,13 @@ def test_numba_step_bad_input_is_refused(drive: Drive, arguments: tuple[float, .
     assert driver.call(*drive.states[0], DT) == reference_angles(drive)[0]
 
 
+def test_numba_step_of_a_path_driven_backwards_is_refused(drive: Drive) -> None:
+    corners = [(0.0, 0.0), (9.0, 0.0), (0.0, 1.0)]
+    path = popsteer.Path(corners, reverse=[False, True, False])
+    with pytest.raises(ValueError, match="drives forward only"):
+        numba_driver(replace(drive, path=path))
+
+
 def mpc_driver(drive: Drive) -> Driver:
     pytest.importorskip("osqp")
     return yardsticks.at_hand(drive, FOLDER).makers[MPC_STEP]()

@@ -12,8 +12,8 @@ use std::io::{Write, stdout};
 use popsteer_bench::{Course, Drive, WAYPOINTS};
 use popsteer_core::LateralLaw;
 use popsteer_core::lateral::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PurePursuit, PurePursuitParams,
-    Stanley, StanleyParams,
+    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 
 // One function for each law, so that what else the program holds does not move into its loop.
@@ -43,6 +43,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let steps = laps.parse::<usize>()? * course.lap.len();
     match law.as_str() {
         "pop" => take_steps(&course, Pop::new(PopParams::DEFAULT)?, call, steps),
+        "pop-paper" => {
+            let paper = PopParams {
+                exact_lookahead: false,
+                ..PopParams::DEFAULT
+            };
+            take_steps(&course, Pop::new(paper)?, call, steps);
+        }
+        "preview-pop" => {
+            let law = PreviewPop::new(PreviewPopParams::DEFAULT)?;
+            take_steps(&course, law, call, steps);
+        }
         "pid" => take_steps(&course, Pid::new(PidParams::DEFAULT)?, call, steps),
         "pure-pursuit" => {
             let law = PurePursuit::new(PurePursuitParams::DEFAULT)?;

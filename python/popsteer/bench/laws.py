@@ -22,6 +22,7 @@ __all__ = [
     "PAPER_NS",
     "POP_COMMAND",
     "POP_STEP",
+    "PREVIEW_POP_STEP",
     "REFERENCE_STEP",
     "Driver",
     "lineup",
@@ -29,6 +30,7 @@ __all__ = [
 
 POP_STEP = "pop_step_ns"
 POP_COMMAND = "pop_command_ns"
+PREVIEW_POP_STEP = "preview_pop_step_ns"
 REFERENCE_STEP = "reference_step_ns"
 EMPTY_CALL = "empty_call_ns"
 NUMBA_STEP = "numba_step_ns"
@@ -42,6 +44,7 @@ PAPER_NS = 3.239e6
 LABELS = {
     POP_STEP: "POP, angle",
     POP_COMMAND: "POP, command",
+    PREVIEW_POP_STEP: "preview POP",
     "pid_step_ns": "PID",
     "pure_pursuit_step_ns": "pure pursuit",
     "stanley_step_ns": "Stanley",
@@ -96,6 +99,7 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
     """
     path, front, rear = drive.path, drive.front_offset, drive.rear_offset
     pop_params = popsteer.PopParams(reference_offset=front)
+    preview_pop_params = popsteer.PreviewPopParams(reference_offset=rear)
     pid_params = popsteer.PidParams(reference_offset=front)
     pure_pursuit_params = popsteer.PurePursuitParams(reference_offset=rear)
     stanley_params = popsteer.StanleyParams(reference_offset=front)
@@ -111,6 +115,10 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
     def pop_command() -> Driver:
         law = popsteer.Pop(path, pop_params)
         return Driver(law.step, law.reset)
+
+    def preview_pop() -> Driver:
+        law = popsteer.PreviewPop(path, preview_pop_params)
+        return Driver(law.steer, law.reset)
 
     def pid() -> Driver:
         law = popsteer.Pid(path, pid_params)
@@ -135,6 +143,7 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
     return {
         POP_STEP: pop,
         POP_COMMAND: pop_command,
+        PREVIEW_POP_STEP: preview_pop,
         "pid_step_ns": pid,
         "pure_pursuit_step_ns": pure_pursuit,
         "stanley_step_ns": stanley,

@@ -7,13 +7,14 @@ use std::hint::black_box;
 
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams, Tracker,
 };
 use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
 };
 use popsteer_core::vehicle::predict::kinematic_bicycle;
-use popsteer_core::{LateralLaw, Path, VehicleState};
+use popsteer_core::vehicle::{Actuator, ActuatorParams};
+use popsteer_core::{LateralLaw, LateralState, Path, Status, VehicleState};
 
 thread_local! {
     /// Allocations of this thread: the test harness has threads of its own.
@@ -45,21 +46,28 @@ fn allocations_of(work: impl FnOnce()) -> usize {
     ALLOCATIONS.with(Cell::get) - before
 }
 
-/// Drives round and round a wavy loop, with a step refused now and then.
-fn drive<L: LateralLaw>(law: &L) {
+/// A wavy loop.
+fn path() -> Path {
     let angle = |k: u32| f64::from(k) * std::f64::consts::TAU / 600.0;
     let radius = |k: u32| 100.0 + 4.0 * (12.0 * angle(k)).sin();
     let (x, y): (Vec<f64>, Vec<f64>) = (0..600)
         .map(|k| (radius(k) * angle(k).cos(), radius(k) * angle(k).sin()))
         .unzip();
-    let path = Path::new(&x, &y, None, true).unwrap();
+    Path::new(&x, &y, None, true).unwrap()
+}
+
+const START: VehicleState = VehicleState {
+    x: 101.0,
+    y: 0.0,
+    yaw: 1.5,
+    speed: 8.0,
+};
+
+/// Drives round and round, with a step refused now and then.
+fn drive<L: LateralLaw>(law: &L) {
+    let path = path();
     let mut state = law.initial_state();
-    let mut vehicle = VehicleState {
-        x: 101.0,
-        y: 0.0,
-        yaw: 1.5,
-        speed: 8.0,
-    };
+    let mut vehicle = START;
     let mut steered = 0.0;
     let count = allocations_of(|| {
         for k in 0..100_000 {
@@ -77,6 +85,40 @@ fn drive<L: LateralLaw>(law: &L) {
     });
     assert!(steered > 0.0, "the law never steered");
     assert_eq!(count, 0);
+}
+
+/// The same behind an actuator with commands under way, with hand-overs, and with inputs refused
+/// for which the last command is held.
+fn drive_behind_actuator<L: LateralLaw>(law: L) {
+    let actuator = Actuator::new(ActuatorParams {
+        dead_time: 0.3,
+        lag: 0.1,
+        max_rate: Some(0.8),
+        ..ActuatorParams::DEFAULT
+    });
+    let tracker = Tracker::new(law, Some(actuator.unwrap()));
+    let path = path();
+    let mut state = tracker.state_from(0.1).unwrap();
+    let mut vehicle = START;
+    let (mut steered, mut held) = (0.0, 0);
+    let count = allocations_of(|| {
+        for k in 0..100_000 {
+            if k % 5000 == 0 {
+                state.leave_path();
+            }
+            let seen = VehicleState {
+                x: if k % 1000 == 999 { f64::NAN } else { vehicle.x },
+                ..vehicle
+            };
+            let dt = if k % 7 == 0 { 0.001 } else { 0.05 };
+            let command = tracker.step_or_hold(&path.view(), &mut state, seen, dt, 3);
+            held += usize::from(command.status == Status::InputHeld);
+            steered += command.steer.abs();
+            vehicle = kinematic_bicycle(vehicle, command.steer, 0.0, 3.0, dt);
+        }
+    });
+    assert!(steered > 0.0, "the law never steered");
+    assert_eq!((count, held), (0, 100));
 }
 
 #[test]
@@ -114,6 +156,16 @@ fn test_stanley_steps_allocate_nothing() {
 #[test]
 fn test_bang_bang_steps_allocate_nothing() {
     drive(&BangBang::new(BangBangParams::default()).unwrap());
+}
+
+#[test]
+fn test_steps_behind_an_actuator_allocate_nothing() {
+    drive_behind_actuator(Pop::new(PopParams::default()).unwrap());
+    drive_behind_actuator(PreviewPop::new(PreviewPopParams::default()).unwrap());
+    drive_behind_actuator(Pid::new(PidParams::default()).unwrap());
+    drive_behind_actuator(PurePursuit::new(PurePursuitParams::default()).unwrap());
+    drive_behind_actuator(Stanley::new(StanleyParams::default()).unwrap());
+    drive_behind_actuator(BangBang::new(BangBangParams::default()).unwrap());
 }
 
 #[test]

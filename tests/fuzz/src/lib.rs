@@ -4,6 +4,7 @@
 //! A target is a module with a function `check`; its program in `src/bin` hands it to libFuzzer,
 //! and `tests/replay.rs` runs it on each file of `corpus/NAME` without.
 
+pub mod actuator;
 pub mod bytes;
 pub mod laws;
 pub mod longitudinal;
@@ -16,9 +17,10 @@ mod subject;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 4] = [
+pub const TARGETS: [Target; 5] = [
     ("path", path::check),
     ("laws", laws::check),
+    ("actuator", actuator::check),
     ("longitudinal", longitudinal::check),
     ("predict", predict::check),
 ];

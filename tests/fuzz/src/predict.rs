@@ -84,6 +84,9 @@ fn check_vehicle(bytes: &mut Bytes) {
     assert!(vehicle.forward_speed() >= 0.0);
     let numbers = [moved.x, moved.y, moved.yaw, moved.speed, ahead.x, ahead.y];
     assert!(numbers.iter().all(|number| number.is_finite()));
+    let speed = vehicle.speed;
+    let bounded = VehicleState { speed, ..moved }.bounded();
+    assert_eq!(bounded.checked(), Ok(bounded));
     assert!(next.iter().all(|number| number.is_finite()));
     // Both are Equation 6.
     let slack = 1e-12 * (1.0 + vehicle.x.abs() + vehicle.y.abs() + (vehicle.speed * dt).abs());

@@ -2,8 +2,10 @@
 
 use crate::bytes::Bytes;
 use popsteer_core::path::view::{MAX_COORDINATE, MAX_SPEED};
+use popsteer_core::vehicle::ActuatorParams;
 use popsteer_core::vehicle::state::{MAX_DT, MAX_YAW, MIN_DT};
 use popsteer_core::{Path, PathError, PathView, VehicleState};
+use std::f64::consts::FRAC_PI_4;
 
 /// Waypoints that may or may not make a path.
 #[derive(Clone, Debug, Default)]
@@ -12,28 +14,33 @@ pub struct Waypoints {
     pub x: Vec<f64>,
     /// Ordinates [m].
     pub y: Vec<f64>,
-    /// Reference speeds [m/s].
+    /// Reference speeds [m/s], whose signs say where the path is driven backwards.
     pub speed: Option<Vec<f64>>,
+    /// Where the path is driven backwards, said outright.
+    pub reverse: Option<Vec<bool>>,
     /// Whether the last leads back to the first.
     pub closed: bool,
 }
 
 impl Waypoints {
-    /// A walk of at most 20 steps: straight, bent, back on itself, crossing itself, far from the
-    /// origin; now and then with a waypoint twice, or with numbers that no path can have.
+    /// A walk of at most 20 steps: straight, bent, back on itself, crossing itself, along a
+    /// lattice where many places are as near as others, far from the origin; now and then with a
+    /// waypoint twice, or with numbers that no path can have.
     pub fn draw(bytes: &mut Bytes) -> Self {
         let form = bytes.byte();
         let count = bytes.below(21);
+        let (signed, lattice) = (form & 8 == 8, form & 16 == 16);
         let spacing = [1.0, 1.0, 0.01, 100.0, 0.2, 5.0, 1e-9, 1e7][bytes.below(8)];
         let origin = [0.0, 0.0, 0.0, 50.0, -1e3, 1e7, -1e9, 1e9][usize::from(form >> 5)];
         let mut waypoints = Self {
             closed: form & 1 == 1,
             speed: (form & 2 == 2).then(Vec::new),
+            reverse: (form & 4 == 4).then(Vec::new),
             ..Self::default()
         };
         let (mut x, mut y, mut yaw) = (origin, -origin, 0.0_f64);
         for _ in 0..count {
-            waypoints.push(x, y, bytes);
+            waypoints.push(x, y, signed, bytes);
             match bytes.byte() {
                 // The same place again, an earlier one, any.
                 255 => {}
@@ -46,6 +53,13 @@ impl Waypoints {
                     x = bytes.number([-10.0, 10.0], whole);
                     y = bytes.number([-10.0, 10.0], whole);
                 }
+                steps if lattice => {
+                    let length = spacing * f64::from(1 + steps / 4 % 4);
+                    let (along_x, along_y) =
+                        [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][usize::from(steps % 4)];
+                    x += length * along_x;
+                    y += length * along_y;
+                }
                 length => {
                     yaw += f64::from(bytes.byte().cast_signed()) / 40.0;
                     let length = spacing * f64::from(length.saturating_add(1)) / 64.0;
@@ -57,17 +71,32 @@ impl Waypoints {
         waypoints
     }
 
-    fn push(&mut self, x: f64, y: f64, bytes: &mut Bytes) {
+    fn push(&mut self, x: f64, y: f64, signed: bool, bytes: &mut Bytes) {
         self.x.push(x);
         self.y.push(y);
         if let Some(speed) = &mut self.speed {
-            speed.push(bytes.number([0.0, 30.0], [-MAX_SPEED, MAX_SPEED]));
+            let usual = [if signed { -10.0 } else { 0.0 }, 30.0];
+            let drawn = bytes.number(usual, [-MAX_SPEED, MAX_SPEED]);
+            speed.push(if signed && drawn.abs() < 1.0 {
+                0.0
+            } else {
+                drawn
+            });
+        }
+        if let Some(reverse) = &mut self.reverse {
+            // Mostly as the segment before.
+            let before = reverse.last().copied().unwrap_or(false);
+            reverse.push(before ^ (bytes.byte() < 64));
         }
     }
 
     /// The path of these waypoints.
     pub fn path(&self) -> Result<Path, PathError> {
-        Path::new(&self.x, &self.y, self.speed.as_deref(), self.closed)
+        let path = Path::new(&self.x, &self.y, self.speed.as_deref(), self.closed)?;
+        match &self.reverse {
+            Some(reverse) => path.with_reverse(reverse),
+            None => Ok(path),
+        }
     }
 }
 
@@ -77,13 +106,24 @@ pub fn vehicle(bytes: &mut Bytes, path: &PathView<'_>) -> VehicleState {
     let yaws = [-MAX_YAW, MAX_YAW];
     let speeds = [-MAX_SPEED, MAX_SPEED];
     match bytes.byte() {
-        0..=199 => {
+        0..=169 => {
             let k = bytes.below(path.len());
             VehicleState {
                 x: path.x()[k] + bytes.within(-8.0, 8.0),
                 y: path.y()[k] + bytes.within(-8.0, 8.0),
                 yaw: bytes.within(-3.2, 3.2),
                 speed: bytes.number([-2.0, 30.0], speeds),
+            }
+        }
+        // Half way between waypoints, along an axis or half way between two.
+        170..=199 => {
+            let k = bytes.below(path.len());
+            let mut half_steps = || f64::from(bytes.byte() % 9) - 4.0;
+            VehicleState {
+                x: path.x()[k] + 0.5 * half_steps(),
+                y: path.y()[k] + 0.5 * half_steps(),
+                yaw: FRAC_PI_4 * half_steps(),
+                speed: half_steps(),
             }
         }
         200..=219 => {
@@ -110,5 +150,16 @@ pub fn dt(bytes: &mut Bytes) -> f64 {
         0.05
     } else {
         bytes.number([0.001, 0.5], [MIN_DT, MAX_DT])
+    }
+}
+
+/// Dead time, lag, rate and vehicle of an actuator that may or may not do.
+pub fn actuator(bytes: &mut Bytes) -> ActuatorParams {
+    ActuatorParams {
+        dead_time: bytes.parameter(0.2, [0.0, 0.5], [0.0, 10.0]),
+        lag: bytes.parameter(0.0, [0.0, 0.5], [0.0, 10.0]),
+        max_rate: (bytes.byte() & 1 == 1).then(|| bytes.number([0.1, 2.0], [1e-3, 1e6])),
+        wheelbase: bytes.parameter(3.0, [1.0, 4.0], [1e-3, 1e3]),
+        understeer: bytes.parameter(0.0, [0.0, 0.01], [0.0, 1e3]),
     }
 }

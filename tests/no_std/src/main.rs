@@ -18,12 +18,16 @@ use popsteer_core::longitudinal::{
 };
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::locate;
-use popsteer_core::path::lookahead::{get_lookahead_point, get_lookahead_point_index};
+use popsteer_core::path::lookahead::{
+    get_crossing, get_lookahead_point, get_lookahead_point_index,
+};
+use popsteer_core::path::preview::Preview;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
 use popsteer_core::vehicle::predict::{
     get_predicted_location, kinematic_bicycle, state_transition,
 };
+use popsteer_core::vehicle::{Actuator, ActuatorParams};
 use popsteer_core::{LateralLaw, PathView, Point, VehicleState, math};
 
 #[link(name = "c")]
@@ -67,6 +71,13 @@ fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     if let Ok(law) = Pop::new(black_box(PopParams::DEFAULT)) {
         sum += step(&law, path, vehicle);
     }
+    let paper = PopParams {
+        exact_lookahead: false,
+        ..PopParams::DEFAULT
+    };
+    if let Ok(law) = Pop::new(black_box(paper)) {
+        sum += step(&law, path, vehicle);
+    }
     let learning = PreviewPopParams {
         turn_learning_time: 0.5,
         slip_learning_time: 2.0,
@@ -101,6 +112,31 @@ fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     sum
 }
 
+/// Commands on their way to the wheels.
+fn actuator(vehicle: VehicleState) -> f64 {
+    let params = ActuatorParams {
+        dead_time: 0.2,
+        lag: 0.1,
+        max_rate: Some(1.0),
+        ..ActuatorParams::DEFAULT
+    };
+    let Ok(actuator) = Actuator::new(black_box(params)) else {
+        return 0.0;
+    };
+    let mut under_way = actuator.settled(black_box(0.1));
+    for dt in black_box([0.05, 1e-6, 0.3]) {
+        actuator.elapse(&mut under_way, black_box(0.2), dt);
+    }
+    let seen = actuator.predict(&under_way, black_box(0.2), vehicle, black_box(0.05));
+    let limited = actuator.limit(black_box(0.1), black_box(0.9), black_box(0.05));
+    let restored = actuator.restore(
+        black_box([(0.1, 0.05), (0.2, 0.15)]).into_iter(),
+        under_way.wheel(),
+    );
+    let sum: f64 = under_way.commands().map(|(steer, _)| steer).sum();
+    sum + limited + seen.x + restored.map_or(0.0, |under_way| under_way.wheel())
+}
+
 /// The plain functions, called the same way.
 fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let position = black_box(vehicle.point_ahead(1.0));
@@ -108,11 +144,17 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let nearest = locate::nearest_waypoint(path, position);
     let heading = Point::new(math::cos(vehicle.yaw), math::sin(vehicle.yaw));
     let located = locate::locate(path, index, position, heading, black_box(6.0));
+    let scanned = locate::locate_by_scan(path, index, position, heading, black_box(6.0));
+    let (crossing, _) = get_crossing(path, &located, position, black_box(6.0));
+    let mut turns = black_box([0.0; 20]);
+    let arc_length = scanned.arc_length(path);
+    let mut ahead = Preview::new(path, black_box(2.0), scanned.segment, arc_length, 20.0);
+    let path_yaw = ahead.turns(arc_length, black_box(1.0), &mut turns);
     let located = located.nearest_waypoint(path);
     let jumped_to = relocalise(path, position, black_box(0.3));
     let foot = locate::project(path, index, position);
     let mut sum = math::from_count(nearest + located + jumped_to) + foot.cross_track_error;
-    sum += locate::path_yaw_behind(path, index);
+    sum += crossing.x + path_yaw + locate::path_yaw_behind(path, index);
     sum += locate::reference_speed(path, &foot).unwrap_or(0.0);
     let grid = Grid::new(*path, window(path, index, black_box(20.0)), black_box(0.01));
     let (lookahead, tolerance) = black_box((6.0, 0.01));
@@ -151,8 +193,16 @@ extern "C" fn main() -> c_int {
         yaw: 0.3,
         speed: 10.0,
     };
-    if black_box(all_laws(&path, vehicle) + all_functions(&path, vehicle)).is_nan() {
-        return 3;
+    // The stretches that are driven backwards as a matter of run time.
+    let backwards: [bool; WAYPOINTS] = core::array::from_fn(|k| black_box(k / 200 == 1));
+    let Ok(shuttle) = path.with_reverse(&backwards) else {
+        return 5;
+    };
+    for path in [path, shuttle] {
+        let sum = all_laws(&path, vehicle) + all_functions(&path, vehicle) + actuator(vehicle);
+        if black_box(sum).is_nan() {
+            return 3;
+        }
     }
     for _ in 0..1000 {
         let Ok(command) = law.step(&path, &mut state, vehicle, 0.05) else {

@@ -186,7 +186,9 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         dt = checked_dt(dt)
         if self._actuator is not None and self._state.wheel is not None:
             under_way, wheel, last = self._state.under_way, self._state.wheel, self._state.steer
-            seen = chain.predict(self._actuator, under_way, wheel, last, seen, dt).checked()
+            seen = chain.predict(self._actuator, under_way, wheel, last, seen, dt)
+            # What was given is good, so what comes of it is not refused.
+            seen = seen.bounded()
         command = self.decide(seen, dt)
         steer, limited = self._give(command.steer, dt)
         if limited and command.status is Status.OK:

@@ -239,10 +239,9 @@ def distinct_waypoints(x: tuple[float, ...], y: tuple[float, ...], *, closed: bo
         return get_distance((x[a], y[a]), (x[b], y[b])) <= COINCIDING
 
     for index in range(len(x)):
-        if kept and coincide(kept[-1], index):
-            kept[-1] = index
-        else:
-            kept.append(index)
+        while kept and coincide(kept[-1], index):
+            kept.pop()
+        kept.append(index)
     while closed and len(kept) > 1 and coincide(kept[0], kept[-1]):
         kept.pop()
     return kept

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from popsteer.reference.error import input_in_range
-from popsteer.reference.math import cos, sin
+from popsteer.reference.math import cos, saturate, sin, wrap
 from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED, Point
 
 __all__ = ["MAX_DT", "MAX_YAW", "MIN_DT", "VehicleState", "checked_dt"]
@@ -55,6 +55,18 @@ class VehicleState:
             y=input_in_range("y", self.y, -MAX_COORDINATE, MAX_COORDINATE),
             yaw=input_in_range("yaw", self.yaw, -MAX_YAW, MAX_YAW),
             speed=input_in_range("speed", self.speed, -MAX_SPEED, MAX_SPEED),
+        )
+
+    def bounded(self) -> VehicleState:
+        """Return a predicted state brought within the bounds of one that is given.
+
+        Places beyond them are put onto them, a yaw beyond them is turned back by whole turns.
+        """
+        return VehicleState(
+            x=saturate(self.x, -MAX_COORDINATE, MAX_COORDINATE),
+            y=saturate(self.y, -MAX_COORDINATE, MAX_COORDINATE),
+            yaw=self.yaw if abs(self.yaw) <= MAX_YAW else wrap(self.yaw),
+            speed=self.speed,
         )
 
     def point_ahead(self, offset: float) -> Point:

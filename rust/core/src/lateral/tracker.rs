@@ -5,7 +5,7 @@ use alloc::boxed::Box;
 
 use super::{Command, LateralLaw, LateralState, Status};
 use crate::Point;
-use crate::error::InputError;
+use crate::error::{InputError, Requirement, input_in_range};
 use crate::math::saturate;
 use crate::path::follow::Follow;
 use crate::path::view::PathView;
@@ -167,7 +167,10 @@ impl<L: LateralLaw> Tracker<L> {
         match (&self.actuator, &state.under_way) {
             (Some(actuator), Some(under_way)) => {
                 let (vehicle, dt) = (vehicle.checked()?, checked_dt(dt)?);
-                Ok(actuator.predict(under_way, state.steer, vehicle, dt))
+                // What was given is good, so what comes of it is not refused.
+                Ok(actuator
+                    .predict(under_way, state.steer, vehicle, dt)
+                    .bounded())
             }
             _ => Ok(vehicle),
         }
@@ -290,9 +293,18 @@ impl<L: LateralLaw> LateralLaw for Tracker<L> {
         if let Some(Handover { offset, left }) = state.handover {
             let widest = 2.0 * self.law.max_steer();
             super::check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
-            crate::error::input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
+            input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
         }
-        Ok(())
+        match (&self.actuator, &state.under_way) {
+            (None, _) => Ok(()),
+            (Some(actuator), Some(under_way)) => actuator.check(under_way),
+            // With nothing under way known, neither rate nor prediction could be kept.
+            (Some(_), None) => Err(InputError {
+                field: "under_way",
+                value: 0.0,
+                requirement: Requirement::CountInRange(1, UnderWay::CAPACITY),
+            }),
+        }
     }
 }
 
@@ -388,6 +400,44 @@ mod tests {
             (command.steer, command.status),
             (-0.010_000_000_000_000_002, Status::Saturated)
         );
+    }
+
+    #[test]
+    fn test_prediction_beyond_the_bounds_is_no_reason_to_refuse() {
+        let path = straight();
+        let tracker = stanley(Some(ActuatorParams {
+            dead_time: 10.0,
+            ..ActuatorParams::DEFAULT
+        }));
+        let mut state = tracker.state_from(1.0).unwrap();
+        let (yaw, speed) = (crate::vehicle::state::MAX_YAW, 1e4);
+        for (x, y) in [(1e9, -1e9), (-1e9, 1e9)] {
+            let vehicle = VehicleState { x, y, yaw, speed };
+            let command = tracker.step(&path.view(), &mut state, vehicle, 0.05);
+            assert_eq!(command.unwrap().status, Status::OffPath);
+            assert_eq!(tracker.check_state(&path.view(), &state), Ok(()));
+        }
+    }
+
+    #[test]
+    fn test_check_state_refuses_what_is_under_way_through_another_actuator() {
+        let path = straight();
+        let dead = |dead_time| {
+            stanley(Some(ActuatorParams {
+                dead_time,
+                ..ActuatorParams::DEFAULT
+            }))
+        };
+        let check = |tracker: &Tracker<Stanley>, state| {
+            let answer = tracker.check_state(&path.view(), &state);
+            answer.map_err(|error| (error.field, error.value))
+        };
+        let state = dead(0.2).initial_state();
+        assert_eq!(check(&dead(0.2), state.clone()), Ok(()));
+        assert_eq!(check(&dead(0.3), state.clone()), Err(("under_way", 0.2)));
+        assert_eq!(check(&stanley(None), state), Ok(()));
+        let without = stanley(None).initial_state();
+        assert_eq!(check(&dead(0.2), without), Err(("under_way", 0.0)));
     }
 
     #[test]

@@ -80,6 +80,8 @@ pub fn get_crossing(
     // From the foot itself, which keeps the digits far beyond the end of the path.
     let mut from = foot.point;
     let mut segment = foot.segment;
+    // How much of the segment is left; more than all of it before the start of the path.
+    let mut left = 1.0 - foot.fraction;
     for _ in 0..path.segments() {
         let (start, end) = path.segment(segment);
         let next = path.following(segment);
@@ -90,12 +92,13 @@ pub fn get_crossing(
             let fraction = if goes_on {
                 fraction
             } else {
-                saturate(fraction, 0.0, 1.0)
+                saturate(fraction, 0.0, left)
             };
             let point = Point::new(from.x + fraction * along.x, from.y + fraction * along.y);
             return (point, true);
         }
         from = end;
+        left = 1.0;
         segment = next.unwrap_or(segment);
     }
     (quarter_round(path, foot), false)
@@ -181,6 +184,16 @@ mod tests {
         let (point, found) = crossing(&path, (8.0, 0.0), 6.0);
         assert!(found && point.y > 0.0);
         assert!((get_distance(Point::new(8.0, 0.0), point) - 6.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn test_crossing_before_the_start_lies_on_the_circle_too() {
+        let path = Path::new(&[0.0, 1.0, 2.0], &[0.0; 3], None, false).unwrap();
+        // On the extension, on the first segment, on the second.
+        for (at, expected) in [(-9.0, -5.0), (-3.5, 0.5), (-2.5, 1.5)] {
+            let found = crossing(&path, (at, 3.0), 5.0);
+            assert_eq!(found, (Point::new(expected, 0.0), true));
+        }
     }
 
     #[test]

@@ -109,13 +109,12 @@ pub fn distinct_waypoints(x: &[f64], y: &[f64], closed: bool) -> Vec<usize> {
     let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
     let mut kept: Vec<(usize, Point)> = Vec::new();
     for (index, point) in points().enumerate() {
-        if let Some(last) = kept.last_mut()
-            && get_distance(last.1, point) <= COINCIDING
+        while let Some((_, last)) = kept.last()
+            && get_distance(*last, point) <= COINCIDING
         {
-            *last = (index, point);
-        } else {
-            kept.push((index, point));
+            kept.pop();
         }
+        kept.push((index, point));
     }
     if closed {
         while let [(_, first), .., (_, last)] = kept.as_slice()
@@ -165,5 +164,8 @@ mod tests {
         assert_eq!(distinct_waypoints(&x, &y, false), [1, 2, 5, 6]);
         assert_eq!(distinct_waypoints(&x, &y, true), [1, 2, 5]);
         assert_eq!(distinct_waypoints(&[1.0; 3], &[1.0; 3], true), [2]);
+        // The last coincides with both before, which do not with each other.
+        let close = [0.0, 1.2e-9, 0.6e-9, 1.0];
+        assert_eq!(distinct_waypoints(&close, &[0.0; 4], false), [2, 3]);
     }
 }

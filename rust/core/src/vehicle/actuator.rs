@@ -158,14 +158,12 @@ impl Actuator {
     ///
     /// # Errors
     ///
-    /// [`InputError`] where this actuator could not have them: an angle beyond a quarter turn, a
-    /// duration that is none, durations that do not come to the dead time, too many commands.
+    /// [`InputError`] where there are too many commands, and as [`check`](Self::check).
     pub fn restore(
         &self,
         commands: impl ExactSizeIterator<Item = (f64, f64)>,
         wheel: f64,
     ) -> Result<UnderWay, InputError> {
-        let limit = core::f64::consts::FRAC_PI_2;
         let count = commands.len();
         if count > UnderWay::CAPACITY {
             return Err(InputError {
@@ -174,19 +172,34 @@ impl Actuator {
                 requirement: crate::error::Requirement::CountInRange(0, UnderWay::CAPACITY),
             });
         }
-        let mut under_way = self.settled(input_in_range("wheel", wheel, -limit, limit)?);
+        let mut under_way = self.settled(wheel);
         under_way.count = 0;
+        for command in commands {
+            under_way.push(command);
+        }
+        self.check(&under_way)?;
+        Ok(under_way)
+    }
+
+    /// Whether commands are ones that can be under way through this actuator.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where they cannot: an angle beyond a quarter turn, a duration that is none,
+    /// durations that do not come to the dead time.
+    pub fn check(&self, under_way: &UnderWay) -> Result<(), InputError> {
+        let limit = core::f64::consts::FRAC_PI_2;
+        input_in_range("wheel", under_way.wheel, -limit, limit)?;
         let dead_time = self.params.dead_time;
         let slack = 1e-9 * (1.0 + dead_time);
         let mut total = 0.0;
-        for (steer, duration) in commands {
+        for (steer, duration) in under_way.commands() {
             input_in_range("under_way", steer, -limit, limit)?;
             input_in_range("under_way", duration, 0.0, dead_time + slack)?;
-            under_way.push((steer, duration));
             total += duration;
         }
         input_in_range("under_way", total, dead_time - slack, dead_time + slack)?;
-        Ok(under_way)
+        Ok(())
     }
 
     /// The angle to command where `wanted` is wanted `dt` [s] after `last`: within the rate.

@@ -2,7 +2,7 @@
 
 use crate::Point;
 use crate::error::{InputError, input_in_range};
-use crate::math::{cos, sin};
+use crate::math::{cos, saturate, sin, wrap};
 use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
 
 /// The largest yaw [rad] that a step takes; it need not be wrapped.
@@ -38,6 +38,23 @@ impl VehicleState {
         input_in_range("yaw", self.yaw, -MAX_YAW, MAX_YAW)?;
         input_in_range("speed", self.speed, -MAX_SPEED, MAX_SPEED)?;
         Ok(self)
+    }
+
+    /// A state that was predicted, brought within the bounds of one that is given: places beyond
+    /// them are put onto them, a yaw beyond them is turned back by whole turns.
+    #[inline]
+    pub fn bounded(self) -> Self {
+        let yaw = if self.yaw.abs() <= MAX_YAW {
+            self.yaw
+        } else {
+            wrap(self.yaw)
+        };
+        Self {
+            x: saturate(self.x, -MAX_COORDINATE, MAX_COORDINATE),
+            y: saturate(self.y, -MAX_COORDINATE, MAX_COORDINATE),
+            yaw,
+            speed: self.speed,
+        }
     }
 
     /// The point `offset` [m] ahead of the rear axle along the heading.

@@ -1,0 +1,204 @@
+//! Where am I?
+
+use super::{along, following, preceding, slack, waypoint};
+use crate::bytes::Bytes;
+use crate::scene::dt;
+use popsteer_core::path::locate::{
+    Foot, OPPOSITE, locate, locate_by_scan, nearest_waypoint, path_yaw_behind, project,
+    reference_speed,
+};
+use popsteer_core::path::relocalise::relocalise;
+use popsteer_core::path::view::get_distance;
+use popsteer_core::path::{Follow, Located};
+use popsteer_core::vehicle::state::checked_dt;
+use popsteer_core::{PathView, Point, VehicleState};
+use std::f64::consts::PI;
+
+/// The farthest that a law looks around its last place [m].
+const REACH: f64 = 1.1e7;
+
+pub(super) fn ask_beyond(view: &PathView<'_>, position: Point, yaw: f64, bytes: &mut Bytes) {
+    let heading = Point::new(yaw.cos(), yaw.sin());
+    assert!(locate(view, bytes.below(24), position, heading, 6.0).segment < view.segments());
+    let nearest = nearest_waypoint(view, position);
+    assert!(nearest < view.len());
+    assert!(project(view, nearest, position).segment < view.segments());
+    assert!(relocalise(view, position, yaw) < view.segments());
+}
+
+/// A bounded search, as its definition has it.
+pub(super) fn check_locate(
+    view: &PathView<'_>,
+    position: Point,
+    yaw: f64,
+    bytes: &mut Bytes,
+) -> Foot {
+    let heading = Point::new(yaw.cos(), yaw.sin());
+    let last = match bytes.byte() {
+        255 => usize::MAX,
+        place => usize::from(place) % view.len(),
+    };
+    let reach = bytes.parameter(6.0, [0.0, 30.0], [0.0, REACH]);
+    let reach = if (0.0..=REACH).contains(&reach) {
+        reach
+    } else {
+        6.0
+    };
+    let foot = locate(view, last, position, heading, reach);
+    assert_eq!(foot, locate_by_scan(view, last, position, heading, reach));
+    let start = last.min(view.segments() - 1);
+    assert!(foot.segment < view.segments());
+    assert_eq!(view.is_reverse(foot.segment), view.is_reverse(start));
+    assert!(foot.fraction >= 0.0 || preceding(view, foot.segment).is_none());
+    assert!(foot.fraction <= 1.0 || following(view, foot.segment).is_none());
+    let slack = slack(view, position);
+    let error = foot.cross_track_error().abs();
+    assert!((error - get_distance(position, foot.point)).abs() <= slack);
+    assert!(foot.arc_length(view).is_finite() && foot.path_yaw().abs() <= PI);
+    // Not beyond the stretch.
+    if !view.is_closed() {
+        let between = (view.s()[foot.segment] - view.s()[start]).abs();
+        let slack = 64.0 * f64::EPSILON * view.length();
+        assert!(between <= reach + 2.0 * view.longest() + slack);
+    }
+    foot
+}
+
+/// The foot beside the nearest waypoint of all.
+pub(super) fn check_projection(view: &PathView<'_>, position: Point) {
+    let distance = |index| get_distance(position, waypoint(view, index));
+    let nearest = nearest_waypoint(view, position);
+    assert!((0..view.len()).all(|index| distance(index) >= distance(nearest)));
+    let foot = project(view, nearest, position);
+    let slack = slack(view, position);
+    assert!(foot.segment < view.segments());
+    assert!(foot.fraction.is_finite() && foot.arc_length.is_finite());
+    assert!(foot.path_yaw.abs() <= PI && path_yaw_behind(view, nearest).abs() <= PI);
+    let error = foot.cross_track_error.abs();
+    assert!(error <= get_distance(position, waypoint(view, nearest)) + slack);
+    assert!((error - get_distance(position, foot.point)).abs() <= slack);
+    assert!(foot.fraction >= 0.0 || preceding(view, foot.segment).is_none());
+    assert!(foot.fraction <= 1.0 || following(view, foot.segment).is_none());
+    match (reference_speed(view, &foot), view.speed()) {
+        (Some(speed), Some(speeds)) => {
+            let ends = [foot.segment, (foot.segment + 1) % view.len()].map(|k| speeds[k].abs());
+            let slack = 4.0 * f64::EPSILON * (ends[0] + ends[1]);
+            assert!(speed.abs() >= ends[0].min(ends[1]) - slack);
+            assert!(speed.abs() <= ends[0].max(ends[1]) + slack);
+            assert_eq!(speed.is_sign_negative(), view.is_reverse(foot.segment));
+        }
+        (None, None) => {}
+        mixed => panic!("{mixed:?}"),
+    }
+}
+
+/// No other segment costs less, by arithmetic of its own.
+pub(super) fn check_relocalise(view: &PathView<'_>, position: Point, yaw: f64) {
+    let cost = |segment: usize| {
+        let along = along(view, segment);
+        let length = get_distance(Point::zeros(), along);
+        let (to, unit) = (position - waypoint(view, segment), along / length);
+        let ahead = (to.x * unit.x + to.y * unit.y).clamp(0.0, length);
+        let distance = get_distance(to, ahead * unit);
+        let forward = yaw.cos() * unit.x + yaw.sin() * unit.y;
+        let looks = if view.is_reverse(segment) {
+            -forward
+        } else {
+            forward
+        };
+        distance + 0.5 * OPPOSITE * (1.0 - looks)
+    };
+    let found = relocalise(view, position, yaw);
+    let least = (0..view.segments()).map(cost).fold(f64::INFINITY, f64::min);
+    assert!(cost(found) <= least + slack(view, position));
+}
+
+/// The walk of a law's point along the path, step by step as its page has it.
+pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &mut Bytes) {
+    let follow = Follow {
+        reference_offset: bytes.parameter(3.0, [-3.0, 4.0], [-1e3, 1e3]),
+        search_distance: bytes.parameter(6.0, [0.0, 20.0], [0.0, 1e6]),
+        lost_distance: bytes.parameter(30.0, [1.0, 40.0], [1e-3, 1e9]),
+        arrival_distance: bytes.parameter(0.15, [0.0, 1.0], [5e-5, 50.0]),
+    };
+    let last = (bytes.byte() > 40).then(|| bytes.below(24));
+    let valid = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
+    let Ok(dt) = checked_dt(dt(bytes)) else {
+        return;
+    };
+    if !(valid(follow.reference_offset, -1e3, 1e3)
+        && valid(follow.search_distance, 0.0, 1e6)
+        && valid(follow.lost_distance, 1e-3, 1e9)
+        && valid(follow.arrival_distance, 0.0, 50.0))
+    {
+        return;
+    }
+    let at = follow.locate(view, last, vehicle, dt);
+    assert_eq!(at, follow_plainly(&follow, view, last, vehicle, dt));
+    assert_eq!(at.reverse, view.is_reverse(at.foot.segment));
+    assert!(last.is_some() || !at.turned);
+    let driven = if at.reverse {
+        -vehicle.speed
+    } else {
+        vehicle.speed
+    };
+    assert_eq!(at.vehicle.speed.to_bits(), driven.to_bits());
+    assert_eq!(at.turn(at.turn(0.3)).to_bits(), 0.3_f64.to_bits());
+}
+
+fn follow_plainly(
+    follow: &Follow,
+    view: &PathView<'_>,
+    last: Option<usize>,
+    vehicle: VehicleState,
+    dt: f64,
+) -> Located {
+    let anew = || relocalise(view, Point::new(vehicle.x, vehicle.y), vehicle.yaw);
+    let from = |segment: usize| {
+        let reverse = view.is_reverse(segment);
+        let (turn, sign) = if reverse { (PI, -1.0) } else { (0.0, 1.0) };
+        let driven = VehicleState {
+            yaw: vehicle.yaw + turn,
+            speed: sign * vehicle.speed,
+            ..vehicle
+        };
+        let heading = Point::new(driven.yaw.cos(), driven.yaw.sin());
+        let position = driven.point_ahead(follow.reference_offset);
+        let reach = follow.search_distance + driven.speed.abs() * dt;
+        let foot = locate_by_scan(view, segment, position, heading, reach);
+        let is_last = !view.is_closed() && foot.segment + 1 == view.segments();
+        Located {
+            position,
+            foot,
+            vehicle: driven,
+            heading,
+            dt,
+            reverse,
+            turned: false,
+            off_path: false,
+            past_end: is_last && foot.fraction > 1.0,
+        }
+    };
+    let start = last.map_or_else(anew, |last| last.min(view.segments() - 1));
+    let mut at = from(start);
+    // At the place where it has to turn round, the vehicle goes on with the next section.
+    let next = (at.foot.segment + 1) % view.len();
+    let goes_on = view.is_closed() || at.foot.segment + 1 < view.segments();
+    if goes_on && view.is_reverse(next) != view.is_reverse(at.foot.segment) {
+        let along = along(view, at.foot.segment);
+        let to = waypoint(view, next) - Point::new(vehicle.x, vehicle.y);
+        let length = (along.x * along.x + along.y * along.y).sqrt();
+        if (to.x * along.x + to.y * along.y) / length <= follow.arrival_distance {
+            at = from(next);
+        }
+    }
+    if at.foot.squared_distance > follow.lost_distance * follow.lost_distance {
+        let anew = from(anew());
+        if anew.foot.squared_distance < at.foot.squared_distance {
+            at = anew;
+        }
+        at.off_path = true;
+    }
+    at.turned = last.is_some() && at.reverse != view.is_reverse(start);
+    at
+}
