@@ -44,6 +44,10 @@ FOREIGN_LAG = 0.1
 """Lag of the yaw rate that a plant from elsewhere is taken to have [s]."""
 
 
+LEARNING_TIME = 10.0
+"""Time over which an `actuator` learns [s]: a few bends."""
+
+
 class SteeringModel(NamedTuple):
     """How a plant answers to the steering: what a law that predicts is to know of it."""
 
@@ -211,7 +215,7 @@ def steering_model(plant: Plant) -> SteeringModel:
 
 
 def actuator(plant: Plant, dead_time: float = 0.0, max_rate: float | None = None) -> Actuator:
-    """Give a law an actuator that predicts a plant: its dead time, and the plant's own answer.
+    """Give what predicts a plant for a law: its dead time, and the plant's own answer.
 
     Parameters
     ----------
@@ -225,7 +229,7 @@ def actuator(plant: Plant, dead_time: float = 0.0, max_rate: float | None = None
     Returns
     -------
     Actuator
-        With the plant's `steering_model`, its lag included.
+        With the plant's `steering_model`, its lag included; it learns over `LEARNING_TIME`.
 
     Raises
     ------
@@ -235,7 +239,8 @@ def actuator(plant: Plant, dead_time: float = 0.0, max_rate: float | None = None
     Examples
     --------
     >>> actuator("carla-identified", 0.2)
-    Actuator(dead_time=0.2, lag=0.1, max_rate=None, wheelbase=3.553, understeer=0.00029)
+    Actuator(dead_time=0.2, lag=0.1, max_rate=None, wheelbase=3.553, understeer=0.00029, \
+learning_time=10.0)
     """
     model = steering_model(plant)
     return Actuator(
@@ -244,6 +249,7 @@ def actuator(plant: Plant, dead_time: float = 0.0, max_rate: float | None = None
         max_rate=max_rate,
         wheelbase=model.wheelbase,
         understeer=model.understeer,
+        learning_time=LEARNING_TIME,
     )
 
 
