@@ -13,7 +13,7 @@ from popsteer import laws
 from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams
 from popsteer.errors import ConfigError, PathError, in_range
 from popsteer.parameters import Parameters
-from popsteer.sim import steering
+from popsteer.sim.steering import drive
 from popsteer.sim.geometry import Plant, geometry, made, with_offset
 from popsteer.sim.metrics import Metrics
 
@@ -256,7 +256,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         params = own_params.as_dict() if isinstance(own_params, Parameters) else {}
         offset = getattr(law, "reference_offset", geometry(plant).front_offset)
         simulation = make(reference_offset=offset)
-        steps = steering.drive(simulation, law, longitudinal, progress)
+        steps = drive(simulation, law, longitudinal, progress)
         records = simulation.records()
         if settings.keep_records:
             records["target_x"] = np.array([step.target[0] for step in steps], dtype=np.float64)

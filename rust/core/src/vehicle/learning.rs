@@ -129,3 +129,101 @@ impl Learnt {
         Ok(self)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::sin;
+    use crate::vehicle::predict::kinematic_bicycle;
+    use crate::vehicle::{Actuator, ActuatorParams};
+
+    /// What an actuator that is said to be `told` has learnt from 60 s of bends of a vehicle with
+    /// a wheelbase of 3 m, 0.2 s of dead time and a lag of 0.1 s, at 10 m/s and more.
+    fn taught(told: ActuatorParams, acceleration: f64, jump: f64) -> Learnt {
+        let real = Actuator::new(ActuatorParams {
+            dead_time: 0.2,
+            lag: 0.1,
+            ..ActuatorParams::DEFAULT
+        })
+        .unwrap();
+        let model = Actuator::new(told).unwrap();
+        let (mut there, mut known) = (real.settled(0.0), model.settled(0.0));
+        let mut vehicle = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 10.0,
+        };
+        for step in 0..1200 {
+            let command = 0.1 * sin(0.05 * f64::from(step));
+            for _ in 0..10 {
+                let wheel = real.elapse(&mut there, command, 0.005);
+                vehicle = kinematic_bicycle(vehicle, wheel, acceleration, 3.0, 0.005);
+            }
+            if step == 900 {
+                vehicle.yaw += jump;
+            }
+            let learnt = model.learn(&known, command, vehicle, 0.05);
+            model.elapse_learning(&mut known, command, 0.05, learnt);
+        }
+        *known.learnt()
+    }
+
+    fn told(wheelbase: f64, dead_time: f64) -> ActuatorParams {
+        ActuatorParams {
+            dead_time,
+            lag: 0.1,
+            max_rate: None,
+            wheelbase,
+            understeer: 0.0,
+            learning_time: 10.0,
+        }
+    }
+
+    #[test]
+    fn test_learnt_finds_wheelbase_dead_time_and_acceleration() {
+        for (wheelbase, dead_time) in [(3.0, 0.2), (2.55, 0.2), (3.45, 0.15), (3.0, 0.25)] {
+            let learnt = taught(told(wheelbase, dead_time), 0.2, 0.0);
+            assert!((learnt.gain() - wheelbase / 3.0).abs() < 0.01, "{learnt:?}");
+            assert!((dead_time + learnt.delay - 0.2).abs() < 0.01, "{learnt:?}");
+            assert!((learnt.acceleration - 0.2).abs() < 1e-6, "{learnt:?}");
+        }
+    }
+
+    #[test]
+    fn test_learnt_of_a_jump_of_the_heading_is_little() {
+        let (calm, jumped) = (
+            taught(told(2.55, 0.25), 0.0, 0.0),
+            taught(told(2.55, 0.25), 0.0, 2.0),
+        );
+        assert!((calm.gain() - jumped.gain()).abs() < 0.02);
+        assert!((calm.delay - jumped.delay).abs() < 0.02);
+    }
+
+    #[test]
+    fn test_learnt_keeps_within_its_bounds() {
+        assert_eq!(taught(told(7.0, 0.2), 0.0, 0.0).gain(), 2.0);
+        assert_eq!(taught(told(1.0, 0.2), 0.0, 0.0).gain(), 0.5);
+        let learnt = taught(told(3.0, 0.1), 0.0, 0.0);
+        assert_eq!(learnt.delay, 0.05);
+        assert!(learnt.checked(0.05).is_ok());
+        assert_eq!(learnt.checked(0.04).unwrap_err().field, "learnt");
+        let unseen = Learnt {
+            seen: Some((f64::NAN, 0.0)),
+            ..learnt
+        };
+        assert_eq!(unseen.checked(0.05).unwrap_err().field, "seen");
+    }
+
+    #[test]
+    fn test_speed_after_braking_stops() {
+        let braking = |acceleration| Learnt {
+            acceleration,
+            ..Learnt::default()
+        };
+        assert_eq!(braking(-5.0).speed_after(1.0, 0.1), 0.5);
+        assert_eq!(braking(-5.0).speed_after(1.0, 0.3), 0.0);
+        assert_eq!(braking(5.0).speed_after(-1.0, 0.3), 0.0);
+        assert_eq!(braking(-5.0).speed_after(-1.0, 0.2), -2.0);
+    }
+}
