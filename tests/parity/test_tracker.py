@@ -17,7 +17,7 @@ from tests.parity.compare import call, make, same
 from tests.parity.laws import LATERAL, Law
 from tests.parity.strategies import SEEDS, Shape
 
-_FIELDS = ("dead_time", "lag", "max_rate", "wheelbase", "understeer")
+_FIELDS = ("dead_time", "lag", "max_rate", "wheelbase", "understeer", "learning_time")
 ACTUATORS = st.none() | st.fixed_dictionaries(
     {},
     optional={
@@ -26,6 +26,7 @@ ACTUATORS = st.none() | st.fixed_dictionaries(
         "max_rate": st.none() | st.floats(0.1, 2.0),
         "wheelbase": st.floats(1.0, 4.0),
         "understeer": st.floats(0.0, 0.01),
+        "learning_time": st.just(0.0) | st.floats(0.05, 20.0),
     },
 )
 _EACH_LAW = [

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, matrix, simulate, stability, tracks
+from popsteer.cli import bench, compare, dead_time, edges, matrix, simulate, stability, tracks
 
 __all__ = ["app"]
 
@@ -28,6 +28,8 @@ Examples:
   popsteer matrix --out out              laws × plants × tracks: error against step time
   popsteer tracks export racetrack racetrack.csv
   popsteer stability --dead-time 0.1     how far each law's loop is from instability
+  popsteer edges                         crossings, cusps, odd spacings and starts, law by law
+  popsteer dead-time                     late wheels, and the law that sees ahead of them
   popsteer bench                         how long a control step takes
 
 \b
@@ -78,5 +80,7 @@ app.command("compare", help=compare.HELP)(compare.compare)
 app.command("simulate", help=simulate.HELP)(simulate.simulate)
 app.command("stability", help=stability.HELP)(stability.stability)
 app.command("matrix", help=matrix.HELP)(matrix.matrix)
+app.command("edges", help=edges.HELP)(edges.edges)
+app.command("dead-time", help=dead_time.HELP)(dead_time.dead_time)
 app.command("bench", help=bench.HELP)(bench.bench)
 app.add_typer(tracks.app, name="tracks")

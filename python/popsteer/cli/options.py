@@ -14,7 +14,9 @@ __all__ = [
     "DEFAULT_DT",
     "Closed",
     "ConstantSpeed",
+    "Csv",
     "Dt",
+    "Json",
     "Out",
     "Plant",
     "Preset",
@@ -104,4 +106,12 @@ Dt: TypeAlias = Annotated[float, typer.Option(metavar="SECONDS", help="Control p
 Out: TypeAlias = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Where to write the files.", show_default=False),
+]
+Csv: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Write the table as CSV.", show_default=False),
+]
+Json: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Write the table as JSON.", show_default=False),
 ]

@@ -11,14 +11,18 @@ from rich.text import Text
 
 from popsteer import report
 from popsteer.cli.progress import Progress
+from popsteer.files import write_text_atomic
 from popsteer.report.table import WIDE, caption, notes
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
+
+    from rich.table import Table
 
     from popsteer.study import Comparison
 
-__all__ = ["check_folder", "deliver", "show"]
+__all__ = ["check_folder", "deliver", "deliver_table", "show"]
 
 
 def check_folder(out: Path | None) -> None:
@@ -95,3 +99,35 @@ def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> Non
     progress.stop()
     show(comparison)
     print(said)
+
+
+def deliver_table(said: str, table: Table, **files: tuple[Path | None, Callable[[], str]]) -> None:
+    """Write the files that are asked for, then print a table under a line that says what it is.
+
+    Parameters
+    ----------
+    said : str
+        What the table shows.
+    table : rich.table.Table
+        The table.
+    **files : tuple
+        Where to write, if anywhere, and what gives the text.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written; nothing was printed then.
+    """
+    written = []
+    for file, text in files.values():
+        if file is not None:
+            write_text_atomic(file, text())
+            written.append(f"Written to {file}")
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDE)  # a file or a pipe has room for all columns
+    console.print(Text(said, style="bold"), soft_wrap=True)
+    console.print()
+    console.print(table)
+    for line in written:
+        print(line)

@@ -5,7 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar, cast
 
 from popsteer import laws, plants
-from popsteer._core import CarlaIdentified, KinematicBicycle, PopParams, PreviewPopParams
+from popsteer._core import (
+    Actuator,
+    CarlaIdentified,
+    KinematicBicycle,
+    PopParams,
+    PreviewPopParams,
+)
 from popsteer._core import plants as core_plants
 from popsteer.errors import ConfigError
 from popsteer.plants.protocol import Geometry, PythonPlant
@@ -18,6 +24,7 @@ __all__ = [
     "Geometry",
     "Plant",
     "SteeringModel",
+    "actuator",
     "fitted",
     "geometry",
     "made",
@@ -41,6 +48,10 @@ _P = TypeVar("_P", bound="Params")
 
 FOREIGN_LAG = 0.1
 """Lag of the yaw rate that a plant from elsewhere is taken to have [s]."""
+
+
+LEARNING_TIME = 10.0
+"""Time over which an `actuator` learns [s]: a few bends."""
 
 
 class SteeringModel(NamedTuple):
@@ -209,6 +220,45 @@ def steering_model(plant: Plant) -> SteeringModel:
     return SteeringModel(geometry(plant).wheelbase, 0.0, FOREIGN_LAG)
 
 
+def actuator(plant: Plant, dead_time: float = 0.0, max_rate: float | None = None) -> Actuator:
+    """Give what predicts a plant for a law: its dead time, and the plant's own answer.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
+        The plant that is predicted.
+    dead_time : float, default 0.0
+        Time from a command to its first effect on the wheels [s].
+    max_rate : float, optional
+        Fastest move of the wheels [rad/s]; no limit by default.
+
+    Returns
+    -------
+    Actuator
+        With the plant's `steering_model`, its lag included; it learns over `LEARNING_TIME`.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name, or a number is out of its range.
+
+    Examples
+    --------
+    >>> actuator("carla-identified", 0.2)
+    Actuator(dead_time=0.2, lag=0.1, max_rate=None, wheelbase=3.553, understeer=0.00029, \
+learning_time=10.0)
+    """
+    model = steering_model(plant)
+    return Actuator(
+        dead_time=dead_time,
+        lag=model.steer_lag,
+        max_rate=max_rate,
+        wheelbase=model.wheelbase,
+        understeer=model.understeer,
+        learning_time=LEARNING_TIME,
+    )
+
+
 def fitted(params: _P, plant: Plant) -> _P:
     """Set a law's reference point and wheelbase to those of a plant.
 
@@ -300,4 +350,5 @@ def with_offset(law: Controller, plant: Plant) -> Controller:
     offset = fitted(law.params, plant).reference_offset
     controller = laws.get(laws.name_of(type(law))).controller
     # The registry pairs each controller with its parameters; the type checker cannot see that.
-    return controller(law.path, law.params.replace(reference_offset=offset))  # type: ignore[arg-type]
+    params = law.params.replace(reference_offset=offset)
+    return controller(law.path, params, actuator=law.actuator)  # type: ignore[arg-type]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -13,7 +14,7 @@ from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams
 from popsteer.errors import ConfigError, PathError, in_range
 from popsteer.parameters import Parameters
 from popsteer.ranges import check_in_range
-from popsteer.sim import steering
+from popsteer.sim.steering import drive
 from popsteer.sim.geometry import Plant, geometry, made, with_offset
 from popsteer.sim.metrics import Metrics
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from popsteer._core import CoupledLongitudinal
+    from popsteer._core import Actuator, CoupledLongitudinal
     from popsteer.sim.steering import OwnLaw
 
 __all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "default_start", "run"]
@@ -163,6 +164,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     constant_speed: float | None = None,
     longitudinal: CoupledLongitudinal | SpeedPid | None = None,
     settings: Settings | None = None,
+    steering: Actuator | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Run:
     """Let a law drive a plant along a path until the end, or until there is no hope of it.
@@ -190,6 +192,9 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         What works the pedals; the paper's coupled law by default.
     settings : Settings, optional
         Control period, limits and the like.
+    steering : Actuator, optional
+        What lies between the commands and the plant's wheels; nothing by default. What a law knows
+        of it is the law's own `actuator`.
     progress : callable, optional
         Called now and then with the share of the path done, 0 to 1.
 
@@ -243,15 +248,16 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     speed = 0.0 if speed is None else speed
     settings = Settings() if settings is None else settings
     plant = made(plant)  # refuses an unknown one before anything is asked of it
+    make = partial(
+        Simulation, path, plant, start=start, speed=speed, settings=settings, steering=steering
+    )
 
     if isinstance(law, laws.CONTROLLERS):
         name = laws.name_of(type(law))
         law = with_offset(law, plant)
         params = law.params.as_dict()
         offset = law.reference_offset
-        simulation = Simulation(
-            path, plant, start=start, speed=speed, reference_offset=offset, settings=settings
-        )
+        simulation = make(reference_offset=offset)
         simulation.drive(law, longitudinal, progress)
         records = simulation.records()
     else:
@@ -259,10 +265,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         own_params = getattr(law, "params", None)
         params = own_params.as_dict() if isinstance(own_params, Parameters) else {}
         offset = getattr(law, "reference_offset", geometry(plant).front_offset)
-        simulation = Simulation(
-            path, plant, start=start, speed=speed, reference_offset=offset, settings=settings
-        )
-        steps = steering.drive(simulation, law, longitudinal, progress)
+        simulation = make(reference_offset=offset)
+        steps = drive(simulation, law, longitudinal, progress)
         records = simulation.records()
         if settings.keep_records:
             records["target_x"] = np.array([step.target[0] for step in steps], dtype=np.float64)

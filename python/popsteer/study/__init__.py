@@ -2,6 +2,8 @@
 
 from popsteer.study.carrot import carrot_offset, driven_offset
 from popsteer.study.compare import DEFAULT_LAWS, Comparison, compare, law_names, parameters
+from popsteer.study.dead_time import DEAD_TIME, DEAD_TIME_LAWS, DeadTimeRow, dead_times
+from popsteer.study.edges import EDGE_LAWS, EdgeRun, EdgeTrack, edge_tracks, edges
 from popsteer.study.matrix import Matrix, matrix
 from popsteer.study.paper import PAPER, PaperFigures, is_authors_path
 from popsteer.study.preview_bend import preview_offset
@@ -17,10 +19,16 @@ from popsteer.study.step_time import time_steps
 from popsteer.study.vehicle import Vehicle
 
 __all__ = [
+    "DEAD_TIME",
+    "DEAD_TIME_LAWS",
     "DEFAULT_LAWS",
+    "EDGE_LAWS",
     "LINEAR_LAWS",
     "PAPER",
     "Comparison",
+    "DeadTimeRow",
+    "EdgeRun",
+    "EdgeTrack",
     "Margins",
     "Matrix",
     "PaperFigures",
@@ -29,7 +37,10 @@ __all__ = [
     "carrot_offset",
     "compare",
     "dead_time_map",
+    "dead_times",
     "driven_offset",
+    "edge_tracks",
+    "edges",
     "is_authors_path",
     "law_names",
     "margins",

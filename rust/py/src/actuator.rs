@@ -12,7 +12,8 @@ params! {
     /// A law with an actuator is shown the vehicle as it will be when its command reaches the
     /// wheels: rolled forward, at its present speed, through the commands still under way, by a
     /// kinematic bicycle whose wheels follow them with the lag. The errors of its commands are
-    /// those of that vehicle. What it commands keeps the rate.
+    /// those of that vehicle. What it commands keeps the rate. With a `learning_time` the way of the
+    /// vehicle teaches how wrong wheelbase and dead time are, and how the speed changes.
     PyActuator(ActuatorParams) named "Actuator" in "popsteer",
     defaults ActuatorParams::DEFAULT, checked by Actuator::new,
     dead_time: f64, "float, default 0.0",
@@ -25,4 +26,6 @@ params! {
         "Distance of the axles of the vehicle that is predicted [m].";
     understeer: f64, "float, default 0.0",
         "Understeer of the vehicle that is predicted [s^2/m]: yaw rate = speed tan(steer) / (wheelbase + understeer speed^2).";
+    learning_time: f64, "float, default 0.0",
+        "Time over which is learnt how much more the vehicle turns than the model says (a half to twice), how much longer the dead time is (by up to a half), and how its speed changes [s]; 0 never.";
 }

@@ -9,11 +9,11 @@ use popsteer_sim::plant::{self, CarlaIdentified, KinematicBicycle};
 use popsteer_sim::{Control, Drive, Plant, Record, Settings, Simulation, closed_loop};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBool, PyDict, PyTuple};
 
 use crate::actuator::PyActuator;
 use crate::command::status_code;
-use crate::errors::{OrRaise, unknown};
+use crate::errors::{OrRaise, argument_error, unknown};
 use crate::lateral::law_of;
 use crate::longitudinal::drive_of;
 use crate::metrics::figures;
@@ -286,12 +286,13 @@ impl PySimulation {
     /// throttle, brake : float, default 0.0
     ///     Pedals, 0 to 1.
     /// reverse : bool, default False
-    ///     Whether the throttle drives backwards; of a plant that does not it is disregarded.
+    ///     Whether the throttle drives backwards.
     ///
     /// Raises
     /// ------
     /// InputError
-    ///     If a number is not finite or beyond its bound; nothing moves then.
+    ///     If a number is not finite or beyond its bound, or the plant is to reverse and does not;
+    ///     nothing moves then.
     ///
     /// Notes
     /// -----
@@ -306,6 +307,11 @@ impl PySimulation {
         brake: f64,
         reverse: bool,
     ) -> PyResult<()> {
+        if reverse && !self.simulation.plant().reverses() {
+            let required = format!("False, as {} does not reverse", self.plant());
+            let given = PyBool::new(py, reverse).to_owned().into_any();
+            return Err(argument_error(py, "reverse", given, &required));
+        }
         let nowhere = Point::new(f64::NAN, f64::NAN);
         let control = Control {
             steer,

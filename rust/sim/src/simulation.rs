@@ -317,7 +317,8 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// [`InputError`] for a control that is not finite or beyond its bound; nothing moves then.
+    /// [`InputError`] for a control that is not finite or beyond its bound, and for `reverse` of a
+    /// plant that does not, named with the value 1; nothing moves then.
     pub fn step(
         &mut self,
         control: Control,
@@ -327,6 +328,9 @@ impl Simulation {
         input_in_range("steer", control.steer, -1.57, 1.57)?;
         input_in_range("throttle", control.throttle, 0.0, 1.0)?;
         input_in_range("brake", control.brake, 0.0, 1.0)?;
+        if control.reverse && !self.plant.reverses() {
+            input_in_range("reverse", 1.0, 0.0, 0.0)?;
+        }
 
         let record = self.measure(control, target, status);
         self.gatherer

@@ -105,6 +105,10 @@ class PidState(TrackerState):
         Angle of the wheels [rad]; None without an actuator.
     under_way : tuple of tuple of float
         Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+    seen : tuple of float or None
+        Heading [rad] and speed [m/s] at the last step, where the actuator learns.
+    learnt : tuple of float
+        What the actuator has learnt, as `TrackerState` has it.
     previous_error : float or None
         The last cross-track error [m]; None before the first step.
     terms : tuple of float

@@ -165,6 +165,10 @@ class PreviewPopState(TrackerState):
         Angle of the wheels [rad]; None without an actuator.
     under_way : tuple of tuple of float
         Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+    seen : tuple of float or None
+        Heading [rad] and speed [m/s] at the last step, where the actuator learns.
+    learnt : tuple of float
+        What the actuator has learnt, as `TrackerState` has it.
     previous_steer : float
         The last angle δ_prev [rad].
     curvature : float

@@ -45,7 +45,8 @@ class PurePursuitParams:
         ahead, and the path is tracked more tightly.
     exact_lookahead : bool
         Whether the lookahead point is the path's first crossing of the circle ahead of the
-        vehicle, `get_crossing`, instead of what the paper's search finds.
+        vehicle, `get_crossing`, instead of what the paper's search finds; with it, a point behind
+        the vehicle is turned to as one abeam.
     lookahead_tolerance : float
         Threshold ε of the paper's search [m].
     window_ahead : float
@@ -114,6 +115,10 @@ class PurePursuitState(TrackerState):
         Angle of the wheels [rad]; None without an actuator.
     under_way : tuple of tuple of float
         Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+    seen : tuple of float or None
+        Heading [rad] and speed [m/s] at the last step, where the actuator learns.
+    learnt : tuple of float
+        What the actuator has learnt, as `TrackerState` has it.
     previous_alpha : float
         The last bearing α [rad], which stands in where its arc cosine is not defined; 0 without
         `alpha_by_arccos`.
@@ -187,7 +192,10 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
         else:
             # sin(alpha) is left / distance, with the distance on the other side.
             distance = get_distance(at.position, target.point)
-            wanted = atan2(2.0 * self.params.wheelbase * left, lookahead * distance)
+            # Towards a point behind the circle would lead away from it, straight behind for good.
+            behind = self.params.exact_lookahead and ahead < 0.0
+            aside = copysign(distance, left) if behind else left
+            wanted = atan2(2.0 * self.params.wheelbase * aside, lookahead * distance)
         steer, status = self._limit(wanted)
         self._state = replace(self.state, waypoint=at.foot.segment, previous_alpha=alpha)
         if not target.found:

@@ -13,12 +13,14 @@ from popsteer.reference.lateral import BodyParams, Command, LateralLaw, check_st
 from popsteer.reference.math import saturate
 from popsteer.reference.path.follow import find_anew
 from popsteer.reference.vehicle import actuator as chain
+from popsteer.reference.vehicle.learning import Learnt
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle.actuator import Actuator, UnderWay
+    from popsteer.reference.vehicle.learning import Lesson
 
 __all__ = ["HANDOVER_TIME", "Tracker", "TrackerState"]
 
@@ -46,6 +48,11 @@ class TrackerState:
         Angle of the wheels [rad]; None without an actuator.
     under_way : tuple of tuple of float
         Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+    seen : tuple of float or None
+        Heading [rad] and speed [m/s] at the last step, where the actuator learns.
+    learnt : tuple of float
+        What the actuator has learnt: acceleration, expected, measured, turn, change and delay of
+        `Learnt`.
     """
 
     waypoint: int | None = None
@@ -55,6 +62,8 @@ class TrackerState:
     held: int = 0
     wheel: float | None = None
     under_way: UnderWay = ()
+    seen: tuple[float, float] | None = None
+    learnt: Lesson = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 ParamsT = TypeVar("ParamsT", bound=BodyParams)
@@ -98,7 +107,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     def state(self, state: StateT) -> None:
         checked = self.check_state(state)
         held = max(0, operator.index(state.held))
-        line, wheel = self._restored_line(state)
+        line, wheel, learnt = self._restored_line(state)
         steer = check_steer("steer", state.steer, self.params.max_steer)
         offset, left = state.handover_offset, state.handover_left
         # No offset and no time left is no hand-over; NaN is one, and refused.
@@ -114,6 +123,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             held=held,
             wheel=wheel,
             under_way=line,
+            seen=learnt.seen,
+            learnt=learnt.lesson,
         )
 
     def reset(self, *, steer: float | None = None) -> None:
@@ -184,13 +195,16 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         """
         seen = VehicleState(x, y, yaw, speed).checked()
         dt = checked_dt(dt)
-        if self._actuator is not None and self._state.wheel is not None:
-            under_way, wheel, last = self._state.under_way, self._state.wheel, self._state.steer
-            seen = chain.predict(self._actuator, under_way, wheel, last, seen, dt)
+        state, learnt = self._state, self._known
+        if self._actuator is not None and state.wheel is not None:
+            under_way, wheel, known = state.under_way, state.wheel, learnt
+            learnt = chain.learn(self._actuator, under_way, wheel, known, state.steer, seen, dt)
             # What was given is good, so what comes of it is not refused.
-            seen = seen.bounded()
+            seen = chain.predict(
+                self._actuator, under_way, wheel, known, state.steer, seen, dt, learnt
+            ).bounded()
         command = self.decide(seen, dt)
-        steer, limited = self._give(command.steer, dt)
+        steer, limited = self._give(command.steer, dt, learnt)
         if limited and command.status is Status.OK:
             return replace(command, steer=steer, status=Status.SATURATED)
         return replace(command, steer=steer)
@@ -214,9 +228,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             held = self._state.held + 1
         self._state = replace(self._state, held=held)
         try:
-            self._elapse(checked_dt(dt))  # the angle held goes on its way like any other
+            # The angle held goes on its way like any other.
+            self._elapse(checked_dt(dt), self._known)
         except InputError:
             pass
+        self._state = replace(self._state, seen=None)
         return Command(
             steer=self._state.steer,
             cross_track_error=0.0,
@@ -256,7 +272,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         left = 0.0 if goes_on else HANDOVER_TIME
         return replace(state, steer=steer, handover_offset=None, handover_left=left)
 
-    def _give(self, wanted: float, dt: float) -> tuple[float, bool]:
+    @property
+    def _known(self) -> Learnt:
+        return Learnt.of(self._state.seen, self._state.learnt)
+
+    def _give(self, wanted: float, dt: float, learnt: Learnt) -> tuple[float, bool]:
         """Return the angle to command where the law wants `wanted`, and whether it is limited."""
         state = replace(self._state, held=0)
         fading = state.handover_offset is not None or state.handover_left > 0.0
@@ -279,25 +299,30 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         faded = saturate(faded, -max_steer, max_steer)
         steer = faded
         if self._actuator is not None:
-            self._elapse(dt)
+            self._elapse(dt, learnt)
             steer = chain.limit(self._actuator, state.steer, faded, dt)
         state, _ = self.set_steer(self._state, steer)
         self._state = replace(state, steer=steer)
         return steer, steer != faded
 
-    def _elapse(self, dt: float) -> None:
+    def _elapse(self, dt: float, learnt: Learnt) -> None:
         """Let `dt` [s] pass for what is under way."""
         state = self._state
         if self._actuator is None or state.wheel is None:
             return
-        line, wheel = chain.elapse(self._actuator, state.under_way, state.wheel, state.steer, dt)
-        self._state = replace(state, under_way=line, wheel=wheel)
+        line, wheel = chain.elapse(
+            self._actuator, state.under_way, state.wheel, self._known, state.steer, dt, learnt
+        )
+        self._state = replace(
+            state, under_way=line, wheel=wheel, seen=learnt.seen, learnt=learnt.lesson
+        )
 
-    def _restored_line(self, state: StateT) -> tuple[UnderWay, float | None]:
-        """Return what is under way in a state to restore, and the wheels."""
+    def _restored_line(self, state: StateT) -> tuple[UnderWay, float | None, Learnt]:
+        """Return what is under way in a state to restore, the wheels, and what was learnt."""
         if self._actuator is None:
-            return (), None
+            return (), None, Learnt()
         if state.wheel is None:
             # Of a state from before an actuator was there the wheels follow at once.
-            return chain.settled(self._actuator, state.steer), state.steer
-        return chain.restore(self._actuator, state.under_way, state.wheel)
+            return chain.settled(self._actuator, state.steer), state.steer, Learnt()
+        learnt = Learnt.of(state.seen, state.learnt)
+        return chain.restore(self._actuator, state.under_way, state.wheel, learnt)

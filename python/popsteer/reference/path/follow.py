@@ -129,16 +129,29 @@ class Follow:
         )
 
     def _next_section(self, path: PathView, foot: Foot, vehicle: VehicleState) -> int | None:
-        """Return the segment to go on with where the vehicle turns round, once it is there."""
-        following = path.next_segment(foot.segment)
-        if following is None or path.following(foot.segment) is not None:
+        """Return the segment to go on with where the vehicle turns round, once it is there.
+
+        That is one event for all that follow the vehicle, wherever their own point is: the foot
+        of each only has to be near enough to tell which end is meant.
+        """
+        behind = -self.reference_offset if self.reference_offset < 0.0 else 0.0
+        near = behind + 4.0 * self.arrival_distance
+        last = foot.segment
+        rest = (1.0 - foot.fraction) * path.segment_length(last)
+        while (following := path.following(last)) is not None:
+            rest += path.segment_length(following)
+            if rest > near:
+                return None
+            last = following
+        after = path.next_segment(last)
+        if after is None:
             return None
-        waypoint = path.waypoint(following)
-        to = (waypoint[0] - vehicle.x, waypoint[1] - vehicle.y)
-        along = foot.along
+        start, end = path.segment(last)
+        along = (end[0] - start[0], end[1] - start[1])
+        to = (end[0] - vehicle.x, end[1] - vehicle.y)
         length = sqrt(along[0] * along[0] + along[1] * along[1])
         left = (to[0] * along[0] + to[1] * along[1]) / length
-        return following if left <= self.arrival_distance else None
+        return after if left <= self.arrival_distance else None
 
 
 def find_anew(path: PathView, vehicle: VehicleState) -> int:

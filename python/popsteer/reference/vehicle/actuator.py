@@ -12,15 +12,26 @@ from typing import TypeAlias
 
 from popsteer import errors
 from popsteer.reference.error import config_in_range, input_in_range
-from popsteer.reference.math import PI, ceil, decay, saturate
+from popsteer.reference.math import PI, ceil, decay, saturate, tan
+from popsteer.reference.vehicle.learning import Learnt
 from popsteer.reference.vehicle.predict import kinematic_bicycle
 from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["CAPACITY", "Actuator", "UnderWay", "elapse", "limit", "predict", "restore", "settled"]
+__all__ = [
+    "CAPACITY",
+    "Actuator",
+    "UnderWay",
+    "elapse",
+    "learn",
+    "limit",
+    "predict",
+    "restore",
+    "settled",
+]
 
 RESOLUTION = 128
 """Commands are remembered apart down to this share of the dead time."""
-CAPACITY = 2 * RESOLUTION + 4
+CAPACITY = 3 * RESOLUTION + 4
 """The most commands under way."""
 STEP = 0.05
 """The longest step of the prediction [s]."""
@@ -46,6 +57,9 @@ class Actuator:
         Distance of the axles of the vehicle that is predicted [m].
     understeer : float
         Understeer of that vehicle [s²/m]: its yaw rate is v tan δ / (L + K v²).
+    learning_time : float
+        Time over which is learnt, from the way of the vehicle, how much more it turns than the
+        model says, how much longer the dead time is, and how its speed changes [s]; 0 never.
 
     Raises
     ------
@@ -63,6 +77,7 @@ class Actuator:
     max_rate: float | None = None
     wheelbase: float = 3.0
     understeer: float = 0.0
+    learning_time: float = 0.0
 
     def __post_init__(self) -> None:
         config_in_range(self, "dead_time", 0.0, 10.0)
@@ -71,6 +86,12 @@ class Actuator:
             config_in_range(self, "max_rate", 1e-3, 1e6)
         config_in_range(self, "wheelbase", 1e-3, 1e3)
         config_in_range(self, "understeer", 0.0, 1e3)
+        config_in_range(self, "learning_time", 0.0, 1e6)
+
+    @property
+    def most_delay(self) -> float:
+        """How far a learnt dead time may be from the one given [s]."""
+        return 0.5 * self.dead_time
 
 
 def settled(actuator: Actuator, steer: float) -> UnderWay:
@@ -84,8 +105,10 @@ def settled(actuator: Actuator, steer: float) -> UnderWay:
     return ((steer, actuator.dead_time),) if actuator.dead_time > 0.0 else ()
 
 
-def restore(actuator: Actuator, under_way: UnderWay, wheel: float) -> tuple[UnderWay, float]:
-    """Return commands under way and the angle of the wheels, where they can have been so.
+def restore(
+    actuator: Actuator, under_way: UnderWay, wheel: float, learnt: Learnt
+) -> tuple[UnderWay, float, Learnt]:
+    """Return commands under way, the angle of the wheels and what was learnt, if they can be so.
 
     Raises
     ------
@@ -96,14 +119,17 @@ def restore(actuator: Actuator, under_way: UnderWay, wheel: float) -> tuple[Unde
     if len(under_way) > CAPACITY:
         raise errors.InputError("under_way", len(under_way), errors.count_in_range(0, CAPACITY))
     wheel = input_in_range("wheel", wheel, -quarter, quarter)
-    slack = 1e-9 * (1.0 + actuator.dead_time)
+    learnt = learnt.checked(actuator.most_delay)
+    dead_time = actuator.dead_time + learnt.delay
+    slack = 1e-9 * (1.0 + dead_time)
     total = 0.0
     for steer, duration in under_way:
         input_in_range("under_way", steer, -quarter, quarter)
-        input_in_range("under_way", duration, 0.0, actuator.dead_time + slack)
+        input_in_range("under_way", duration, 0.0, dead_time + slack)
         total += duration
-    input_in_range("under_way", total, actuator.dead_time - slack, actuator.dead_time + slack)
-    return tuple((float(steer), float(duration)) for steer, duration in under_way), wheel
+    input_in_range("under_way", total, dead_time - slack, dead_time + slack)
+    line = tuple((float(steer), float(duration)) for steer, duration in under_way)
+    return line, wheel, learnt
 
 
 def limit(actuator: Actuator, last: float, wanted: float, dt: float) -> float:
@@ -120,30 +146,67 @@ def limit(actuator: Actuator, last: float, wanted: float, dt: float) -> float:
     return saturate(wanted, last - move, last + move)
 
 
+def learn(
+    actuator: Actuator,
+    under_way: UnderWay,
+    wheel: float,
+    learnt: Learnt,
+    last: float,
+    vehicle: VehicleState,
+    dt: float,
+) -> Learnt:
+    """Learn from `vehicle` as it is seen `dt` [s] after `last` was commanded.
+
+    Examples
+    --------
+    >>> vehicle = VehicleState(0.0, 0.0, 0.1, 10.0)
+    >>> learn(Actuator(learning_time=10.0), (), 0.0, Learnt(), 0.0, vehicle, 0.05).seen
+    (0.1, 10.0)
+    """
+    if actuator.learning_time <= 0.0:
+        return learnt
+    before = vehicle.speed if learnt.seen is None else learnt.seen[1]
+    speed = 0.5 * (before + vehicle.speed)
+    wheelbase = actuator.wheelbase + actuator.understeer * speed * speed
+    turn, gone = 0.0, dt
+    for steer, duration in (*under_way, (last, dt)):
+        part = min(duration, gone)
+        turn += part * tan(_follow(actuator, wheel, steer, 0.5 * part))
+        wheel = _follow(actuator, wheel, steer, part)
+        gone -= part
+    turn = turn * speed / wheelbase
+    return learnt.after(vehicle, turn, dt, actuator.learning_time, actuator.most_delay)
+
+
 def predict(
     actuator: Actuator,
     under_way: UnderWay,
     wheel: float,
+    known: Learnt,
     last: float,
     vehicle: VehicleState,
     dt: float,
+    learnt: Learnt,
 ) -> VehicleState:
     """Predict the vehicle at the time when a command given now reaches the wheels.
 
-    At its present speed, rolled forward through the commands `under_way` and `last`, the one
-    given `dt` [s] ago, by a kinematic bicycle whose wheels follow them with the lag.
+    If its acceleration stays as `learnt` since it was `known`: rolled forward through the commands
+    `under_way` and `last`, the one given `dt` [s] ago, by a kinematic bicycle whose wheels follow
+    them with the lag.
 
     Examples
     --------
     >>> actuator = Actuator(dead_time=0.2)
     >>> vehicle = VehicleState(0.0, 0.0, 0.0, 10.0)
-    >>> predict(actuator, settled(actuator, 0.0), 0.0, 0.0, vehicle, 0.05).x
+    >>> line = settled(actuator, 0.0)
+    >>> predict(actuator, line, 0.0, Learnt(), 0.0, vehicle, 0.05, Learnt()).x
     2.0
     """
     speed = vehicle.speed
     wheelbase = actuator.wheelbase + actuator.understeer * speed * speed
+    wheelbase = wheelbase / learnt.gain()
     # What reached the wheels since the last step moved them, and the vehicle is where it is.
-    gone = dt
+    gone = _arrived(known, dt, learnt)
     for steer, duration in (*under_way, (last, dt)):
         part = min(duration, gone)
         wheel = _follow(actuator, wheel, steer, part)
@@ -154,27 +217,38 @@ def predict(
             step = left / steps
             for _ in range(steps):
                 middle = _follow(actuator, wheel, steer, 0.5 * step)
+                pace = learnt.speed_after(speed, 0.5 * step)
                 x, y, yaw, _ = kinematic_bicycle(
-                    vehicle.x, vehicle.y, vehicle.yaw, speed, middle, 0.0, wheelbase, step
+                    vehicle.x, vehicle.y, vehicle.yaw, pace, middle, 0.0, wheelbase, step
                 )
+                speed = learnt.speed_after(speed, step)
                 vehicle = VehicleState(x, y, yaw, speed)
                 wheel = _follow(actuator, wheel, steer, step)
     return vehicle
 
 
 def elapse(
-    actuator: Actuator, under_way: UnderWay, wheel: float, last: float, dt: float
+    actuator: Actuator,
+    under_way: UnderWay,
+    wheel: float,
+    known: Learnt,
+    last: float,
+    dt: float,
+    learnt: Learnt,
 ) -> tuple[UnderWay, float]:
     """Let `dt` [s] pass since `last` was commanded; return what is under way, and the wheels.
 
     `last` goes on its way, and the oldest commands reach the wheels. Commands shorter than a
-    128th of the dead time are joined to their mean.
+    128th of the dead time are joined to their mean. A dead time that is `learnt` to be longer than
+    it was `known` to be keeps commands under way for longer.
 
     Examples
     --------
-    >>> elapse(Actuator(dead_time=0.25), ((0.1, 0.125), (0.2, 0.125)), 0.0, 0.3, 0.125)
+    >>> line, nothing = ((0.1, 0.125), (0.2, 0.125)), Learnt()
+    >>> elapse(Actuator(dead_time=0.25), line, 0.0, nothing, 0.3, 0.125, nothing)
     (((0.2, 0.125), (0.3, 0.125)), 0.1)
     """
+    gone = _arrived(known, dt, learnt)
     line = list(under_way)
     joined = actuator.dead_time / RESOLUTION
     if line and line[-1][1] + dt <= joined:
@@ -183,7 +257,6 @@ def elapse(
         line[-1] = ((steer * duration + last * dt) / total, total)
     else:
         line.append((last, dt))
-    gone = dt
     while gone > 0.0 and line:
         steer, duration = line[0]
         if duration > gone:
@@ -194,6 +267,11 @@ def elapse(
         line.pop(0)
         gone -= duration
     return tuple(line), wheel
+
+
+def _arrived(known: Learnt, dt: float, learnt: Learnt) -> float:
+    """Tell for how long commands have reached the wheels in `dt` [s], by what is learnt since."""
+    return dt - (learnt.delay - known.delay)
 
 
 def _follow(actuator: Actuator, wheel: float, steer: float, time: float) -> float:

@@ -24,7 +24,7 @@ pub struct PurePursuitParams {
     pub alpha_by_arccos: bool,
     /// Whether the lookahead point is the path's first crossing of the circle ahead of the
     /// vehicle, [`get_crossing`](crate::path::lookahead::get_crossing), instead of what the
-    /// paper's search finds.
+    /// paper's search finds; with it, a point behind the vehicle is turned to as one abeam.
     pub exact_lookahead: bool,
     /// Threshold `epsilon` of the paper's search [m].
     pub lookahead_tolerance: f64,
@@ -136,7 +136,13 @@ impl PurePursuit {
         } else {
             // sin(alpha) is left / distance, with the distance on the other side.
             let distance = get_distance(at.position, target.point);
-            atan2(2.0 * self.body.wheelbase * left, lookahead * distance)
+            // Towards a point behind the circle would lead away from it, straight behind for good.
+            let aside = if self.search.exact_lookahead && ahead < 0.0 {
+                distance.copysign(left)
+            } else {
+                left
+            };
+            atan2(2.0 * self.body.wheelbase * aside, lookahead * distance)
         };
         let (steer, status) = self.body.limit(wanted);
         *state = PurePursuitState {

@@ -10,7 +10,7 @@ use crate::math::saturate;
 use crate::path::follow::Follow;
 use crate::path::view::PathView;
 use crate::vehicle::state::checked_dt;
-use crate::vehicle::{Actuator, UnderWay, VehicleState};
+use crate::vehicle::{Actuator, Learnt, UnderWay, VehicleState};
 
 /// How long the difference to a driver's angle takes to fade [s].
 pub const HANDOVER_TIME: f64 = 1.0;
@@ -136,11 +136,12 @@ impl<L: LateralLaw> Tracker<L> {
             return command;
         }
         state.held = state.held.saturating_add(1);
-        // The angle that is held goes on its way like any other.
-        if let (Some(actuator), Some(under_way), Ok(dt)) =
-            (&self.actuator, &mut state.under_way, checked_dt(dt))
-        {
-            actuator.elapse(under_way, state.steer, dt);
+        if let (Some(actuator), Some(under_way)) = (&self.actuator, &mut state.under_way) {
+            // The angle that is held goes on its way like any other.
+            if let Ok(dt) = checked_dt(dt) {
+                actuator.elapse(under_way, state.steer, dt);
+            }
+            under_way.lose_sight();
         }
         Command {
             steer: state.steer,
@@ -156,35 +157,41 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The vehicle as the law is to see it.
+    /// The vehicle as the law is to see it, and what its way since the last step teaches.
     #[inline]
     fn seen(
         &self,
         state: &TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
-    ) -> Result<VehicleState, InputError> {
+    ) -> Result<(VehicleState, Learnt), InputError> {
         match (&self.actuator, &state.under_way) {
             (Some(actuator), Some(under_way)) => {
                 let (vehicle, dt) = (vehicle.checked()?, checked_dt(dt)?);
+                let learnt = actuator.learn(under_way, state.steer, vehicle, dt);
+                let seen = actuator.predict(under_way, state.steer, vehicle, dt, &learnt);
                 // What was given is good, so what comes of it is not refused.
-                Ok(actuator
-                    .predict(under_way, state.steer, vehicle, dt)
-                    .bounded())
+                Ok((seen.bounded(), learnt))
             }
-            _ => Ok(vehicle),
+            _ => Ok((vehicle, Learnt::default())),
         }
     }
 
     /// The angle to command where the law wants `wanted`, and whether it is a limited one.
     #[inline]
-    fn give(&self, state: &mut TrackerState<L::State>, wanted: f64, dt: f64) -> (f64, bool) {
+    fn give(
+        &self,
+        state: &mut TrackerState<L::State>,
+        wanted: f64,
+        dt: f64,
+        learnt: Learnt,
+    ) -> (f64, bool) {
         state.held = 0;
         if self.actuator.is_none() && state.handover.is_none() {
             state.steer = wanted;
             return (wanted, false);
         }
-        self.give_limited(state, wanted, dt)
+        self.give_limited(state, wanted, dt, learnt)
     }
 
     fn give_limited(
@@ -192,6 +199,7 @@ impl<L: LateralLaw> Tracker<L> {
         state: &mut TrackerState<L::State>,
         wanted: f64,
         dt: f64,
+        learnt: Learnt,
     ) -> (f64, bool) {
         let faded = match &mut state.handover {
             None => wanted,
@@ -216,7 +224,7 @@ impl<L: LateralLaw> Tracker<L> {
         let last = state.steer;
         let steer = match (&self.actuator, &mut state.under_way) {
             (Some(actuator), Some(under_way)) => {
-                actuator.elapse(under_way, last, dt);
+                actuator.elapse_learning(under_way, last, dt, learnt);
                 actuator.limit(last, faded, dt)
             }
             _ => faded,
@@ -259,9 +267,9 @@ impl<L: LateralLaw> LateralLaw for Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
     ) -> Result<Command, InputError> {
-        let seen = self.seen(state, vehicle, dt)?;
+        let (seen, learnt) = self.seen(state, vehicle, dt)?;
         let command = self.law.step(path, &mut state.law, seen, dt)?;
-        let (steer, limited) = self.give(state, command.steer, dt);
+        let (steer, limited) = self.give(state, command.steer, dt, learnt);
         let status = if limited && command.status == Status::Ok {
             Status::Saturated
         } else {
@@ -282,9 +290,9 @@ impl<L: LateralLaw> LateralLaw for Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
     ) -> Result<f64, InputError> {
-        let seen = self.seen(state, vehicle, dt)?;
+        let (seen, learnt) = self.seen(state, vehicle, dt)?;
         let wanted = self.law.steer(path, &mut state.law, seen, dt)?;
-        Ok(self.give(state, wanted, dt).0)
+        Ok(self.give(state, wanted, dt, learnt).0)
     }
 
     fn check_state(&self, path: &PathView<'_>, state: &Self::State) -> Result<(), InputError> {

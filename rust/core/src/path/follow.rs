@@ -126,18 +126,34 @@ impl Follow {
     }
 
     /// The segment to go on with where the vehicle turns round, once its rear axle is there.
+    ///
+    /// That is one event for all that follow the vehicle, wherever their own point is: the foot
+    /// of each only has to be near enough to tell which end is meant.
     fn next_section(
         &self,
         path: &PathView<'_>,
         foot: &Foot,
         vehicle: VehicleState,
     ) -> Option<usize> {
-        let next = path.next_segment(foot.segment)?;
-        if path.following(foot.segment).is_some() {
-            return None;
+        let behind = if self.reference_offset < 0.0 {
+            -self.reference_offset
+        } else {
+            0.0
+        };
+        let near = behind + 4.0 * self.arrival_distance;
+        let mut last = foot.segment;
+        let mut rest = (1.0 - foot.fraction) * path.segment_length(last);
+        while let Some(following) = path.following(last) {
+            rest += path.segment_length(following);
+            if rest > near {
+                return None;
+            }
+            last = following;
         }
-        let along = foot.along();
-        let to = path.waypoint(next) - Point::new(vehicle.x, vehicle.y);
+        let next = path.next_segment(last)?;
+        let (start, end) = path.segment(last);
+        let along = end - start;
+        let to = end - Point::new(vehicle.x, vehicle.y);
         let length = sqrt(along.x * along.x + along.y * along.y);
         let left = (to.x * along.x + to.y * along.y) / length;
         (left <= self.arrival_distance).then_some(next)
@@ -163,6 +179,8 @@ impl Located {
 mod tests {
     use super::*;
     use crate::Path;
+    use alloc::vec;
+    use alloc::vec::Vec;
 
     const FOLLOW: Follow = Follow {
         reference_offset: 3.0,
@@ -206,6 +224,31 @@ mod tests {
 
         let again = FOLLOW.locate(&view, Some(2), at(10.1, 0.0, -0.3), 0.05);
         assert!(!again.reverse && again.turned && again.foot.segment == 3);
+    }
+
+    #[test]
+    fn test_follow_turns_round_at_one_place_whatever_point_is_followed() {
+        // 4 m forward and back in steps of 0.1 m: what is near lies on several segments.
+        let there: Vec<f64> = (0..=40).map(|k| 0.1 * f64::from(k)).collect();
+        let x: Vec<f64> = there
+            .iter()
+            .chain(there.iter().rev().skip(1))
+            .copied()
+            .collect();
+        let back: Vec<bool> = (0..x.len()).map(|k| k >= 40).collect();
+        let path = Path::new(&x, &vec![0.0; x.len()], None, false).unwrap();
+        let path = path.with_reverse(&back).unwrap();
+        for reference_offset in [3.0, 0.0, -1.5] {
+            let follow = Follow {
+                reference_offset,
+                ..FOLLOW
+            };
+            for (x, turned) in [(3.7, false), (3.84, false), (3.86, true), (4.1, true)] {
+                let last = crate::math::to_count((x + reference_offset).clamp(0.0, 3.9) / 0.1);
+                let found = follow.locate(&path.view(), Some(last), at(x, 0.2, 0.3), 0.05);
+                assert_eq!(found.turned, turned, "{reference_offset} {x}");
+            }
+        }
     }
 
     #[test]

@@ -5,9 +5,10 @@
 //! it will be when the next command arrives.
 
 use super::VehicleState;
+use super::learning::Learnt;
 use super::predict::kinematic_bicycle;
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
-use crate::math::{ceil_to_count, decay, from_count, saturate};
+use crate::math::{ceil_to_count, decay, from_count, saturate, tan};
 
 /// Parameters of [`Actuator`]; by default nothing comes between command and wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +25,9 @@ pub struct ActuatorParams {
     /// Understeer of the vehicle that is predicted [s^2/m]: the yaw rate is
     /// `speed tan(steer) / (wheelbase + understeer speed^2)`.
     pub understeer: f64,
+    /// Time over which is learnt, from the way of the vehicle, how much more it turns than the
+    /// model says, how much longer the dead time is, and how its speed changes [s]; 0 never.
+    pub learning_time: f64,
 }
 
 impl ActuatorParams {
@@ -34,6 +38,7 @@ impl ActuatorParams {
         max_rate: None,
         wheelbase: 3.0,
         understeer: 0.0,
+        learning_time: 0.0,
     };
 }
 
@@ -58,11 +63,12 @@ pub struct UnderWay {
     count: usize,
     /// Angle of the wheels [rad].
     wheel: f64,
+    learnt: Learnt,
 }
 
 impl UnderWay {
     /// The most commands under way; shorter ones are joined, see [`Actuator::elapse`].
-    pub const CAPACITY: usize = 2 * Actuator::RESOLUTION + 4;
+    pub const CAPACITY: usize = 3 * Actuator::RESOLUTION + 4;
 
     /// The commands under way, oldest first: angle [rad] and duration [s].
     pub fn commands(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
@@ -72,6 +78,16 @@ impl UnderWay {
     /// Angle of the wheels [rad].
     pub fn wheel(&self) -> f64 {
         self.wheel
+    }
+
+    /// What the prediction has learnt.
+    pub fn learnt(&self) -> &Learnt {
+        &self.learnt
+    }
+
+    /// Forgets where the vehicle was last seen: nothing is learnt from the way to the next place.
+    pub fn lose_sight(&mut self) {
+        self.learnt.seen = None;
     }
 
     #[inline]
@@ -132,6 +148,7 @@ impl Actuator {
         }
         config_in_range("wheelbase", params.wheelbase, 1e-3, 1e3)?;
         config_in_range("understeer", params.understeer, 0.0, 1e3)?;
+        config_in_range("learning_time", params.learning_time, 0.0, 1e6)?;
         Ok(Self { params })
     }
 
@@ -147,6 +164,7 @@ impl Actuator {
             first: 0,
             count: 0,
             wheel: steer,
+            learnt: Learnt::default(),
         };
         if self.params.dead_time > 0.0 {
             under_way.push((steer, self.params.dead_time));
@@ -163,6 +181,7 @@ impl Actuator {
         &self,
         commands: impl ExactSizeIterator<Item = (f64, f64)>,
         wheel: f64,
+        learnt: Learnt,
     ) -> Result<UnderWay, InputError> {
         let count = commands.len();
         if count > UnderWay::CAPACITY {
@@ -174,6 +193,7 @@ impl Actuator {
         }
         let mut under_way = self.settled(wheel);
         under_way.count = 0;
+        under_way.learnt = learnt;
         for command in commands {
             under_way.push(command);
         }
@@ -186,11 +206,12 @@ impl Actuator {
     /// # Errors
     ///
     /// [`InputError`] where they cannot: an angle beyond a quarter turn, a duration that is none,
-    /// durations that do not come to the dead time.
+    /// durations that do not come to the dead time, what cannot be learnt.
     pub fn check(&self, under_way: &UnderWay) -> Result<(), InputError> {
         let limit = core::f64::consts::FRAC_PI_2;
         input_in_range("wheel", under_way.wheel, -limit, limit)?;
-        let dead_time = self.params.dead_time;
+        let learnt = under_way.learnt.checked(self.most_delay())?;
+        let dead_time = self.params.dead_time + learnt.delay;
         let slack = 1e-9 * (1.0 + dead_time);
         let mut total = 0.0;
         for (steer, duration) in under_way.commands() {
@@ -211,21 +232,57 @@ impl Actuator {
         }
     }
 
-    /// The vehicle as it will be when a command given now reaches the wheels, if its speed stays:
-    /// rolled forward through the commands `under_way` and `last`, the one given `dt` [s] ago,
-    /// by a kinematic bicycle whose wheels follow them with the lag.
+    /// How far a learnt dead time may be from the one given [s].
+    #[inline]
+    fn most_delay(&self) -> f64 {
+        0.5 * self.params.dead_time
+    }
+
+    /// What is known when `vehicle` is seen `dt` [s] after `last` was commanded: what was known,
+    /// where nothing is to be learnt.
+    #[inline]
+    pub fn learn(&self, under_way: &UnderWay, last: f64, vehicle: VehicleState, dt: f64) -> Learnt {
+        let learnt = under_way.learnt;
+        let time = self.params.learning_time;
+        if time <= 0.0 {
+            return learnt;
+        }
+        let before = learnt.seen.map_or(vehicle.speed, |(_, speed)| speed);
+        let speed = 0.5 * (before + vehicle.speed);
+        let wheelbase = self.params.wheelbase + self.params.understeer * speed * speed;
+        let (mut turn, mut wheel, mut gone) = (0.0, under_way.wheel, dt);
+        for (steer, duration) in under_way.commands().chain([(last, dt)]) {
+            let part = if duration < gone { duration } else { gone };
+            turn += part * tan(self.follow(wheel, steer, 0.5 * part));
+            wheel = self.follow(wheel, steer, part);
+            gone -= part;
+        }
+        learnt.after(
+            vehicle,
+            turn * speed / wheelbase,
+            dt,
+            time,
+            self.most_delay(),
+        )
+    }
+
+    /// The vehicle as it will be when a command given now reaches the wheels, if its acceleration
+    /// stays as `learnt`: rolled forward through the commands `under_way` and `last`, the one given
+    /// `dt` [s] ago, by a kinematic bicycle whose wheels follow them with the lag.
     pub fn predict(
         &self,
         under_way: &UnderWay,
         last: f64,
         vehicle: VehicleState,
         dt: f64,
+        learnt: &Learnt,
     ) -> VehicleState {
-        let speed = vehicle.speed;
+        let mut speed = vehicle.speed;
         let wheelbase = self.params.wheelbase + self.params.understeer * speed * speed;
+        let wheelbase = wheelbase / learnt.gain();
         let (mut vehicle, mut wheel) = (vehicle, under_way.wheel);
         // What reached the wheels since the last step moved them, and the vehicle is where it is.
-        let mut gone = dt;
+        let mut gone = arrived(under_way, dt, learnt);
         for (steer, duration) in under_way.commands().chain([(last, dt)]) {
             let part = if duration < gone { duration } else { gone };
             wheel = self.follow(wheel, steer, part);
@@ -237,7 +294,10 @@ impl Actuator {
                 let mut done = 0.0;
                 while done < steps {
                     let middle = self.follow(wheel, steer, 0.5 * step);
+                    vehicle.speed = learnt.speed_after(speed, 0.5 * step);
                     vehicle = kinematic_bicycle(vehicle, middle, 0.0, wheelbase, step);
+                    speed = learnt.speed_after(speed, step);
+                    vehicle.speed = speed;
                     wheel = self.follow(wheel, steer, step);
                     done += 1.0;
                 }
@@ -250,6 +310,21 @@ impl Actuator {
     /// reach the wheels, whose angle then is returned [rad]. Commands shorter than a 128th of the
     /// dead time are joined to their mean.
     pub fn elapse(&self, under_way: &mut UnderWay, last: f64, dt: f64) -> f64 {
+        let learnt = under_way.learnt;
+        self.elapse_learning(under_way, last, dt, learnt)
+    }
+
+    /// [`elapse`](Self::elapse) with what was `learnt` since: a dead time that is longer than it
+    /// seemed keeps commands under way for longer.
+    pub fn elapse_learning(
+        &self,
+        under_way: &mut UnderWay,
+        last: f64,
+        dt: f64,
+        learnt: Learnt,
+    ) -> f64 {
+        let mut gone = arrived(under_way, dt, &learnt);
+        under_way.learnt = learnt;
         let joined = self.params.dead_time / from_count(Self::RESOLUTION);
         let newest = under_way.count.checked_sub(1);
         match newest.map(|k| (k, under_way.get(k))) {
@@ -260,7 +335,6 @@ impl Actuator {
             }
             _ => under_way.push((last, dt)),
         }
-        let mut gone = dt;
         while gone > 0.0 && under_way.count > 0 {
             let (steer, duration) = under_way.get(0);
             if duration > gone {
@@ -285,6 +359,13 @@ impl Actuator {
             wheel
         }
     }
+}
+
+/// For how long commands have reached the wheels in `dt` [s]: less where the dead time turns out
+/// longer.
+#[inline]
+fn arrived(under_way: &UnderWay, dt: f64, learnt: &Learnt) -> f64 {
+    dt - (learnt.delay - under_way.learnt.delay)
 }
 
 #[cfg(test)]
@@ -334,6 +415,7 @@ mod tests {
         let restored = actuator.restore(
             under_way.commands().collect::<Vec<_>>().into_iter(),
             under_way.wheel(),
+            Learnt::default(),
         );
         assert!(restored.unwrap().commands().eq(under_way.commands()));
     }
@@ -362,7 +444,8 @@ mod tests {
         let (mut last, mut predicted, mut driven) = (0.0, Vec::new(), Vec::new());
         for command in [0.1, -0.2, 0.3, 0.05, 0.1, 0.0, 0.1, 0.0, 0.2, 0.0] {
             if !driven.is_empty() {
-                predicted.push(actuator.predict(&kept, last, vehicle, 0.05));
+                let nothing = Learnt::default();
+                predicted.push(actuator.predict(&kept, last, vehicle, 0.05, &nothing));
                 actuator.elapse(&mut kept, last, 0.05);
             }
             driven.push(vehicle);

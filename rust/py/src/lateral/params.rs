@@ -126,7 +126,7 @@ params! {
     alpha_by_arccos: bool, "bool, default False",
         "Whether alpha is acos(heading . line / lookahead), as in the published code.";
     exact_lookahead: bool, "bool, default True",
-        "Whether the lookahead point is the path's first crossing of the circle ahead, instead of what the paper's search finds.";
+        "Whether the lookahead point is the path's first crossing of the circle ahead, instead of what the paper's search finds; with it, a point behind the vehicle is turned to as one abeam.";
     lookahead_tolerance: f64, "float, default 0.01",
         "Threshold epsilon of the paper's search [m].";
     window_ahead: f64, "float, default 20.0",

@@ -5,7 +5,7 @@ use popsteer_core::lateral::{
     PurePursuit, PurePursuitState, Stanley, StanleyState, pid::ErrorBuffer,
 };
 use popsteer_core::lateral::{Handover, Tracker, TrackerState};
-use popsteer_core::vehicle::Actuator;
+use popsteer_core::vehicle::{Actuator, Learnt};
 use popsteer_core::{InputError, LateralLaw};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -47,11 +47,17 @@ pub(crate) struct Tail {
     held: Count,
     wheel: Option<f64>,
     under_way: Pairs,
+    seen: Option<(f64, f64)>,
+    learnt: Lesson,
 }
+
+/// Acceleration, expected, measured, turn, change and delay of `Learnt`.
+type Lesson = (f64, f64, f64, f64, f64, f64);
 
 impl Tail {
     fn of<S>(state: &TrackerState<S>) -> Self {
         let under_way = state.under_way.as_deref();
+        let learnt = under_way.map_or_else(Learnt::default, |line| *line.learnt());
         Self {
             steer: state.steer,
             handover_offset: state.handover.and_then(|handover| handover.offset),
@@ -59,6 +65,15 @@ impl Tail {
             held: state.held.argument(),
             wheel: under_way.map(popsteer_core::vehicle::UnderWay::wheel),
             under_way: Pairs(under_way.map_or_else(Vec::new, |line| line.commands().collect())),
+            seen: learnt.seen,
+            learnt: (
+                learnt.acceleration,
+                learnt.expected,
+                learnt.measured,
+                learnt.turn,
+                learnt.change,
+                learnt.delay,
+            ),
         }
     }
 
@@ -73,7 +88,17 @@ impl Tail {
             Some(actuator) if self.wheel.is_none() => Some(actuator.settled(self.steer)),
             Some(actuator) => {
                 let wheel = self.wheel.unwrap_or(self.steer);
-                Some(actuator.restore(self.under_way.0.into_iter(), wheel)?)
+                let (acceleration, expected, measured, turn, change, delay) = self.learnt;
+                let learnt = Learnt {
+                    seen: self.seen,
+                    acceleration,
+                    expected,
+                    measured,
+                    turn,
+                    change,
+                    delay,
+                };
+                Some(actuator.restore(self.under_way.0.into_iter(), wheel, learnt)?)
             }
         };
         let handover = Handover {
@@ -127,6 +152,12 @@ macro_rules! state {
         ///     Angle of the wheels [rad]; None without an actuator.
         /// under_way : tuple of tuple of float, default ()
         ///     Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+        /// seen : tuple of float, optional
+        ///     Heading [rad] and speed [m/s] at the last step, where the actuator learns.
+        /// learnt : tuple of float, default (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        ///     What the actuator has learnt: acceleration [m/s^2]; squares of the turns expected, and
+        ///     these turns times those measured [rad^2]; the last turn expected [rad]; squares of the
+        ///     rates at which they changed [rad^2/s^2]; how much longer the dead time is [s].
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class {
@@ -139,7 +170,8 @@ macro_rules! state {
             #[new]
             #[pyo3(signature = (
                 *, $($field = $default,)+ steer=0.0, handover_offset=None, handover_left=0.0,
-                held=Count(0), wheel=None, under_way=Pairs(Vec::new())
+                held=Count(0), wheel=None, under_way=Pairs(Vec::new()), seen=None,
+                learnt=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             ))]
             fn new(
                 $($field: $kind,)+
@@ -149,8 +181,12 @@ macro_rules! state {
                 held: Count,
                 wheel: Option<f64>,
                 under_way: Pairs,
+                seen: Option<(f64, f64)>,
+                learnt: Lesson,
             ) -> Self {
-                let tail = Tail { steer, handover_offset, handover_left, held, wheel, under_way };
+                let tail = Tail {
+                    steer, handover_offset, handover_left, held, wheel, under_way, seen, learnt,
+                };
                 Self { $($field,)+ tail }
             }
 
@@ -198,6 +234,20 @@ macro_rules! state {
                 self.tail.under_way.clone()
             }
 
+            /// Heading [rad] and speed [m/s] at the last step, where the actuator learns.
+            #[getter]
+            fn seen(&self) -> Option<(f64, f64)> {
+                self.tail.seen
+            }
+
+            /// What the actuator has learnt: acceleration [m/s^2]; squares of the turns expected, and
+            /// these turns times those measured [rad^2]; the last turn expected [rad]; squares of the
+            /// rates at which they changed [rad^2/s^2]; how much longer the dead time is [s].
+            #[getter]
+            fn learnt(&self) -> Lesson {
+                self.tail.learnt
+            }
+
             /// The fields by name, as a new ``dict``.
             pub(crate) fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
                 let fields = PyDict::new(py);
@@ -208,6 +258,8 @@ macro_rules! state {
                 fields.set_item("held", self.held())?;
                 fields.set_item("wheel", self.wheel())?;
                 fields.set_item("under_way", self.under_way())?;
+                fields.set_item("seen", self.seen())?;
+                fields.set_item("learnt", self.learnt())?;
                 Ok(fields)
             }
 

@@ -1,0 +1,64 @@
+"""``popsteer edges``: the laws on what path trackers fail on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from popsteer import study
+from popsteer.cli import inputs, options
+from popsteer.cli.outputs import deliver_table
+from popsteer.cli.progress import Progress
+from popsteer.errors import ConfigError
+
+__all__ = ["HELP", "edges"]
+
+HELP = """\
+Drive the laws along what path trackers fail on, and tell how it went.
+
+Paths that cross, touch or come back beside themselves, repeated waypoints, waypoints a centimetre
+and a hundred metres apart, parking manoeuvres with two cusps, and starts 3 m beside the path, 90°
+and 180° off. The plant is the kinematic bicycle. docs/edges.md has the table and what it means.
+
+\b
+Examples:
+  popsteer edges
+  popsteer edges --laws pop,stanley --tracks out-and-back,parallel-parking
+  popsteer edges --csv edges.csv --json edges.json
+"""
+
+
+def edges(
+    *,
+    laws: Annotated[
+        str, typer.Option(metavar="LAWS", help=f"The laws, of {', '.join(study.EDGE_LAWS)}.")
+    ] = ",".join(study.EDGE_LAWS),
+    tracks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TRACKS", help="Tracks of the table; all by default.", show_default=False
+        ),
+    ] = None,
+    csv: options.Csv = None,
+    json: options.Json = None,
+) -> None:
+    """Drive the laws along what path trackers fail on."""
+    from popsteer.report.edges import EDGES_CAPTION, edges_csv, edges_json, edges_table
+
+    known = {track.name: track for track in study.edge_tracks()}
+    wanted = list(known) if tracks is None else inputs.names(tracks)
+    for name in wanted:
+        if name not in known:
+            raise ConfigError.unknown("track", name, tuple(known))
+    with Progress() as progress:
+        rows = study.edges(
+            inputs.names(laws), [known[name] for name in wanted], progress=progress.update
+        )
+    deliver_table(
+        EDGES_CAPTION,
+        edges_table(rows),
+        csv=(csv, lambda: edges_csv(rows)),
+        json=(json, lambda: edges_json(rows)),
+    )

@@ -1,0 +1,210 @@
+"""The table of dead times, for people and for programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING
+
+from popsteer._core import __version__
+from popsteer.report.table import title_of
+from popsteer.study.dead_time import DEAD_TIME_PLANT, DeadTimeRow
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.table import Table
+
+    from popsteer.sim import Metrics
+
+__all__ = ["dead_time_caption", "dead_time_csv", "dead_time_json", "dead_time_table", "error_text"]
+
+SCHEMA = 1
+"""Version of the document's layout."""
+_RUNS = tuple(field.name for field in fields(DeadTimeRow) if field.name not in ("law", "dead_time"))
+_HEADS = {
+    "prompt": "no dead\ntime [m]",
+    "late": "late\n[m]",
+    "predicted": "predicted\n[m]",
+    "short": "wheelbase\n−15 % [m]",
+    "long": "wheelbase\n+15 % [m]",
+    "early": "dead time\n−50 ms [m]",
+    "later": "dead time\n+50 ms [m]",
+}
+
+
+def dead_time_caption(rows: Sequence[DeadTimeRow], track: str) -> str:
+    """Say in one line what was driven.
+
+    Parameters
+    ----------
+    rows : sequence of DeadTimeRow
+        The runs.
+    track : str
+        What the path is called.
+
+    Returns
+    -------
+    str
+        Track, plant and dead time, and what the figures are.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.study import dead_times
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> dead_time_caption(dead_times(path, ["pop"]), "straight")
+    'straight, plant carla-identified, dead time 0.2 s; mean |cross-track error| of the whole run, \
+and its ratio to that without dead time'
+    """
+    return (
+        f"{track}, plant {DEAD_TIME_PLANT}, dead time {rows[0].dead_time:g} s; mean |cross-track"
+        " error| of the whole run, and its ratio to that without dead time"
+    )
+
+
+def error_text(row: DeadTimeRow, found: Metrics) -> str:
+    """Say the error of a run, and its ratio to that without dead time.
+
+    Parameters
+    ----------
+    row : DeadTimeRow
+        The runs of a law.
+    found : Metrics
+        One of them.
+
+    Returns
+    -------
+    str
+        Such as "0.173 (1.00)"; "off the road" where the run did not finish.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.study import dead_times
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> row = dead_times(path, ["pop"])[0]
+    >>> error_text(row, row.prompt).endswith("(1.00)")
+    True
+    """
+    if not found.finished:
+        return "off the road"
+    return f"{found.mean_abs_cross_track_error:.3f} ({row.ratio(found):.2f})"
+
+
+def dead_time_table(rows: Sequence[DeadTimeRow]) -> Table:
+    """Set out the runs, a row for each law.
+
+    Parameters
+    ----------
+    rows : sequence of DeadTimeRow
+        The runs.
+
+    Returns
+    -------
+    rich.table.Table
+        To be printed.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.study import dead_times
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> dead_time_table(dead_times(path, ["pop"])).row_count
+    1
+    """
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="")
+    table.add_column("law", no_wrap=True)
+    for run in _RUNS:
+        table.add_column(Text(_HEADS[run]), justify="right", no_wrap=True)
+    for row in rows:
+        cells = [error_text(row, getattr(row, run)) for run in _RUNS[1:]]
+        prompt = f"{row.prompt.mean_abs_cross_track_error:.3f}"
+        table.add_row(title_of(row.law), prompt, *cells)
+    return table
+
+
+def dead_time_csv(rows: Sequence[DeadTimeRow]) -> str:
+    """Write the runs as CSV, a row for each law and run.
+
+    Parameters
+    ----------
+    rows : sequence of DeadTimeRow
+        The runs.
+
+    Returns
+    -------
+    str
+        The text; the ratio is empty where the run did not finish.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.study import dead_times
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> len(dead_time_csv(dead_times(path, ["pop"])).splitlines())
+    9
+    """
+    lines = [
+        "# dead_time in s, errors in m",
+        "law,dead_time,run,finished,mean_abs_cross_track_error,max_abs_cross_track_error,ratio",
+    ]
+    for row in rows:
+        for run in _RUNS:
+            found = getattr(row, run)
+            ratio = row.ratio(found)
+            errors = (found.mean_abs_cross_track_error, found.max_abs_cross_track_error)
+            cells = (row.law, repr(row.dead_time), run, str(found.finished).lower())
+            shown = repr(ratio) if math.isfinite(ratio) else ""
+            lines.append(",".join((*cells, *map(repr, errors), shown)))
+    return "\n".join(lines) + "\n"
+
+
+def dead_time_json(rows: Sequence[DeadTimeRow], track: str) -> str:
+    """Write the runs as JSON, with all their metrics.
+
+    Parameters
+    ----------
+    rows : sequence of DeadTimeRow
+        The runs.
+    track : str
+        What the path is called.
+
+    Returns
+    -------
+    str
+        The document; SI units and radians. What is no number is null.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.study import dead_times
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> json.loads(dead_time_json(dead_times(path, ["pop"]), "straight"))["laws"][0]["law"]
+    'pop'
+    """
+    document = {
+        "schema": SCHEMA,
+        "version": __version__,
+        "track": track,
+        "plant": DEAD_TIME_PLANT,
+        "laws": [
+            {
+                "law": row.law,
+                "dead_time": row.dead_time,
+                "runs": {run: _figures(row, getattr(row, run)) for run in _RUNS},
+            }
+            for row in rows
+        ],
+    }
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _figures(row: DeadTimeRow, found: Metrics) -> dict[str, float | int | bool | None]:
+    figures = {**asdict(found), "ratio": row.ratio(found)}
+    return {name: value if math.isfinite(value) else None for name, value in figures.items()}

@@ -1,0 +1,125 @@
+"""Every law on every edge: what `popsteer edges` and its table in docs/edges.md promise."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import popsteer
+from popsteer import InputError, Status
+from popsteer.errors import ConfigError
+from popsteer.report.edges import share_text
+from popsteer.report.table import title_of
+from popsteer.sim import Simulation
+from popsteer.study import EDGE_LAWS, EdgeRun, edge_tracks, edges
+from popsteer.study.edges import TOP_SPEED, TURNING_SPEED
+from tests.closed_loop.page import line, table
+
+Runs = dict[tuple[str, str], EdgeRun]
+
+TRACKS = {track.name: track for track in edge_tracks()}
+# A PID on the cross-track error alone does not see which way the vehicle looks.
+UNFINISHED = {("out-and-back", "pid"), ("start-180-deg-off", "pid")}
+SMOOTH = ("figure-eight", "spiral", "touching", "duplicates", "near-duplicates", "spacing-0.01")
+CUSPS = ("three-point-turn", "parallel-parking")
+# Largest error of the rear axle [m] and largest jump [deg] on the smooth tracks and at cusps.
+ERROR = {
+    "pop": (1.8, 1.5),
+    "pure-pursuit": (0.12, 0.3),
+    "stanley": (0.6, 0.8),
+    "pid": (1.0, 1.4),
+    "preview-pop": (0.05, 0.4),
+}
+JUMP = {
+    "pop": (3.0, 3.0),
+    "pure-pursuit": (1.1, 51.0),
+    "stanley": (6.0, 45.0),
+    "pid": (1.0, 34.0),
+    "preview-pop": (2.0, 3.0),
+}
+
+
+@pytest.fixture(scope="module")
+def runs() -> Runs:
+    return {(run.track, run.law): run for run in edges()}
+
+
+def test_edges_all_laws_on_all_tracks_finish(runs: Runs) -> None:
+    assert runs.keys() == {(track, law) for track in TRACKS for law in EDGE_LAWS}
+    unfinished = {where for where, run in runs.items() if not run.finished}
+    assert unfinished == UNFINISHED
+    assert not {law for _, law in unfinished} & {"pop", "pure-pursuit", "stanley"}
+
+
+def test_edges_no_law_leaves_out_a_part_of_the_path(runs: Runs) -> None:
+    for (name, _), run in runs.items():
+        top = TURNING_SPEED if name == "out-and-back" else TOP_SPEED
+        # Less the bends that are cut, and where the run starts and stops.
+        assert run.time > 0.8 * (TRACKS[name].path.length - 10.0) / top
+
+
+@pytest.mark.parametrize("law", EDGE_LAWS)
+def test_edges_errors_and_jumps_keep_within_their_bounds(runs: Runs, law: str) -> None:
+    for place, tracks in enumerate((SMOOTH, CUSPS)):
+        for track in tracks:
+            run = runs[track, law]
+            assert run.max_error <= ERROR[law][place], track
+            assert math.degrees(run.max_jump) <= JUMP[law][place] + 1e-9, track
+
+
+@pytest.mark.parametrize("law", ["pop", "preview-pop"])
+def test_edges_laws_with_a_neighbourhood_never_jump(runs: Runs, law: str) -> None:
+    assert max(math.degrees(runs[track, law].max_jump) for track in TRACKS) <= 3.0 + 1e-9
+
+
+@pytest.mark.parametrize("law", EDGE_LAWS)
+def test_edges_duplicates_that_are_dropped_change_nothing(runs: Runs, law: str) -> None:
+    dropped, single = runs["duplicates", law], runs["touching", law]
+    assert dropped.time == single.time
+    assert dropped.max_error == pytest.approx(single.max_error, abs=1e-9)
+
+
+@pytest.mark.parametrize("law", EDGE_LAWS)
+def test_edges_statuses_are_of_all_steps_and_none_is_a_fault(runs: Runs, law: str) -> None:
+    for track in TRACKS:
+        statuses = runs[track, law].statuses
+        assert sum(statuses.values()) == round(runs[track, law].time / 0.05)
+        assert not statuses.keys() & {Status.OFF_PATH, Status.INPUT_HELD, Status.INPUT_LOST}
+
+
+def test_page_table_of_edges_is_what_is_driven(runs: Runs) -> None:
+    lines = [
+        line(
+            run.track,
+            title_of(run.law),
+            run.ending,
+            f"{run.time:.1f}",
+            f"{run.max_error:.2f}",
+            f"{math.degrees(run.max_jump):.1f}",
+            share_text(run),
+        )
+        for run in runs.values()
+    ]
+    assert table("edges") == lines
+
+
+def test_edges_of_nothing_or_of_an_unknown_law_is_refused() -> None:
+    with pytest.raises(ConfigError, match="laws must be at least one"):
+        edges([])
+    with pytest.raises(ConfigError, match="tracks must be at least one"):
+        edges(tracks=[])
+    with pytest.raises(ConfigError, match="unknown law 'lqr'"):
+        edges(["lqr"])
+
+
+def test_simulation_told_to_reverse_a_plant_that_does_not_refuses() -> None:
+    path = popsteer.Path([(0.0, 0.0), (50.0, 0.0)])
+    simulation = Simulation(path, start=(3.0, 0.0, 0.0))
+    said = "reverse must be False, as carla-identified does not reverse, got True"
+    with pytest.raises(InputError, match=said):
+        simulation.step(0.0, 0.5, reverse=True)
+    assert simulation.time == 0.0
+    backwards = Simulation(path, "kinematic-bicycle", start=(3.0, 0.0, 0.0))
+    backwards.step(0.0, 0.5, reverse=True)
+    assert backwards.vehicle[3] < 0.0
