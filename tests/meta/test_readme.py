@@ -69,17 +69,19 @@ def test_readme_example_runs_in_a_loop(tmp_path: Path, monkeypatch: pytest.Monke
     poses = iter([(0.0, 0.5, 0.0, 5.0), (float("nan"), 0.0, 0.0, 5.0), (0.5, 0.4, 0.0, 5.0)])
     turns = iter([True, True, True, False])
     logged: list[Any] = []
-    actuated: list[tuple[float, float, float]] = []
+    actuated: list[tuple[float, float, float, bool]] = []
     exec(
         compile(example.group(1), "README.md", "exec"),
         {
             "driving": lambda: next(turns),
             "localise": lambda: next(poses),
+            "present_angle": lambda: 0.01,
             "log": logged.append,
             "actuate": lambda *values: actuated.append(values),
             "watch": lambda *values: None,
         },
     )
     assert len(actuated) == 2
-    assert all(steer < 0.0 for steer, _, _ in actuated)
+    assert 0.01 > actuated[0][0] > actuated[1][0]
+    assert not any(reverse for *_, reverse in actuated)
     assert [error.field for error in logged] == ["x"]

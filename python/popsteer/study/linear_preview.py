@@ -78,7 +78,8 @@ def preview_pop(
     Examples
     --------
     >>> from popsteer import PreviewPopParams
-    >>> cross_track, heading, steer = preview_pop(PreviewPopParams(), 10.0, 0.05)
+    >>> params = PreviewPopParams(slip_learning_time=0.0)
+    >>> cross_track, heading, steer = preview_pop(params, 10.0, 0.05)
     >>> len(cross_track), len(heading), steer[0]
     (2, 2, 1.0)
     """
