@@ -90,9 +90,7 @@ _PRESETS: dict[str, dict[str, Params]] = {
     },
     "pure-pursuit": {
         "default": PurePursuitParams(),
-        "paper": PurePursuitParams(
-            lookahead_gain=0.9, min_lookahead=0.0, exact_lookahead=False
-        ),
+        "paper": PurePursuitParams(lookahead_gain=0.9, min_lookahead=0.0, exact_lookahead=False),
         "published-code": _CODE_PURE_PURSUIT,
         REPRODUCTION: _CODE_PURE_PURSUIT,
     },

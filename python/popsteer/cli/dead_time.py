@@ -35,7 +35,9 @@ def dead_time(
     ] = ",".join(study.DEAD_TIME_LAWS),
     dead_time: Annotated[
         float,
-        typer.Option(metavar="SECONDS", help="Time from a command to its first effect on the wheels."),
+        typer.Option(
+            metavar="SECONDS", help="Time from a command to its first effect on the wheels."
+        ),
     ] = study.DEAD_TIME,
     waypoints: options.Waypoints = None,
     closed: options.Closed = False,

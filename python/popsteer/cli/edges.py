@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -37,7 +36,9 @@ def edges(
     ] = ",".join(study.EDGE_LAWS),
     tracks: Annotated[
         str | None,
-        typer.Option(metavar="TRACKS", help="Tracks of the table; all by default.", show_default=False),
+        typer.Option(
+            metavar="TRACKS", help="Tracks of the table; all by default.", show_default=False
+        ),
     ] = None,
     csv: options.Csv = None,
     json: options.Json = None,

@@ -101,9 +101,7 @@ def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> Non
     print(said)
 
 
-def deliver_table(
-    said: str, table: Table, **files: tuple[Path | None, Callable[[], str]]
-) -> None:
+def deliver_table(said: str, table: Table, **files: tuple[Path | None, Callable[[], str]]) -> None:
     """Write the files that are asked for, then print a table under a line that says what it is.
 
     Parameters

@@ -198,9 +198,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         state, learnt = self._state, self._known
         if self._actuator is not None and state.wheel is not None:
             under_way, wheel, known = state.under_way, state.wheel, learnt
-            learnt = chain.learn(
-                self._actuator, under_way, wheel, known, state.steer, seen, dt
-            )
+            learnt = chain.learn(self._actuator, under_way, wheel, known, state.steer, seen, dt)
             seen = chain.predict(
                 self._actuator, under_way, wheel, known, state.steer, seen, dt, learnt
             ).checked()
