@@ -14,6 +14,17 @@ from tests.cli import command
 if TYPE_CHECKING:
     from pathlib import Path
 
+_COMMANDS = (
+    "compare",
+    "simulate",
+    "matrix",
+    "edges",
+    "dead-time",
+    "stability",
+    "bench",
+    "tracks",
+)
+
 
 def test_help_of_the_command_reads_as_a_page() -> None:
     outcome = command.run("--help")
@@ -22,7 +33,7 @@ def test_help_of_the_command_reads_as_a_page() -> None:
     assert "\x1b" not in outcome.out
     for part in ("Examples:", "What `--out DIR` writes:", "metrics.json", "exit status 2"):
         assert part in outcome.out
-    for name in ("compare", "simulate", "matrix", "stability", "bench", "tracks"):
+    for name in _COMMANDS:
         assert f"\n  {name} " in outcome.out
 
 
@@ -32,7 +43,7 @@ def test_command_without_arguments_shows_the_help(capsys: pytest.CaptureFixture[
     assert bare.out.strip() == command.call(capsys, "--help").out.strip()
 
 
-@pytest.mark.parametrize("name", ["compare", "simulate", "matrix", "stability", "bench", "tracks"])
+@pytest.mark.parametrize("name", _COMMANDS)
 def test_help_of_each_command_has_examples(capsys: pytest.CaptureFixture[str], name: str) -> None:
     outcome = command.call(capsys, name, "--help")
     assert outcome.status == 0

@@ -86,9 +86,9 @@ def test_learning_in_noise_costs_little(name: str) -> None:
             self._law, self._random = law, np.random.default_rng(7)
 
         def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
-            off = self._random.normal(size=4) * (0.1, 0.1, 0.005, 0.05)
-            seen = np.array((x, y, yaw, speed)) + off
-            return self._law.steer(*seen.tolist(), dt)
+            off = self._random.normal(size=4).tolist()
+            x, y = x + 0.1 * off[0], y + 0.1 * off[1]
+            return self._law.steer(x, y, yaw + 0.005 * off[2], speed + 0.05 * off[3], dt)
 
     path = track("racetrack")
     params = sim.fitted(presets.get(name, "default"), "carla-identified")

@@ -9,7 +9,9 @@ import pytest
 
 import popsteer
 from popsteer import laws, presets, sim
+from popsteer.report.table import title_of
 from popsteer.sim import Settings
+from tests.closed_loop.page import line, table
 from tests.closed_loop.paths import track
 from tests.helpers import authors_data
 
@@ -58,13 +60,30 @@ def angles_by_arc(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where on the path the front axle was at each step [m], and the angle commanded [rad]."""
     done = sim.run(law, PLANT, path=path, start=start, settings=TO_THE_END)
-    assert done.metrics.finished
     records = done.records
     ahead = sim.geometry(PLANT).front_offset
     x = records["x"] + ahead * np.cos(records["yaw"])
     y = records["y"] + ahead * np.sin(records["yaw"])
     arc = np.array([path.project(*point).arc_length for point in zip(x, y, strict=True)])
     return arc, records["steer"]
+
+
+def end_lines(course: str) -> list[str]:
+    """Lines of the table of docs/edges.md."""
+    path, start = courses(course)
+    cut = 15.0
+    lines = []
+    for name in ("pop", "pure-pursuit"):
+        for preset in ("default", "paper", "published-code"):
+            arc, steer = angles_by_arc(controller(name, path, preset), path, start)
+            whole = np.degrees(np.abs(steer[arc > path.length - 10.0]).max())
+            law = Shortened(controller(name, shortened(path, cut), preset))
+            arc, steer = angles_by_arc(law, path, start)
+            past = f"{np.degrees(np.abs(steer[arc > path.length - cut]).max()):.1f}"
+            if arc[-1] < path.length - 2.0:
+                past = f"{past}, circles"
+            lines.append(line(title_of(name), preset, f"{whole:.1f}", past))
+    return lines
 
 
 def in_the_last_over_rms_before(
@@ -91,7 +110,12 @@ def test_angle_past_the_end_keeps_within_twice_its_rms(name: str, course: str) -
     cut = 15.0
     law = controller(name, shortened(path, cut), "default")
     arc, steer = angles_by_arc(Shortened(law), path, start)
+    assert arc[-1] > path.length - 0.5 * cut
     assert in_the_last_over_rms_before(arc, steer, path.length - cut) <= 2.0
+
+
+def test_page_table_of_the_end_is_what_is_driven() -> None:
+    assert table("end") == end_lines("racetrack")
 
 
 @pytest.mark.parametrize("course", ["authors", "racetrack"])

@@ -72,7 +72,7 @@ def test_status_codes_of_records_are_places_in_the_list() -> None:
     law.reset()
     records = simulation.records()
     poses = zip(*(records[column] for column in ("x", "y", "yaw", "speed")), strict=True)
-    statuses = [law.step(*pose, 0.05).status for pose in poses]
+    statuses = [law.step(x, y, yaw, speed, 0.05).status for x, y, yaw, speed in poses]
     assert len(set(statuses)) > 1
     assert [tuple(Status)[code] for code in records["status"]] == statuses
 
@@ -192,15 +192,14 @@ _BAD = [
 def test_status_of_refused_input_is_held_then_lost(name: str, actuator: Actuator | None) -> None:
     for place, value in _BAD:
         law = controller(name, actuator=actuator)
-        good = [20.0, 0.4, 0.05, 5.0, 0.05]
+        good = (20.0, 0.4, 0.05, 5.0, 0.05)
         before = law.step_or_hold(*good)
         assert before.status.level != "fault"
-        bad = list(good)
-        bad[place] = value
+        x, y, yaw, speed, dt = (value if k == place else good[k] for k in range(5))
         with pytest.raises(InputError):
-            law.step(*bad)
+            law.step(x, y, yaw, speed, dt)
         for status in (Status.INPUT_HELD, Status.INPUT_HELD, Status.INPUT_LOST, Status.INPUT_LOST):
-            held = law.step_or_hold(*bad, hold_limit=2)
+            held = law.step_or_hold(x, y, yaw, speed, dt, hold_limit=2)
             assert_sound(held)
             assert held.status is status
             assert held.steer == before.steer

@@ -14,9 +14,9 @@ from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams
 from popsteer.errors import ConfigError, PathError, in_range
 from popsteer.parameters import Parameters
 from popsteer.ranges import check_in_range
-from popsteer.sim.steering import drive
 from popsteer.sim.geometry import Plant, geometry, made, with_offset
 from popsteer.sim.metrics import Metrics
+from popsteer.sim.steering import drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -1,12 +1,11 @@
-"""The laws on what path trackers fail on: crossings, near misses, cusps, odd spacings and starts."""
+"""The laws on what path trackers fail on: crossings, near misses, cusps, odd spacings, starts."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,8 +17,9 @@ from popsteer.status import Status
 from popsteer.tracks import edges as shapes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
+    from popsteer.laws import Controller
     from popsteer.sim import Run
     from popsteer.sim.run import Pose
     from popsteer.tracks.waypoints import Waypoints
@@ -192,16 +192,16 @@ def edges(
     for field, given in (("laws", chosen), ("tracks", courses)):
         if not given:
             raise ConfigError(field, given, "at least one")
-    params = {name: _params(name) for name in chosen}
+    for name in chosen:
+        laws.get(name)  # refuses an unknown one
     total = len(chosen) * len(courses)
-    rows = []
+    rows: list[EdgeRun] = []
     for track in courses:
         for name in chosen:
             if progress is not None:
                 progress(f"{track.name}: {name}", len(rows) / total)
-            law = laws.get(name).controller(track.path, params[name])
             done = run(
-                law,
+                _controller(name, track.path),
                 EDGE_PLANT,
                 start=track.start,
                 longitudinal=SpeedPid(_PEDALS),
@@ -213,10 +213,12 @@ def edges(
     return rows
 
 
-def _params(name: str) -> Any:
-    """Give the parameters of a law on the edges."""
-    changes = EDGE_CHANGES.get(name, {})
-    return fitted(presets.get(name, "default"), EDGE_PLANT).replace(max_steer=MAX_STEER, **changes)
+def _controller(name: str, path: Path) -> Controller:
+    """Make a law as it drives the edges."""
+    params = fitted(presets.get(name, "default"), EDGE_PLANT)
+    params = params.replace(max_steer=MAX_STEER, **EDGE_CHANGES.get(name, {}))
+    # The registry pairs each controller with its parameters; the type checker cannot see that.
+    return laws.get(name).controller(path, params)  # type: ignore[arg-type]
 
 
 def _row(track: str, done: Run) -> EdgeRun:

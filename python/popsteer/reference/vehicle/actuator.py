@@ -8,14 +8,16 @@ the next command arrives.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from popsteer import errors
 from popsteer.reference.error import config_in_range, input_in_range
 from popsteer.reference.math import PI, ceil, decay, saturate, tan
-from popsteer.reference.vehicle.learning import Learnt
 from popsteer.reference.vehicle.predict import kinematic_bicycle
 from popsteer.reference.vehicle.state import VehicleState
+
+if TYPE_CHECKING:
+    from popsteer.reference.vehicle.learning import Learnt
 
 __all__ = [
     "CAPACITY",
@@ -159,6 +161,7 @@ def learn(
 
     Examples
     --------
+    >>> from popsteer.reference.vehicle.learning import Learnt
     >>> vehicle = VehicleState(0.0, 0.0, 0.1, 10.0)
     >>> learn(Actuator(learning_time=10.0), (), 0.0, Learnt(), 0.0, vehicle, 0.05).seen
     (0.1, 10.0)
@@ -196,6 +199,7 @@ def predict(
 
     Examples
     --------
+    >>> from popsteer.reference.vehicle.learning import Learnt
     >>> actuator = Actuator(dead_time=0.2)
     >>> vehicle = VehicleState(0.0, 0.0, 0.0, 10.0)
     >>> line = settled(actuator, 0.0)
@@ -244,6 +248,7 @@ def elapse(
 
     Examples
     --------
+    >>> from popsteer.reference.vehicle.learning import Learnt
     >>> line, nothing = ((0.1, 0.125), (0.2, 0.125)), Learnt()
     >>> elapse(Actuator(dead_time=0.25), line, 0.0, nothing, 0.3, 0.125, nothing)
     (((0.2, 0.125), (0.3, 0.125)), 0.1)

@@ -1,0 +1,119 @@
+"""``popsteer edges`` and ``popsteer dead-time``: a table, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from popsteer import study
+from tests.cli import command
+from tests.closed_loop.paths import track
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+TRACKS = ("touching", "parallel-parking")
+LAWS = ("stanley", "pop")
+
+
+def _rows(file: Path) -> list[dict[str, str]]:
+    lines = file.read_text(encoding="utf-8").splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def test_edges_writes_what_the_study_finds(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    table, document = tmp_path / "edges.csv", tmp_path / "edges.json"
+    outcome = command.call(
+        capsys,
+        "edges",
+        *("--laws", ",".join(LAWS), "--tracks", ",".join(TRACKS)),
+        *("--csv", str(table), "--json", str(document)),
+    )
+    assert (outcome.status, outcome.err) == (0, "")
+    known = {track.name: track for track in study.edge_tracks()}
+    runs = study.edges(LAWS, [known[name] for name in TRACKS])
+    written = json.loads(document.read_text(encoding="utf-8"))
+    assert written["plant"] == "kinematic-bicycle"
+    for run, row, entry in zip(runs, _rows(table), written["runs"], strict=True):
+        assert (row["track"], row["law"]) == (entry["track"], entry["law"]) == (run.track, run.law)
+        assert row["finished"] == "true"
+        assert entry["finished"] is True
+        assert float(row["max_error"]) == entry["max_error"] == run.max_error
+        assert float(row["max_jump"]) == entry["max_jump"] == run.max_jump
+        counts = {status.value: count for status, count in run.statuses.items()}
+        assert entry["statuses"] == counts
+        assert dict(part.split("=") for part in row["statuses"].split()) == {
+            status: str(count) for status, count in counts.items()
+        }
+        assert f"{run.max_error:.3f}" in outcome.out
+    assert f"Written to {table}" in outcome.out
+    assert "end-of-path" in outcome.out
+
+
+def test_edges_by_default_drives_every_law_on_every_track(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    table = tmp_path / "edges.csv"
+    outcome = command.call(capsys, "edges", "--csv", str(table))
+    assert outcome.status == 0
+    driven = {(row["track"], row["law"]) for row in _rows(table)}
+    tracks = [track.name for track in study.edge_tracks()]
+    assert driven == {(track, law) for track in tracks for law in study.EDGE_LAWS}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("edges", "--tracks", "monza"), "unknown track 'monza'"),
+        (("edges", "--laws", "lqr"), "unknown law 'lqr'"),
+        (("edges", "--json", "nowhere/at/all/edges.json", "--tracks", "touching"), "nowhere"),
+        (("dead-time", "--laws", "lqr"), "unknown law 'lqr'"),
+        (("dead-time", "--track", "monza"), "unknown track 'monza'"),
+        (("dead-time", "--dead-time", "0"), "dead_time"),
+        (("dead-time", "--preset", "tuned"), "unknown preset 'tuned'"),
+    ],
+)
+def test_edges_and_dead_time_refuse_what_is_wrong(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...], said: str
+) -> None:
+    (tmp_path / "nowhere").write_text("a file, not a folder", encoding="utf-8")
+    given = [part.replace("nowhere", str(tmp_path / "nowhere")) for part in arguments]
+    outcome = command.call(capsys, *given)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert said in outcome.err
+    assert outcome.err.count("\n") == 1
+
+
+def test_dead_time_writes_what_the_study_finds(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    table, document = tmp_path / "late.csv", tmp_path / "late.json"
+    outcome = command.call(
+        capsys,
+        "dead-time",
+        *("--laws", "stanley,pop", "--track", "slalom", "--dead-time", "0.15"),
+        *("--csv", str(table), "--json", str(document)),
+    )
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "slalom, plant carla-identified, dead time 0.15 s" in outcome.out
+    slalom = track("slalom")
+    rows = study.dead_times(slalom, LAWS, dead_time=0.15)
+    written = json.loads(document.read_text(encoding="utf-8"))
+    assert (written["track"], written["plant"]) == ("slalom", "carla-identified")
+    cells = iter(_rows(table))
+    for row, entry in zip(rows, written["laws"], strict=True):
+        assert entry["law"] == row.law
+        for run in ("prompt", "late", "predicted", "short", "long", "early", "later"):
+            found, cell = getattr(row, run), next(cells)
+            assert (cell["law"], cell["run"]) == (row.law, run)
+            error = found.mean_abs_cross_track_error
+            assert float(cell["mean_abs_cross_track_error"]) == error
+            assert entry["runs"][run]["mean_abs_cross_track_error"] == error
+            ratio = row.ratio(found) if found.finished else None
+            assert entry["runs"][run]["ratio"] == ratio
+            assert cell["ratio"] == ("" if ratio is None else repr(ratio))
