@@ -230,7 +230,11 @@ mod tests {
     fn test_follow_turns_round_at_one_place_whatever_point_is_followed() {
         // 4 m forward and back in steps of 0.1 m: what is near lies on several segments.
         let there: Vec<f64> = (0..=40).map(|k| 0.1 * f64::from(k)).collect();
-        let x: Vec<f64> = there.iter().chain(there.iter().rev().skip(1)).copied().collect();
+        let x: Vec<f64> = there
+            .iter()
+            .chain(there.iter().rev().skip(1))
+            .copied()
+            .collect();
         let back: Vec<bool> = (0..x.len()).map(|k| k >= 40).collect();
         let path = Path::new(&x, &vec![0.0; x.len()], None, false).unwrap();
         let path = path.with_reverse(&back).unwrap();

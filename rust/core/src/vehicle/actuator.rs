@@ -4,8 +4,8 @@
 //! late. [`Actuator::predict`] rolls the vehicle forward through them, so that the law sees it as
 //! it will be when the next command arrives.
 
-use super::learning::Learnt;
 use super::VehicleState;
+use super::learning::Learnt;
 use super::predict::kinematic_bicycle;
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
 use crate::math::{ceil_to_count, exp, from_count, saturate, tan};
@@ -228,13 +228,7 @@ impl Actuator {
     /// What is known when `vehicle` is seen `dt` [s] after `last` was commanded: what was known,
     /// where nothing is to be learnt.
     #[inline]
-    pub fn learn(
-        &self,
-        under_way: &UnderWay,
-        last: f64,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Learnt {
+    pub fn learn(&self, under_way: &UnderWay, last: f64, vehicle: VehicleState, dt: f64) -> Learnt {
         let learnt = under_way.learnt;
         let time = self.params.learning_time;
         if time <= 0.0 {
@@ -250,7 +244,13 @@ impl Actuator {
             wheel = self.follow(wheel, steer, part);
             gone -= part;
         }
-        learnt.after(vehicle, turn * speed / wheelbase, dt, time, self.most_delay())
+        learnt.after(
+            vehicle,
+            turn * speed / wheelbase,
+            dt,
+            time,
+            self.most_delay(),
+        )
     }
 
     /// The vehicle as it will be when a command given now reaches the wheels, if its acceleration
