@@ -21,6 +21,8 @@ TAIL: dict[str, Any] = {
     "held": 0,
     "wheel": None,
     "under_way": (),
+    "seen": None,
+    "learnt": (0.0,) * 6,
 }
 FIRST: dict[str, dict[str, Any]] = {
     "Pop": {"waypoint": None, "previous_steer": 0.0, "model_steer": 0.0, **TAIL},

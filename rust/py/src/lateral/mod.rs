@@ -2,6 +2,7 @@
 
 mod params;
 mod state;
+mod tail;
 
 pub(crate) use params::{
     PyBangBangParams, PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams,

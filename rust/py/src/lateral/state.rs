@@ -4,12 +4,12 @@ use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
     PurePursuit, PurePursuitState, Stanley, StanleyState, pid::ErrorBuffer,
 };
-use popsteer_core::lateral::{Handover, Tracker, TrackerState};
-use popsteer_core::vehicle::{Actuator, Learnt};
+use popsteer_core::lateral::{Tracker, TrackerState};
 use popsteer_core::{InputError, LateralLaw};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use super::tail::{Lesson, Pairs, Tail};
 use crate::params::{Count, Field, repr};
 
 /// How a state goes between Python and the core.
@@ -35,84 +35,6 @@ pub(crate) trait StateClass: Sized {
     ) -> Result<TrackerState<<Self::Law as LateralLaw>::State>, InputError> {
         let law = self.law_state(tracker.law())?;
         self.tail().restore(law, tracker.actuator())
-    }
-}
-
-/// What all states remember beside the law's own.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Tail {
-    steer: f64,
-    handover_offset: Option<f64>,
-    handover_left: f64,
-    held: Count,
-    wheel: Option<f64>,
-    under_way: Pairs,
-    seen: Option<(f64, f64)>,
-    learnt: Lesson,
-}
-
-/// Acceleration, expected, measured, turn, change and delay of `Learnt`.
-type Lesson = (f64, f64, f64, f64, f64, f64);
-
-impl Tail {
-    fn of<S>(state: &TrackerState<S>) -> Self {
-        let under_way = state.under_way.as_deref();
-        let learnt = under_way.map_or_else(Learnt::default, |line| *line.learnt());
-        Self {
-            steer: state.steer,
-            handover_offset: state.handover.and_then(|handover| handover.offset),
-            handover_left: state.handover.map_or(0.0, |handover| handover.left),
-            held: state.held.argument(),
-            wheel: under_way.map(popsteer_core::vehicle::UnderWay::wheel),
-            under_way: Pairs(under_way.map_or_else(Vec::new, |line| line.commands().collect())),
-            seen: learnt.seen,
-            learnt: (
-                learnt.acceleration,
-                learnt.expected,
-                learnt.measured,
-                learnt.turn,
-                learnt.change,
-                learnt.delay,
-            ),
-        }
-    }
-
-    fn restore<S>(
-        self,
-        law: S,
-        actuator: Option<&Actuator>,
-    ) -> Result<TrackerState<S>, InputError> {
-        let under_way = match actuator {
-            None => None,
-            // Of a state from before an actuator was there the wheels follow at once.
-            Some(actuator) if self.wheel.is_none() => Some(actuator.settled(self.steer)),
-            Some(actuator) => {
-                let wheel = self.wheel.unwrap_or(self.steer);
-                let (acceleration, expected, measured, turn, change, delay) = self.learnt;
-                let learnt = Learnt {
-                    seen: self.seen,
-                    acceleration,
-                    expected,
-                    measured,
-                    turn,
-                    change,
-                    delay,
-                };
-                Some(actuator.restore(self.under_way.0.into_iter(), wheel, learnt)?)
-            }
-        };
-        let handover = Handover {
-            offset: self.handover_offset,
-            left: self.handover_left,
-        };
-        let none = handover.offset.is_none() && handover.left <= 0.0 && handover.left >= 0.0;
-        Ok(TrackerState {
-            law,
-            steer: self.steer,
-            handover: (!none).then_some(handover),
-            held: usize::try_from(self.held.0).unwrap_or(0),
-            under_way: under_way.map(Box::new),
-        })
     }
 }
 
@@ -366,28 +288,6 @@ impl<'py> FromPyObject<'_, 'py> for Terms {
 }
 
 impl<'py> IntoPyObject<'py> for Terms {
-    type Target = PyTuple;
-    type Output = Bound<'py, PyTuple>;
-    type Error = PyErr;
-
-    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
-        PyTuple::new(py, self.0)
-    }
-}
-
-/// Pairs of numbers that Python sees as a tuple of tuples.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pairs(Vec<(f64, f64)>);
-
-impl<'py> FromPyObject<'_, 'py> for Pairs {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        object.extract().map(Self)
-    }
-}
-
-impl<'py> IntoPyObject<'py> for Pairs {
     type Target = PyTuple;
     type Output = Bound<'py, PyTuple>;
     type Error = PyErr;
