@@ -60,7 +60,7 @@ def dead_time(
         rows = study.dead_times(
             course.path,
             inputs.names(laws),
-            start=inputs.pose(start),
+            start=inputs.start(course.path, start, None),
             preset=preset,
             dead_time=dead_time,
             progress=progress.update,
