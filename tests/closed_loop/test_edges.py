@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import popsteer
-from popsteer import InputError, Status
+from popsteer import InputError, Status, laws, presets, sim
 from popsteer.errors import ConfigError
 from popsteer.report.edges import share_text
 from popsteer.report.table import title_of
 from popsteer.sim import Simulation
 from popsteer.study import EDGE_LAWS, EdgeRun, edge_tracks, edges
-from popsteer.study.edges import TOP_SPEED, TURNING_SPEED
+from popsteer.study.edges import EDGE_CHANGES, EDGE_PLANT, TOP_SPEED, TURNING_SPEED
 from tests.closed_loop.page import line, table
 
 Runs = dict[tuple[str, str], EdgeRun]
@@ -66,6 +67,22 @@ def test_edges_errors_and_jumps_keep_within_their_bounds(runs: Runs, law: str) -
             run = runs[track, law]
             assert run.max_error <= ERROR[law][place], track
             assert math.degrees(run.max_jump) <= JUMP[law][place] + 1e-9, track
+
+
+@pytest.mark.parametrize("law", EDGE_LAWS)
+def test_edges_the_rear_axle_turns_round_at_the_cusp(law: str) -> None:
+    track = TRACKS["parallel-parking"]
+    params = sim.fitted(presets.get(law, "default"), EDGE_PLANT).replace(**EDGE_CHANGES[law])
+    controller = laws.get(law).controller(track.path, params)  # type: ignore[arg-type]
+    pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
+    done = sim.run(controller, EDGE_PLANT, start=track.start, longitudinal=pedals)
+    assert done.metrics.finished
+    # Forward along x to the first cusp at 10 m; from there on backwards, to the slot.
+    x, speed = done.records["x"], done.records["speed"]
+    assert 9.8 < x.max() < 10.1
+    backwards = np.flatnonzero(speed < -0.01)
+    assert backwards[0] <= x.argmax() + 10
+    assert np.all(speed[backwards[0] : backwards[-1]] < 0.01)
 
 
 @pytest.mark.parametrize("law", ["pop", "preview-pop"])
