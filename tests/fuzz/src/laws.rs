@@ -51,12 +51,51 @@ fn live<L: Subject>(bytes: &mut Bytes) {
     let Ok(path) = Waypoints::draw(bytes).path() else {
         return;
     };
+    if bytes.byte() < 40 && path.view().reverse().is_none() {
+        return check_backwards(&law, &path, bytes);
+    }
     let mut life = Life::new(Tracker::new(law, actuator), max_steer, path);
     for _ in 0..12 {
         if bytes.is_empty() {
             break;
         }
         life.go_on(bytes);
+    }
+}
+
+/// Backing up is driving forward with the heading turned round and the wheels to the other side.
+fn check_backwards<L: Subject>(law: &L, path: &Path, bytes: &mut Bytes) {
+    let view = path.view();
+    let all = vec![true; view.len()];
+    let turned = path.clone().with_reverse(&all);
+    let turned = turned.expect("an entry for each waypoint");
+    let (mut ahead, mut back) = (law.initial_state(), law.initial_state());
+    let start = Some(bytes.below(view.len()));
+    ahead.set_waypoint(start);
+    back.set_waypoint(start);
+    for _ in 0..8 {
+        let (mut vehicle, dt) = (vehicle(bytes, &view), dt(bytes));
+        let backed = law.step(&turned.view(), &mut back, vehicle, dt);
+        vehicle.yaw += PI;
+        vehicle.speed = -vehicle.speed;
+        let driven = law.step(&view, &mut ahead, vehicle, dt);
+        // Of two places as good after a jump, rounding decides.
+        let same_place = L::waypoint(&ahead) == L::waypoint(&back);
+        let (true, Ok(driven), Ok(backed)) = (same_place, driven, backed) else {
+            return;
+        };
+        // Preview POP takes the arc where the direction may change from another end.
+        assert!((backed.steer + driven.steer).abs() <= 1e-6);
+        let mirrored = Command {
+            steer: backed.steer,
+            status: backed.status,
+            reverse: true,
+            ..driven
+        };
+        assert_eq!(backed, mirrored);
+        if bytes.is_empty() {
+            break;
+        }
     }
 }
 
