@@ -76,7 +76,7 @@ impl Life {
         self.check_predict(bytes, dt);
         // So often that the room for commands comes round.
         let times = match bytes.byte() {
-            place @ 200.. => place,
+            place @ 250.. => place,
             _ => 1,
         };
         let wanted = angle(bytes);

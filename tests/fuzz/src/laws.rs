@@ -1,6 +1,7 @@
 //! Whole lives of a law behind an actuator, or behind none: steps, hand-overs, resets, jumps, other
 //! paths, states saved and restored, and bad input at any point.
 
+use crate::backwards::check_backwards;
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, actuator, dt, vehicle};
 use crate::subject::{Subject, waypoint};
@@ -51,6 +52,9 @@ fn live<L: Subject>(bytes: &mut Bytes) {
     let Ok(path) = Waypoints::draw(bytes).path() else {
         return;
     };
+    if bytes.byte() < 40 && path.view().reverse().is_none() {
+        return check_backwards(&law, &path, bytes);
+    }
     let mut life = Life::new(Tracker::new(law, actuator), max_steer, path);
     for _ in 0..12 {
         if bytes.is_empty() {
@@ -65,7 +69,9 @@ type State<L> = TrackerState<<L as LateralLaw>::State>;
 /// Whether two states are one, however they keep what is under way.
 fn same<L: Subject>(a: &State<L>, b: &State<L>) -> bool {
     let under_way = match (&a.under_way, &b.under_way) {
-        (Some(a), Some(b)) => a.wheel() == b.wheel() && a.commands().eq(b.commands()),
+        (Some(a), Some(b)) => {
+            a.wheel().to_bits() == b.wheel().to_bits() && a.commands().eq(b.commands())
+        }
         (a, b) => a.is_none() && b.is_none(),
     };
     L::same(&a.law, &b.law)
@@ -326,11 +332,10 @@ impl<L: Subject> Life<L> {
     fn draw_state(&self, bytes: &mut Bytes) -> Option<State<L>> {
         let steer = bytes.number([-1.0, 1.0], [-1.57, 1.57]);
         let handover = (bytes.byte() & 1 == 1).then(|| Handover {
-            offset: (bytes.byte() & 1 == 1).then(|| bytes.number([-1.0, 1.0], [-3.14, 3.14])),
+            offset: (bytes.byte() & 1 == 1).then(|| bytes.number([-1.0, 1.0], [-PI, PI])),
             left: bytes.number([0.0, 1.0], [0.0, HANDOVER_TIME]),
         });
         let under_way = match (self.tracker.actuator(), bytes.byte()) {
-            (None, 0..=249) => None,
             (Some(actuator), 0..=99) => Some(actuator.settled(bytes.within(-1.0, 1.0))),
             (Some(actuator), 100..=249) => {
                 let part = 0.25 * actuator.params().dead_time;
@@ -341,8 +346,8 @@ impl<L: Subject> Life<L> {
                         .ok()?,
                 )
             }
+            (None, 0..=249) | (_, 250..=252) => None,
             // Of another vehicle.
-            (_, 250..=252) => None,
             _ => Some(Actuator::new(actuator(bytes)).ok()?.settled(0.1)),
         };
         Some(TrackerState {

@@ -5,6 +5,7 @@
 //! and `tests/replay.rs` runs it on each file of `corpus/NAME` without.
 
 pub mod actuator;
+mod backwards;
 pub mod bytes;
 pub mod laws;
 pub mod longitudinal;

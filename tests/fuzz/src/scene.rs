@@ -23,12 +23,13 @@ pub struct Waypoints {
 }
 
 impl Waypoints {
-    /// A walk of at most 20 steps: straight, bent, back on itself, crossing itself, along a
+    /// A walk of at most 20 steps, or twice as many: straight, bent, back on itself, crossing itself, along a
     /// lattice where many places are as near as others, far from the origin; now and then with a
-    /// waypoint twice, or with numbers that no path can have.
+    /// waypoint twice, there and back, or with numbers that no path can have.
     pub fn draw(bytes: &mut Bytes) -> Self {
         let form = bytes.byte();
-        let count = bytes.below(21);
+        let place = usize::from(bytes.byte());
+        let (count, out_and_back) = (place % 21, place >= 168);
         let (signed, lattice) = (form & 8 == 8, form & 16 == 16);
         let spacing = [1.0, 1.0, 0.01, 100.0, 0.2, 5.0, 1e-9, 1e7][bytes.below(8)];
         let origin = [0.0, 0.0, 0.0, 50.0, -1e3, 1e7, -1e9, 1e9][usize::from(form >> 5)];
@@ -68,7 +69,25 @@ impl Waypoints {
                 }
             }
         }
+        if out_and_back {
+            waypoints.come_back(bytes);
+        }
         waypoints
+    }
+
+    /// Back again the same way, or a little beside it.
+    fn come_back(&mut self, bytes: &mut Bytes) {
+        let aside = [0.0, 0.5, 1.0, 3.0][bytes.below(4)];
+        for k in (0..self.x.len()).rev() {
+            self.x.push(self.x[k] - aside);
+            self.y.push(self.y[k] + aside);
+            if let Some(speed) = &mut self.speed {
+                speed.push(speed[k]);
+            }
+            if let Some(reverse) = &mut self.reverse {
+                reverse.push(reverse[k]);
+            }
+        }
     }
 
     fn push(&mut self, x: f64, y: f64, signed: bool, bytes: &mut Bytes) {

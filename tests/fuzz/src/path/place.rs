@@ -38,7 +38,7 @@ pub(super) fn check_locate(
         255 => usize::MAX,
         place => usize::from(place) % view.len(),
     };
-    let reach = bytes.parameter(6.0, [0.0, 30.0], [0.0, REACH]);
+    let reach = bytes.parameter(6.0, [0.0, 100.0], [0.0, REACH]);
     let reach = if (0.0..=REACH).contains(&reach) {
         reach
     } else {
