@@ -139,7 +139,7 @@ fn bench_vehicle(criterion: &mut Criterion, lap: &[At]) -> Result<(), Box<dyn Er
         actuator.elapse(&mut under_way, 0.1, DT);
     }
     bench_part(criterion, "vehicle/actuator_predict", lap, |at| {
-        actuator.predict(&under_way, 0.1, at.vehicle, DT)
+        actuator.predict(&under_way, 0.1, at.vehicle, DT, under_way.learnt())
     });
     bench_part(criterion, "vehicle/actuator_elapse", lap, |at| {
         actuator.elapse(&mut under_way, 0.01 * at.vehicle.speed, DT)

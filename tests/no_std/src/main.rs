@@ -118,6 +118,7 @@ fn actuator(vehicle: VehicleState) -> f64 {
         dead_time: 0.2,
         lag: 0.1,
         max_rate: Some(1.0),
+        learning_time: 10.0,
         ..ActuatorParams::DEFAULT
     };
     let Ok(actuator) = Actuator::new(black_box(params)) else {
@@ -127,11 +128,20 @@ fn actuator(vehicle: VehicleState) -> f64 {
     for dt in black_box([0.05, 1e-6, 0.3]) {
         actuator.elapse(&mut under_way, black_box(0.2), dt);
     }
-    let seen = actuator.predict(&under_way, black_box(0.2), vehicle, black_box(0.05));
+    let learnt = actuator.learn(&under_way, black_box(0.2), vehicle, black_box(0.05));
+    actuator.elapse_learning(&mut under_way, black_box(0.2), black_box(0.05), learnt);
+    let seen = actuator.predict(
+        &under_way,
+        black_box(0.2),
+        vehicle,
+        black_box(0.05),
+        &learnt,
+    );
     let limited = actuator.limit(black_box(0.1), black_box(0.9), black_box(0.05));
     let restored = actuator.restore(
         black_box([(0.1, 0.05), (0.2, 0.15)]).into_iter(),
         under_way.wheel(),
+        black_box(learnt),
     );
     let sum: f64 = under_way.commands().map(|(steer, _)| steer).sum();
     sum + limited + seen.x + restored.map_or(0.0, |under_way| under_way.wheel())
