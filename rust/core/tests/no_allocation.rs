@@ -124,6 +124,13 @@ fn drive_behind_actuator<L: LateralLaw>(law: L) {
 #[test]
 fn test_pop_steps_allocate_nothing() {
     drive(&Pop::new(PopParams::default()).unwrap());
+    drive(
+        &Pop::new(PopParams {
+            horizon: Some(0.8),
+            ..PopParams::default()
+        })
+        .unwrap(),
+    );
 }
 
 #[test]

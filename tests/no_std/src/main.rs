@@ -78,6 +78,13 @@ fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     if let Ok(law) = Pop::new(black_box(paper)) {
         sum += step(&law, path, vehicle);
     }
+    let over_horizon = PopParams {
+        horizon: Some(0.8),
+        ..PopParams::DEFAULT
+    };
+    if let Ok(law) = Pop::new(black_box(over_horizon)) {
+        sum += step(&law, path, vehicle);
+    }
     let learning = PreviewPopParams {
         turn_learning_time: 0.5,
         slip_learning_time: 2.0,
