@@ -7,6 +7,7 @@
 use super::locate::Foot;
 use super::view::{PathView, squared_distance};
 use crate::Point;
+use crate::math::sqrt;
 
 /// More than rounding can move a foot or a waypoint within the bounds of coordinates [m].
 const MARGIN: f64 = 1e-6;
@@ -105,8 +106,12 @@ impl<'a> Way<'a> {
     /// Whether no segment farther out can be a candidate of the scan at a cost up to `limit`.
     #[inline]
     fn clears(mut self, position: Point, limit: f64) -> bool {
+        let least = self.least_distance(position);
         loop {
             let passed = self.arc;
+            if least + passed > limit {
+                return true;
+            }
             let Some(segment) = self.advance() else {
                 return true;
             };
@@ -144,6 +149,45 @@ impl<'a> Way<'a> {
         }
     }
 
+    /// A bound on how near the rest of the stretch comes, which grows with the arc: no place is
+    /// nearer than this and the arc passed when it is reached. Infinite the other way where the
+    /// stretch may reach an end or the seam of the path, or a place where the vehicle turns round.
+    ///
+    /// From a place on the stretch to its far end it is no farther than the arc between them, so to
+    /// the place itself it is at least the distance of the far end less that arc.
+    #[inline]
+    fn least_distance(&self, position: Point) -> f64 {
+        let path = self.path;
+        let margin = MARGIN + 1e-14 * path.length();
+        let farthest = self.reach - self.arc + margin;
+        // The first waypoint beyond the stretch: none where the last segment, which goes on without
+        // an end, may be on it.
+        let spare = usize::from(!path.is_closed());
+        let found = if self.ahead {
+            let near = self.segment + 1;
+            let far = path.s().get(near..path.len() - spare).and_then(|rest| {
+                let start = rest.first()?;
+                rest.iter().position(|s| s - start > farthest)
+            });
+            far.map(|far| (near, near + far))
+        } else {
+            let near = self.segment;
+            let far = path.s().get(spare..=near).and_then(|rest| {
+                let start = rest.last()?;
+                rest.iter().rev().position(|s| start - s > farthest)
+            });
+            far.map(|far| (near, near - far))
+        };
+        match found {
+            Some((near, far)) if path.reverse().is_none() => {
+                let arc = (path.arc(far) - path.arc(near)).abs();
+                let distance = squared_distance(position, path.waypoint(far));
+                sqrt(distance) - arc - self.arc - margin
+            }
+            _ => f64::NEG_INFINITY,
+        }
+    }
+
     /// Whether the path may end, or turn round, within `rest` [m] of arc from `segment`: its last
     /// segment goes on without an end.
     #[inline]
@@ -163,7 +207,7 @@ mod tests {
     use super::super::locate::{locate, locate_by_scan};
     use super::*;
     use crate::Path;
-    use crate::math::{atan2, cos, sin, sqrt};
+    use crate::math::{atan2, cos, sin};
     use alloc::vec::Vec;
     use proptest::prelude::*;
 
