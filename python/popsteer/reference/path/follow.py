@@ -138,11 +138,18 @@ class Follow:
         near = behind + 4.0 * self.arrival_distance
         last = foot.segment
         rest = (1.0 - foot.fraction) * path.segment_length(last)
-        while (following := path.following(last)) is not None:
+        for _ in range(path.segments):
+            following = path.following(last)
+            if following is None:
+                return self._turn_round(path, last, vehicle)
             rest += path.segment_length(following)
             if rest > near:
-                return None
+                break
             last = following
+        return None
+
+    def _turn_round(self, path: PathView, last: int, vehicle: VehicleState) -> int | None:
+        """Return the segment after `last`, where the vehicle turns round, once it is there."""
         after = path.next_segment(last)
         if after is None:
             return None

@@ -104,8 +104,8 @@ class Learnt:
         """Return the speed `time` [s] on from `speed` [m/s]; a vehicle that brakes stops."""
         following = speed + self.acceleration * time
         if speed >= 0.0:
-            return following if following > 0.0 else 0.0
-        return following if following < 0.0 else 0.0
+            return saturate(following, 0.0, MAX_SPEED)
+        return saturate(following, -MAX_SPEED, 0.0)
 
     def after(
         self, vehicle: VehicleState, turn: float, dt: float, time: float, most_delay: float

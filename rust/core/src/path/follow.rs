@@ -143,13 +143,21 @@ impl Follow {
         let near = behind + 4.0 * self.arrival_distance;
         let mut last = foot.segment;
         let mut rest = (1.0 - foot.fraction) * path.segment_length(last);
-        while let Some(following) = path.following(last) {
+        for _ in 0..path.segments() {
+            let Some(following) = path.following(last) else {
+                return self.turn_round(path, last, vehicle);
+            };
             rest += path.segment_length(following);
             if rest > near {
-                return None;
+                break;
             }
             last = following;
         }
+        None
+    }
+
+    /// The segment after `last`, at whose end the vehicle turns round, once its rear axle is there.
+    fn turn_round(&self, path: &PathView<'_>, last: usize, vehicle: VehicleState) -> Option<usize> {
         let next = path.next_segment(last)?;
         let (start, end) = path.segment(last);
         let along = end - start;
@@ -249,6 +257,15 @@ mod tests {
                 assert_eq!(found.turned, turned, "{reference_offset} {x}");
             }
         }
+    }
+
+    #[test]
+    fn test_follow_round_a_path_driven_backwards_never_turns_round() {
+        let (x, y) = ([0.0, 1e-8, 1e-8, 0.0], [0.0, 0.0, 1e-8, 1e-8]);
+        let path = Path::new(&x, &y, None, true).unwrap();
+        let path = path.with_reverse(&[true; 4]).unwrap();
+        let found = FOLLOW.locate(&path.view(), Some(1), at(0.0, 0.1, -1.0), 0.05);
+        assert!(found.reverse && !found.turned);
     }
 
     #[test]

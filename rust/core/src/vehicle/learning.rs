@@ -57,11 +57,9 @@ impl Learnt {
     pub fn speed_after(&self, speed: f64, time: f64) -> f64 {
         let next = speed + self.acceleration * time;
         if speed >= 0.0 {
-            if next > 0.0 { next } else { 0.0 }
-        } else if next < 0.0 {
-            next
+            saturate(next, 0.0, MAX_SPEED)
         } else {
-            0.0
+            saturate(next, -MAX_SPEED, 0.0)
         }
     }
 
@@ -225,5 +223,7 @@ mod tests {
         assert_eq!(braking(-5.0).speed_after(1.0, 0.3), 0.0);
         assert_eq!(braking(5.0).speed_after(-1.0, 0.3), 0.0);
         assert_eq!(braking(-5.0).speed_after(-1.0, 0.2), -2.0);
+        assert_eq!(braking(5.0).speed_after(MAX_SPEED, 1.0), MAX_SPEED);
+        assert_eq!(braking(-5.0).speed_after(-MAX_SPEED, 1.0), -MAX_SPEED);
     }
 }
