@@ -5,7 +5,7 @@ use crate::scene::actuator;
 use popsteer_core::VehicleState;
 use popsteer_core::path::view::{MAX_COORDINATE, MAX_SPEED};
 use popsteer_core::vehicle::state::{MAX_DT, MAX_YAW, MIN_DT};
-use popsteer_core::vehicle::{Actuator, ActuatorParams, UnderWay};
+use popsteer_core::vehicle::{Actuator, ActuatorParams, Learnt, UnderWay};
 use std::f64::consts::FRAC_PI_2;
 
 /// One life of one actuator.
@@ -42,12 +42,42 @@ fn valid(params: &ActuatorParams) -> bool {
             .is_none_or(|rate| (1e-3..=1e6).contains(&rate))
         && (1e-3..=1e3).contains(&params.wheelbase)
         && (0.0..=1e3).contains(&params.understeer)
+        && (0.0..=1e6).contains(&params.learning_time)
 }
 
 /// An angle of the wheels that a law may command.
 fn angle(bytes: &mut Bytes) -> f64 {
     let angle = bytes.number([-1.0, 1.0], [-1.57, 1.57]);
     if angle.abs() <= 1.57 { angle } else { 0.1 }
+}
+
+fn drawn_vehicle(bytes: &mut Bytes) -> Option<VehicleState> {
+    let vehicle = VehicleState {
+        x: bytes.number([-50.0, 50.0], [-MAX_COORDINATE, MAX_COORDINATE]),
+        y: bytes.number([-50.0, 50.0], [-MAX_COORDINATE, MAX_COORDINATE]),
+        yaw: bytes.number([-4.0, 4.0], [-MAX_YAW, MAX_YAW]),
+        speed: bytes.number([-5.0, 30.0], [-MAX_SPEED, MAX_SPEED]),
+    };
+    vehicle.checked().ok()
+}
+
+/// What might have been learnt, most often nothing.
+fn drawn_learnt(bytes: &mut Bytes) -> Learnt {
+    if bytes.byte() < 150 {
+        return Learnt::default();
+    }
+    Learnt {
+        seen: (bytes.byte() & 1 == 1).then(|| {
+            let yaw = bytes.number([-4.0, 4.0], [-MAX_YAW, MAX_YAW]);
+            (yaw, bytes.number([-5.0, 30.0], [-MAX_SPEED, MAX_SPEED]))
+        }),
+        acceleration: bytes.number([-5.0, 5.0], [-20.0, 20.0]),
+        expected: bytes.number([0.0, 1.0], [0.0, 1e100]),
+        measured: bytes.number([-1.0, 1.0], [-1e100, 1e100]),
+        turn: bytes.number([-0.1, 0.1], [-1e100, 1e100]),
+        change: bytes.number([0.0, 1.0], [0.0, 1e100]),
+        delay: bytes.number([-0.05, 0.05], [-5.0, 5.0]),
+    }
 }
 
 struct Life {
@@ -73,7 +103,8 @@ impl Life {
         } else {
             0.02
         };
-        self.check_predict(bytes, dt);
+        let vehicle = drawn_vehicle(bytes);
+        self.check_predict(vehicle, dt);
         // So often that the room for commands comes round.
         let times = match bytes.byte() {
             place @ 250.. => place,
@@ -81,7 +112,7 @@ impl Life {
         };
         let wanted = angle(bytes);
         for k in 0..times {
-            let wheel = self.actuator.elapse(&mut self.under_way, self.last, dt);
+            let wheel = self.elapse(vehicle, dt);
             assert_eq!(wheel.to_bits(), self.under_way.wheel().to_bits());
             if let Some(wanted) = self.plain.elapse(self.last, dt) {
                 assert_eq!(wheel.to_bits(), wanted.to_bits());
@@ -92,6 +123,20 @@ impl Life {
         if bytes.byte() < 40 {
             self.restore(bytes);
         }
+    }
+
+    /// Time goes on, and what the way of the vehicle teaches keeps within its bounds.
+    fn elapse(&mut self, vehicle: Option<VehicleState>, dt: f64) -> f64 {
+        let params = *self.actuator.params();
+        let Some(vehicle) = vehicle.filter(|_| params.learning_time > 0.0) else {
+            return self.actuator.elapse(&mut self.under_way, self.last, dt);
+        };
+        let learnt = self.actuator.learn(&self.under_way, self.last, vehicle, dt);
+        assert_eq!(learnt.checked(0.5 * params.dead_time), Ok(learnt));
+        assert!((0.5..=2.0).contains(&learnt.gain()));
+        assert_eq!(learnt.seen, Some((vehicle.yaw, vehicle.speed)));
+        self.actuator
+            .elapse_learning(&mut self.under_way, self.last, dt, learnt)
     }
 
     fn check_limit(&mut self, wanted: f64, dt: f64) -> f64 {
@@ -108,7 +153,7 @@ impl Life {
 
     /// What is under way lasts the dead time, and the wheels are where commands can bring them.
     fn check_under_way(&self) {
-        let dead_time = self.actuator.params().dead_time;
+        let dead_time = self.actuator.params().dead_time + self.under_way.learnt().delay;
         let total: f64 = self
             .under_way
             .commands()
@@ -127,10 +172,14 @@ impl Life {
     fn restore(&mut self, bytes: &mut Bytes) {
         let commands: Vec<_> = self.under_way.commands().collect();
         let wheel = self.under_way.wheel();
-        let restored = self.actuator.restore(commands.iter().copied(), wheel);
+        let learnt = *self.under_way.learnt();
+        let restored = self
+            .actuator
+            .restore(commands.iter().copied(), wheel, learnt);
         let restored = restored.expect("it was reached");
         assert!(restored.commands().eq(self.under_way.commands()));
         assert_eq!(restored.wheel().to_bits(), wheel.to_bits());
+        assert_eq!(restored.learnt(), &learnt);
         self.under_way = restored;
         // One that was not reached tells the truth where it is refused.
         let made: Vec<_> = (0..bytes.below(5))
@@ -143,38 +192,38 @@ impl Life {
             })
             .collect();
         let wheel = bytes.number([-1.0, 1.0], [-FRAC_PI_2, FRAC_PI_2]);
-        let dead_time = self.actuator.params().dead_time;
+        let learnt = drawn_learnt(bytes);
+        let given = self.actuator.params().dead_time;
+        let dead_time = given + learnt.delay;
         let slack = 1e-9 * (1.0 + dead_time);
         let total = made.iter().fold(0.0, |sum, (_, duration)| sum + duration);
         let good = wheel.abs() <= FRAC_PI_2
             && made.iter().all(|&(steer, duration)| {
                 steer.abs() <= FRAC_PI_2 && (0.0..=dead_time + slack).contains(&duration)
             })
-            && (dead_time - slack..=dead_time + slack).contains(&total);
-        let answer = self.actuator.restore(made.into_iter(), wheel);
+            && (dead_time - slack..=dead_time + slack).contains(&total)
+            && learnt.checked(0.5 * given).is_ok();
+        let answer = self.actuator.restore(made.into_iter(), wheel, learnt);
         assert_eq!(answer.is_ok(), good);
     }
 
-    fn check_predict(&self, bytes: &mut Bytes, dt: f64) {
-        let vehicle = VehicleState {
-            x: bytes.number([-50.0, 50.0], [-MAX_COORDINATE, MAX_COORDINATE]),
-            y: bytes.number([-50.0, 50.0], [-MAX_COORDINATE, MAX_COORDINATE]),
-            yaw: bytes.number([-4.0, 4.0], [-MAX_YAW, MAX_YAW]),
-            speed: bytes.number([-5.0, 30.0], [-MAX_SPEED, MAX_SPEED]),
-        };
-        let Ok(vehicle) = vehicle.checked() else {
+    fn check_predict(&self, vehicle: Option<VehicleState>, dt: f64) {
+        let Some(vehicle) = vehicle else {
             return;
         };
+        let learnt = self.actuator.learn(&self.under_way, self.last, vehicle, dt);
         let seen = self
             .actuator
-            .predict(&self.under_way, self.last, vehicle, dt);
+            .predict(&self.under_way, self.last, vehicle, dt, &learnt);
         assert!(seen.x.is_finite() && seen.y.is_finite() && seen.yaw.is_finite());
-        assert!((seen.speed - vehicle.speed).abs() <= 0.0);
-        let travel = vehicle.speed.abs() * self.actuator.params().dead_time;
+        let ahead = 1.5 * self.actuator.params().dead_time + 1e-9;
+        let gained = learnt.acceleration.abs() * ahead;
+        assert!((seen.speed - vehicle.speed).abs() <= gained * (1.0 + 1e-9));
+        let travel = (vehicle.speed.abs() + gained) * ahead;
         let (dx, dy) = (seen.x - vehicle.x, seen.y - vehicle.y);
         let slack = 1e-9 * (1.0 + travel + vehicle.x.abs() + vehicle.y.abs());
         assert!(dx.hypot(dy) <= travel + slack);
-        if travel <= 0.0 {
+        if vehicle.speed.abs() + gained <= 0.0 {
             assert!(seen == vehicle);
         }
     }
@@ -199,7 +248,8 @@ impl Plain {
             params,
             list,
             wheel: steer,
-            joins: false,
+            // What is learnt shifts commands in time, and the plain list knows nothing of that.
+            joins: params.learning_time > 0.0,
         }
     }
 

@@ -14,7 +14,7 @@ use popsteer_core::lateral::{
 use popsteer_core::path::view::MAX_COORDINATE;
 use popsteer_core::vehicle::predict::kinematic_bicycle;
 use popsteer_core::vehicle::state::{MAX_YAW, checked_dt};
-use popsteer_core::vehicle::{Actuator, UnderWay};
+use popsteer_core::vehicle::{Actuator, Learnt, UnderWay};
 use popsteer_core::{Command, ConfigError, LateralLaw, Path, Status, VehicleState};
 use std::f64::consts::PI;
 
@@ -209,7 +209,8 @@ impl<L: Subject> Life<L> {
     fn step_bare(&self, before: &State<L>, vehicle: VehicleState, dt: f64) -> Option<Command> {
         let mut seen = vehicle;
         if let (Some(actuator), Some(under_way)) = (self.tracker.actuator(), &before.under_way) {
-            seen = actuator.predict(under_way, before.steer, vehicle, dt);
+            let learnt = actuator.learn(under_way, before.steer, vehicle, dt);
+            seen = actuator.predict(under_way, before.steer, vehicle, dt, &learnt);
             let within = [seen.x, seen.y].iter().all(|v| v.abs() <= MAX_COORDINATE);
             if !(within && seen.yaw.abs() <= MAX_YAW) {
                 return None;
@@ -266,10 +267,11 @@ impl<L: Subject> Life<L> {
         assert!(command.steer.abs() <= self.max_steer);
         // Time goes on for what is under way, and nothing else changes.
         let mut wanted = TrackerState { held, ..before };
-        if let (Some(actuator), Some(line), Ok(dt)) =
-            (tracker.actuator(), &mut wanted.under_way, checked_dt(dt))
-        {
-            actuator.elapse(line, wanted.steer, dt);
+        if let (Some(actuator), Some(line)) = (tracker.actuator(), &mut wanted.under_way) {
+            if let Ok(dt) = checked_dt(dt) {
+                actuator.elapse(line, wanted.steer, dt);
+            }
+            line.lose_sight();
         }
         assert!(same::<L>(&self.state, &wanted));
         self.put(wanted);
@@ -342,7 +344,7 @@ impl<L: Subject> Life<L> {
                 let line: Vec<_> = (0..4).map(|_| (bytes.within(-1.0, 1.0), part)).collect();
                 Some(
                     actuator
-                        .restore(line.into_iter(), bytes.within(-1.0, 1.0))
+                        .restore(line.into_iter(), bytes.within(-1.0, 1.0), Learnt::default())
                         .ok()?,
                 )
             }
@@ -375,6 +377,6 @@ impl<L: Subject> Life<L> {
 
 fn copied(actuator: &Actuator, line: &UnderWay) -> UnderWay {
     let commands: Vec<_> = line.commands().collect();
-    let restored = actuator.restore(commands.into_iter(), line.wheel());
+    let restored = actuator.restore(commands.into_iter(), line.wheel(), *line.learnt());
     restored.expect("the state was accepted")
 }

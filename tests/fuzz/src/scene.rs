@@ -180,5 +180,6 @@ pub fn actuator(bytes: &mut Bytes) -> ActuatorParams {
         max_rate: (bytes.byte() & 1 == 1).then(|| bytes.number([0.1, 2.0], [1e-3, 1e6])),
         wheelbase: bytes.parameter(3.0, [1.0, 4.0], [1e-3, 1e3]),
         understeer: bytes.parameter(0.0, [0.0, 0.01], [0.0, 1e3]),
+        learning_time: bytes.parameter(0.0, [1.0, 20.0], [0.0, 1e6]),
     }
 }

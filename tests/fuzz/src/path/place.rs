@@ -146,6 +146,30 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
     assert_eq!(at.turn(at.turn(0.3)).to_bits(), 0.3_f64.to_bits());
 }
 
+/// The segment of the foot, or the last one that ends near enough ahead of it to be where the
+/// vehicle turns round.
+fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> usize {
+    let near = (-follow.reference_offset).max(0.0) + 4.0 * follow.arrival_distance;
+    let mut last = at.foot.segment;
+    let mut rest = (1.0 - at.foot.fraction) * length(view, last);
+    for _ in 0..view.segments() {
+        let Some(next) = following(view, last) else {
+            break;
+        };
+        rest += length(view, next);
+        if rest > near {
+            break;
+        }
+        last = next;
+    }
+    last
+}
+
+fn length(view: &PathView<'_>, segment: usize) -> f64 {
+    let end = view.s().get(segment + 1).copied();
+    end.unwrap_or(view.length()) - view.s()[segment]
+}
+
 fn follow_plainly(
     follow: &Follow,
     view: &PathView<'_>,
@@ -182,10 +206,11 @@ fn follow_plainly(
     let start = last.map_or_else(anew, |last| last.min(view.segments() - 1));
     let mut at = from(start);
     // At the place where it has to turn round, the vehicle goes on with the next section.
-    let next = (at.foot.segment + 1) % view.len();
-    let goes_on = view.is_closed() || at.foot.segment + 1 < view.segments();
-    if goes_on && view.is_reverse(next) != view.is_reverse(at.foot.segment) {
-        let along = along(view, at.foot.segment);
+    let last_leg = last_segment_near(follow, view, &at);
+    let next = (last_leg + 1) % view.len();
+    let goes_on = view.is_closed() || last_leg + 1 < view.segments();
+    if goes_on && view.is_reverse(next) != view.is_reverse(last_leg) {
+        let along = along(view, last_leg);
         let to = waypoint(view, next) - Point::new(vehicle.x, vehicle.y);
         let length = (along.x * along.x + along.y * along.y).sqrt();
         if (to.x * along.x + to.y * along.y) / length <= follow.arrival_distance {

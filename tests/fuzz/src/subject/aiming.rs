@@ -41,6 +41,9 @@ impl Subject for Pop {
             lookahead_tolerance: search.lookahead_tolerance,
             window_ahead: search.window_ahead,
             grid_spacing: search.grid_spacing,
+            horizon: (bytes.byte() > 200).then(|| bytes.number([0.1, 2.0], [1e-3, 100.0])),
+            understeer: bytes.parameter(0.0, [0.0, 0.01], [0.0, 1e3]),
+            steer_lag: bytes.parameter(0.1, [0.0, 0.5], [0.0, 10.0]),
             steer_span: bytes.parameter(0.05, [0.01, 0.5], [1e-6, PI]),
             candidate_count: match bytes.byte() {
                 0..=199 => 21,
@@ -72,6 +75,7 @@ impl Subject for Pop {
         Some(PopState {
             waypoint: waypoint(bytes),
             previous_steer: bytes.number([-1.0, 1.0], [-1.57, 1.57]),
+            model_steer: bytes.number([-1.0, 1.0], [-1.57, 1.57]),
         })
     }
 }

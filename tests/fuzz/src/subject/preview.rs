@@ -63,6 +63,7 @@ impl Subject for PreviewPop {
             turn: bytes.number([-0.1, 0.1], [-1e15, 1e15]),
             turn_offset: bytes.number([-0.05, 0.05], [-0.05, 0.05]),
             slip: bytes.number([-0.15, 0.15], [-0.15, 0.15]),
+            slip_length: bytes.number([-3.0, 3.0], [-1e3, 1e3]),
         })
     }
 }
