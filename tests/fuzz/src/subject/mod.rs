@@ -12,6 +12,9 @@ pub(crate) type Drawn<L> = Result<(L, f64), ConfigError>;
 
 /// What a life needs of a law beside its own trait.
 pub(crate) trait Subject: LateralLaw {
+    /// Whether the angles backwards are those forwards to the last bit.
+    const MIRRORED: bool = true;
+
     /// A law of parameters that may or may not do.
     fn draw(bytes: &mut Bytes) -> Drawn<Self>
     where

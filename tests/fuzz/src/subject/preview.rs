@@ -8,6 +8,10 @@ use popsteer_core::vehicle::state::MAX_YAW;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 impl Subject for PreviewPop {
+    /// Where the direction may change, arc lengths ahead are taken from that place, and round
+    /// otherwise.
+    const MIRRORED: bool = false;
+
     fn draw(bytes: &mut Bytes) -> Drawn<Self> {
         let standard = PreviewPopParams::DEFAULT;
         let mut learning_time = || {
