@@ -35,12 +35,19 @@ BAD_STEPS: list[tuple[int, float]] = [
 ]
 
 
-def controller(law: Law, path: Waypoints, params: dict[str, Any], most: int = 5000) -> Pair:
+def controller(
+    law: Law,
+    path: Waypoints,
+    params: dict[str, Any],
+    most: int = 5000,
+    actuator: dict[str, Any] | None = None,
+) -> Pair:
     """A law with these parameters on this path, on both sides."""
     if law.searches:
         params = fitted(params, path, most)
     made = make("Path", path.xy, speed=path.speed, closed=path.closed)
-    return make(law.name, made, make(law.params_name, **params))
+    chain = None if actuator is None else make("Actuator", **actuator)
+    return make(law.name, made, make(law.params_name, **params), actuator=chain)
 
 
 def check_steps(pair: Pair, steps: Iterable[Sequence[float]]) -> None:

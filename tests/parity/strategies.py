@@ -203,3 +203,17 @@ def fitted(params: dict[str, Any], path: Waypoints, most: int) -> dict[str, Any]
     if params.get("lookahead_tolerance", 0.01) <= spacing:
         fitted["lookahead_tolerance"] = min(max(0.6 * least, 1e-9), 1e3)
     return fitted
+
+
+ACTUATORS = st.none() | st.fixed_dictionaries(
+    {},
+    optional={
+        "dead_time": st.floats(0.0, 0.3),
+        "lag": st.just(0.0) | st.floats(0.01, 0.5),
+        "max_rate": st.none() | st.floats(0.1, 2.0),
+        "wheelbase": st.floats(1.0, 4.0),
+        "understeer": st.floats(0.0, 0.01),
+        "learning_time": st.just(0.0) | st.floats(0.05, 20.0),
+    },
+)
+"""Arguments of an `Actuator`; None for no actuator."""

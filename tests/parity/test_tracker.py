@@ -15,20 +15,9 @@ from hypothesis import strategies as st
 
 from tests.parity.compare import call, make, same
 from tests.parity.laws import LATERAL, Law
-from tests.parity.strategies import SEEDS, Shape
+from tests.parity.strategies import ACTUATORS, SEEDS, Shape
 
 _FIELDS = ("dead_time", "lag", "max_rate", "wheelbase", "understeer", "learning_time")
-ACTUATORS = st.none() | st.fixed_dictionaries(
-    {},
-    optional={
-        "dead_time": st.floats(0.0, 0.3),
-        "lag": st.just(0.0) | st.floats(0.01, 0.5),
-        "max_rate": st.none() | st.floats(0.1, 2.0),
-        "wheelbase": st.floats(1.0, 4.0),
-        "understeer": st.floats(0.0, 0.01),
-        "learning_time": st.just(0.0) | st.floats(0.05, 20.0),
-    },
-)
 _EACH_LAW = [
     pytest.param(
         law,

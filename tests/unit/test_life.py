@@ -1,7 +1,8 @@
 """Whole lives of a controller, in Rust and in the reference side by side.
 
-Steps, resets, jumps, other paths, states saved, pickled, restored and made up, and bad input at
-any point, in an order that hypothesis chooses; whatever comes, both answer with the same bits.
+Steps, resets, hand-overs, jumps, other paths, states saved, pickled, restored and made up, with
+and without an actuator, and bad input at any point, in an order that hypothesis chooses; whatever
+comes, both answer with the same bits.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from popsteer import InputError
 from tests.parity.checks import BAD_STEPS, NAN, controller
 from tests.parity.compare import Pair, bits, make
 from tests.parity.laws import LATERAL, Law
-from tests.parity.strategies import CALM_SPOTS, SPOTS, Shape, Spot, Waypoints, shapes
+from tests.parity.strategies import ACTUATORS, CALM_SPOTS, SPOTS, Shape, Spot, Waypoints, shapes
 
 # What a plain loop of the reference visits in one step at most.
 MOST_GRID_POINTS = 150
@@ -50,12 +51,13 @@ class Life(RuleBasedStateMachine):
 
     @initialize(shape=SHAPES, data=st.data())
     def construct(self, shape: Shape, data: st.DataObject) -> None:
+        self.actuator = data.draw(ACTUATORS, label="actuator")
         self._put_on(shape.build(), data.draw(self.law.params(), label="params"))
 
     def _put_on(self, path: Waypoints, params: dict[str, Any]) -> None:
         self.path = path
         self.params = params
-        self.pair = controller(self.law, path, params, MOST_GRID_POINTS)
+        self.pair = controller(self.law, path, params, MOST_GRID_POINTS, self.actuator)
         self.max_steer = self.pair.rust.params.max_steer
 
     def _check_command(self, command: Pair | None) -> None:
@@ -110,10 +112,52 @@ class Life(RuleBasedStateMachine):
         assert self.pair.call(method, *inputs) is None
         assert bits(self.pair.get("state").rust) == before
 
+    @rule(spot=SPOTS, bad=st.none() | st.sampled_from(BAD_STEPS), limit=st.integers(-1, 2))
+    def step_or_hold(self, spot: Spot, bad: tuple[int, float] | None, limit: int) -> None:
+        inputs = list(spot.at(self.path))
+        if bad is not None:
+            inputs[bad[0]] = bad[1]
+        held, angle = self.pair.rust.state.held, self.pair.rust.state.steer
+        command = self.pair.call("step_or_hold", *inputs, limit)
+        self._check_command(command)
+        assert command is not None
+        if bad is None:
+            self.vehicle = spot.at(self.path)[:4]
+            assert self.pair.rust.state.held == 0
+        else:
+            assert bits(command.rust.steer) == bits(angle)
+            lost = held + 1 > max(0, limit)
+            wanted = popsteer.Status.INPUT_LOST if lost else popsteer.Status.INPUT_HELD
+            assert command.rust.status is wanted
+
+    @rule(angle=st.floats(-2.0, 2.0) | st.sampled_from([NAN, 1e308, -0.0]))
+    def take_over(self, angle: float) -> None:
+        before = bits(self.pair.get("state").rust)
+        self.pair.call("reset", steer=angle)
+        after = self.pair.get("state").rust
+        if abs(angle) <= self.max_steer:
+            assert bits(after.steer) == bits(angle)
+        else:
+            assert bits(after) == before
+
+    @rule(shape=SHAPES, turns=st.lists(st.booleans(), min_size=40, max_size=40))
+    def set_path(self, shape: Shape, turns: list[bool]) -> None:
+        """Go on along another path, driven backwards in places, from the present angle."""
+        self.path = shape.build()
+        reverse = turns[: len(self.path.xy)] if len(self.path.xy) <= len(turns) else None
+        path = make("Path", self.path.xy, speed=None, closed=self.path.closed, reverse=reverse)
+        angle = self.pair.rust.state.steer
+        self.pair.call("set_path", path)
+        state = self.pair.get("state").rust
+        assert state.waypoint is None
+        assert bits(state.steer) == bits(angle)
+
     @rule()
     def reset(self) -> None:
         self.pair.call("reset")
-        first = make(self.law.name, self.pair.get("path"), self.pair.get("params"))
+        actuator = None if self.actuator is None else make("Actuator", **self.actuator)
+        path, params = self.pair.get("path"), self.pair.get("params")
+        first = make(self.law.name, path, params, actuator=actuator)
         assert bits(self.pair.get("state").rust) == bits(first.get("state").rust)
 
     @rule(spot=SPOTS)
@@ -157,7 +201,8 @@ class Life(RuleBasedStateMachine):
             )
         )
         assert bits(state.rust) == bits(self.pair.rust.state)
-        self.pair = make(self.law.name, path, params)
+        actuator = None if self.actuator is None else make("Actuator", **self.actuator)
+        self.pair = make(self.law.name, path, params, actuator=actuator)
         assert self.pair.set_state(state)
 
     @rule(shape=SHAPES)
