@@ -40,10 +40,14 @@ def test_actuator_matches_reference_edges() -> None:
         same("Actuator.replace", made.rust.replace, replaced, lag=0.2)
 
 
+@pytest.mark.parametrize("learning_time", [0.0, 10.0])
 @pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
-def test_law_whose_prediction_leaves_the_bounds_matches_reference_edges(law: Law) -> None:
+def test_law_whose_prediction_leaves_the_bounds_matches_reference_edges(
+    law: Law, learning_time: float
+) -> None:
     path = make("Path", [(-1e9, -1e9), (0.0, 0.0), (1e9, 1e9)])
-    pair = make(law.name, path, actuator=make("Actuator", dead_time=10.0, lag=0.1))
+    actuator = make("Actuator", dead_time=10.0, lag=0.1, learning_time=learning_time)
+    pair = make(law.name, path, actuator=actuator)
     pair.call("reset", steer=1.2)
     for x, y in itertools.product((-1e9, 1e9), repeat=2):
         for yaw, speed in itertools.product((-1e6, 1e6, 0.1), (-1e4, 1e4)):

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 __all__ = ["PreviewPop", "PreviewPopParams", "PreviewPopState"]
 
+LEAST_TRAVEL = 1e-8
+"""The shortest way that teaches anything [m]; a step of the law goes at least ten times as far."""
 MAX_TURN_OFFSET = 0.05
 """The largest turn that is learnt [1/m]."""
 MAX_SLIP = 0.15
@@ -273,7 +275,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     def _learn(self, state: PreviewPopState, at: Located) -> PreviewPopState:
         """Return the state with what the way since the last step teaches."""
         vehicle = at.vehicle
-        if state.travel <= 0.0 or at.turned:
+        if state.travel < LEAST_TRAVEL or at.turned:
             return state
         turned = wrap(vehicle.yaw - state.previous_yaw)
         turn_offset = _learnt(

@@ -30,6 +30,8 @@ OF_CHANGES = 1e-2
 """The same of the rates of their change [rad²/s²]."""
 MAX_SUM = 1e100
 """More than the sums come to within the bounds of the input."""
+MAX_TURN = 1e30
+"""More than a turn comes to, and little enough that the squares of its changes keep to that."""
 
 Lesson: TypeAlias = tuple[float, float, float, float, float, float]
 """The numbers of `Learnt` after `seen`, in their order."""
@@ -162,7 +164,7 @@ class Learnt:
             (self.acceleration, -MAX_ACCELERATION, MAX_ACCELERATION),
             (self.expected, 0.0, MAX_SUM),
             (self.measured, -MAX_SUM, MAX_SUM),
-            (self.turn, -MAX_SUM, MAX_SUM),
+            (self.turn, -MAX_TURN, MAX_TURN),
             (self.change, 0.0, MAX_SUM),
             (self.delay, -most_delay, most_delay),
         )

@@ -60,13 +60,14 @@ class VehicleState:
     def bounded(self) -> VehicleState:
         """Return a predicted state brought within the bounds of one that is given.
 
-        Places beyond them are put onto them, a yaw beyond them is turned back by whole turns.
+        Places and speeds beyond them are put onto them, a yaw beyond them is turned back by whole
+        turns.
         """
         return VehicleState(
             x=saturate(self.x, -MAX_COORDINATE, MAX_COORDINATE),
             y=saturate(self.y, -MAX_COORDINATE, MAX_COORDINATE),
             yaw=self.yaw if abs(self.yaw) <= MAX_YAW else wrap(self.yaw),
-            speed=self.speed,
+            speed=saturate(self.speed, -MAX_SPEED, MAX_SPEED),
         )
 
     def point_ahead(self, offset: float) -> Point:

@@ -149,6 +149,8 @@ struct Decision {
 }
 
 impl PreviewPop {
+    /// The shortest way that teaches anything [m]; a step of the law goes at least ten times as far.
+    const LEAST_TRAVEL: f64 = 1e-8;
     /// The largest turn that is learnt [1/m].
     pub const MAX_TURN_OFFSET: f64 = 0.05;
     /// The largest slip that is learnt [rad].
@@ -212,7 +214,7 @@ impl PreviewPop {
     #[inline]
     fn learn(&self, path: &PathView<'_>, state: &PreviewPopState, at: &Located) -> PreviewPopState {
         let mut next = *state;
-        if state.travel > 0.0 && !at.turned {
+        if state.travel >= Self::LEAST_TRAVEL && !at.turned {
             let turned = wrap(at.vehicle.yaw - state.previous_yaw);
             next.turn_offset = learnt(
                 state.turn_offset,

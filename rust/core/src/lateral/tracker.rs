@@ -413,17 +413,21 @@ mod tests {
     #[test]
     fn test_prediction_beyond_the_bounds_is_no_reason_to_refuse() {
         let path = straight();
-        let tracker = stanley(Some(ActuatorParams {
-            dead_time: 10.0,
-            ..ActuatorParams::DEFAULT
-        }));
-        let mut state = tracker.state_from(1.0).unwrap();
-        let (yaw, speed) = (crate::vehicle::state::MAX_YAW, 1e4);
-        for (x, y) in [(1e9, -1e9), (-1e9, 1e9)] {
-            let vehicle = VehicleState { x, y, yaw, speed };
-            let command = tracker.step(&path.view(), &mut state, vehicle, 0.05);
-            assert_eq!(command.unwrap().status, Status::OffPath);
-            assert_eq!(tracker.check_state(&path.view(), &state), Ok(()));
+        for learning_time in [0.0, 10.0] {
+            let tracker = stanley(Some(ActuatorParams {
+                dead_time: 10.0,
+                learning_time,
+                ..ActuatorParams::DEFAULT
+            }));
+            let mut state = tracker.state_from(1.0).unwrap();
+            let yaw = crate::vehicle::state::MAX_YAW;
+            // The faster of the speeds is taken for an acceleration that goes on.
+            for (x, y, speed) in [(1e9, -1e9, 9e3), (-1e9, 1e9, 1e4), (1e9, 1e9, -1e4)] {
+                let vehicle = VehicleState { x, y, yaw, speed };
+                let command = tracker.step(&path.view(), &mut state, vehicle, 0.05);
+                assert_eq!(command.unwrap().status, Status::OffPath);
+                assert_eq!(tracker.check_state(&path.view(), &state), Ok(()));
+            }
         }
     }
 

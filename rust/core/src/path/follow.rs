@@ -269,6 +269,19 @@ mod tests {
     }
 
     #[test]
+    fn test_follow_round_a_tiny_path_driven_backwards_comes_to_an_end() {
+        let (x, y) = ([0.0, 2e-9, 0.0], [0.0, 0.0, 2e-9]);
+        let path = Path::new(&x, &y, None, true).unwrap();
+        let path = path.with_reverse(&[true; 3]).unwrap();
+        let follow = Follow {
+            reference_offset: -1e3,
+            ..FOLLOW
+        };
+        let found = follow.locate(&path.view(), Some(0), at(0.0, 0.0, -1.0), 0.05);
+        assert!(found.reverse && !found.turned);
+    }
+
+    #[test]
     fn test_follow_lost_is_found_anew_and_said_so() {
         let x = [0.0, 100.0, 200.0, 300.0];
         let path = Path::new(&x, &[0.0; 4], None, false).unwrap();

@@ -41,6 +41,8 @@ impl Learnt {
     const OF_CHANGES: f64 = 1e-2;
     /// More than the sums come to within the bounds of the input.
     const MAX_SUM: f64 = 1e100;
+    /// More than a turn comes to, and little enough that the squares of its changes keep to that.
+    const MAX_TURN: f64 = 1e30;
 
     /// How many times more the vehicle turns than the model says, a half to twice.
     #[inline]
@@ -121,7 +123,7 @@ impl Learnt {
         input_in_range("learnt", self.acceleration, -most, most)?;
         input_in_range("learnt", self.expected, 0.0, Self::MAX_SUM)?;
         input_in_range("learnt", self.measured, -Self::MAX_SUM, Self::MAX_SUM)?;
-        input_in_range("learnt", self.turn, -Self::MAX_SUM, Self::MAX_SUM)?;
+        input_in_range("learnt", self.turn, -Self::MAX_TURN, Self::MAX_TURN)?;
         input_in_range("learnt", self.change, 0.0, Self::MAX_SUM)?;
         input_in_range("learnt", self.delay, -most_delay, most_delay)?;
         Ok(self)
@@ -206,6 +208,11 @@ mod tests {
         assert_eq!(learnt.delay, 0.05);
         assert!(learnt.checked(0.05).is_ok());
         assert_eq!(learnt.checked(0.04).unwrap_err().field, "learnt");
+        let turned = Learnt {
+            turn: 1e31,
+            ..learnt
+        };
+        assert_eq!(turned.checked(0.05).unwrap_err().value, 1e31);
         let unseen = Learnt {
             seen: Some((f64::NAN, 0.0)),
             ..learnt

@@ -40,8 +40,8 @@ impl VehicleState {
         Ok(self)
     }
 
-    /// A state that was predicted, brought within the bounds of one that is given: places beyond
-    /// them are put onto them, a yaw beyond them is turned back by whole turns.
+    /// A state that was predicted, brought within the bounds of one that is given: places and
+    /// speeds beyond them are put onto them, a yaw beyond them is turned back by whole turns.
     #[inline]
     pub fn bounded(self) -> Self {
         let yaw = if self.yaw.abs() <= MAX_YAW {
@@ -53,7 +53,7 @@ impl VehicleState {
             x: saturate(self.x, -MAX_COORDINATE, MAX_COORDINATE),
             y: saturate(self.y, -MAX_COORDINATE, MAX_COORDINATE),
             yaw,
-            speed: self.speed,
+            speed: saturate(self.speed, -MAX_SPEED, MAX_SPEED),
         }
     }
 
