@@ -67,6 +67,16 @@ def test_page_table_of_dead_times_is_what_is_driven(rows: tuple[str, Rows]) -> N
     assert table(f"dead time, {name}") == lines
 
 
+def test_dead_time_without_learning_costs_more_where_the_model_is_wrong() -> None:
+    learning = {row.law: row for row in dead_times(track("racetrack"), ["preview-pop"])}
+    for row in dead_times(track("racetrack"), learning_time=0.0):
+        assert row.ratio(row.predicted) <= 1.1
+        if row.law == "preview-pop":
+            worst = max(row.ratio(getattr(row, model)) for model in RUNS[2:])
+            assert worst > 1.25
+            assert row.ratio(row.short) > 1.1 * learning[row.law].ratio(learning[row.law].short)
+
+
 @pytest.mark.parametrize("preset", ["default", "paper"])
 def test_dead_time_with_other_presets_costs_as_little(preset: str) -> None:
     for row in dead_times(track("racetrack"), ["pop", "stanley", "pid"], preset=preset):

@@ -10,6 +10,7 @@ from popsteer import presets, study
 from popsteer.cli import inputs, options
 from popsteer.cli.outputs import deliver_table
 from popsteer.cli.progress import Progress
+from popsteer.sim.geometry import LEARNING_TIME
 
 __all__ = ["HELP", "dead_time"]
 
@@ -24,6 +25,7 @@ and its dead time 50 ms wrong. The plant is the one identified from the run of t
 Examples:
   popsteer dead-time
   popsteer dead-time --laws pop,stanley --dead-time 0.1
+  popsteer dead-time --learning-time 0
   popsteer dead-time --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --json dead-time.json
 """
 
@@ -39,6 +41,13 @@ def dead_time(
             metavar="SECONDS", help="Time from a command to its first effect on the wheels."
         ),
     ] = study.DEAD_TIME,
+    learning_time: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            help="Time over which the actuator learns how wrong its model is; 0 never.",
+        ),
+    ] = LEARNING_TIME,
     waypoints: options.Waypoints = None,
     closed: options.Closed = False,
     track: options.Track = None,
@@ -63,6 +72,7 @@ def dead_time(
             start=inputs.start(course.path, start, None),
             preset=preset,
             dead_time=dead_time,
+            learning_time=learning_time,
             progress=progress.update,
         )
     deliver_table(

@@ -10,6 +10,7 @@ from popsteer._core import Actuator
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_in_range
 from popsteer.sim import Metrics, actuator, fitted, run
+from popsteer.sim.geometry import LEARNING_TIME
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -75,6 +76,7 @@ def dead_times(
     start: Pose | None = None,
     preset: str = presets.REPRODUCTION,
     dead_time: float = DEAD_TIME,
+    learning_time: float = LEARNING_TIME,
     progress: Callable[[str, float], object] | None = None,
 ) -> list[DeadTimeRow]:
     """Drive laws with and without dead time, and with a prediction through it, right and wrong.
@@ -91,6 +93,8 @@ def dead_times(
         Where the parameters of the laws come from.
     dead_time : float, default 0.2
         Dead time between command and wheels [s], 0.05 to 9.
+    learning_time : float, default 10.0
+        Time over which the actuator learns how wrong its model is [s]; 0 never.
     progress : callable, optional
         Called now and then with what is being done and the share of all that is done, 0 to 1.
 
@@ -117,7 +121,7 @@ def dead_times(
         raise ConfigError("laws", chosen, "at least one")
     check_in_range("dead_time", dead_time, 0.05, 9.0)
     real = Actuator(dead_time=dead_time)
-    known = actuator(DEAD_TIME_PLANT, dead_time)
+    known = actuator(DEAD_TIME_PLANT, dead_time).replace(learning_time=learning_time)
     models: dict[str, tuple[Actuator | None, Actuator | None]] = {
         "prompt": (None, None),
         "late": (real, None),
