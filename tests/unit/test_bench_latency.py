@@ -14,7 +14,17 @@ import popsteer
 from popsteer import ConfigError, PopsteerError, reference
 from popsteer.bench import latency, layout, states, timing, yardsticks
 from popsteer.bench.latency import Percentiles
-from popsteer.bench.laws import EMPTY_CALL, POP_COMMAND, POP_STEP, REFERENCE_STEP, Driver, lineup
+from popsteer.bench.laws import (
+    EMPTY_CALL,
+    PAPER_REFERENCE_STEP,
+    PAPER_STEP,
+    POP_COMMAND,
+    POP_STEP,
+    REFERENCE_STEP,
+    SLOW_STEPS,
+    Driver,
+    lineup,
+)
 from popsteer.bench.timing import time_calls
 
 if TYPE_CHECKING:
@@ -45,12 +55,16 @@ def _references(drive: Drive) -> dict[str, Callable[..., object]]:
     path = reference.Path(zip(drive.path.x.tolist(), drive.path.y.tolist(), strict=True))
     front, rear = drive.front_offset, drive.rear_offset
     pop_params = reference.PopParams(reference_offset=front)
+    paper = replace(pop_params, exact_lookahead=False)
     preview = reference.PreviewPopParams(reference_offset=rear)
     pursuit = reference.PurePursuitParams(reference_offset=rear)
     stanley = reference.StanleyParams(reference_offset=front)
     return {
         POP_STEP: reference.Pop(path, pop_params).steer,
         REFERENCE_STEP: reference.Pop(path, pop_params).steer,
+        PAPER_STEP: reference.Pop(path, paper).steer,
+        PAPER_REFERENCE_STEP: reference.Pop(path, paper).steer,
+        "pop_horizon_step_ns": reference.Pop(path, replace(pop_params, horizon=0.8)).steer,
         "preview_pop_step_ns": reference.PreviewPop(path, preview).steer,
         "pid_step_ns": reference.Pid(path, reference.PidParams(reference_offset=front)).steer,
         "pure_pursuit_step_ns": reference.PurePursuit(path, pursuit).steer,
@@ -150,6 +164,9 @@ def test_measure_report_is_whole_and_ordered(report: LatencyReport) -> None:
     assert report.results.keys() == {
         "pop_step_ns",
         "pop_command_ns",
+        "pop_paper_step_ns",
+        "pop_horizon_step_ns",
+        "reference_paper_step_ns",
         "preview_pop_step_ns",
         "pid_step_ns",
         "pure_pursuit_step_ns",
@@ -165,7 +182,7 @@ def test_measure_report_is_whole_and_ordered(report: LatencyReport) -> None:
         # One reading of the clock is in the one, none in the other.
         assert row.net_p50 is not None
         assert row.net_p50 > 0.0
-        assert report.timing["calls"][name] >= (64 if name == REFERENCE_STEP else 600)
+        assert report.timing["calls"][name] >= (64 if name in SLOW_STEPS else 600)
     assert report.states["count"] == 150
 
 
@@ -180,8 +197,10 @@ def test_to_json_holds_the_schema(report: LatencyReport) -> None:
         step, empty, plain = (
             written["results"][name][column] for name in (POP_STEP, EMPTY_CALL, REFERENCE_STEP)
         )
+        of_paper = [written["results"][name][column] for name in (PAPER_REFERENCE_STEP, PAPER_STEP)]
         assert written[ratios] == {
             "reference_over_step": plain / step,
+            "reference_over_step_of_paper": of_paper[0] / of_paper[1],
             "step_over_empty_call": step / empty,
             "paper_over_step": 3.239e6 / step,
             "numba_over_step": None,

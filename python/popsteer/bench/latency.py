@@ -10,8 +10,8 @@ Examples
 --------
 >>> from popsteer.bench import latency
 >>> report = latency.measure(calls=1000, reference_calls=32)
->>> [name for name, ratio in report.ratios.items() if ratio]
-['reference_over_step', 'step_over_empty_call', 'paper_over_step']
+>>> [name for name, ratio in report.ratios.items() if ratio][:3]
+['reference_over_step', 'reference_over_step_of_paper', 'step_over_empty_call']
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import popsteer
 from popsteer.bench import machine, yardsticks
-from popsteer.bench.laws import PAPER_NS, REFERENCE_STEP, lineup
+from popsteer.bench.laws import PAPER_NS, SLOW_STEPS, lineup
 from popsteer.bench.layout import table
 from popsteer.bench.percentiles import Percentiles
 from popsteer.bench.report import LatencyReport, to_json
@@ -94,7 +94,7 @@ def measure(
     outside = yardsticks.Yardsticks() if outside is None else outside
     makers = {**lineup(drive), **outside.makers}
     counts = {name: min(calls, outside.calls.get(name, calls)) for name in makers}
-    counts[REFERENCE_STEP] = reference_calls
+    counts |= dict.fromkeys(SLOW_STEPS, reference_calls)
     result = time_calls(makers, counts, drive, DT, progress)
     for name, percentiles in result.percentiles.items():
         if percentiles.net_p50 is not None and percentiles.net_p50 <= 0.0:

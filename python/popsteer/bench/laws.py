@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import popsteer
 from popsteer import reference
@@ -20,18 +21,26 @@ __all__ = [
     "MPC_UPDATE",
     "NUMBA_STEP",
     "PAPER_NS",
+    "PAPER_REFERENCE_STEP",
+    "PAPER_STEP",
     "POP_COMMAND",
     "POP_STEP",
     "PREVIEW_POP_STEP",
     "REFERENCE_STEP",
+    "SLOW_STEPS",
     "Driver",
     "lineup",
 ]
 
 POP_STEP = "pop_step_ns"
 POP_COMMAND = "pop_command_ns"
+PAPER_STEP = "pop_paper_step_ns"
+HORIZON_STEP = "pop_horizon_step_ns"
 PREVIEW_POP_STEP = "preview_pop_step_ns"
 REFERENCE_STEP = "reference_step_ns"
+PAPER_REFERENCE_STEP = "reference_paper_step_ns"
+SLOW_STEPS = frozenset({REFERENCE_STEP, PAPER_REFERENCE_STEP})
+"""Those in plain Python, which get fewer calls."""
 EMPTY_CALL = "empty_call_ns"
 NUMBA_STEP = "numba_step_ns"
 MPC_STEP = "mpc_step_ns"
@@ -44,18 +53,28 @@ PAPER_NS = 3.239e6
 LABELS = {
     POP_STEP: "POP, angle",
     POP_COMMAND: "POP, command",
+    PAPER_STEP: "POP, paper's",
+    HORIZON_STEP: "POP, horizon",
     PREVIEW_POP_STEP: "preview POP",
     "pid_step_ns": "PID",
     "pure_pursuit_step_ns": "pure pursuit",
     "stanley_step_ns": "Stanley",
     EMPTY_CALL: "empty call",
     REFERENCE_STEP: "POP in Python",
+    PAPER_REFERENCE_STEP: "paper, Python",
     NUMBA_STEP: "POP in numba",
     MPC_STEP: "MPC on osqp",
     MPC_UPDATE: "- its update",
     MPC_SOLVE: "- its solve",
 }
 """What a person reads for each name."""
+
+
+class _Law(Protocol):
+    """What all laws have, in Rust and in Python."""
+
+    def reset(self) -> None:
+        """Forget the steps taken so far."""
 
 
 class Driver(NamedTuple):
@@ -93,60 +112,43 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
     Notes
     -----
     ``pop_step_ns`` and the other laws are ``steer``, the angle alone; ``pop_command_ns`` is
-    ``step``, which measures the errors besides. ``empty_call_ns`` is a method of `popsteer.Pop`
-    with the signature of ``steer`` that returns at once: what the border between Python and Rust
-    costs by itself.
+    ``step``, which measures the errors besides; ``pop_paper_step_ns`` is POP with the paper's
+    search, ``pop_horizon_step_ns`` POP with a prediction over 0.8 s. ``empty_call_ns`` is a method
+    of `popsteer.Pop` with the signature of ``steer`` that returns at once: what the border between
+    Python and Rust costs by itself.
     """
     path, front, rear = drive.path, drive.front_offset, drive.rear_offset
-    pop_params = popsteer.PopParams(reference_offset=front)
-    preview_pop_params = popsteer.PreviewPopParams(reference_offset=rear)
-    pid_params = popsteer.PidParams(reference_offset=front)
-    pure_pursuit_params = popsteer.PurePursuitParams(reference_offset=rear)
-    stanley_params = popsteer.StanleyParams(reference_offset=front)
-    reference_path = reference.Path(
-        zip(path.x.tolist(), path.y.tolist(), strict=True), closed=path.closed
-    )
-    reference_params = reference.PopParams(reference_offset=front)
+    pop = popsteer.PopParams(reference_offset=front)
+    paper = pop.replace(exact_lookahead=False)
+    plain = reference.Path(zip(path.x.tolist(), path.y.tolist(), strict=True), closed=path.closed)
+    plain_pop = reference.PopParams(reference_offset=front)
+    plain_paper = replace(plain_pop, exact_lookahead=False)
 
-    def pop() -> Driver:
-        law = popsteer.Pop(path, pop_params)
-        return Driver(law.steer, law.reset)
+    def driver(make: Callable[[], _Law], method: str = "steer") -> Callable[[], Driver]:
+        def made() -> Driver:
+            law = make()
+            return Driver(getattr(law, method), law.reset)
 
-    def pop_command() -> Driver:
-        law = popsteer.Pop(path, pop_params)
-        return Driver(law.step, law.reset)
-
-    def preview_pop() -> Driver:
-        law = popsteer.PreviewPop(path, preview_pop_params)
-        return Driver(law.steer, law.reset)
-
-    def pid() -> Driver:
-        law = popsteer.Pid(path, pid_params)
-        return Driver(law.steer, law.reset)
-
-    def pure_pursuit() -> Driver:
-        law = popsteer.PurePursuit(path, pure_pursuit_params)
-        return Driver(law.steer, law.reset)
-
-    def stanley() -> Driver:
-        law = popsteer.Stanley(path, stanley_params)
-        return Driver(law.steer, law.reset)
-
-    def empty_call() -> Driver:
-        law = popsteer.Pop(path, pop_params)
-        return Driver(law._empty_call, law.reset)  # noqa: SLF001 - it is there for this
-
-    def reference_pop() -> Driver:
-        law = reference.Pop(reference_path, reference_params)
-        return Driver(law.steer, law.reset)
+        return made
 
     return {
-        POP_STEP: pop,
-        POP_COMMAND: pop_command,
-        PREVIEW_POP_STEP: preview_pop,
-        "pid_step_ns": pid,
-        "pure_pursuit_step_ns": pure_pursuit,
-        "stanley_step_ns": stanley,
-        EMPTY_CALL: empty_call,
-        REFERENCE_STEP: reference_pop,
+        POP_STEP: driver(lambda: popsteer.Pop(path, pop)),
+        POP_COMMAND: driver(lambda: popsteer.Pop(path, pop), "step"),
+        PAPER_STEP: driver(lambda: popsteer.Pop(path, paper)),
+        HORIZON_STEP: driver(lambda: popsteer.Pop(path, pop.replace(horizon=0.8))),
+        PREVIEW_POP_STEP: driver(
+            lambda: popsteer.PreviewPop(path, popsteer.PreviewPopParams(reference_offset=rear))
+        ),
+        "pid_step_ns": driver(
+            lambda: popsteer.Pid(path, popsteer.PidParams(reference_offset=front))
+        ),
+        "pure_pursuit_step_ns": driver(
+            lambda: popsteer.PurePursuit(path, popsteer.PurePursuitParams(reference_offset=rear))
+        ),
+        "stanley_step_ns": driver(
+            lambda: popsteer.Stanley(path, popsteer.StanleyParams(reference_offset=front))
+        ),
+        EMPTY_CALL: driver(lambda: popsteer.Pop(path, pop), "_empty_call"),
+        REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_pop)),
+        PAPER_REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_paper)),
     }

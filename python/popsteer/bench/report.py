@@ -11,6 +11,8 @@ from popsteer.bench.laws import (
     MPC_STEP,
     NUMBA_STEP,
     PAPER_NS,
+    PAPER_REFERENCE_STEP,
+    PAPER_STEP,
     POP_STEP,
     REFERENCE_STEP,
 )
@@ -75,8 +77,9 @@ class LatencyReport:
         Returns
         -------
         dict
-            ``reference_over_step``, ``step_over_empty_call``, ``paper_over_step``, and
-            ``numba_over_step`` and ``mpc_over_step``, None where those were not at hand.
+            ``reference_over_step``, ``reference_over_step_of_paper`` (both with the paper's
+            search), ``step_over_empty_call``, ``paper_over_step``, and ``numba_over_step`` and
+            ``mpc_over_step``, None where those were not at hand.
         """
         return _ratios(
             {name: None if row is None else row.p50 for name, row in self.results.items()}
@@ -104,6 +107,7 @@ def _ratios(medians: dict[str, float | None]) -> dict[str, float | None]:
 
     return {
         "reference_over_step": over(medians[REFERENCE_STEP], step),
+        "reference_over_step_of_paper": over(medians[PAPER_REFERENCE_STEP], medians[PAPER_STEP]),
         "step_over_empty_call": over(step, medians[EMPTY_CALL]),
         "paper_over_step": over(PAPER_NS, step),
         "numba_over_step": over(medians[NUMBA_STEP], step),
