@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
+from popsteer.report.layout import blank_table, json_text
 from popsteer.report.table import title_of
 from popsteer.study.dead_time import DEAD_TIME_PLANT, DeadTimeRow
 
@@ -114,11 +114,9 @@ def dead_time_table(rows: Sequence[DeadTimeRow]) -> Table:
     >>> dead_time_table(dead_times(path, ["pop"])).row_count
     1
     """
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="")
+    table = blank_table()
     table.add_column("law", no_wrap=True)
     for run in _RUNS:
         table.add_column(Text(_HEADS[run]), justify="right", no_wrap=True)
@@ -182,6 +180,7 @@ def dead_time_json(rows: Sequence[DeadTimeRow], track: str) -> str:
 
     Examples
     --------
+    >>> import json
     >>> import popsteer
     >>> from popsteer.study import dead_times
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
@@ -202,7 +201,7 @@ def dead_time_json(rows: Sequence[DeadTimeRow], track: str) -> str:
             for row in rows
         ],
     }
-    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(document)
 
 
 def _figures(row: DeadTimeRow, found: Metrics) -> dict[str, float | int | bool | None]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
+from popsteer.report.layout import blank_table, json_text
 from popsteer.report.table import title_of
 from popsteer.study.edges import EDGE_CHANGES, EDGE_PLANT, MAX_STEER
 
@@ -47,10 +47,7 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
     >>> edges_table(edges(["pop", "stanley"], edge_tracks()[:1])).row_count
     2
     """
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="")
+    table = blank_table()
     for head in ("track", "law"):
         table.add_column(head, no_wrap=True)
     table.add_column("ending")
@@ -152,6 +149,7 @@ def edges_json(rows: Sequence[EdgeRun]) -> str:
 
     Examples
     --------
+    >>> import json
     >>> from popsteer.study import edge_tracks, edges
     >>> json.loads(edges_json(edges(["pop"], edge_tracks()[:1])))["runs"][0]["finished"]
     True
@@ -164,7 +162,7 @@ def edges_json(rows: Sequence[EdgeRun]) -> str:
         "changes": {law: dict(changes) for law, changes in EDGE_CHANGES.items()},
         "runs": [_entry(row) for row in rows],
     }
-    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(document)
 
 
 def _entry(row: EdgeRun) -> dict[str, Any]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import io
-import json
 import math
 from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer._core import __version__
 from popsteer.bench.machine import describe
+from popsteer.report.layout import blank_table, json_text
 from popsteer.report.metrics_json import SCHEMA, metrics_document
 from popsteer.report.table import title_of
 
@@ -64,10 +64,7 @@ def matrix_table(found: Matrix) -> Table:
     rich.table.Table
         To be printed.
     """
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="")
+    table = blank_table()
     for head in ("plant", "track", "law"):
         table.add_column(head, no_wrap=True)
     for head in ("mean |e|\n[m]", "after 5 s\n[m]", "max after\n[m]", "step p50\n[µs]"):
@@ -121,8 +118,7 @@ def matrix_files(found: Matrix) -> dict[str, bytes]:
         "constant_speed": found.constant_speed,
         "comparisons": [metrics_document(each) for each in found.comparisons],
     }
-    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-    content["matrix.json"] = f"{text}\n".encode()
+    content["matrix.json"] = json_text(document).encode()
     return content
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
+from popsteer.report.layout import json_text
 from popsteer.study.paper import PAPER
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def metrics_json(comparison: Comparison) -> str:
       "schema": 1
     """
     document = metrics_document(comparison)
-    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(document)
 
 
 def _controller(run: Run) -> dict[str, Any]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
+from popsteer.report.layout import blank_table, json_text
 from popsteer.report.table import title_of
 from popsteer.study.linear import lookahead
 
@@ -76,13 +76,9 @@ def stability_table(result: Stability) -> Table:
     >>> stability_table(stability(["stanley", "pop"], speeds=[5.0, 10.0])).row_count
     4
     """
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(
-        box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 2, 0, 0), header_style=""
-    )
+    table = blank_table()
     table.add_column("law", no_wrap=True)
     for head in ("speed\n[m/s]", "lookahead\n[m]", "gain\n[-]", "phase\n[deg]", "dead time\n[ms]"):
         table.add_column(Text(head), justify="right", no_wrap=True)
@@ -113,6 +109,7 @@ def stability_json(result: Stability) -> str:
 
     Examples
     --------
+    >>> import json
     >>> from popsteer.study import stability
     >>> json.loads(stability_json(stability(["pop"], speeds=[5.0])))["laws"]["pop"][0]["lookahead"]
     7.0
@@ -132,7 +129,7 @@ def stability_json(result: Stability) -> str:
         },
         "params": {name: params.as_dict() for name, params in result.params.items()},
     }
-    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(document)
 
 
 def _entry(params: Params, speed: float, found: Margins) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer import baselines, laws
+from popsteer.report.layout import blank_table
 from popsteer.study.paper import PAPER, is_authors_path
 
 if TYPE_CHECKING:
@@ -159,13 +160,9 @@ def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
 
 def _table(comparison: Comparison, columns: list[_Column]) -> Table:
     """Set out some columns."""
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(
-        box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0), header_style=""
-    )
+    table = blank_table(1)
     table.add_column("law", no_wrap=True)
     for column in columns:
         table.add_column(Text(column.head), justify="right", no_wrap=True)
