@@ -125,28 +125,10 @@ class PopParams:
 
 @dataclass(frozen=True, kw_only=True)
 class PopState(TrackerState):
-    """What `Pop` remembers.
+    """What `Pop` remembers beside what a `TrackerState` has.
 
     Attributes
     ----------
-    waypoint : int or None
-        The waypoint at which the segment of the last foot starts; None before the first step.
-    steer : float
-        The angle last commanded [rad].
-    handover_offset : float or None
-        Difference to the angle that was taken over [rad]; None before the first step.
-    handover_left : float
-        How long it fades on [s]; 0 without a hand-over.
-    held : int
-        How many inputs in a row were refused.
-    wheel : float or None
-        Angle of the wheels [rad]; None without an actuator.
-    under_way : tuple of tuple of float
-        Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
-    seen : tuple of float or None
-        Heading [rad] and speed [m/s] at the last step, where the actuator learns.
-    learnt : tuple of float
-        What the actuator has learnt, as `TrackerState` has it.
     previous_steer : float
         The last angle δ_prev [rad].
     model_steer : float
