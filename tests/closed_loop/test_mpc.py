@@ -13,7 +13,6 @@ import popsteer
 from popsteer import baselines, sim, study
 from popsteer.baselines import MpcParams
 from popsteer.errors import ConfigError, InputError, PopsteerError
-from popsteer.sim.model import model_of
 from tests.closed_loop.paths import track
 from tests.helpers import authors_data
 
@@ -147,12 +146,13 @@ def test_mpc_params_out_of_range_are_refused() -> None:
         MpcParams(stages=1)
 
 
-def test_model_of_a_plant_is_what_may_be_known_of_it() -> None:
-    identified = model_of(sim.CarlaIdentified(yaw_lag=0.2))
+def test_mpc_params_for_a_plant_are_what_may_be_known_of_it() -> None:
+    identified = MpcParams.for_plant(sim.CarlaIdentified(yaw_lag=0.2))
     assert (identified.lag, identified.understeer) == (0.2, 2.9e-4)
-    assert model_of(sim.KinematicBicycle(wheelbase=2.5)).wheelbase == 2.5
+    assert identified.max_steer_rate == MpcParams().max_steer_rate
+    assert MpcParams.for_plant(sim.KinematicBicycle(wheelbase=2.5)).wheelbase == 2.5
     pytest.importorskip("vehiclemodels")
-    model = model_of("commonroad-mb-2")
+    model = MpcParams.for_plant("commonroad-mb-2")
     assert model.wheelbase == pytest.approx(2.5789, abs=1e-4)
     assert (model.max_steer, model.max_steer_rate) == (1.066, 0.4)
 

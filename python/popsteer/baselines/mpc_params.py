@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from math import radians
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from popsteer.parameters import Parameters
-from popsteer.sim.geometry import geometry
-from popsteer.sim.model import model_of
+from popsteer.sim.geometry import geometry, steering_limits, steering_model
 
 if TYPE_CHECKING:
     from popsteer.sim.geometry import Plant
@@ -31,8 +31,8 @@ class MpcParams(Parameters):
         Point whose cross-track error counts, ahead of that whose pose is given [m].
     max_steer : float, default 1.22
         Largest angle [rad].
-    max_steer_rate : float, default 1.047
-        Largest rate [rad/s].
+    max_steer_rate : float, default radians(60)
+        Largest rate [rad/s]; that of POP's neighbourhood in 50 ms.
     cross_track_weight : float, default 1.0
         Of the squared cross-track error [1/m^2].
     heading_weight : float, default 10.0
@@ -83,7 +83,7 @@ class MpcParams(Parameters):
     lag: float = 0.1
     reference_offset: float = 0.0
     max_steer: float = 1.22
-    max_steer_rate: float = 1.047
+    max_steer_rate: float = radians(60.0)
     cross_track_weight: float = 1.0
     heading_weight: float = 10.0
     steer_weight: float = 0.0
@@ -105,13 +105,20 @@ class MpcParams(Parameters):
         Returns
         -------
         MpcParams
-            Its `popsteer.sim.model_of`, and its front axle for the reference point.
+            Its `steering_model` and the limits of its steering, and its front axle for the
+            reference point.
 
         Raises
         ------
         ConfigError
             No plant has this name.
         """
-        model = model_of(plant)
-        offset = geometry(plant).front_offset
-        return cls(**model._asdict(), reference_offset=offset)
+        model = steering_model(plant)
+        limits: dict[str, Any] = {**steering_limits(plant)}
+        return cls(
+            wheelbase=model.wheelbase,
+            understeer=model.understeer,
+            lag=model.steer_lag,
+            reference_offset=geometry(plant).front_offset,
+            **limits,
+        )

@@ -30,6 +30,7 @@ __all__ = [
     "made",
     "plant_name",
     "plant_names",
+    "steering_limits",
     "steering_model",
     "with_offset",
 ]
@@ -220,6 +221,33 @@ def steering_model(plant: Plant) -> SteeringModel:
     return SteeringModel(geometry(plant).wheelbase, 0.0, FOREIGN_LAG)
 
 
+def steering_limits(plant: Plant) -> dict[str, float]:
+    """Tell how far and how fast the wheels of a plant turn, where it says so.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
+        The plant; those written in Python may say it.
+
+    Returns
+    -------
+    dict
+        ``max_steer`` [rad] and ``max_steer_rate`` [rad/s], or nothing.
+
+    Raises
+    ------
+    ConfigError
+        No plant has this name.
+
+    Examples
+    --------
+    >>> steering_limits("kinematic-bicycle")
+    {}
+    """
+    turns = getattr(made(plant), "steer_limits", None)
+    return {} if turns is None else dict(zip(("max_steer", "max_steer_rate"), turns, strict=True))
+
+
 def actuator(plant: Plant, dead_time: float = 0.0, max_rate: float | None = None) -> Actuator:
     """Give what predicts a plant for a law: its dead time, and the plant's own answer.
 
@@ -306,10 +334,7 @@ or BangBangParams
 def _limits(plant: Plant) -> dict[str, float]:
     """Limits for a predictive law, as far as a plant written in Python says them."""
     plant = made(plant)
-    found: dict[str, float] = {}
-    turns = getattr(plant, "steer_limits", None)
-    if turns is not None:
-        found["max_steer"], found["max_steer_rate"] = turns
+    found = steering_limits(plant)
     grip = getattr(plant, "grip", None)
     if grip is not None:
         # A bend must leave grip for the way back to the path.

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from popsteer import laws
-from popsteer._core import CarlaIdentified, PreviewPopParams
+from popsteer._core import PreviewPopParams
 from popsteer.ranges import check_in_range
-from popsteer.sim import geometry
+from popsteer.sim import geometry, steering_model
 from popsteer.sim.geometry import SteeringModel
 
 if TYPE_CHECKING:
@@ -114,18 +114,13 @@ class Vehicle:
         >>> Vehicle.of("carla-identified").lag
         0.1
         """
-        at = geometry(plant)
-        if plant == "carla-identified":
-            plant = CarlaIdentified()
-        turning = (at.wheelbase, 0.0, 0.0)
-        if isinstance(plant, CarlaIdentified):
-            turning = (plant.wheelbase, plant.understeer, plant.yaw_lag)
+        at, model = geometry(plant), steering_model(plant)
         return cls(
-            wheelbase=turning[0],
-            understeer=turning[1],
+            wheelbase=model.wheelbase,
+            understeer=model.understeer,
             front_offset=at.front_offset,
             rear_offset=at.rear_offset,
-            lag=turning[2],
+            lag=model.steer_lag,
             dead_time=dead_time,
         )
 
