@@ -190,7 +190,7 @@ def record(results: Sequence[Result]) -> Path:
         "commit": commit.stdout.strip() or None,
         "results": [asdict(result) for result in results],
     }
-    file = OUT / "runs" / f"{now:%Y%m%dT%H%M%S}.json"
+    file = OUT / "runs" / f"{now:%Y%m%dT%H%M%S}-{os.getpid()}.json"
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
     return file

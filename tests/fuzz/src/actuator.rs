@@ -218,7 +218,8 @@ impl Life {
         assert!(seen.x.is_finite() && seen.y.is_finite() && seen.yaw.is_finite());
         let ahead = 1.5 * self.actuator.params().dead_time + 1e-9;
         let gained = learnt.acceleration.abs() * ahead;
-        assert!((seen.speed - vehicle.speed).abs() <= gained * (1.0 + 1e-9));
+        let rounding = 1e-9 * (1.0 + gained + vehicle.speed.abs());
+        assert!((seen.speed - vehicle.speed).abs() <= gained + rounding);
         let travel = (vehicle.speed.abs() + gained) * ahead;
         let (dx, dy) = (seen.x - vehicle.x, seen.y - vehicle.y);
         let slack = 1e-9 * (1.0 + travel + vehicle.x.abs() + vehicle.y.abs());
@@ -283,10 +284,11 @@ impl Plain {
         if time <= 0.0 {
             return;
         }
-        let mut reached = steer;
+        let mut kept = 0.0;
         if self.params.lag > 0.0 {
-            reached = steer + (self.wheel - steer) * (-time / self.params.lag).exp();
+            kept = (-time / self.params.lag).exp();
         }
+        let mut reached = steer + (self.wheel - steer) * kept;
         if let Some(rate) = self.params.max_rate {
             reached = reached.clamp(self.wheel - rate * time, self.wheel + rate * time);
         }
