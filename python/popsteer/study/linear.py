@@ -33,6 +33,7 @@ from popsteer._core import (
 )
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_in_range
+from popsteer.reference.math import decay
 from popsteer.study.linear_preview import preview_pop
 
 if TYPE_CHECKING:
@@ -231,10 +232,10 @@ class Loop:
         rest = self._step_response(dt) - first
         pushed = back**steps * (first[:, None] + rest[:, None] * back)
 
-        decay = _decay(dt, lag)
-        swing = lag * (1.0 - decay)  # what a yaw rate turns the car by before it has died out
+        kept = decay(dt, lag)
+        swing = lag * (1.0 - kept)  # what a yaw rate turns the car by before it has died out
         z = 1.0 / back
-        rate = pushed[2] / (z - decay)
+        rate = pushed[2] / (z - kept)
         yaw = (pushed[1] + swing * rate) / (z - 1.0)
         offset = (pushed[0] + speed * dt * yaw + speed * lag * (dt - swing) * rate) / (z - 1.0)
         seen = offset + self._offset * yaw
@@ -257,10 +258,10 @@ class Loop:
         bool
             Whether it is stable.
         """
-        decay = _decay(self._dt, self._vehicle.lag)
+        kept = decay(self._dt, self._vehicle.lag)
         back = self._back
         value = self._steer * (1.0 + self.gain(dead_time))
-        value *= (1.0 - back) ** 2 * (1.0 - decay * back)
+        value *= (1.0 - back) ** 2 * (1.0 - kept * back)
         phase = np.unwrap(np.angle(value))
         return bool(abs(phase[-1] - phase[0]) < 0.5 * math.pi)
 
@@ -268,11 +269,11 @@ class Loop:
         """Offset, heading and yaw rate some time after a unit step of the angle, from rest."""
         vehicle, speed = self._vehicle, self._speed
         turning = speed / (vehicle.wheelbase + vehicle.understeer * speed * speed)
-        decay, lag = _decay(time, vehicle.lag), vehicle.lag
-        swing = lag * (1.0 - decay)
+        kept, lag = decay(time, vehicle.lag), vehicle.lag
+        swing = lag * (1.0 - kept)
         heading = time - swing
         offset = speed * (0.5 * time * time - lag * heading)
-        return turning * np.array([offset, heading, 1.0 - decay])
+        return turning * np.array([offset, heading, 1.0 - kept])
 
 
 def _positive_lookahead(params: PopParams | PurePursuitParams, speed: float) -> float:
@@ -280,8 +281,3 @@ def _positive_lookahead(params: PopParams | PurePursuitParams, speed: float) -> 
     if not distance:
         raise ConfigError("lookahead", distance, "positive")
     return distance
-
-
-def _decay(time: float, lag: float) -> float:
-    """Share of a yaw rate that is left after a time: exp(-t / τ)."""
-    return math.exp(-time / lag) if lag > 0.0 else 0.0

@@ -14,12 +14,12 @@ s, δ is a ratio of polynomials of b.
 
 from __future__ import annotations
 
-from math import exp
 from typing import TYPE_CHECKING, NamedTuple
 
 from numpy.polynomial import Polynomial
 
 from popsteer.reference.lateral.cost_to_go import CostToGo, Travel
+from popsteer.reference.math import decay
 from popsteer.reference.vehicle.predict import steps
 
 if TYPE_CHECKING:
@@ -87,12 +87,12 @@ def preview_pop(
     offset = params.reference_offset or 0.0
     length = params.wheelbase + params.understeer * speed * speed
     distance = speed * dt
-    decay = exp(-dt / params.steer_lag) if params.steer_lag > 0.0 else 0.0
-    swing = params.steer_lag * (1.0 - decay) * speed
+    kept = decay(dt, params.steer_lag)
+    swing = params.steer_lag * (1.0 - kept) * speed
 
     # Everything is multiplied by lag, turn.fade and slip.fade, by which something is divided.
-    lag = 1.0 - decay * _BACK
-    driven = (1.0 - decay) * _BACK  # a · lag, for a unit of c
+    lag = 1.0 - kept * _BACK
+    driven = (1.0 - kept) * _BACK  # a · lag, for a unit of c
     learns = speed >= params.min_speed
     turn = _filter(gains.turn / distance, params.turn_learning_time if learns else 0.0, dt)
     slip = _filter(gains.slip / distance, params.slip_learning_time if learns else 0.0, dt)
@@ -147,7 +147,7 @@ def preview_gains(params: PreviewPopParams, speed: float, dt: float) -> PreviewG
     count, period = steps(params.horizon, dt)
     step = max(speed, params.min_speed) * period
     lag = params.steer_lag * speed
-    kept = exp(-step / lag) if lag > 0.0 else 0.0
+    kept = decay(step, lag)
     travel = Travel.over(step, lag, kept, offset)
     length = params.wheelbase + params.understeer * speed * speed
     move_cost = (params.steer_rate_cost * length / period) ** 2
