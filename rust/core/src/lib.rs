@@ -13,16 +13,18 @@
 //! ```
 //!
 //! Every law has the same shape: immutable parameters, validated once; a small plain state;
-//! and [`LateralLaw::step`], which reads both. SI units and radians throughout, x forward,
+//! and [`Tracker::step`], which reads both. SI units and radians throughout, x forward,
 //! y left, yaw counter-clockwise, positive steering to the left.
 //!
 //! # Examples
 //!
 //! ```
-//! use popsteer_core::{LateralLaw, Path, VehicleState, lateral::{Pop, PopParams}};
+//! use popsteer_core::lateral::{Pop, PopParams};
+//! use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
 //!
 //! let path = Path::new(&[0.0, 10.0, 20.0], &[0.0, 0.0, 0.0], None, false)?;
-//! let law = Pop::new(PopParams::DEFAULT)?;
+//! let car = Vehicle { wheelbase: 2.7, rear_axle: -1.35, ..Vehicle::DEFAULT };
+//! let law = Tracker::of(Pop::new(car, PopParams::DEFAULT)?);
 //! let mut state = law.initial_state();
 //! let vehicle = VehicleState { x: 0.0, y: 0.5, yaw: 0.0, speed: 5.0 };
 //! let command = law.step(&path.view(), &mut state, vehicle, 0.05)?;
@@ -68,11 +70,11 @@ pub mod path;
 pub mod vehicle;
 
 pub use error::{ConfigError, InputError, PathError};
-pub use lateral::{Command, LateralLaw, LateralState, Status};
+pub use lateral::{Command, LateralLaw, LateralState, Status, Tracker};
 #[cfg(feature = "alloc")]
 pub use path::Path;
 pub use path::PathView;
-pub use vehicle::VehicleState;
+pub use vehicle::{Vehicle, VehicleState};
 
 /// A point or a displacement in the plane [m].
 pub type Point = nalgebra::Vector2<f64>;

@@ -1,10 +1,10 @@
 //! Bang-bang: a fixed angle back towards the path, the floor to measure against.
 
-use super::{Body, Command, LateralLaw, LateralState, body_params, check_waypoint, command};
+use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled};
 use crate::error::{ConfigError, InputError, config_in_range};
-use crate::path::follow::Follow;
+use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
-use crate::vehicle::VehicleState;
+use crate::vehicle::Vehicle;
 
 /// Parameters of [`BangBang`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,12 +14,6 @@ pub struct BangBangParams {
     pub amplitude: f64,
     /// Cross-track errors up to this leave the wheels straight [m].
     pub deadband: f64,
-    /// Distance of the axles [m].
-    pub wheelbase: f64,
-    /// Reference point ahead of the rear axle [m]; the front axle, `wheelbase`, by default.
-    pub reference_offset: Option<f64>,
-    /// Steering limit `delta_max` [rad].
-    pub max_steer: f64,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
@@ -33,12 +27,20 @@ impl BangBangParams {
     pub const DEFAULT: Self = Self {
         amplitude: 0.122,
         deadband: 0.0,
-        wheelbase: 3.0,
-        reference_offset: None,
-        max_steer: 1.22,
         search_distance: None,
         lost_distance: None,
     };
+}
+
+impl BangBangParams {
+    /// The parameters with the defaults that scale with `vehicle` filled in.
+    pub fn resolved(self, vehicle: &Vehicle) -> Self {
+        Self {
+            search_distance: or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
+            lost_distance: or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
+            ..self
+        }
+    }
 }
 
 impl Default for BangBangParams {
@@ -47,66 +49,65 @@ impl Default for BangBangParams {
     }
 }
 
-/// What [`BangBang`] remembers.
+/// What [`BangBang`] remembers: nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BangBangState {
-    /// The waypoint at which the segment of the last foot starts; none before the first step.
-    pub waypoint: Option<usize>,
-}
+pub struct BangBangState {}
 
 /// `steer = -amplitude sign(cross_track_error)` outside the deadband, 0 inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BangBang {
-    body: Body,
+    vehicle: Vehicle,
+    follow: Follow,
     amplitude: f64,
     deadband: f64,
 }
 
 impl BangBang {
-    /// The law with these parameters.
+    /// The law with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
-    /// [`ConfigError`], naming the parameter that is out of its range.
-    pub fn new(params: BangBangParams) -> Result<Self, ConfigError> {
+    /// [`ConfigError`], naming the field that is out of its range.
+    pub fn new(vehicle: Vehicle, params: BangBangParams) -> Result<Self, ConfigError> {
+        let vehicle = vehicle.checked()?;
+        let params = params.resolved(&vehicle);
         Ok(Self {
             amplitude: config_in_range("amplitude", params.amplitude, 0.0, 1.57)?,
             deadband: config_in_range("deadband", params.deadband, 0.0, 1e6)?,
-            body: Body::new(body_params!(params), params.wheelbase)?,
+            follow: Tracked::FrontAxle.follow(
+                &vehicle,
+                params.search_distance,
+                params.lost_distance,
+            )?,
+            vehicle,
         })
     }
 }
 
-impl LateralState for BangBangState {
-    #[inline]
-    fn set_waypoint(&mut self, waypoint: Option<usize>) {
-        self.waypoint = waypoint;
-    }
-}
+impl LateralState for BangBangState {}
 
 impl LateralLaw for BangBang {
     type State = BangBangState;
 
     fn initial_state(&self) -> BangBangState {
-        BangBangState::default()
+        BangBangState {}
+    }
+
+    fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
     }
 
     fn follow(&self) -> &Follow {
-        &self.body.follow
+        &self.follow
     }
 
-    fn max_steer(&self) -> f64 {
-        self.body.max_steer
-    }
-
-    fn step(
+    fn decide(
         &self,
-        path: &PathView<'_>,
-        state: &mut BangBangState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<Command, InputError> {
-        let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
+        _path: &PathView<'_>,
+        _state: &mut BangBangState,
+        at: &Located,
+        _belief: &Belief,
+    ) -> Decision {
         let error = at.foot.cross_track_error();
         let wanted = if error > self.deadband {
             -self.amplitude
@@ -115,12 +116,15 @@ impl LateralLaw for BangBang {
         } else {
             0.0
         };
-        let (steer, status) = self.body.limit(wanted);
-        state.waypoint = Some(at.foot.segment);
-        Ok(command(&at, steer, at.foot.point, status))
+        let (steer, status) = self.vehicle.limit_steer(wanted);
+        Decision {
+            steer,
+            target: at.foot.point,
+            status,
+        }
     }
 
-    fn check_state(&self, path: &PathView<'_>, state: &BangBangState) -> Result<(), InputError> {
-        check_waypoint(path, state.waypoint)
+    fn check_state(&self, _state: &BangBangState) -> Result<(), InputError> {
+        Ok(())
     }
 }

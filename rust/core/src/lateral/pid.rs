@@ -1,32 +1,28 @@
 //! PID on the cross-track error, the paper's Equation 1.
 
-use super::{Body, Command, LateralLaw, LateralState, body_params, check_waypoint, command};
+use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use crate::math::from_count;
-use crate::path::follow::Follow;
+use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
-use crate::vehicle::VehicleState;
+use crate::vehicle::Vehicle;
 
 /// Parameters of [`Pid`]; the paper's Table 1 by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidParams {
-    /// Proportional gain `k_P` [rad/m].
-    pub kp: f64,
-    /// Integral gain `k_I` [rad/(m s)]; [rad/m] without `integral_with_dt`.
-    pub ki: f64,
-    /// Derivative gain `k_D` [rad s/m].
-    pub kd: f64,
+    /// Proportional gain `k_P` [rad/m]; by default 0.25 at the paper's wheelbase, like the others
+    /// inversely proportional to it at others.
+    pub kp: Option<f64>,
+    /// Integral gain `k_I` [rad/(m s)]; [rad/m] without `integral_with_dt`. By default 0.01 at the
+    /// paper's wheelbase.
+    pub ki: Option<f64>,
+    /// Derivative gain `k_D` [rad s/m]; by default 0.2 at the paper's wheelbase.
+    pub kd: Option<f64>,
     /// Buffer length: how many of the last errors the integral sums, against wind-up.
     pub buffer_length: usize,
     /// Whether the integral weighs each error with its `dt`, as the published code does; the
     /// paper's equation sums the bare errors.
     pub integral_with_dt: bool,
-    /// Distance of the axles [m].
-    pub wheelbase: f64,
-    /// Reference point ahead of the rear axle [m]; the front axle, `wheelbase`, by default.
-    pub reference_offset: Option<f64>,
-    /// Steering limit `delta_max` [rad].
-    pub max_steer: f64,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
@@ -38,17 +34,29 @@ pub struct PidParams {
 impl PidParams {
     /// The defaults.
     pub const DEFAULT: Self = Self {
-        kp: 0.25,
-        ki: 0.01,
-        kd: 0.2,
+        kp: None,
+        ki: None,
+        kd: None,
         buffer_length: 500,
         integral_with_dt: true,
-        wheelbase: 3.0,
-        reference_offset: None,
-        max_steer: 1.22,
         search_distance: None,
         lost_distance: None,
     };
+}
+
+impl PidParams {
+    /// The parameters with the defaults that scale with `vehicle` filled in.
+    pub fn resolved(self, vehicle: &Vehicle) -> Self {
+        let wheelbase = vehicle.wheelbase;
+        Self {
+            kp: or_scaled(self.kp, 0.75 / wheelbase),
+            ki: or_scaled(self.ki, 0.03 / wheelbase),
+            kd: or_scaled(self.kd, 0.6 / wheelbase),
+            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
+            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
+            ..self
+        }
+    }
 }
 
 impl Default for PidParams {
@@ -210,8 +218,6 @@ impl ErrorBuffer {
 /// What [`Pid`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidState {
-    /// The waypoint at which the segment of the last foot starts; none before the first step.
-    pub waypoint: Option<usize>,
     /// The last cross-track error [m]; none before the first step.
     pub previous_error: Option<f64>,
     /// The terms of the integral.
@@ -225,7 +231,8 @@ pub struct PidState {
 /// derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pid {
-    body: Body,
+    vehicle: Vehicle,
+    follow: Follow,
     kp: f64,
     ki: f64,
     kd: f64,
@@ -234,12 +241,14 @@ pub struct Pid {
 }
 
 impl Pid {
-    /// The law with these parameters.
+    /// The law with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
-    /// [`ConfigError`], naming the parameter that is out of its range.
-    pub fn new(params: PidParams) -> Result<Self, ConfigError> {
+    /// [`ConfigError`], naming the field that is out of its range.
+    pub fn new(vehicle: Vehicle, params: PidParams) -> Result<Self, ConfigError> {
+        let vehicle = vehicle.checked()?;
+        let params = params.resolved(&vehicle);
         let buffer_length = params.buffer_length;
         if !(1..=ErrorBuffer::CAPACITY).contains(&buffer_length) {
             return Err(ConfigError {
@@ -249,24 +258,23 @@ impl Pid {
             });
         }
         Ok(Self {
-            kp: config_in_range("kp", params.kp, 0.0, 1e6)?,
-            ki: config_in_range("ki", params.ki, 0.0, 1e6)?,
-            kd: config_in_range("kd", params.kd, 0.0, 1e6)?,
+            kp: config_in_range("kp", resolved(params.kp), 0.0, 1e6)?,
+            ki: config_in_range("ki", resolved(params.ki), 0.0, 1e6)?,
+            kd: config_in_range("kd", resolved(params.kd), 0.0, 1e6)?,
             buffer_length,
             integral_with_dt: params.integral_with_dt,
-            body: Body::new(body_params!(params), params.wheelbase)?,
+            follow: Tracked::FrontAxle.follow(
+                &vehicle,
+                params.search_distance,
+                params.lost_distance,
+            )?,
+            vehicle,
         })
     }
 }
 
 impl LateralState for PidState {
-    #[inline]
-    fn set_waypoint(&mut self, waypoint: Option<usize>) {
-        self.waypoint = waypoint;
-    }
-
     fn leave_path(&mut self) {
-        self.waypoint = None;
         self.previous_error = None;
         self.buffer = ErrorBuffer::new(self.buffer.length());
     }
@@ -277,28 +285,27 @@ impl LateralLaw for Pid {
 
     fn initial_state(&self) -> PidState {
         PidState {
-            waypoint: None,
             previous_error: None,
             buffer: ErrorBuffer::new(self.buffer_length),
         }
     }
 
+    fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
+    }
+
     fn follow(&self) -> &Follow {
-        &self.body.follow
+        &self.follow
     }
 
-    fn max_steer(&self) -> f64 {
-        self.body.max_steer
-    }
-
-    fn step(
+    #[inline]
+    fn decide(
         &self,
-        path: &PathView<'_>,
+        _path: &PathView<'_>,
         state: &mut PidState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<Command, InputError> {
-        let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
+        at: &Located,
+        _belief: &Belief,
+    ) -> Decision {
         let error = at.foot.cross_track_error();
         if at.turned || at.off_path {
             state.leave_path();
@@ -315,14 +322,16 @@ impl LateralLaw for Pid {
             .previous_error
             .map_or(0.0, |previous| (error - previous) / at.dt);
         let wanted = -(self.kp * error + self.ki * state.buffer.sum() + self.kd * rate);
-        let (steer, status) = self.body.limit(wanted);
-        state.waypoint = Some(at.foot.segment);
+        let (steer, status) = self.vehicle.limit_steer(wanted);
         state.previous_error = Some(error);
-        Ok(command(&at, steer, at.foot.point, status))
+        Decision {
+            steer,
+            target: at.foot.point,
+            status,
+        }
     }
 
-    fn check_state(&self, path: &PathView<'_>, state: &PidState) -> Result<(), InputError> {
-        check_waypoint(path, state.waypoint)?;
+    fn check_state(&self, state: &PidState) -> Result<(), InputError> {
         if let Some(error) = state.previous_error {
             input_in_range("previous_error", error, -BOUND, BOUND)?;
         }

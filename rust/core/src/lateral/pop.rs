@@ -1,25 +1,23 @@
 //! POP: proximally optimal predictive control, the paper's Algorithm 1.
 
-use super::rollout::{Model, Rollout};
-use super::{
-    Body, Command, LateralLaw, LateralState, Status, Target, body_params, check_steer,
-    check_waypoint, command, search_params,
-};
+use super::search::{Search, search_of};
+use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range};
 use crate::math::{PI, atan2, from_count, saturate, to_count, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::view::{PathView, get_distance};
-use crate::vehicle::VehicleState;
-use crate::vehicle::predict::get_predicted_location;
+use crate::vehicle::bicycle::get_predicted_location;
+use crate::vehicle::{Vehicle, VehicleState};
 
 /// Parameters of [`Pop`]; the paper's Table 1 by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PopParams {
     /// Velocity constant `k_v` [s]: `lookahead = min_lookahead + lookahead_gain speed`.
     pub lookahead_gain: f64,
-    /// Lookahead at rest `ld_min` [m]; the published code's 6 m, the paper gives none.
-    pub min_lookahead: f64,
+    /// Lookahead at rest `ld_min` [m]; two wheelbases by default, the published code's 6 m at the
+    /// paper's car. The paper gives none.
+    pub min_lookahead: Option<f64>,
     /// Optimization range `delta_nbd` [rad]: candidates lie at most this far from the last angle.
     pub steer_span: f64,
     /// Optimization resolution: the number of candidates, odd.
@@ -28,27 +26,13 @@ pub struct PopParams {
     /// vehicle, [`get_crossing`](crate::path::lookahead::get_crossing), instead of what the
     /// paper's search finds.
     pub exact_lookahead: bool,
-    /// Threshold `epsilon` of the paper's search [m].
-    pub lookahead_tolerance: f64,
-    /// Arc ahead of the vehicle that the paper's search looks at [m].
-    pub window_ahead: f64,
-    /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
-    pub grid_spacing: f64,
-    /// How long a prediction by the kinematic bicycle with steering lag looks ahead [s]; none for
-    /// the paper's, a point over one step. The vehicle should come about as far as the lookahead
-    /// in it: where it does not, the law swings.
-    pub horizon: Option<f64>,
-    /// With a horizon, the understeer of the bicycle [s^2/m]:
-    /// `yaw rate = speed tan(steer) / (wheelbase + understeer speed^2)`.
-    pub understeer: f64,
-    /// With a horizon, the time constant with which the wheels follow their command [s].
-    pub steer_lag: f64,
-    /// Distance of the axles [m].
-    pub wheelbase: f64,
-    /// Reference point ahead of the rear axle [m]; the front axle, `wheelbase`, by default.
-    pub reference_offset: Option<f64>,
-    /// Steering limit `delta_max` [rad].
-    pub max_steer: f64,
+    /// Threshold `epsilon` of the paper's search [m]; 1/300 of the wheelbase by default.
+    pub lookahead_tolerance: Option<f64>,
+    /// Arc ahead of the vehicle that the paper's search looks at [m]; 20/3 wheelbases by default.
+    pub window_ahead: Option<f64>,
+    /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
+    /// 1/300 of the wheelbase by default.
+    pub grid_spacing: Option<f64>,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
@@ -61,22 +45,32 @@ impl PopParams {
     /// The defaults.
     pub const DEFAULT: Self = Self {
         lookahead_gain: 0.2,
-        min_lookahead: 6.0,
+        min_lookahead: None,
         steer_span: 3.0 * (PI / 180.0),
         candidate_count: 21,
         exact_lookahead: true,
-        lookahead_tolerance: 0.01,
-        window_ahead: 20.0,
-        grid_spacing: 0.01,
-        horizon: None,
-        understeer: 0.0,
-        steer_lag: 0.1,
-        wheelbase: 3.0,
-        reference_offset: None,
-        max_steer: 1.22,
+        lookahead_tolerance: None,
+        window_ahead: None,
+        grid_spacing: None,
         search_distance: None,
         lost_distance: None,
     };
+}
+
+impl PopParams {
+    /// The parameters with the defaults that scale with `vehicle` filled in.
+    pub fn resolved(self, vehicle: &Vehicle) -> Self {
+        let wheelbase = vehicle.wheelbase;
+        Self {
+            min_lookahead: or_scaled(self.min_lookahead, 2.0 * wheelbase),
+            lookahead_tolerance: or_scaled(self.lookahead_tolerance, wheelbase / 300.0),
+            window_ahead: or_scaled(self.window_ahead, 20.0 / 3.0 * wheelbase),
+            grid_spacing: or_scaled(self.grid_spacing, wheelbase / 300.0),
+            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
+            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
+            ..self
+        }
+    }
 }
 
 impl Default for PopParams {
@@ -88,12 +82,8 @@ impl Default for PopParams {
 /// What [`Pop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PopState {
-    /// The waypoint at which the segment of the last foot starts; none before the first step.
-    pub waypoint: Option<usize>,
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
-    /// With a horizon, the angle of the wheels by the model [rad].
-    pub model_steer: f64,
 }
 
 /// The POP controller: of the angles in the neighbourhood of the last one, the angle whose
@@ -102,14 +92,11 @@ pub struct PopState {
 /// With one-step point prediction the wheelbase does not enter; it only places the reference
 /// point. The last angle is looked at first and wins ties, so a vehicle at rest, where every
 /// candidate predicts the same location, keeps its wheels still.
-///
-/// With a `horizon` the location is predicted by a bicycle with steering lag, under each candidate
-/// held over it, and what counts is the place on the way that lies closest to the lookahead point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pop {
-    body: Body,
-    search: super::Search,
-    model: Option<Model>,
+    vehicle: Vehicle,
+    follow: Follow,
+    search: Search,
     steer_span: f64,
     candidate_count: usize,
     /// Candidates on either side of the last angle.
@@ -123,13 +110,14 @@ impl Pop {
     /// The largest number of candidates.
     pub const MAX_CANDIDATES: usize = 100_001;
 
-    /// The law with these parameters.
+    /// The law with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
-    /// [`ConfigError`], naming the parameter that is out of its range.
-    pub fn new(params: PopParams) -> Result<Self, ConfigError> {
-        let search = search_params!(params).checked()?;
+    /// [`ConfigError`], naming the field that is out of its range.
+    pub fn new(vehicle: Vehicle, params: PopParams) -> Result<Self, ConfigError> {
+        let vehicle = vehicle.checked()?;
+        let params = params.resolved(&vehicle);
         let steer_span = config_in_range("steer_span", params.steer_span, 1e-6, PI)?;
         let count = params.candidate_count;
         if count.is_multiple_of(2) || !(3..=Self::MAX_CANDIDATES).contains(&count) {
@@ -139,67 +127,22 @@ impl Pop {
                 requirement: Requirement::OddInRange(3, Self::MAX_CANDIDATES),
             });
         }
-        let body = Body::new(body_params!(params), params.wheelbase)?;
-        let model = Model {
-            // The numbers are checked, whether they count or not.
-            horizon: params.horizon.unwrap_or(1.0),
-            wheelbase: body.wheelbase,
-            understeer: params.understeer,
-            steer_lag: params.steer_lag,
-            reference_offset: body.follow.reference_offset,
-        }
-        .checked()?;
         let half = from_count(count / 2);
         let step = steer_span / half;
-        let steps_per_rad = 1.0 / step;
         Ok(Self {
-            body,
-            search,
-            model: params.horizon.map(|_| model),
+            search: search_of!(params)?,
             steer_span,
             candidate_count: count,
             half,
             step,
-            steps_per_rad,
+            steps_per_rad: 1.0 / step,
+            follow: Tracked::FrontAxle.follow(
+                &vehicle,
+                params.search_distance,
+                params.lost_distance,
+            )?,
+            vehicle,
         })
-    }
-
-    /// Algorithm 1 up to the choice of the angle.
-    #[inline]
-    fn decide(
-        &self,
-        path: &PathView<'_>,
-        state: &mut PopState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<(Located, Target, f64), InputError> {
-        let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
-        let speed = at.vehicle.forward_speed();
-        let lookahead = self.search.min_lookahead + self.search.lookahead_gain * speed;
-        let target = self.search.find(path, &at, lookahead);
-        let to_target = target.point - at.position;
-        let previous_steer = at.turn(state.previous_steer);
-        let mut wheel = at.turn(state.model_steer);
-        let steer = if let Some(model) = &self.model {
-            let rollout = model.rollout(at.vehicle.yaw, speed, wheel, dt);
-            let steer = self.choose_over_horizon(to_target, &rollout, previous_steer);
-            (wheel, _) = self.body.limit(model.follow(wheel, steer, dt));
-            steer
-        } else {
-            let here = VehicleState {
-                x: 0.0,
-                y: 0.0,
-                yaw: at.vehicle.yaw,
-                speed,
-            };
-            self.choose(to_target, here, previous_steer, dt)
-        };
-        *state = PopState {
-            waypoint: Some(at.foot.segment),
-            previous_steer: at.turn(steer),
-            model_steer: at.turn(wheel),
-        };
-        Ok((at, target, steer))
     }
 
     /// The optimization of Algorithm 1, with the vehicle at the origin: distances are the same
@@ -228,18 +171,6 @@ impl Pop {
         }
         self.choose_nearest(previous_steer, |steer| {
             get_distance(get_predicted_location(vehicle, steer, dt), target)
-        })
-    }
-
-    /// The same loop with the vehicle's way over the horizon, instead of its location after a
-    /// step.
-    fn choose_over_horizon(&self, target: Point, rollout: &Rollout, previous_steer: f64) -> f64 {
-        let range = get_distance(Point::new(0.0, 0.0), target);
-        if rollout.spread(self.steer_span) <= 16.0 * f64::EPSILON * range {
-            return previous_steer;
-        }
-        self.choose_nearest(previous_steer, |steer| {
-            rollout.get_least_distance(steer, target)
         })
     }
 
@@ -303,7 +234,7 @@ impl Pop {
             self.candidate(previous_steer, k)
         };
         // At the limit candidates run together, and a neighbour may be nearer than its place.
-        (decided && candidate.abs() + step < self.body.max_steer).then_some(candidate)
+        (decided && candidate.abs() + step < self.vehicle.max_steer).then_some(candidate)
     }
 
     /// Candidate `k` of `delta_list`: evenly over `previous_steer +- steer_span`, within the
@@ -311,17 +242,12 @@ impl Pop {
     #[inline]
     fn candidate(&self, previous_steer: f64, k: usize) -> f64 {
         let offset = self.steer_span * ((from_count(k) - self.half) / self.half);
-        let max_steer = self.body.max_steer;
+        let max_steer = self.vehicle.max_steer;
         saturate(previous_steer + offset, -max_steer, max_steer)
     }
 }
 
 impl LateralState for PopState {
-    #[inline]
-    fn set_waypoint(&mut self, waypoint: Option<usize>) {
-        self.waypoint = waypoint;
-    }
-
     #[inline]
     fn set_steer(&mut self, steer: f64) -> bool {
         self.previous_steer = steer;
@@ -336,47 +262,49 @@ impl LateralLaw for Pop {
         PopState::default()
     }
 
+    fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
+    }
+
     fn follow(&self) -> &Follow {
-        &self.body.follow
+        &self.follow
     }
 
-    fn max_steer(&self) -> f64 {
-        self.body.max_steer
-    }
-
-    fn step(
+    /// Algorithm 1.
+    #[inline]
+    fn decide(
         &self,
         path: &PathView<'_>,
         state: &mut PopState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<Command, InputError> {
-        let (at, target, steer) = self.decide(path, state, vehicle, dt)?;
-        let status = if !target.found {
-            Status::LookaheadLost
-        } else if steer.abs() >= self.body.max_steer {
-            Status::Saturated
-        } else {
-            Status::Ok
+        at: &Located,
+        _belief: &Belief,
+    ) -> Decision {
+        let speed = at.vehicle.forward_speed();
+        let lookahead = self.search.min_lookahead + self.search.lookahead_gain * speed;
+        let target = self.search.find(path, at, lookahead);
+        let here = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: at.vehicle.yaw,
+            speed,
         };
-        Ok(command(&at, steer, target.point, status))
+        let previous_steer = at.turn(state.previous_steer);
+        let steer = self.choose(target.point - at.position, here, previous_steer, at.dt);
+        state.previous_steer = at.turn(steer);
+        Decision {
+            steer,
+            target: target.point,
+            status: Status::SATURATED.when(steer.abs() >= self.vehicle.max_steer)
+                | Status::LOOKAHEAD_LOST.when(!target.found),
+        }
     }
 
-    fn steer(
-        &self,
-        path: &PathView<'_>,
-        state: &mut PopState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<f64, InputError> {
-        self.decide(path, state, vehicle, dt)
-            .map(|(at, _, steer)| at.turn(steer))
-    }
-
-    fn check_state(&self, path: &PathView<'_>, state: &PopState) -> Result<(), InputError> {
-        check_waypoint(path, state.waypoint)?;
-        check_steer("previous_steer", state.previous_steer, self.body.max_steer)?;
-        check_steer("model_steer", state.model_steer, self.body.max_steer)
+    fn check_state(&self, state: &PopState) -> Result<(), InputError> {
+        check_steer(
+            "previous_steer",
+            state.previous_steer,
+            self.vehicle.max_steer,
+        )
     }
 }
 
@@ -387,13 +315,16 @@ mod tests {
     use proptest::prelude::*;
 
     fn law(steer_span: f64, half: usize, max_steer: f64) -> Pop {
-        Pop::new(PopParams {
+        let vehicle = Vehicle {
+            max_steer,
+            ..Vehicle::DEFAULT
+        };
+        let params = PopParams {
             steer_span,
             candidate_count: 2 * half + 1,
-            max_steer,
             ..PopParams::DEFAULT
-        })
-        .unwrap()
+        };
+        Pop::new(vehicle, params).unwrap()
     }
 
     /// A bearing relative to the last wheel heading: anywhere, on a candidate, or half way
@@ -464,12 +395,9 @@ mod tests {
 
     #[test]
     fn test_pop_at_rest_keeps_its_angle() {
-        let law = law(3.0_f64.to_radians(), 10, 1.22);
+        let law = crate::Tracker::of(law(3.0_f64.to_radians(), 10, 1.22));
         let path = crate::Path::new(&[0.0, 10.0, 20.0], &[0.0, 3.0, 0.0], None, false).unwrap();
-        let mut state = PopState {
-            previous_steer: 0.125,
-            ..PopState::default()
-        };
+        let mut state = law.state_from(0.125).unwrap();
         let vehicle = VehicleState {
             x: 0.0,
             y: 1.0,

@@ -2,64 +2,43 @@
 
 use super::cost_to_go::{CostToGo, Travel};
 use super::{
-    Body, Command, LateralLaw, LateralState, Status, body_params, check_steer, check_waypoint,
-    command,
+    Belief, Decision, LateralLaw, LateralState, Tracked, check_steer, or_scaled, resolved,
 };
-use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
-use crate::math::{PI, atan, cos, decay, from_count, saturate, sin, tan, wrap};
+use crate::error::{ConfigError, InputError, config_in_range};
+use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
-use crate::path::view::{MAX_COORDINATE, PathView};
-use crate::vehicle::VehicleState;
-use crate::vehicle::predict::{MAX_STEPS, steps};
-use crate::vehicle::state::MAX_YAW;
+use crate::path::view::PathView;
+use crate::vehicle::Vehicle;
+use crate::vehicle::bicycle::{MAX_STEPS, steps};
 
 /// Parameters of [`PreviewPop`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPopParams {
-    /// Optimization range `delta_nbd` [rad]: an angle lies at most this far from the last one.
-    pub steer_span: f64,
-    /// Fastest the wheels are told to turn [rad/s]; at a control period of 50 ms, 60 degrees/s
-    /// are the paper's 3 degrees a step.
-    pub max_steer_rate: f64,
-    /// Largest lateral acceleration that an angle may ask for [m/s^2]. Less: a vehicle that is too
-    /// fast for a bend runs wide instead of sliding.
-    pub max_lateral_acceleration: f64,
+    /// Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most this
+    /// times `dt` from the last one; 60 degrees/s are the paper's 3 degrees in 50 ms.
+    pub steer_span_rate: f64,
     /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
-    /// seen through; shorter than the lag and the way back to the path, the vehicle swings.
+    /// seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
     pub horizon: f64,
-    /// How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]. More:
-    /// the path is joined more gently, and offsets take longer to vanish.
-    pub heading_cost: f64,
-    /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad].
-    /// More: calmer wheels, less noise passed on, wider bends where the model is wrong.
-    pub steer_rate_cost: f64,
+    /// How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a
+    /// wheelbase by default. More: the path is joined more gently, and offsets take longer to
+    /// vanish.
+    pub heading_cost: Option<f64>,
+    /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad];
+    /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
+    /// bends where the model is wrong.
+    pub steer_rate_cost: Option<f64>,
     /// Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
     /// a sharper manoeuvre.
     pub approach_angle: f64,
-    /// Below this speed [m/s] the wheels turn in proportion to the way travelled, and the
-    /// prediction looks as far as at this speed; at rest they keep their angle.
-    pub min_speed: f64,
-    /// Length of path over which its direction is taken [m]. More: less of the waypoints' noise
-    /// is steered, and bends shorter than this are cut.
-    pub smoothing_length: f64,
-    /// Time in which the law learns how much more the vehicle turns than the model says [s]; 0
-    /// never. Shorter: sooner right, and more noise of the heading passed on.
-    pub turn_learning_time: f64,
-    /// Time in which it learns at what angle to its heading the vehicle travels, straight on and
-    /// in bends [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.
-    pub slip_learning_time: f64,
-    /// Effective wheelbase of the model [m].
-    pub wheelbase: f64,
-    /// Understeer of the model [s^2/m]: `curvature = tan(steer) / (wheelbase + understeer speed^2)`.
-    pub understeer: f64,
-    /// Time constant with which the curvature follows the angle [s].
-    pub steer_lag: f64,
-    /// Reference point ahead of the rear axle, in the direction of driving [m], which is taken not
-    /// to slip; the rear axle, 0, by default.
-    pub reference_offset: Option<f64>,
-    /// Steering limit `delta_max` [rad].
-    pub max_steer: f64,
+    /// Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
+    /// prediction looks as far as at this speed; at rest they keep their angle. By default 5/3
+    /// wheelbases a second.
+    pub min_speed: Option<f64>,
+    /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
+    /// More: less of the waypoints' noise is steered, and bends shorter than this are cut.
+    pub smoothing_length: Option<f64>,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
@@ -69,27 +48,32 @@ pub struct PreviewPopParams {
 }
 
 impl PreviewPopParams {
-    /// The defaults: the neighbourhood and limit of POP, and a middling car.
+    /// The defaults: the neighbourhood of POP, and a middling car.
     pub const DEFAULT: Self = Self {
-        steer_span: 12.0 * (PI / 180.0),
-        max_steer_rate: 60.0 * (PI / 180.0),
-        max_lateral_acceleration: 15.0,
+        steer_span_rate: 60.0 * (PI / 180.0),
         horizon: 1.0,
-        heading_cost: 3.0,
-        steer_rate_cost: 0.25,
+        heading_cost: None,
+        steer_rate_cost: None,
         approach_angle: 0.25,
-        min_speed: 5.0,
-        smoothing_length: 2.0,
-        turn_learning_time: 0.0,
-        slip_learning_time: 5.0,
-        wheelbase: 3.0,
-        understeer: 0.0,
-        steer_lag: 0.1,
-        reference_offset: None,
-        max_steer: 1.22,
+        min_speed: None,
+        smoothing_length: None,
         search_distance: None,
         lost_distance: None,
     };
+
+    /// The parameters with the defaults that scale with `vehicle` filled in.
+    pub fn resolved(self, vehicle: &Vehicle) -> Self {
+        let wheelbase = vehicle.wheelbase;
+        Self {
+            heading_cost: or_scaled(self.heading_cost, wheelbase),
+            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 12.0),
+            min_speed: or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
+            smoothing_length: or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
+            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
+            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
+            ..self
+        }
+    }
 }
 
 impl Default for PreviewPopParams {
@@ -101,29 +85,8 @@ impl Default for PreviewPopParams {
 /// What [`PreviewPop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PreviewPopState {
-    /// The waypoint at which the segment of the last foot starts; none before the first step.
-    pub waypoint: Option<usize>,
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
-    /// Curvature that the vehicle drives by now, by the model [1/m].
-    pub curvature: f64,
-    /// Where the vehicle was seen at the last step [m].
-    pub previous_x: f64,
-    /// The other coordinate [m].
-    pub previous_y: f64,
-    /// Its heading then [rad].
-    pub previous_yaw: f64,
-    /// How far it was to come since then [m]; 0 where nothing is to be learnt from it.
-    pub travel: f64,
-    /// How much it was to turn since then by the model [rad].
-    pub turn: f64,
-    /// How much more the vehicle turns than the model says, as learnt [1/m].
-    pub turn_offset: f64,
-    /// Angle of the way it travels to its heading, straight on, as learnt [rad].
-    pub slip: f64,
-    /// How much that angle grows with the curvature, as learnt [m]: so much farther ahead of the
-    /// point that does not slip lies the reference point than the model says.
-    pub slip_length: f64,
 }
 
 /// Preview POP: of the angles in the neighbourhood of the last one, the angle with the least cost
@@ -137,280 +100,118 @@ pub struct PreviewPopState {
 /// There is no list of candidates; the law is this closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
-    body: Body,
-    params: PreviewPopParams,
-}
-
-/// The angle that a step decides on, and whether a limit of the vehicle held it back.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Decision {
-    steer: f64,
-    status: Status,
+    vehicle: Vehicle,
+    follow: Follow,
+    steer_span_rate: f64,
+    horizon: f64,
+    heading_cost: f64,
+    steer_rate_cost: f64,
+    approach_angle: f64,
+    min_speed: f64,
+    smoothing_length: f64,
 }
 
 impl PreviewPop {
-    /// The shortest way that teaches anything [m]; a step of the law goes at least ten times as far.
-    const LEAST_TRAVEL: f64 = 1e-8;
-    /// The largest turn that is learnt [1/m].
-    pub const MAX_TURN_OFFSET: f64 = 0.05;
-    /// The largest slip that is learnt [rad].
-    pub const MAX_SLIP: f64 = 0.15;
-    /// Curvature at which a half of what is learnt is laid to the bend [1/m].
-    const BEND: f64 = 0.01;
-
-    /// The law with these parameters.
+    /// The law with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
-    /// [`ConfigError`], naming the parameter that is out of its range.
-    pub fn new(params: PreviewPopParams) -> Result<Self, ConfigError> {
-        config_in_range("steer_span", params.steer_span, 1e-6, PI)?;
-        config_in_range("max_steer_rate", params.max_steer_rate, 1e-3, 1e3)?;
-        config_in_range(
-            "max_lateral_acceleration",
-            params.max_lateral_acceleration,
-            1e-3,
-            1e6,
-        )?;
-        config_in_range("horizon", params.horizon, 0.05, 100.0)?;
-        config_in_range("heading_cost", params.heading_cost, 0.0, 1e3)?;
-        config_in_range("steer_rate_cost", params.steer_rate_cost, 1e-3, 1e3)?;
-        config_in_range("approach_angle", params.approach_angle, 1e-3, 0.5 * PI)?;
-        config_in_range("min_speed", params.min_speed, 0.1, 1e3)?;
-        config_in_range("smoothing_length", params.smoothing_length, 0.0, 1e3)?;
-        config_in_range("turn_learning_time", params.turn_learning_time, 0.0, 1e6)?;
-        config_in_range("slip_learning_time", params.slip_learning_time, 0.0, 1e6)?;
-        config_in_range("understeer", params.understeer, 0.0, 1e3)?;
-        config_in_range("steer_lag", params.steer_lag, 0.0, 10.0)?;
-        let body = Body::new(body_params!(params), 0.0)?;
-        Ok(Self { body, params })
+    /// [`ConfigError`], naming the field that is out of its range.
+    pub fn new(vehicle: Vehicle, params: PreviewPopParams) -> Result<Self, ConfigError> {
+        let vehicle = vehicle.checked()?;
+        let params = params.resolved(&vehicle);
+        let within = |field, value: Option<f64>, low, high| {
+            config_in_range(field, resolved(value), low, high)
+        };
+        Ok(Self {
+            steer_span_rate: within("steer_span_rate", Some(params.steer_span_rate), 1e-3, 1e3)?,
+            horizon: within("horizon", Some(params.horizon), 0.05, 100.0)?,
+            heading_cost: within("heading_cost", params.heading_cost, 0.0, 1e3)?,
+            steer_rate_cost: within("steer_rate_cost", params.steer_rate_cost, 1e-5, 1e3)?,
+            approach_angle: within(
+                "approach_angle",
+                Some(params.approach_angle),
+                1e-3,
+                0.5 * PI,
+            )?,
+            min_speed: within("min_speed", params.min_speed, 1e-3, 1e4)?,
+            smoothing_length: within("smoothing_length", params.smoothing_length, 0.0, 1e3)?,
+            follow: Tracked::NoSlipPoint.follow(
+                &vehicle,
+                params.search_distance,
+                params.lost_distance,
+            )?,
+            vehicle,
+        })
     }
 
-    /// One step of the law: locate, learn, predict, choose, remember.
+    /// The best angle of the neighbourhood of `previous_steer`; both of the mirrored vehicle.
     #[inline]
-    fn decide(
+    fn choose(
         &self,
         path: &PathView<'_>,
-        state: &mut PreviewPopState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<(Located, Decision), InputError> {
-        let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
-        let mut next = self.learn(path, &state.turned(&at), &at);
-        next.waypoint = Some(at.foot.segment);
-        let decision = self.choose(path, &next, &at);
-        self.remember(&mut next, &at, decision.steer);
-        *state = next.turned(&at);
-        Ok((at, decision))
-    }
-
-    /// Length that turns an angle into a curvature, `tan(steer) / length` [m].
-    #[inline]
-    fn turning_length(&self, speed: f64) -> f64 {
-        self.params.wheelbase + self.params.understeer * speed * speed
-    }
-
-    /// The state with what the way since the last step teaches.
-    #[inline]
-    fn learn(&self, path: &PathView<'_>, state: &PreviewPopState, at: &Located) -> PreviewPopState {
-        let mut next = *state;
-        if state.travel >= Self::LEAST_TRAVEL && !at.turned {
-            let turned = wrap(at.vehicle.yaw - state.previous_yaw);
-            next.turn_offset = learnt(
-                state.turn_offset,
-                (turned - state.turn) / state.travel,
-                at.dt,
-                self.params.turn_learning_time,
-                Self::MAX_TURN_OFFSET,
-            );
-            (next.slip, next.slip_length) = if self.params.slip_learning_time > 0.0 {
-                let heading = state.previous_yaw + 0.5 * turned;
-                let aside = (at.vehicle.y - state.previous_y) * cos(heading)
-                    - (at.vehicle.x - state.previous_x) * sin(heading);
-                let mut turn = [0.0];
-                let start = at.foot.arc_length(path) - state.travel;
-                let smoothing = self.params.smoothing_length;
-                Preview::new(path, smoothing, at.foot.segment, start, state.travel).turns(
-                    start,
-                    state.travel,
-                    &mut turn,
-                );
-                let [turn] = turn;
-                self.learn_slip(state, aside / state.travel, turn / state.travel, at.dt)
-            } else {
-                (0.0, 0.0)
-            };
-        }
-        next
-    }
-
-    /// The slip, straight on and by curvature, after a period `dt` [s] in which the angle `sample`
-    /// [rad] was seen: normalised least mean squares.
-    ///
-    /// The curvature is the path's, `bend` [1/m]. The vehicle's own answers to the errors of the
-    /// position, which are in the sample too, and would be taken for slip.
-    #[inline]
-    fn learn_slip(&self, state: &PreviewPopState, sample: f64, bend: f64, dt: f64) -> (f64, f64) {
-        let time = self.params.slip_learning_time;
-        let most = self.params.wheelbase;
-        let share = if dt < time { dt / time } else { 1.0 };
-        let sample = saturate(sample, -4.0 * Self::MAX_SLIP, 4.0 * Self::MAX_SLIP);
-        let missed = sample - (state.slip + state.slip_length * bend);
-        let gain = share * missed / (Self::BEND * Self::BEND + bend * bend);
-        (
-            saturate(
-                state.slip + gain * (Self::BEND * Self::BEND),
-                -Self::MAX_SLIP,
-                Self::MAX_SLIP,
-            ),
-            saturate(state.slip_length + gain * bend, -most, most),
-        )
-    }
-
-    /// The best angle of the neighbourhood.
-    #[inline]
-    fn choose(&self, path: &PathView<'_>, state: &PreviewPopState, at: &Located) -> Decision {
-        let (params, foot) = (&self.params, &at.foot);
-        let reference_offset = self.body.follow.reference_offset;
+        previous_steer: f64,
+        at: &Located,
+        belief: &Belief,
+    ) -> f64 {
+        let (vehicle, estimate, foot) = (&self.vehicle, &belief.estimate, &at.foot);
         let speed = at.vehicle.forward_speed();
-        let (count, period) = steps(params.horizon, at.dt);
-        let pace = if speed > params.min_speed {
+        let (count, period) = steps(self.horizon, at.dt);
+        let pace = if speed > self.min_speed {
             speed
         } else {
-            params.min_speed
+            self.min_speed
         };
         let step = pace * period;
-        let lag = params.steer_lag * speed;
+        let lag = vehicle.steer_lag * speed;
         let kept = decay(step, lag);
-        let offset = reference_offset + state.slip_length;
+        // In a bend the point that moves where the vehicle looks lies elsewhere by this much.
+        let offset = at.turn(estimate.slip_length);
         let travel = Travel::new(step, lag, kept, offset);
-        let length = self.turning_length(speed);
-        let move_cost = params.steer_rate_cost * length / period;
+        let length = vehicle.turning_length(speed) / estimate.gain;
+        let move_cost = self.steer_rate_cost * length / period;
         let move_cost = move_cost * move_cost;
 
         let mut turns = [0.0; MAX_STEPS];
         let turns = turns.get_mut(..count).unwrap_or_default();
         let arc_length = foot.arc_length(path);
         let distance = from_count(count) * step;
-        let smoothing = params.smoothing_length;
+        let smoothing = self.smoothing_length;
         let path_yaw = Preview::new(path, smoothing, foot.segment, arc_length, distance)
             .turns(arc_length, step, turns);
-        let gained = step * state.turn_offset;
-        let drift = step * state.slip;
-        let stage = CostToGo::stage(params.heading_cost, offset);
+        let drift = step * estimate.slip;
+        let stage = CostToGo::stage(self.heading_cost, offset);
         let mut after = stage;
         let mut cost = stage;
-        for turn in turns.iter().rev() {
-            cost = after.before(&travel, turn - gained, drift);
+        for &turn in turns.iter().rev() {
+            cost = after.before(&travel, turn, drift);
             after = cost.before_best_move(move_cost, &stage);
         }
 
         // From afar the error counts only as far as it calls for the approach angle.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let most = params.approach_angle * cost.pc;
+        let most = self.approach_angle * cost.pc;
         let most = if most > 0.0 { most } else { 0.0 };
         let pull = saturate(foot.cross_track_error() * cost.ec, -most, most);
-        let told = tan(state.previous_steer) / length;
-        let slope =
-            pull + heading_error * cost.pc + state.curvature * cost.ac + told * cost.cc + cost.c;
+        let driven = tan(at.turn(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
+        let told = tan(previous_steer) / length;
+        let slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c;
         // The lowest point of the parabola; a control period may be a part of the step.
         let wanted = told - slope / (move_cost + cost.cc) * (at.dt / period);
-        self.limit(state.previous_steer, wanted, length, speed, at.dt)
-    }
 
-    /// The angle for a curvature, brought within the limits and the neighbourhood.
-    #[inline]
-    fn limit(
-        &self,
-        previous_steer: f64,
-        curvature: f64,
-        length: f64,
-        speed: f64,
-        dt: f64,
-    ) -> Decision {
-        let params = &self.params;
-        let mut wanted = curvature;
-        let mut status = Status::Ok;
-        if wanted.abs() * speed * speed > params.max_lateral_acceleration {
-            wanted = (params.max_lateral_acceleration / (speed * speed)).copysign(wanted);
-            status = Status::Saturated;
+        let mut span = self.steer_span_rate * at.dt;
+        if speed < self.min_speed {
+            span *= speed / self.min_speed;
         }
-        let mut span = params.max_steer_rate * dt;
-        if span > params.steer_span {
-            span = params.steer_span;
-        }
-        if speed < params.min_speed {
-            span *= speed / params.min_speed;
-        }
-        let steer = saturate(
+        saturate(
             atan(wanted * length),
             previous_steer - span,
             previous_steer + span,
-        );
-        let (steer, limited) = self.body.limit(steer);
-        if limited == Status::Saturated {
-            status = limited;
-        }
-        Decision { steer, status }
-    }
-
-    /// Carries the model over the period that begins, under the angle decided on.
-    #[inline]
-    fn remember(&self, state: &mut PreviewPopState, at: &Located, steer: f64) {
-        let speed = at.vehicle.forward_speed();
-        let told = tan(steer) / self.turning_length(speed);
-        let lag = self.params.steer_lag;
-        let kept = decay(at.dt, lag);
-        let excess = state.curvature - told;
-        let distance = speed * at.dt;
-        let teaches = speed >= self.params.min_speed;
-        state.previous_steer = steer;
-        state.travel = if teaches { distance } else { 0.0 };
-        state.turn = told * distance + excess * (lag * (1.0 - kept) * speed);
-        state.curvature = told + excess * kept;
-        state.previous_x = at.vehicle.x;
-        state.previous_y = at.vehicle.y;
-        state.previous_yaw = at.vehicle.yaw;
-    }
-}
-
-/// `value` after a period `dt` [s] in which `sample` was seen; `time` [s] to learn, 0 for never.
-///
-/// A sample counts up to four times the bound and the value keeps within it, so that neither a
-/// jump of the localisation nor a fault that cannot be learnt winds it up.
-#[inline]
-fn learnt(value: f64, sample: f64, dt: f64, time: f64, bound: f64) -> f64 {
-    if time <= 0.0 {
-        return 0.0;
-    }
-    let share = if dt < time { dt / time } else { 1.0 };
-    let sample = saturate(sample, -4.0 * bound, 4.0 * bound);
-    saturate(value + share * (sample - value), -bound, bound)
-}
-
-impl PreviewPopState {
-    /// The state of the turned vehicle as that of the vehicle itself, and the other way round: its
-    /// wheels, and what it turns, are to the other side, and ahead is behind. Place and way are
-    /// those seen.
-    #[inline]
-    fn turned(&self, at: &Located) -> Self {
-        Self {
-            previous_steer: at.turn(self.previous_steer),
-            curvature: at.turn(self.curvature),
-            turn_offset: at.turn(self.turn_offset),
-            slip_length: at.turn(self.slip_length),
-            ..*self
-        }
+        )
     }
 }
 
 impl LateralState for PreviewPopState {
-    /// Nothing is to be learnt of a jump.
-    fn set_waypoint(&mut self, waypoint: Option<usize>) {
-        self.waypoint = waypoint;
-        self.travel = 0.0;
-    }
-
     #[inline]
     fn set_steer(&mut self, steer: f64) -> bool {
         self.previous_steer = steer;
@@ -421,57 +222,44 @@ impl LateralState for PreviewPopState {
 impl LateralLaw for PreviewPop {
     type State = PreviewPopState;
 
+    const PREDICTS: bool = true;
+
     fn initial_state(&self) -> PreviewPopState {
         PreviewPopState::default()
     }
 
+    fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
+    }
+
     fn follow(&self) -> &Follow {
-        &self.body.follow
+        &self.follow
     }
 
-    fn max_steer(&self) -> f64 {
-        self.body.max_steer
-    }
-
-    fn step(
+    #[inline]
+    fn decide(
         &self,
         path: &PathView<'_>,
         state: &mut PreviewPopState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<Command, InputError> {
-        let (at, decision) = self.decide(path, state, vehicle, dt)?;
-        Ok(command(&at, decision.steer, at.foot.point, decision.status))
-    }
-
-    fn steer(
-        &self,
-        path: &PathView<'_>,
-        state: &mut PreviewPopState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<f64, InputError> {
-        self.decide(path, state, vehicle, dt)
-            .map(|(at, decision)| at.turn(decision.steer))
-    }
-
-    fn check_state(&self, path: &PathView<'_>, state: &PreviewPopState) -> Result<(), InputError> {
-        check_waypoint(path, state.waypoint)?;
-        check_steer("previous_steer", state.previous_steer, self.body.max_steer)?;
-        for (field, value, bound) in [
-            ("curvature", state.curvature, 1e7),
-            ("previous_x", state.previous_x, MAX_COORDINATE),
-            ("previous_y", state.previous_y, MAX_COORDINATE),
-            ("previous_yaw", state.previous_yaw, MAX_YAW + PI),
-            ("turn", state.turn, 1e15),
-            ("turn_offset", state.turn_offset, Self::MAX_TURN_OFFSET),
-            ("slip", state.slip, Self::MAX_SLIP),
-            ("slip_length", state.slip_length, self.params.wheelbase),
-        ] {
-            input_in_range(field, value, -bound, bound)?;
+        at: &Located,
+        belief: &Belief,
+    ) -> Decision {
+        let wanted = self.choose(path, at.turn(state.previous_steer), at, belief);
+        let (steer, status) = self.vehicle.limit_steer(wanted);
+        state.previous_steer = at.turn(steer);
+        Decision {
+            steer,
+            target: at.foot.point,
+            status,
         }
-        input_in_range("travel", state.travel, 0.0, 1e7)?;
-        Ok(())
+    }
+
+    fn check_state(&self, state: &PreviewPopState) -> Result<(), InputError> {
+        check_steer(
+            "previous_steer",
+            state.previous_steer,
+            self.vehicle.max_steer,
+        )
     }
 }
 
@@ -479,6 +267,8 @@ impl LateralLaw for PreviewPop {
 mod tests {
     use super::*;
     use crate::Path;
+    use crate::lateral::Tracker;
+    use crate::vehicle::{AdaptParams, VehicleState};
     use proptest::prelude::*;
 
     /// Usual values, and those towards the ends of a range.
@@ -499,8 +289,9 @@ mod tests {
         fn test_preview_pop_of_any_parameters_answers_numbers_within_the_limit(
             costs in (within(0.0, 1e3, 3.0), within(1e-3, 1e3, 0.25), within(1e-3, 1.5, 0.25)),
             times in (within(0.05, 100.0, 1.0), within(0.0, 1e6, 0.5), within(0.0, 10.0, 0.1)),
-            vehicle in (within(1e-3, 1e3, 3.0), within(0.0, 1e3, 0.0), within(-1e3, 1e3, 0.0)),
+            car in (within(1e-3, 1e3, 3.0), within(0.0, 1e3, 0.0), within(-1e3, 1e3, 0.0)),
             limits in (within(1e-3, 1.57, 1.22), within(1e-3, 1e6, 15.0), within(0.1, 1e3, 5.0)),
+            delay in (within(0.0, 10.0, 0.0), within(-0.5, 0.5, 0.0), within(1e-3, 1e6, 0.5)),
             speeds in proptest::collection::vec(within(-1e4, 1e4, 12.0), 6),
             spots in proptest::collection::vec(
                 (within(-1e9, 1e9, 30.0), within(-1e9, 1e9, 2.0), within(-1e6, 1e6, 0.1)),
@@ -510,23 +301,33 @@ mod tests {
             smoothing in within(0.0, 1e3, 2.0),
             closed: bool,
         ) {
-            let law = PreviewPop::new(PreviewPopParams {
-                heading_cost: costs.0,
-                steer_rate_cost: costs.1,
+            let car = Vehicle {
+                wheelbase: car.0,
+                understeer: car.1,
+                no_slip_point: Some(car.2),
+                steer_lag: times.2,
+                dead_time: delay.0,
+                steer_offset: delay.1,
+                max_steer_rate: Some(delay.2),
+                max_steer: limits.0,
+                max_lateral_acceleration: Some(limits.1),
+                ..Vehicle::DEFAULT
+            };
+            let law = PreviewPop::new(car, PreviewPopParams {
+                heading_cost: Some(costs.0),
+                steer_rate_cost: Some(costs.1),
                 approach_angle: costs.2,
                 horizon: times.0,
-                turn_learning_time: times.1,
-                slip_learning_time: times.1,
-                steer_lag: times.2,
-                wheelbase: vehicle.0,
-                understeer: vehicle.1,
-                reference_offset: Some(vehicle.2),
-                max_steer: limits.0,
-                max_lateral_acceleration: limits.1,
-                min_speed: limits.2,
-                smoothing_length: smoothing,
+                min_speed: Some(limits.2),
+                smoothing_length: Some(smoothing),
                 ..PreviewPopParams::DEFAULT
             }).unwrap();
+            let adapt = AdaptParams {
+                turn_time: times.1,
+                slip_time: times.1,
+                min_speed: Some(limits.2),
+            };
+            let law = Tracker::new(law, Some(adapt)).unwrap();
             let (x, y) = ([0.0, 30.0, 60.0, 61.0, 20.0], [0.0, 2.0, 0.0, 20.0, 20.0]);
             let path = Path::new(&x, &y, None, closed).unwrap();
             let view = path.view();
@@ -535,6 +336,8 @@ mod tests {
                 let vehicle = VehicleState { x, y, yaw, speed };
                 let command = law.step(&view, &mut state, vehicle, dt).unwrap();
                 prop_assert!(command.steer.abs() <= limits.0, "{command:?}");
+                prop_assert!(command.cross_track_error.is_finite(), "{command:?}");
+                prop_assert!(command.predicted_cross_track_error.is_finite(), "{command:?}");
                 prop_assert_eq!(law.check_state(&view, &state), Ok(()));
             }
         }

@@ -1,12 +1,12 @@
 //! The Stanley law, the paper's Equation 3.
 
-use super::{Body, Command, LateralLaw, LateralState, body_params, check_waypoint, command};
+use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
 use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{atan, wrap};
-use crate::path::follow::Follow;
+use crate::path::follow::{Follow, Located};
 use crate::path::locate::path_yaw_behind;
 use crate::path::view::PathView;
-use crate::vehicle::VehicleState;
+use crate::vehicle::Vehicle;
 
 /// Parameters of [`Stanley`]; the paper's Table 1 by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,17 +15,12 @@ pub struct StanleyParams {
     pub cross_track_gain: f64,
     /// Velocity constant `k_v`.
     pub speed_gain: f64,
-    /// Softening constant `k_s` [m/s], which keeps the quotient finite at rest.
-    pub softening: f64,
+    /// Softening constant `k_s` [m/s], which keeps the quotient finite at rest; by default 1e-5 at
+    /// the paper's wheelbase, in proportion at others.
+    pub softening: Option<f64>,
     /// Whether the path's heading is that of the segment behind the nearest waypoint, as in the
     /// published code, instead of that at the foot.
     pub heading_behind: bool,
-    /// Distance of the axles [m].
-    pub wheelbase: f64,
-    /// Reference point ahead of the rear axle [m]; the front axle, `wheelbase`, by default.
-    pub reference_offset: Option<f64>,
-    /// Steering limit `delta_max` [rad].
-    pub max_steer: f64,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
@@ -39,14 +34,23 @@ impl StanleyParams {
     pub const DEFAULT: Self = Self {
         cross_track_gain: 1.5,
         speed_gain: 1.3,
-        softening: 1e-5,
+        softening: None,
         heading_behind: false,
-        wheelbase: 3.0,
-        reference_offset: None,
-        max_steer: 1.22,
         search_distance: None,
         lost_distance: None,
     };
+}
+
+impl StanleyParams {
+    /// The parameters with the defaults that scale with `vehicle` filled in.
+    pub fn resolved(self, vehicle: &Vehicle) -> Self {
+        Self {
+            softening: or_scaled(self.softening, 1e-5 / 3.0 * vehicle.wheelbase),
+            search_distance: or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
+            lost_distance: or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
+            ..self
+        }
+    }
 }
 
 impl Default for StanleyParams {
@@ -55,12 +59,9 @@ impl Default for StanleyParams {
     }
 }
 
-/// What [`Stanley`] remembers.
+/// What [`Stanley`] remembers: nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StanleyState {
-    /// The waypoint at which the segment of the last foot starts; none before the first step.
-    pub waypoint: Option<usize>,
-}
+pub struct StanleyState {}
 
 /// Heading and cross-track error at the front axle:
 /// `steer = -(heading_error + atan(cross_track_gain cross_track_error / (softening + speed_gain
@@ -70,7 +71,8 @@ pub struct StanleyState {
 /// opposite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stanley {
-    body: Body,
+    vehicle: Vehicle,
+    follow: Follow,
     cross_track_gain: f64,
     speed_gain: f64,
     softening: f64,
@@ -78,57 +80,55 @@ pub struct Stanley {
 }
 
 impl Stanley {
-    /// The law with these parameters.
+    /// The law with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
-    /// [`ConfigError`], naming the parameter that is out of its range.
-    pub fn new(params: StanleyParams) -> Result<Self, ConfigError> {
+    /// [`ConfigError`], naming the field that is out of its range.
+    pub fn new(vehicle: Vehicle, params: StanleyParams) -> Result<Self, ConfigError> {
+        let vehicle = vehicle.checked()?;
+        let params = params.resolved(&vehicle);
+        let gain = params.cross_track_gain;
         Ok(Self {
-            cross_track_gain: config_in_range(
-                "cross_track_gain",
-                params.cross_track_gain,
-                0.0,
-                1e6,
-            )?,
+            cross_track_gain: config_in_range("cross_track_gain", gain, 0.0, 1e6)?,
             speed_gain: config_in_range("speed_gain", params.speed_gain, 0.0, 1e6)?,
-            softening: config_in_range("softening", params.softening, 1e-9, 1e6)?,
+            softening: config_in_range("softening", resolved(params.softening), 1e-9, 1e6)?,
             heading_behind: params.heading_behind,
-            body: Body::new(body_params!(params), params.wheelbase)?,
+            follow: Tracked::FrontAxle.follow(
+                &vehicle,
+                params.search_distance,
+                params.lost_distance,
+            )?,
+            vehicle,
         })
     }
 }
 
-impl LateralState for StanleyState {
-    #[inline]
-    fn set_waypoint(&mut self, waypoint: Option<usize>) {
-        self.waypoint = waypoint;
-    }
-}
+impl LateralState for StanleyState {}
 
 impl LateralLaw for Stanley {
     type State = StanleyState;
 
     fn initial_state(&self) -> StanleyState {
-        StanleyState::default()
+        StanleyState {}
+    }
+
+    fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
     }
 
     fn follow(&self) -> &Follow {
-        &self.body.follow
+        &self.follow
     }
 
-    fn max_steer(&self) -> f64 {
-        self.body.max_steer
-    }
-
-    fn step(
+    #[inline]
+    fn decide(
         &self,
         path: &PathView<'_>,
-        state: &mut StanleyState,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<Command, InputError> {
-        let at = self.body.locate(path, state.waypoint, vehicle, dt)?;
+        _state: &mut StanleyState,
+        at: &Located,
+        _belief: &Belief,
+    ) -> Decision {
         let speed = self.softening + self.speed_gain * at.vehicle.forward_speed();
         let pull = atan(self.cross_track_gain * at.foot.cross_track_error() / speed);
         let path_yaw = if self.heading_behind {
@@ -137,12 +137,15 @@ impl LateralLaw for Stanley {
             at.foot.path_yaw()
         };
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let (steer, status) = self.body.limit(-(heading_error + pull));
-        state.waypoint = Some(at.foot.segment);
-        Ok(command(&at, steer, at.foot.point, status))
+        let (steer, status) = self.vehicle.limit_steer(-(heading_error + pull));
+        Decision {
+            steer,
+            target: at.foot.point,
+            status,
+        }
     }
 
-    fn check_state(&self, path: &PathView<'_>, state: &StanleyState) -> Result<(), InputError> {
-        check_waypoint(path, state.waypoint)
+    fn check_state(&self, _state: &StanleyState) -> Result<(), InputError> {
+        Ok(())
     }
 }

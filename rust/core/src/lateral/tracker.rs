@@ -1,31 +1,37 @@
-//! A law as a vehicle takes it: the actuator around it, the hand-over from a driver, and an answer
-//! to every input.
+//! A control step whole: estimate, predict, locate, decide, limit.
+//!
+//! A [`Tracker`] is a law as a vehicle takes it. It shows the law the vehicle as it will be when
+//! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
+//! from a driver's angle without a jump, and answers every input.
 
-use alloc::boxed::Box;
-
-use super::{Command, LateralLaw, LateralState, Status};
+use super::{Belief, Command, Decision, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
-use crate::error::{InputError, Requirement, input_in_range};
-use crate::math::saturate;
-use crate::path::follow::Follow;
-use crate::path::view::PathView;
-use crate::vehicle::state::checked_dt;
-use crate::vehicle::{Actuator, Learnt, UnderWay, VehicleState};
+use crate::error::{ConfigError, InputError, Requirement, input_in_range};
+use crate::math::{atan, atan2, from_count, saturate, wrap};
+use crate::path::follow::{Follow, Located, find_anew};
+use crate::path::preview::Preview;
+use crate::path::view::{MAX_COORDINATE, PathView};
+use crate::vehicle::state::{MAX_YAW, checked_dt};
+use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// How long the difference to a driver's angle takes to fade [s].
 pub const HANDOVER_TIME: f64 = 1.0;
 
-/// A law, and the actuator that its commands go through.
+/// A law, and how it adapts to its vehicle.
 ///
-/// With an actuator the law is shown the vehicle as it will be when its command arrives, and the
-/// errors of its [`Command`] are those of that vehicle; commands keep the actuator's rate. A law
-/// that starts from a driver's angle, or on another path, goes on from the present angle: the
-/// difference to what the law itself wants fades evenly over [`HANDOVER_TIME`]; POP, whose next
-/// angle lies in the neighbourhood of the last, needs no fading.
+/// With a dead time the law is shown the vehicle as it will be when its command reaches the
+/// wheels. Commands keep the vehicle's angle, rate and lateral acceleration. A law that starts from
+/// a driver's angle, or on another path, goes on from the present angle: the difference to what the
+/// law itself wants fades evenly over [`HANDOVER_TIME`]; POP, whose next angle lies in the
+/// neighbourhood of the last, needs no fading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracker<L> {
     law: L,
-    actuator: Option<Actuator>,
+    adapt: Option<AdaptParams>,
+    /// Whether wheels and motion of the vehicle are modelled.
+    models: bool,
+    /// Whether the law's angle is the command as it is.
+    bare: bool,
 }
 
 /// The difference to the angle that a law took over [rad], and how long it fades on [s].
@@ -37,39 +43,94 @@ pub struct Handover {
     pub left: f64,
 }
 
+/// Where the tracked point was seen at the last step, for as long as an input is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Cross-track error [m].
+    pub cross_track_error: f64,
+    /// Heading of the vehicle, mirrored where it drives backwards [rad].
+    pub yaw: f64,
+    /// Along the path [m].
+    pub along: Point,
+}
+
+impl Seen {
+    #[inline]
+    fn of(at: &Located) -> Self {
+        Self {
+            cross_track_error: at.foot.cross_track_error(),
+            yaw: at.vehicle.yaw,
+            along: at.foot.along(),
+        }
+    }
+
+    #[inline]
+    fn heading_error(&self) -> f64 {
+        wrap(self.yaw - atan2(self.along.y, self.along.x))
+    }
+
+    fn checked(self) -> Result<Self, InputError> {
+        let most = 4.0 * MAX_COORDINATE;
+        input_in_range("seen", self.cross_track_error, -most, most)?;
+        input_in_range("seen", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
+        input_in_range("seen", self.along.x, -most, most)?;
+        input_in_range("seen", self.along.y, -most, most)?;
+        Ok(self)
+    }
+}
+
+/// What the last step answered besides its angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// The measured vehicle.
+    pub measured: Seen,
+    /// The predicted one.
+    pub predicted: Seen,
+    /// The point aimed at [m].
+    pub target: Point,
+    /// Whether the path was driven backwards.
+    pub reverse: bool,
+}
+
 /// What a [`Tracker`] remembers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackerState<S> {
     /// What the law remembers.
     pub law: S,
+    /// The segment of the last projection of the predicted vehicle; none before the first step.
+    pub waypoint: Option<usize>,
+    /// The same of the measured vehicle, where there is a dead time.
+    pub measured_waypoint: Option<usize>,
     /// The angle last commanded [rad].
     pub steer: f64,
     /// A hand-over that is not over.
     pub handover: Option<Handover>,
     /// How many inputs in a row were refused.
     pub held: usize,
-    /// Commands on their way through the actuator, where there is one.
-    pub under_way: Option<Box<UnderWay>>,
+    /// The last answer; none before the first step.
+    pub answer: Option<Answer>,
+    /// Commands on their way to the wheels, where the vehicle is modelled.
+    pub in_flight: Option<InFlight>,
+    /// What the motion of the vehicle has shown.
+    pub estimator: Estimator,
 }
 
-impl<S: LateralState> LateralState for TrackerState<S> {
-    fn set_waypoint(&mut self, waypoint: Option<usize>) {
-        self.law.set_waypoint(waypoint);
-    }
-
-    /// The next answer goes on from the present angle.
-    fn leave_path(&mut self) {
+impl<S: LateralState> TrackerState<S> {
+    /// Another path is followed from now on; the next answer goes on from the present angle.
+    pub fn leave_path(&mut self) {
+        self.waypoint = None;
+        self.measured_waypoint = None;
         self.law.leave_path();
         self.take_over(self.steer);
     }
 
-    fn set_steer(&mut self, steer: f64) -> bool {
-        self.take_over(steer);
-        true
+    /// Puts the place on the path after a jump. Nothing is learnt of the motion until then.
+    pub fn set_waypoint(&mut self, waypoint: usize) {
+        self.waypoint = Some(waypoint);
+        self.measured_waypoint = None;
+        self.estimator.seen = None;
     }
-}
 
-impl<S: LateralState> TrackerState<S> {
     fn take_over(&mut self, steer: f64) {
         self.steer = steer;
         self.handover = if self.law.set_steer(steer) {
@@ -83,10 +144,47 @@ impl<S: LateralState> TrackerState<S> {
     }
 }
 
+/// One step before it becomes a command.
+struct Stepped {
+    at: Located,
+    answer: Answer,
+    decision: Decision,
+    limited: bool,
+}
+
 impl<L: LateralLaw> Tracker<L> {
-    /// `law` behind `actuator`; without one its commands reach the wheels as they are.
-    pub const fn new(law: L, actuator: Option<Actuator>) -> Self {
-        Self { law, actuator }
+    /// `law` with its vehicle, adapting so; not at all where that is none.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn new(law: L, adapt: Option<AdaptParams>) -> Result<Self, ConfigError> {
+        let adapt = match adapt {
+            Some(adapt) => Some(adapt.checked()?),
+            None => None,
+        };
+        Ok(Self::unchecked(law, adapt))
+    }
+
+    /// `law` with its vehicle, adapting as laws of its kind do.
+    pub fn of(law: L) -> Self {
+        let adapt = law.default_adapt();
+        Self::unchecked(law, adapt)
+    }
+
+    fn unchecked(law: L, adapt: Option<AdaptParams>) -> Self {
+        let vehicle = law.vehicle();
+        let models = L::PREDICTS || vehicle.dead_time > 0.0 || adapt.is_some();
+        let bare = !models
+            && vehicle.max_steer_rate.is_none()
+            && vehicle.max_lateral_acceleration.is_none()
+            && vehicle.steer_offset.to_bits() == 0;
+        Self {
+            law,
+            adapt,
+            models,
+            bare,
+        }
     }
 
     /// The law.
@@ -94,36 +192,114 @@ impl<L: LateralLaw> Tracker<L> {
         &self.law
     }
 
-    /// The actuator, where there is one.
-    pub fn actuator(&self) -> Option<&Actuator> {
-        self.actuator.as_ref()
+    /// The vehicle that is steered.
+    pub fn vehicle(&self) -> &Vehicle {
+        self.law.vehicle()
+    }
+
+    /// How it adapts; none where it does not.
+    pub fn adapt(&self) -> Option<&AdaptParams> {
+        self.adapt.as_ref()
+    }
+
+    /// Which point of the vehicle is followed along the path, and how.
+    pub fn follow(&self) -> &Follow {
+        self.law.follow()
+    }
+
+    /// How far ahead of the pose's point the tracked point lies [m], driving forward.
+    pub fn tracked_point(&self) -> f64 {
+        self.follow().base + self.follow().reference_offset
     }
 
     /// The same with the law made into another by `change`.
     pub fn map<M: LateralLaw>(self, change: impl FnOnce(L) -> M) -> Tracker<M> {
-        Tracker::new(change(self.law), self.actuator)
+        let (models, bare) = (self.models, self.bare);
+        Tracker {
+            law: change(self.law),
+            adapt: self.adapt,
+            models,
+            bare,
+        }
     }
 
-    /// The state before the first step of a vehicle whose wheels stand at the angle `steer` [rad],
-    /// which a driver leaves to the law.
+    /// The state before the first step, with straight wheels.
+    pub fn initial_state(&self) -> TrackerState<L::State> {
+        TrackerState {
+            law: self.law.initial_state(),
+            waypoint: None,
+            measured_waypoint: None,
+            steer: 0.0,
+            handover: None,
+            held: 0,
+            answer: None,
+            in_flight: self
+                .models
+                .then(|| InFlight::settled(self.law.vehicle(), 0.0)),
+            estimator: Estimator::default(),
+        }
+    }
+
+    /// The state before the first step of a vehicle that a driver leaves to the law, steering at
+    /// the angle `steer` [rad].
     ///
     /// # Errors
     ///
     /// [`InputError`] where `steer` is not within `max_steer`.
     pub fn state_from(&self, steer: f64) -> Result<TrackerState<L::State>, InputError> {
-        super::check_steer("steer", steer, self.law.max_steer())?;
+        check_steer("steer", steer, self.law.vehicle().max_steer)?;
         let mut state = self.initial_state();
         state.take_over(steer);
-        state.under_way = self
-            .actuator
-            .map(|actuator| Box::new(actuator.settled(steer)));
+        state.in_flight = self
+            .models
+            .then(|| InFlight::settled(self.law.vehicle(), steer));
         Ok(state)
     }
 
-    /// A step that answers whatever comes in: where [`step`](LateralLaw::step) refuses the input,
-    /// the last angle is held, with the status [`Status::InputHeld`] for up to `hold_limit` inputs
-    /// in a row and [`Status::InputLost`] beyond. The errors and the target of such a command are
-    /// 0; the law's state stays.
+    /// One control step: `vehicle` is the pose of the vehicle's point and the speed, measured
+    /// `dt` [s] after those of the last step.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where a number in `vehicle`, or `dt`, is not finite or beyond its bound;
+    /// `state` is then unchanged.
+    #[inline]
+    pub fn step(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<Command, InputError> {
+        let stepped = self.advance(path, state, vehicle, dt)?;
+        let status = stepped.decision.status
+            | Status::SATURATED.when(stepped.limited)
+            | Status::END_OF_PATH.when(stepped.at.past_end)
+            | Status::OFF_PATH.when(stepped.at.off_path);
+        Ok(command(state.steer, &stepped.answer, status))
+    }
+
+    /// The angle of [`step`](Self::step) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step).
+    #[inline]
+    pub fn steer(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<f64, InputError> {
+        self.advance(path, state, vehicle, dt)?;
+        Ok(state.steer)
+    }
+
+    /// A step that answers whatever comes in: where [`step`](Self::step) refuses the input, the
+    /// last command is held, its angle, direction, errors and target, with the status
+    /// [`Status::INPUT_HELD`] for up to `hold_limit` inputs in a row and [`Status::INPUT_LOST`]
+    /// beyond. The law's state stays; commands in flight go on.
     pub fn step_or_hold(
         &self,
         path: &PathView<'_>,
@@ -136,183 +312,322 @@ impl<L: LateralLaw> Tracker<L> {
             return command;
         }
         state.held = state.held.saturating_add(1);
-        if let (Some(actuator), Some(under_way)) = (&self.actuator, &mut state.under_way) {
+        if let Some(in_flight) = &mut state.in_flight {
             // The angle that is held goes on its way like any other.
             if let Ok(dt) = checked_dt(dt) {
-                actuator.elapse(under_way, state.steer, dt);
+                in_flight.elapse(self.law.vehicle(), state.steer, dt, 0.0);
             }
-            under_way.lose_sight();
+            state.estimator.seen = None;
         }
-        Command {
-            steer: state.steer,
+        let status = if state.held > hold_limit {
+            Status::INPUT_LOST
+        } else {
+            Status::INPUT_HELD
+        };
+        let nowhere = Seen {
             cross_track_error: 0.0,
-            heading_error: 0.0,
+            yaw: 0.0,
+            along: Point::new(1.0, 0.0),
+        };
+        let answer = state.answer.unwrap_or(Answer {
+            measured: nowhere,
+            predicted: nowhere,
             target: Point::new(0.0, 0.0),
             reverse: false,
-            status: if state.held > hold_limit {
-                Status::InputLost
-            } else {
-                Status::InputHeld
-            },
-        }
+        });
+        command(state.steer, &answer, status)
     }
 
-    /// The vehicle as the law is to see it, and what its way since the last step teaches.
-    #[inline]
-    fn seen(
-        &self,
-        state: &TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<(VehicleState, Learnt), InputError> {
-        match (&self.actuator, &state.under_way) {
-            (Some(actuator), Some(under_way)) => {
-                let (vehicle, dt) = (vehicle.checked()?, checked_dt(dt)?);
-                let learnt = actuator.learn(under_way, state.steer, vehicle, dt);
-                let seen = actuator.predict(under_way, state.steer, vehicle, dt, &learnt);
-                // What was given is good, so what comes of it is not refused.
-                Ok((seen.bounded(), learnt))
-            }
-            _ => Ok((vehicle, Learnt::default())),
-        }
-    }
-
-    /// The angle to command where the law wants `wanted`, and whether it is a limited one.
-    #[inline]
-    fn give(
-        &self,
-        state: &mut TrackerState<L::State>,
-        wanted: f64,
-        dt: f64,
-        learnt: Learnt,
-    ) -> (f64, bool) {
-        state.held = 0;
-        if self.actuator.is_none() && state.handover.is_none() {
-            state.steer = wanted;
-            return (wanted, false);
-        }
-        self.give_limited(state, wanted, dt, learnt)
-    }
-
-    fn give_limited(
-        &self,
-        state: &mut TrackerState<L::State>,
-        wanted: f64,
-        dt: f64,
-        learnt: Learnt,
-    ) -> (f64, bool) {
-        let faded = match &mut state.handover {
-            None => wanted,
-            Some(handover) => {
-                let offset = match handover.offset {
-                    None => state.steer - wanted,
-                    Some(offset) => {
-                        handover.left -= dt;
-                        offset
-                    }
-                };
-                handover.offset = Some(offset);
-                let share = saturate(handover.left / HANDOVER_TIME, 0.0, 1.0);
-                if handover.left <= 0.0 {
-                    state.handover = None;
-                }
-                wanted + share * offset
-            }
-        };
-        let max_steer = self.law.max_steer();
-        let faded = saturate(faded, -max_steer, max_steer);
-        let last = state.steer;
-        let steer = match (&self.actuator, &mut state.under_way) {
-            (Some(actuator), Some(under_way)) => {
-                actuator.elapse_learning(under_way, last, dt, learnt);
-                actuator.limit(last, faded, dt)
-            }
-            _ => faded,
-        };
-        state.law.set_steer(steer);
-        state.steer = steer;
-        let limited = steer.total_cmp(&faded).is_ne();
-        (steer, limited)
-    }
-}
-
-impl<L: LateralLaw> LateralLaw for Tracker<L> {
-    type State = TrackerState<L::State>;
-
-    fn initial_state(&self) -> Self::State {
-        TrackerState {
-            law: self.law.initial_state(),
-            steer: 0.0,
-            handover: None,
-            held: 0,
-            under_way: self
-                .actuator
-                .map(|actuator| Box::new(actuator.settled(0.0))),
-        }
-    }
-
-    fn follow(&self) -> &Follow {
-        self.law.follow()
-    }
-
-    fn max_steer(&self) -> f64 {
-        self.law.max_steer()
-    }
-
-    #[inline]
-    fn step(
+    /// After a jump of the vehicle, of its localisation or along the path: finds the place that
+    /// the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest
+    /// of `state` stays.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the first of them that is not finite or beyond its bound; `state` is
+    /// then unchanged.
+    pub fn relocalise(
         &self,
         path: &PathView<'_>,
-        state: &mut Self::State,
+        state: &mut TrackerState<L::State>,
+        x: f64,
+        y: f64,
+        yaw: f64,
+    ) -> Result<(), InputError> {
+        let speed = 0.0;
+        let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
+        state.set_waypoint(find_anew(path, vehicle.ahead(self.follow().base)));
+        Ok(())
+    }
+
+    /// Whether `state` is one that this tracker could have on `path`.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the field that is not.
+    pub fn check_state(
+        &self,
+        path: &PathView<'_>,
+        state: &TrackerState<L::State>,
+    ) -> Result<(), InputError> {
+        let vehicle = self.law.vehicle();
+        self.law.check_state(&state.law)?;
+        check_waypoint("waypoint", path, state.waypoint)?;
+        check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
+        check_steer("steer", state.steer, vehicle.max_steer)?;
+        if let Some(Handover { offset, left }) = state.handover {
+            let widest = 2.0 * vehicle.max_steer;
+            check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
+            input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
+        }
+        if let Some(answer) = state.answer {
+            answer.measured.checked()?;
+            answer.predicted.checked()?;
+            let most = 4.0 * MAX_COORDINATE;
+            input_in_range("target", answer.target.x, -most, most)?;
+            input_in_range("target", answer.target.y, -most, most)?;
+        }
+        state.estimator.checked(vehicle)?;
+        match (self.models, &state.in_flight) {
+            (false, _) => Ok(()),
+            (true, Some(in_flight)) => {
+                in_flight.check(vehicle, state.estimator.estimate.longer_dead_time)
+            }
+            // With no command in flight known nothing could be predicted.
+            (true, None) => Err(InputError {
+                field: "commands_in_flight",
+                value: 0.0,
+                requirement: Requirement::CountInRange(1, InFlight::CAPACITY),
+            }),
+        }
+    }
+
+    /// What is known of the vehicle beyond its own figures.
+    pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
+        state.estimator.estimate
+    }
+
+    #[inline]
+    fn advance(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
-    ) -> Result<Command, InputError> {
-        let (seen, learnt) = self.seen(state, vehicle, dt)?;
-        let command = self.law.step(path, &mut state.law, seen, dt)?;
-        let (steer, limited) = self.give(state, command.steer, dt, learnt);
-        let status = if limited && command.status == Status::Ok {
-            Status::Saturated
+    ) -> Result<Stepped, InputError> {
+        let vehicle = vehicle.checked()?;
+        let dt = checked_dt(dt)?;
+        let (seen, mut belief) = self.predict(state, vehicle, dt);
+
+        let follow = self.law.follow();
+        let at = follow.locate(path, state.waypoint, seen, dt);
+        state.waypoint = Some(at.foot.segment);
+        let measured = if self.law.vehicle().dead_time > 0.0 {
+            let measured = follow.locate(path, state.measured_waypoint, vehicle, dt);
+            state.measured_waypoint = Some(measured.foot.segment);
+            Some(measured)
         } else {
-            command.status
+            None
         };
-        Ok(Command {
-            steer,
-            status,
-            ..command
+        if let Some(adapt) = &self.adapt {
+            let here = measured.as_ref().unwrap_or(&at);
+            self.observe_slip(path, state, adapt, here, vehicle, dt);
+            belief.estimate = state.estimator.estimate;
+        }
+
+        let decision = self.law.decide(path, &mut state.law, &at, &belief);
+        let steer = at.turn(decision.steer);
+        state.held = 0;
+        let limited = if self.bare && state.handover.is_none() {
+            state.steer = steer;
+            false
+        } else {
+            self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
+        };
+        let predicted = Seen::of(&at);
+        let answer = Answer {
+            measured: measured.as_ref().map_or(predicted, Seen::of),
+            predicted,
+            target: decision.target,
+            reverse: at.reverse,
+        };
+        state.answer = Some(answer);
+        Ok(Stepped {
+            at,
+            answer,
+            decision,
+            limited,
         })
     }
 
+    /// The vehicle as the law is to see it, after its motion since the last step was observed and
+    /// the last command took flight.
     #[inline]
-    fn steer(
+    fn predict(
         &self,
-        path: &PathView<'_>,
-        state: &mut Self::State,
+        state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
-    ) -> Result<f64, InputError> {
-        let (seen, learnt) = self.seen(state, vehicle, dt)?;
-        let wanted = self.law.steer(path, &mut state.law, seen, dt)?;
-        Ok(self.give(state, wanted, dt, learnt).0)
+    ) -> (VehicleState, Belief) {
+        let car = self.law.vehicle();
+        let Some(in_flight) = &mut state.in_flight else {
+            let belief = Belief {
+                wheel: state.steer,
+                estimate: Estimate::DEFAULT,
+            };
+            return (vehicle, belief);
+        };
+        let estimator = &mut state.estimator;
+        let now = vehicle.ahead(car.no_slip());
+        let before = estimator.estimate.longer_dead_time;
+        if let Some(adapt) = &self.adapt {
+            let reached = in_flight.reaching(car, state.steer, dt);
+            estimator.observe_turn(adapt, car, now, reached, dt);
+        }
+        let estimate = estimator.estimate;
+        in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before);
+        if car.dead_time > 0.0 {
+            let (predicted, wheel) = in_flight.predict(car, now, &estimate);
+            // What was given is good, so what comes of it is not refused.
+            let seen = predicted.bounded().ahead(-car.no_slip()).bounded();
+            (seen, Belief { wheel, estimate })
+        } else {
+            let wheel = in_flight.wheel();
+            (vehicle, Belief { wheel, estimate })
+        }
     }
 
-    fn check_state(&self, path: &PathView<'_>, state: &Self::State) -> Result<(), InputError> {
-        self.law.check_state(path, &state.law)?;
-        super::check_steer("steer", state.steer, self.law.max_steer())?;
-        if let Some(Handover { offset, left }) = state.handover {
-            let widest = 2.0 * self.law.max_steer();
-            super::check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
-            input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
+    /// Observes the slip of a vehicle that is measured at `here`. Nothing is learnt across a change
+    /// of the direction.
+    #[inline]
+    fn observe_slip(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        adapt: &AdaptParams,
+        here: &Located,
+        vehicle: VehicleState,
+        dt: f64,
+    ) {
+        let car = self.law.vehicle();
+        let now = vehicle.ahead(car.no_slip());
+        if here.turned || here.vehicle.speed <= 0.0 {
+            state.estimator.seen = Some(now);
+            return;
         }
-        match (&self.actuator, &state.under_way) {
-            (None, _) => Ok(()),
-            (Some(actuator), Some(under_way)) => actuator.check(under_way),
-            // With nothing under way known, neither rate nor prediction could be kept.
-            (Some(_), None) => Err(InputError {
-                field: "under_way",
-                value: 0.0,
-                requirement: Requirement::CountInRange(1, UnderWay::CAPACITY),
-            }),
+        let curvature = |travel: f64| {
+            let travel = travel.abs();
+            let mut turn = [0.0];
+            // The tracked point lies ahead of the one that slips by about this much.
+            let start = here.foot.arc_length(path) - self.follow().reference_offset - travel;
+            let smoothing = 2.0 / 3.0 * car.wheelbase;
+            Preview::new(path, smoothing, here.foot.segment, start, travel)
+                .turns(start, travel, &mut turn);
+            let [turn] = turn;
+            here.turn(turn / travel)
+        };
+        state.estimator.observe_slip(adapt, car, now, curvature, dt);
+        state.estimator.seen = Some(now);
+    }
+
+    /// Commands the angle `wanted` of the wheels [rad] as far as the vehicle allows, and tells
+    /// whether it had to be limited.
+    fn limit(
+        &self,
+        state: &mut TrackerState<L::State>,
+        wanted: f64,
+        speed: f64,
+        dt: f64,
+        estimate: &Estimate,
+    ) -> bool {
+        let car = self.law.vehicle();
+        let offset = car.steer_offset + estimate.steer_offset;
+        let wanted = fade(&mut state.handover, state.steer, wanted - offset, dt);
+        let wheel = car.at_wheels(wanted + offset);
+        let wheel = car.limit_lateral_acceleration(wheel, speed, estimate.gain);
+        let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
+        let steer = match car.max_steer_rate {
+            None => command,
+            Some(rate) => saturate(command, state.steer - rate * dt, state.steer + rate * dt),
+        };
+        state.steer = steer;
+        state.law.set_steer(car.at_wheels(steer + offset));
+        // The offset is put off and on again, which rounds.
+        (steer - wanted).abs() > 1e-12
+    }
+}
+
+/// The command of a hand-over: the difference to the last one fades.
+fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64) -> f64 {
+    let Some(fading) = handover else {
+        return wanted;
+    };
+    let offset = match fading.offset {
+        None => last - wanted,
+        Some(offset) => {
+            fading.left -= dt;
+            offset
         }
+    };
+    fading.offset = Some(offset);
+    let share = saturate(fading.left / HANDOVER_TIME, 0.0, 1.0);
+    if fading.left <= 0.0 {
+        *handover = None;
+    }
+    wanted + share * offset
+}
+
+impl Vehicle {
+    /// An angle that the wheels can stand at [rad].
+    #[inline]
+    pub fn at_wheels(&self, angle: f64) -> f64 {
+        saturate(angle, -self.max_steer, self.max_steer)
+    }
+
+    /// The angle `wheel` [rad], brought within `max_lateral_acceleration` at `speed` [m/s] for a
+    /// vehicle that turns `gain` times more than its figures say.
+    #[inline]
+    fn limit_lateral_acceleration(&self, wheel: f64, speed: f64, gain: f64) -> f64 {
+        let Some(most) = self.max_lateral_acceleration else {
+            return wheel;
+        };
+        let (square, length) = (speed * speed * gain, self.turning_length(speed));
+        // tan(x) < 2 x up to 1.1: most steps need no tangent.
+        if wheel.abs() < 1.1 && 2.0 * wheel.abs() * square <= most * length {
+            return wheel;
+        }
+        let widest = atan(most * length / square);
+        saturate(wheel, -widest, widest)
+    }
+}
+
+#[inline]
+fn command(steer: f64, answer: &Answer, status: Status) -> Command {
+    Command {
+        steer,
+        cross_track_error: answer.measured.cross_track_error,
+        heading_error: answer.measured.heading_error(),
+        predicted_cross_track_error: answer.predicted.cross_track_error,
+        predicted_heading_error: answer.predicted.heading_error(),
+        target: answer.target,
+        reverse: answer.reverse,
+        status,
+    }
+}
+
+/// Whether a remembered waypoint is one of `path`.
+fn check_waypoint(
+    field: &'static str,
+    path: &PathView<'_>,
+    waypoint: Option<usize>,
+) -> Result<(), InputError> {
+    match waypoint {
+        Some(index) if index >= path.len() => Err(InputError {
+            field,
+            value: from_count(index),
+            requirement: Requirement::Below(path.len()),
+        }),
+        _ => Ok(()),
     }
 }
 
@@ -320,8 +635,11 @@ impl<L: LateralLaw> LateralLaw for Tracker<L> {
 mod tests {
     use super::*;
     use crate::Path;
-    use crate::lateral::{Pop, PopParams, Stanley, StanleyParams};
-    use crate::vehicle::ActuatorParams;
+    use crate::lateral::{
+        Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit,
+        PurePursuitParams, Stanley, StanleyParams,
+    };
+    use alloc::vec::Vec;
 
     fn straight() -> Path {
         Path::new(&[0.0, 100.0], &[0.0, 0.0], None, false).unwrap()
@@ -336,32 +654,16 @@ mod tests {
         }
     }
 
-    fn stanley(actuator: Option<ActuatorParams>) -> Tracker<Stanley> {
-        let law = Stanley::new(StanleyParams::DEFAULT).unwrap();
-        Tracker::new(law, actuator.map(|params| Actuator::new(params).unwrap()))
-    }
-
-    #[test]
-    fn test_tracker_bare_is_the_law() {
-        let path = straight();
-        let tracker = stanley(None);
-        let mut state = tracker.initial_state();
-        let mut bare = tracker.law().initial_state();
-        for _ in 0..3 {
-            assert_eq!(
-                tracker.step(&path.view(), &mut state, beside(), 0.05),
-                tracker.law().step(&path.view(), &mut bare, beside(), 0.05)
-            );
-        }
+    fn stanley(vehicle: Vehicle) -> Tracker<Stanley> {
+        Tracker::of(Stanley::new(vehicle, StanleyParams::DEFAULT).unwrap())
     }
 
     #[test]
     fn test_handover_starts_from_the_angle_and_fades() {
         let path = straight();
-        let tracker = stanley(None);
-        let mut bare = tracker.law().initial_state();
+        let tracker = stanley(Vehicle::PAPER);
+        let mut bare = tracker.initial_state();
         let wanted = tracker
-            .law()
             .steer(&path.view(), &mut bare, beside(), 0.1)
             .unwrap();
         let mut state = tracker.state_from(0.3).unwrap();
@@ -385,7 +687,8 @@ mod tests {
     #[test]
     fn test_handover_pop_goes_on_from_the_angle() {
         let path = straight();
-        let tracker = Tracker::new(Pop::new(PopParams::DEFAULT).unwrap(), None);
+        let law = Pop::new(Vehicle::DEFAULT, PopParams::DEFAULT).unwrap();
+        let tracker = Tracker::of(law);
         let mut state = tracker.state_from(0.3).unwrap();
         let steer = tracker
             .steer(&path.view(), &mut state, beside(), 0.05)
@@ -394,82 +697,184 @@ mod tests {
     }
 
     #[test]
-    fn test_rate_is_kept_and_said() {
+    fn test_limits_of_the_vehicle_are_kept_and_said() {
         let path = straight();
-        let tracker = stanley(Some(ActuatorParams {
-            max_rate: Some(0.2),
-            ..ActuatorParams::DEFAULT
-        }));
+        let rate = Vehicle {
+            max_steer_rate: Some(0.2),
+            ..Vehicle::PAPER
+        };
+        let lateral = Vehicle {
+            max_lateral_acceleration: Some(0.5),
+            ..Vehicle::PAPER
+        };
+        let lateral_limit = -atan(0.5 * 3.0 / 25.0);
+        for (vehicle, limit) in [(rate, -0.2 * 0.05), (lateral, lateral_limit)] {
+            let tracker = stanley(vehicle);
+            let mut state = tracker.initial_state();
+            let command = tracker
+                .step(&path.view(), &mut state, beside(), 0.05)
+                .unwrap();
+            assert!((command.steer - limit).abs() < 1e-15, "{command:?}");
+            assert_eq!(command.status, Status::SATURATED);
+        }
+    }
+
+    #[test]
+    fn test_told_steering_offset_is_taken_off_the_command() {
+        let path = straight();
+        let told = Vehicle {
+            steer_offset: 0.02,
+            ..Vehicle::PAPER
+        };
+        let step = |vehicle| {
+            let tracker = stanley(vehicle);
+            let mut state = tracker.initial_state();
+            let command = tracker.step(&path.view(), &mut state, beside(), 0.05);
+            command.unwrap().steer
+        };
+        assert!((step(Vehicle::PAPER) - 0.02 - step(told)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn test_any_point_of_the_vehicle_gives_the_same_angles() {
+        let x: Vec<f64> = (0..60).map(f64::from).collect();
+        let y: Vec<f64> = x.iter().map(|x| 3.0 * crate::math::sin(x / 9.0)).collect();
+        let forward = Path::new(&x, &y, None, false).unwrap();
+        let backward = Path::new(&x, &y, None, false)
+            .unwrap()
+            .with_reverse(&[true; 60])
+            .unwrap();
+        for path in [forward, backward] {
+            let reverse = path.view().reverse().is_some();
+            let poses: Vec<VehicleState> = (0..40)
+                .map(|k| VehicleState {
+                    x: 1.0 + 0.25 * f64::from(k),
+                    y: 1.5 * crate::math::sin(0.1 * f64::from(k)),
+                    yaw: 0.2 + if reverse { crate::math::PI } else { 0.0 },
+                    speed: if reverse { -5.0 } else { 5.0 },
+                })
+                .collect();
+            let angles = |rear_axle: f64| {
+                let vehicle = Vehicle {
+                    rear_axle,
+                    dead_time: 0.1,
+                    max_lateral_acceleration: None,
+                    ..Vehicle::DEFAULT
+                };
+                let mut all = Vec::new();
+                macro_rules! drive {
+                    ($law:expr) => {
+                        let tracker = Tracker::of($law.unwrap());
+                        let mut state = tracker.initial_state();
+                        for pose in &poses {
+                            let pose = pose.ahead(-rear_axle);
+                            let view = path.view();
+                            all.push(tracker.steer(&view, &mut state, pose, 0.05).unwrap());
+                        }
+                    };
+                }
+                drive!(Pop::new(vehicle, PopParams::DEFAULT));
+                drive!(PreviewPop::new(vehicle, PreviewPopParams::DEFAULT));
+                drive!(Pid::new(vehicle, PidParams::DEFAULT));
+                drive!(PurePursuit::new(vehicle, PurePursuitParams::DEFAULT));
+                drive!(Stanley::new(vehicle, StanleyParams::DEFAULT));
+                all
+            };
+            let rear = angles(0.0);
+            for point in [-1.35, -3.0, 0.8] {
+                for (a, b) in rear.iter().zip(angles(point)) {
+                    assert!((a - b).abs() < 1e-12, "{point} {a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn test_errors_are_those_of_the_measured_vehicle() {
+        let path = straight();
+        let tracker = stanley(Vehicle {
+            dead_time: 0.5,
+            ..Vehicle::PAPER
+        });
         let mut state = tracker.initial_state();
         let command = tracker
             .step(&path.view(), &mut state, beside(), 0.05)
             .unwrap();
-        assert_eq!(
-            (command.steer, command.status),
-            (-0.010_000_000_000_000_002, Status::Saturated)
-        );
+        let front = 1.0 + 3.0 * crate::math::sin(0.1);
+        assert!((command.cross_track_error - front).abs() < 1e-12);
+        assert!((command.heading_error - 0.1).abs() < 1e-12);
+        let predicted = front + 2.5 * crate::math::sin(0.1);
+        assert!((command.predicted_cross_track_error - predicted).abs() < 1e-12);
     }
 
     #[test]
     fn test_prediction_beyond_the_bounds_is_no_reason_to_refuse() {
         let path = straight();
-        for learning_time in [0.0, 10.0] {
-            let tracker = stanley(Some(ActuatorParams {
+        for adapt in [None, Some(AdaptParams::DEFAULT)] {
+            let vehicle = Vehicle {
                 dead_time: 10.0,
-                learning_time,
-                ..ActuatorParams::DEFAULT
-            }));
+                ..Vehicle::PAPER
+            };
+            let law = Stanley::new(vehicle, StanleyParams::DEFAULT).unwrap();
+            let tracker = Tracker::new(law, adapt).unwrap();
             let mut state = tracker.state_from(1.0).unwrap();
-            let yaw = crate::vehicle::state::MAX_YAW;
+            let yaw = MAX_YAW;
             // The faster of the speeds is taken for an acceleration that goes on.
             for (x, y, speed) in [(1e9, -1e9, 9e3), (-1e9, 1e9, 1e4), (1e9, 1e9, -1e4)] {
                 let vehicle = VehicleState { x, y, yaw, speed };
                 let command = tracker.step(&path.view(), &mut state, vehicle, 0.05);
-                assert_eq!(command.unwrap().status, Status::OffPath);
+                assert!(command.unwrap().status.contains(Status::OFF_PATH));
                 assert_eq!(tracker.check_state(&path.view(), &state), Ok(()));
             }
         }
     }
 
     #[test]
-    fn test_check_state_refuses_what_is_under_way_through_another_actuator() {
+    fn test_check_state_refuses_commands_in_flight_to_another_vehicle() {
         let path = straight();
         let dead = |dead_time| {
-            stanley(Some(ActuatorParams {
+            stanley(Vehicle {
                 dead_time,
-                ..ActuatorParams::DEFAULT
-            }))
+                ..Vehicle::PAPER
+            })
         };
         let check = |tracker: &Tracker<Stanley>, state| {
             let answer = tracker.check_state(&path.view(), &state);
             answer.map_err(|error| (error.field, error.value))
         };
         let state = dead(0.2).initial_state();
-        assert_eq!(check(&dead(0.2), state.clone()), Ok(()));
-        assert_eq!(check(&dead(0.3), state.clone()), Err(("under_way", 0.2)));
-        assert_eq!(check(&stanley(None), state), Ok(()));
-        let without = stanley(None).initial_state();
-        assert_eq!(check(&dead(0.2), without), Err(("under_way", 0.0)));
+        assert_eq!(check(&dead(0.2), state), Ok(()));
+        assert_eq!(check(&dead(0.3), state), Err(("commands_in_flight", 0.2)));
+        assert_eq!(check(&dead(0.0), state), Ok(()));
+        let without = dead(0.0).initial_state();
+        assert_eq!(check(&dead(0.2), without), Err(("commands_in_flight", 0.0)));
     }
 
     #[test]
-    fn test_input_refused_is_held_then_lost() {
-        let path = straight();
-        let tracker = stanley(None);
+    fn test_input_refused_holds_all_of_the_last_command_then_is_lost() {
+        let x = [0.0, 50.0, 100.0];
+        let path = Path::new(&x, &[0.0; 3], None, false).unwrap();
+        let path = path.with_reverse(&[true; 3]).unwrap();
+        let tracker = stanley(Vehicle::DEFAULT);
         let mut state = tracker.initial_state();
-        let good = tracker
-            .step(&path.view(), &mut state, beside(), 0.05)
-            .unwrap();
-        let bad = VehicleState {
-            x: f64::NAN,
+        let backing = VehicleState {
+            yaw: crate::math::PI,
+            speed: -2.0,
             ..beside()
         };
+        let good = tracker
+            .step(&path.view(), &mut state, backing, 0.05)
+            .unwrap();
+        assert!(good.reverse && good.cross_track_error > 0.5);
+        let bad = VehicleState {
+            x: f64::NAN,
+            ..backing
+        };
         let mut held = |vehicle| tracker.step_or_hold(&path.view(), &mut state, vehicle, 0.05, 2);
-        for status in [Status::InputHeld, Status::InputHeld, Status::InputLost] {
-            let command = held(bad);
-            assert_eq!((command.steer, command.status), (good.steer, status));
+        for status in [Status::INPUT_HELD, Status::INPUT_HELD, Status::INPUT_LOST] {
+            assert_eq!(held(bad), Command { status, ..good });
         }
-        assert_eq!(held(beside()), good);
-        assert_eq!(held(bad).status, Status::InputHeld);
+        assert_eq!(held(backing), good);
+        assert_eq!(held(bad).status, Status::INPUT_HELD);
     }
 }

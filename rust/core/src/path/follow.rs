@@ -16,7 +16,10 @@ use crate::vehicle::VehicleState;
 /// Which point of the vehicle is followed, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Follow {
-    /// How far ahead of the rear axle the point lies, in the direction of driving [m].
+    /// How far ahead of the pose's point the vehicle is mirrored where it drives backwards [m]: the
+    /// rear axle, or the point that does not slip.
+    pub base: f64,
+    /// How far ahead of `base` the followed point lies, in the direction of driving [m].
     pub reference_offset: f64,
     /// How far along the path from its last place the point is looked for [m], beside what the
     /// vehicle travels in a step.
@@ -106,10 +109,9 @@ impl Follow {
             vehicle
         };
         let heading = Point::new(cos(vehicle.yaw), sin(vehicle.yaw));
-        let position = Point::new(
-            vehicle.x + self.reference_offset * heading.x,
-            vehicle.y + self.reference_offset * heading.y,
-        );
+        let base = if reverse { -self.base } else { self.base };
+        let ahead = self.reference_offset + base;
+        let position = Point::new(vehicle.x + ahead * heading.x, vehicle.y + ahead * heading.y);
         let reach = self.search_distance + vehicle.speed.abs() * dt;
         let foot = locate(path, segment, position, heading, reach);
         Located {
@@ -191,6 +193,7 @@ mod tests {
     use alloc::vec::Vec;
 
     const FOLLOW: Follow = Follow {
+        base: 0.0,
         reference_offset: 3.0,
         search_distance: 6.0,
         lost_distance: 30.0,

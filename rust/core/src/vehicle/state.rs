@@ -12,7 +12,7 @@ pub const MIN_DT: f64 = 1e-6;
 /// The longest control period [s].
 pub const MAX_DT: f64 = 1e3;
 
-/// Pose of the middle of the rear axle, and speed.
+/// Pose of the vehicle's point, and speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleState {
     /// Position along x [m].
@@ -57,7 +57,21 @@ impl VehicleState {
         }
     }
 
-    /// The point `offset` [m] ahead of the rear axle along the heading.
+    /// The same vehicle by the pose of a point `offset` [m] farther ahead.
+    #[inline]
+    pub fn ahead(self, offset: f64) -> Self {
+        if offset.abs() <= 0.0 {
+            return self;
+        }
+        let point = self.point_ahead(offset);
+        Self {
+            x: point.x,
+            y: point.y,
+            ..self
+        }
+    }
+
+    /// The point `offset` [m] ahead along the heading.
     #[inline]
     pub fn point_ahead(&self, offset: f64) -> Point {
         Point::new(

@@ -81,6 +81,21 @@ pub fn kinematic_bicycle(
     }
 }
 
+/// The vehicle after `travel` [m] along an arc of `curvature` [1/m], moving at the angle `slip`
+/// [rad] to its heading, left of it: the position moved along the direction of mid-arc (second
+/// order in `travel`). The speed stays.
+#[inline]
+pub fn advance(vehicle: VehicleState, travel: f64, curvature: f64, slip: f64) -> VehicleState {
+    let turn = travel * curvature;
+    let direction = vehicle.yaw + 0.5 * turn + slip;
+    VehicleState {
+        x: vehicle.x + travel * cos(direction),
+        y: vehicle.y + travel * sin(direction),
+        yaw: vehicle.yaw + turn,
+        speed: vehicle.speed,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

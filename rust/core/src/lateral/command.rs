@@ -1,0 +1,181 @@
+//! What one step answers, and how it went.
+
+use core::fmt;
+use core::ops::{BitOr, BitOrAssign};
+
+use crate::Point;
+
+/// How a step went: a set of conditions, each of which may hold beside the others. None is `OK`.
+///
+/// The bits are the same in Rust, Python, arrays and files.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Status(u32);
+
+/// How bad the worst condition of a [`Status`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// As the controller wants it.
+    Ok,
+    /// It goes on, with less than it needs.
+    Degraded,
+    /// Stop the vehicle.
+    Fault,
+}
+
+impl Status {
+    /// As the controller wants it.
+    pub const OK: Self = Self(0);
+    /// Degraded: a larger angle, a larger lateral acceleration or a faster move of the wheels is
+    /// wanted than the vehicle allows. The command is limited.
+    pub const SATURATED: Self = Self(1);
+    /// Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at.
+    pub const LOOKAHEAD_LOST: Self = Self(1 << 1);
+    /// Degraded: the tracked point is past the end of the path. The last segment is followed on as
+    /// a straight line.
+    pub const END_OF_PATH: Self = Self(1 << 2);
+    /// Degraded: the vehicle was farther than `lost_distance` from its place on the path, and was
+    /// looked for on the whole of it. The controller steers to where it was found.
+    pub const OFF_PATH: Self = Self(1 << 3);
+    /// Degraded: the input was refused. The last command is held.
+    pub const INPUT_HELD: Self = Self(1 << 4);
+    /// Fault: more inputs in a row were refused than are held. The last command stands; stop.
+    pub const INPUT_LOST: Self = Self(1 << 5);
+
+    /// Every condition with its name, from the lowest bit up.
+    pub const NAMES: [(Self, &'static str); 6] = [
+        (Self::SATURATED, "saturated"),
+        (Self::LOOKAHEAD_LOST, "lookahead-lost"),
+        (Self::END_OF_PATH, "end-of-path"),
+        (Self::OFF_PATH, "off-path"),
+        (Self::INPUT_HELD, "input-held"),
+        (Self::INPUT_LOST, "input-lost"),
+    ];
+    const FAULTS: Self = Self::INPUT_LOST;
+
+    /// The bits.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The conditions of these bits; none where a bit stands for no condition.
+    pub fn from_bits(bits: u32) -> Option<Self> {
+        let known = Self::NAMES.iter().fold(0, |all, (each, _)| all | each.0);
+        (bits & !known == 0).then_some(Self(bits))
+    }
+
+    /// Whether all conditions of `other` hold.
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// These conditions if `holds`, else none.
+    #[inline]
+    pub const fn when(self, holds: bool) -> Self {
+        if holds { self } else { Self::OK }
+    }
+
+    /// The worst of the conditions.
+    pub const fn level(self) -> Level {
+        if self.0 & Self::FAULTS.0 != 0 {
+            Level::Fault
+        } else if self.0 != 0 {
+            Level::Degraded
+        } else {
+            Level::Ok
+        }
+    }
+
+    /// The names of the conditions that hold.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMES
+            .into_iter()
+            .filter(move |(each, _)| self.contains(*each))
+            .map(|(_, name)| name)
+    }
+}
+
+impl BitOr for Status {
+    type Output = Self;
+
+    #[inline]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for Status {
+    #[inline]
+    fn bitor_assign(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if *self == Self::OK {
+            return f.write_str("ok");
+        }
+        for (k, name) in self.names().enumerate() {
+            f.write_str(if k == 0 { "" } else { "|" })?;
+            f.write_str(name)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// What one step answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// Angle to command [rad], positive to the left.
+    pub steer: f64,
+    /// Offset of the tracked point of the measured vehicle from the path [m], positive left of it.
+    pub cross_track_error: f64,
+    /// Yaw of the measured vehicle less direction of the path [rad], in `[-pi, pi]`.
+    pub heading_error: f64,
+    /// Cross-track error of the vehicle as it will be when the command reaches the wheels [m];
+    /// that of the measured one without a dead time.
+    pub predicted_cross_track_error: f64,
+    /// Heading error of that vehicle [rad].
+    pub predicted_heading_error: f64,
+    /// The point aimed at: the lookahead point, or the projection onto the path [m].
+    pub target: Point,
+    /// Whether the path is driven backwards here.
+    pub reverse: bool,
+    /// How the step went.
+    pub status: Status,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn test_status_conditions_stand_side_by_side() {
+        let both = Status::SATURATED | Status::END_OF_PATH;
+        assert!(both.contains(Status::SATURATED) && both.contains(Status::END_OF_PATH));
+        assert!(!both.contains(Status::OFF_PATH) && both.contains(Status::OK));
+        assert_eq!(format!("{both} {}", Status::OK), "saturated|end-of-path ok");
+        assert_eq!(both.level(), Level::Degraded);
+        assert_eq!((both | Status::INPUT_LOST).level(), Level::Fault);
+        assert_eq!(Status::OK.level(), Level::Ok);
+        assert_eq!(Status::from_bits(both.bits()), Some(both));
+        assert_eq!(Status::from_bits(1 << 31), None);
+    }
+
+    #[test]
+    fn test_status_every_condition_has_a_bit_of_its_own() {
+        let all = Status::NAMES.iter().fold(0, |all, (each, _)| {
+            assert_eq!(each.bits().count_ones(), 1);
+            assert_eq!(all & each.bits(), 0);
+            all | each.bits()
+        });
+        assert_eq!(all.count_ones(), 6);
+    }
+}

@@ -1,0 +1,71 @@
+//! The search for the lookahead point, as POP and pure pursuit share it.
+
+use crate::Point;
+use crate::error::{ConfigError, config_in_range};
+use crate::path::follow::Located;
+use crate::path::jump::find_lookahead_point;
+use crate::path::lookahead::get_crossing;
+use crate::path::view::PathView;
+
+/// The search, from the parameters of the same names.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Search {
+    pub(super) lookahead_gain: f64,
+    pub(super) min_lookahead: f64,
+    pub(super) exact_lookahead: bool,
+    pub(super) lookahead_tolerance: f64,
+    pub(super) window_ahead: f64,
+    pub(super) grid_spacing: f64,
+}
+
+macro_rules! search_of {
+    ($resolved:expr) => {
+        $crate::lateral::search::Search {
+            lookahead_gain: $resolved.lookahead_gain,
+            min_lookahead: $crate::lateral::resolved($resolved.min_lookahead),
+            exact_lookahead: $resolved.exact_lookahead,
+            lookahead_tolerance: $crate::lateral::resolved($resolved.lookahead_tolerance),
+            window_ahead: $crate::lateral::resolved($resolved.window_ahead),
+            grid_spacing: $crate::lateral::resolved($resolved.grid_spacing),
+        }
+        .checked()
+    };
+}
+pub(super) use search_of;
+
+/// The point to aim at, and whether it lies on the lookahead circle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Target {
+    pub(super) point: Point,
+    pub(super) found: bool,
+}
+
+impl Search {
+    pub(super) fn checked(self) -> Result<Self, ConfigError> {
+        config_in_range("lookahead_gain", self.lookahead_gain, 0.0, 1e3)?;
+        config_in_range("min_lookahead", self.min_lookahead, 0.0, 1e4)?;
+        config_in_range("lookahead_tolerance", self.lookahead_tolerance, 1e-9, 1e3)?;
+        config_in_range("window_ahead", self.window_ahead, 1e-3, 1e6)?;
+        config_in_range("grid_spacing", self.grid_spacing, 1e-6, 1e3)?;
+        Ok(self)
+    }
+
+    /// The lookahead point at distance `lookahead` [m] from a located vehicle.
+    #[inline]
+    pub(super) fn find(&self, path: &PathView<'_>, at: &Located, lookahead: f64) -> Target {
+        let (point, found) = if self.exact_lookahead {
+            get_crossing(path, &at.foot, at.position, lookahead)
+        } else {
+            find_lookahead_point(
+                path,
+                at.foot.nearest_waypoint(path),
+                self.window_ahead,
+                self.grid_spacing,
+                at.position,
+                lookahead,
+                self.lookahead_tolerance,
+            )
+        };
+        Target { point, found }
+    }
+}

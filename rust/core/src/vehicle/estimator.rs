@@ -1,0 +1,502 @@
+//! What the motion of a vehicle shows of it: the one estimator of all controllers.
+//!
+//! The turning is found by least squares that forget: with the turn `a` that the vehicle's own
+//! figures expect and the turn `b` of one radian of steering offset, a measured turn is
+//! `gain (a + steer_offset b)`, linear in `gain` and `gain steer_offset`. A dead time that is
+//! wrong turns the vehicle too early or too late: it is found from the turn that is left over and
+//! the rate at which the expected turn changes. The slip, the angle of the motion to the heading,
+//! is found from the position by normalised least mean squares.
+
+use super::delay::Reached;
+use super::state::MAX_YAW;
+use super::{Vehicle, VehicleState};
+use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::math::{cos, exp, saturate, sin, wrap};
+use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
+
+/// How fast a controller adapts to its vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdaptParams {
+    /// Time over which turning gain, steering offset and dead time are estimated [s]; 0 never.
+    /// Shorter: sooner right, and more noise of the heading passed on.
+    pub turn_time: f64,
+    /// Time over which the slip is estimated, straight on and in bends [s]; 0 never. Shorter:
+    /// sooner right, and more noise of the position passed on.
+    pub slip_time: f64,
+    /// Below this speed the slip is not estimated [m/s]: the position moves too little to show it;
+    /// by default 5/3 wheelbases a second.
+    pub min_speed: Option<f64>,
+}
+
+impl AdaptParams {
+    /// A few bends for the turning, half of that for the slip.
+    pub const DEFAULT: Self = Self {
+        turn_time: 10.0,
+        slip_time: 5.0,
+        min_speed: None,
+    };
+
+    /// The parameters themselves where each is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the one that is not.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        config_in_range("turn_time", self.turn_time, 0.0, 1e6)?;
+        config_in_range("slip_time", self.slip_time, 0.0, 1e6)?;
+        if let Some(speed) = self.min_speed {
+            config_in_range("min_speed", speed, 0.0, 1e3)?;
+        }
+        Ok(self)
+    }
+}
+
+impl Default for AdaptParams {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What is known of the vehicle beyond its own figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// How many times more the vehicle turns than its figures say.
+    pub gain: f64,
+    /// Angle of the wheels at the command 0, beyond the vehicle's `steer_offset` [rad].
+    pub steer_offset: f64,
+    /// How much longer the dead time is than the vehicle's [s].
+    pub longer_dead_time: f64,
+    /// Angle of the motion of the point that does not slip to the heading, straight on [rad].
+    pub slip: f64,
+    /// How much that angle grows with the curvature [m].
+    pub slip_length: f64,
+    /// Acceleration [m/s^2].
+    pub acceleration: f64,
+}
+
+impl Estimate {
+    /// Nothing beyond the vehicle's own figures.
+    pub const DEFAULT: Self = Self {
+        gain: 1.0,
+        steer_offset: 0.0,
+        longer_dead_time: 0.0,
+        slip: 0.0,
+        slip_length: 0.0,
+        acceleration: 0.0,
+    };
+
+    /// The speed `time` [s] on from `speed` [m/s]; a vehicle that brakes stops.
+    #[inline]
+    pub fn speed_after(&self, speed: f64, time: f64) -> f64 {
+        let next = speed + self.acceleration * time;
+        if speed >= 0.0 {
+            saturate(next, 0.0, MAX_SPEED)
+        } else {
+            saturate(next, -MAX_SPEED, 0.0)
+        }
+    }
+}
+
+impl Default for Estimate {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What an [`Estimate`] rests on; sums of which the old terms are forgotten.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimator {
+    /// The point that does not slip as it was last seen; none where nothing can be learnt from the
+    /// motion since.
+    pub seen: Option<VehicleState>,
+    /// Turns expected, squared [rad^2].
+    pub turn_turn: f64,
+    /// Turns expected times those of a radian of offset [rad].
+    pub turn_offset: f64,
+    /// Turns of a radian of offset, squared.
+    pub offset_offset: f64,
+    /// Turns expected times those measured [rad^2].
+    pub turn_measured: f64,
+    /// Turns of a radian of offset times those measured [rad].
+    pub offset_measured: f64,
+    /// The turn expected for the last period [rad].
+    pub turn: f64,
+    /// Rates at which the expected turns changed, squared [rad^2/s^2].
+    pub change: f64,
+    /// What is known by now.
+    pub estimate: Estimate,
+}
+
+impl Estimator {
+    /// Time over which the acceleration is taken [s].
+    const ACCELERATION_TIME: f64 = 0.1;
+    /// Weight of the vehicle's own gain, 1, in the least squares [rad^2]. Larger values make the
+    /// estimate slower and steadier; 1e-3 is one turn of 1.8 degrees.
+    const GAIN_PRIOR: f64 = 1e-3;
+    /// Weight of the vehicle's own steering offset in the least squares. Larger values make the
+    /// estimate slower and steadier; 0.1 are three periods in which a radian turns by 10 degrees.
+    const OFFSET_PRIOR: f64 = 0.1;
+    /// Weight of the vehicle's own dead time in the least squares [rad^2/s^2].
+    const CHANGE_PRIOR: f64 = 1e-2;
+    /// Bounds of the gain: beyond them the figures are those of another vehicle.
+    pub const MIN_GAIN: f64 = 0.4;
+    /// The upper one.
+    pub const MAX_GAIN: f64 = 2.5;
+    /// The largest steering offset that is believed [rad].
+    pub const MAX_STEER_OFFSET: f64 = 0.15;
+    /// The largest slip that is believed [rad].
+    pub const MAX_SLIP: f64 = 0.15;
+    /// The curvature at which a slip sample updates the constant and the curvature-dependent part
+    /// equally, times the wheelbase. Below it a bend is treated as straight.
+    const SLIP_SPLIT: f64 = 0.03;
+    /// The largest acceleration that is believed, in wheelbases [1/s^2].
+    const MAX_ACCELERATION: f64 = 20.0;
+    /// More than a sum comes to within the bounds of the input.
+    const MAX_SUM: f64 = 1e100;
+    /// More than a turn comes to, and little enough that the squares of its changes keep to that.
+    const MAX_TURN: f64 = 1e30;
+
+    /// How far an estimated dead time may be from the vehicle's [s].
+    #[inline]
+    fn most_longer(vehicle: &Vehicle) -> f64 {
+        0.5 * vehicle.dead_time
+    }
+
+    /// Takes in the turn since the last step, `dt` [s] ago, in which `reached` reached the wheels,
+    /// and how the speed changed. `now` is the state of the point that does not slip.
+    #[inline]
+    pub fn observe_turn(
+        &mut self,
+        params: &AdaptParams,
+        vehicle: &Vehicle,
+        now: VehicleState,
+        reached: Reached,
+        dt: f64,
+    ) {
+        let Some(before) = self.seen else {
+            self.turn = 0.0;
+            return;
+        };
+        let speed = 0.5 * (before.speed + now.speed);
+        let share = speed / vehicle.turning_length(speed);
+        let (turn, by_offset) = (share * reached.turn, share * reached.slope);
+        let estimate = self.estimate;
+        self.estimate.acceleration = Self::acceleration(vehicle, &estimate, before, now, dt);
+        if params.turn_time > 0.0 {
+            self.fit_turning(
+                params.turn_time,
+                vehicle,
+                turn,
+                by_offset,
+                wrap(now.yaw - before.yaw),
+                dt,
+            );
+        }
+        self.turn = turn;
+    }
+
+    #[inline]
+    fn acceleration(
+        vehicle: &Vehicle,
+        estimate: &Estimate,
+        before: VehicleState,
+        now: VehicleState,
+        dt: f64,
+    ) -> f64 {
+        let most = Self::MAX_ACCELERATION * vehicle.wheelbase;
+        let gained = (now.speed - before.speed) / dt - estimate.acceleration;
+        let weight = 1.0 - exp(-dt / Self::ACCELERATION_TIME);
+        saturate(estimate.acceleration + weight * gained, -most, most)
+    }
+
+    /// Least squares that forget, for gain, steering offset and dead time.
+    ///
+    /// No sample counts for more than a turn thrice as large as expected with twice the largest
+    /// offset, or than the longest dead time: a jump of the localisation shows nothing.
+    #[inline]
+    fn fit_turning(
+        &mut self,
+        time: f64,
+        vehicle: &Vehicle,
+        turn: f64,
+        by_offset: f64,
+        measured: f64,
+        dt: f64,
+    ) {
+        let expected =
+            |estimate: &Estimate| estimate.gain * (turn + estimate.steer_offset * by_offset);
+        let most = 2.0 * (turn.abs() + Self::MAX_STEER_OFFSET * by_offset.abs());
+        let before = expected(&self.estimate);
+        let measured = before + saturate(measured - before, -most, most);
+        let kept = exp(-dt / time);
+        self.turn_turn = self.turn_turn * kept + turn * turn;
+        self.turn_offset = self.turn_offset * kept + turn * by_offset;
+        self.offset_offset = self.offset_offset * kept + by_offset * by_offset;
+        self.turn_measured = self.turn_measured * kept + turn * measured;
+        self.offset_measured = self.offset_measured * kept + by_offset * measured;
+
+        // The normal equations of gain and gain * offset.
+        let (aa, ab, bb) = (
+            self.turn_turn + Self::GAIN_PRIOR,
+            self.turn_offset,
+            self.offset_offset + Self::OFFSET_PRIOR,
+        );
+        let (ay, by) = (self.turn_measured + Self::GAIN_PRIOR, self.offset_measured);
+        let determinant = aa * bb - ab * ab;
+        if determinant > 0.0 {
+            let gain = saturate(
+                (ay * bb - ab * by) / determinant,
+                Self::MIN_GAIN,
+                Self::MAX_GAIN,
+            );
+            // With the gain at its bound, the offset that goes with it.
+            let offset = (by - ab * gain) / bb / gain;
+            self.estimate.gain = gain;
+            self.estimate.steer_offset =
+                saturate(offset, -Self::MAX_STEER_OFFSET, Self::MAX_STEER_OFFSET);
+        }
+
+        let change = (self.turn - turn) / dt;
+        let most_longer = Self::most_longer(vehicle);
+        let left = measured - expected(&self.estimate);
+        let most = change.abs() * most_longer;
+        self.change = self.change * kept + change * change;
+        let late = saturate(left, -most, most) * change / (self.change + Self::CHANGE_PRIOR);
+        let late = saturate(late, -dt, dt);
+        self.estimate.longer_dead_time = saturate(
+            self.estimate.longer_dead_time + late,
+            -most_longer,
+            most_longer,
+        );
+    }
+
+    /// Takes in the motion since the last step, `dt` [s] ago, along a path that turns by
+    /// `curvature` [1/m], counted in the direction in which the vehicle looks.
+    ///
+    /// The curvature is the path's: the vehicle's own answers to the errors of the position, which
+    /// are in the sample too, would be taken for slip.
+    #[inline]
+    pub fn observe_slip(
+        &mut self,
+        params: &AdaptParams,
+        vehicle: &Vehicle,
+        now: VehicleState,
+        curvature: impl FnOnce(f64) -> f64,
+        dt: f64,
+    ) {
+        let (Some(before), true) = (self.seen, params.slip_time > 0.0) else {
+            return;
+        };
+        let pace = params.min_speed.unwrap_or(5.0 / 3.0 * vehicle.wheelbase);
+        let speed = 0.5 * (before.speed + now.speed);
+        if speed.abs() < pace || speed.abs() <= 0.0 {
+            return;
+        }
+        let travel = speed * dt;
+        let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
+        let aside = (now.y - before.y) * cos(direction) - (now.x - before.x) * sin(direction);
+        let bend = curvature(travel);
+        let sample = saturate(aside / travel, -4.0 * Self::MAX_SLIP, 4.0 * Self::MAX_SLIP);
+        let split = Self::SLIP_SPLIT / vehicle.wheelbase;
+        let estimate = &mut self.estimate;
+        let missed = sample - (estimate.slip + estimate.slip_length * bend);
+        let share = if dt < params.slip_time {
+            dt / params.slip_time
+        } else {
+            1.0
+        };
+        let step = share * missed / (split * split + bend * bend);
+        estimate.slip = saturate(
+            estimate.slip + step * (split * split),
+            -Self::MAX_SLIP,
+            Self::MAX_SLIP,
+        );
+        estimate.slip_length = saturate(
+            estimate.slip_length + step * bend,
+            -vehicle.wheelbase,
+            vehicle.wheelbase,
+        );
+    }
+
+    /// The estimator itself, where a vehicle could have shown it.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the field that is not.
+    pub fn checked(self, vehicle: &Vehicle) -> Result<Self, InputError> {
+        if let Some(seen) = self.seen {
+            input_in_range("seen", seen.x, -2.0 * MAX_COORDINATE, 2.0 * MAX_COORDINATE)?;
+            input_in_range("seen", seen.y, -2.0 * MAX_COORDINATE, 2.0 * MAX_COORDINATE)?;
+            input_in_range("seen", seen.yaw, -MAX_YAW, MAX_YAW)?;
+            input_in_range("seen", seen.speed, -MAX_SPEED, MAX_SPEED)?;
+        }
+        for (field, value, low) in [
+            ("turn_turn", self.turn_turn, 0.0),
+            ("turn_offset", self.turn_offset, -Self::MAX_SUM),
+            ("offset_offset", self.offset_offset, 0.0),
+            ("turn_measured", self.turn_measured, -Self::MAX_SUM),
+            ("offset_measured", self.offset_measured, -Self::MAX_SUM),
+            ("change", self.change, 0.0),
+        ] {
+            input_in_range(field, value, low, Self::MAX_SUM)?;
+        }
+        input_in_range("turn", self.turn, -Self::MAX_TURN, Self::MAX_TURN)?;
+        let estimate = self.estimate;
+        let longer = Self::most_longer(vehicle);
+        let acceleration = Self::MAX_ACCELERATION * vehicle.wheelbase;
+        input_in_range("gain", estimate.gain, Self::MIN_GAIN, Self::MAX_GAIN)?;
+        for (field, value, most) in [
+            (
+                "steer_offset",
+                estimate.steer_offset,
+                Self::MAX_STEER_OFFSET,
+            ),
+            ("longer_dead_time", estimate.longer_dead_time, longer),
+            ("slip", estimate.slip, Self::MAX_SLIP),
+            ("slip_length", estimate.slip_length, vehicle.wheelbase),
+            ("acceleration", estimate.acceleration, acceleration),
+        ] {
+            input_in_range(field, value, -most, most)?;
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{sin, tan};
+    use crate::vehicle::InFlight;
+    use crate::vehicle::bicycle::advance;
+
+    fn car(wheelbase: f64, dead_time: f64, steer_offset: f64) -> Vehicle {
+        Vehicle {
+            wheelbase,
+            dead_time,
+            steer_offset,
+            ..Vehicle::DEFAULT
+        }
+    }
+
+    /// What is estimated of a vehicle with a wheelbase of 3 m, 0.2 s of dead time and a lag of
+    /// 0.1 s in 60 s of bends at 10 m/s and more, where `told` is believed.
+    fn estimated(told: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
+        let real = car(3.0, 0.2, steer_offset);
+        let (mut there, mut known) = (InFlight::settled(&real, 0.0), InFlight::settled(&told, 0.0));
+        let mut estimator = Estimator::default();
+        let mut vehicle = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 10.0,
+        };
+        for step in 0..1200 {
+            let command = 0.1 * sin(0.05 * f64::from(step));
+            for _ in 0..10 {
+                there.elapse(&real, command, 0.005, 0.0);
+                let curvature = tan(there.wheel()) / 3.0;
+                vehicle = advance(vehicle, vehicle.speed * 0.005, curvature, 0.0);
+                vehicle.speed += acceleration * 0.005;
+            }
+            if step == 900 {
+                vehicle.yaw += jump;
+            }
+            let reached = known.reaching(&told, command, 0.05);
+            let before = estimator.estimate.longer_dead_time;
+            estimator.observe_turn(&AdaptParams::DEFAULT, &told, vehicle, reached, 0.05);
+            let longer = estimator.estimate.longer_dead_time - before;
+            estimator.seen = Some(vehicle);
+            known.elapse(&told, command, 0.05, longer);
+        }
+        estimator
+    }
+
+    #[test]
+    fn test_estimator_finds_gain_dead_time_offset_and_acceleration() {
+        for (wheelbase, dead_time) in [(3.0, 0.2), (2.55, 0.2), (3.45, 0.15), (3.0, 0.25)] {
+            for offset in [0.0, 0.0175] {
+                let found = estimated(car(wheelbase, dead_time, 0.0), offset, 0.2, 0.0).estimate;
+                assert!((found.gain - wheelbase / 3.0).abs() < 0.012, "{found:?}");
+                assert!((found.steer_offset - offset).abs() < 0.0006, "{found:?}");
+                let known = dead_time + found.longer_dead_time;
+                assert!((known - 0.2).abs() < 0.011, "{found:?}");
+                assert!((found.acceleration - 0.2).abs() < 1e-6, "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn test_estimator_learns_little_of_a_jump_of_the_heading() {
+        let told = car(2.55, 0.25, 0.0);
+        let calm = estimated(told, 0.0, 0.0, 0.0).estimate;
+        let jumped = estimated(told, 0.0, 0.0, 2.0).estimate;
+        assert!((calm.gain - jumped.gain).abs() < 0.03, "{jumped:?}");
+        assert!(
+            (calm.steer_offset - jumped.steer_offset).abs() < 0.003,
+            "{jumped:?}"
+        );
+        assert!((calm.longer_dead_time - jumped.longer_dead_time).abs() < 0.02);
+    }
+
+    #[test]
+    fn test_estimator_keeps_within_its_bounds() {
+        assert_eq!(
+            estimated(car(9.0, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
+            2.5
+        );
+        assert_eq!(
+            estimated(car(0.9, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
+            0.4
+        );
+        let told = car(3.0, 0.1, 0.0);
+        let found = estimated(told, 0.0, 0.0, 0.0);
+        assert_eq!(found.estimate.longer_dead_time, 0.05);
+        assert!(found.checked(&told).is_ok());
+        let refused = found.checked(&car(3.0, 0.09, 0.0)).unwrap_err();
+        assert_eq!(refused.field, "longer_dead_time");
+        let turned = Estimator {
+            turn: 1e31,
+            ..found
+        };
+        assert_eq!(turned.checked(&told).unwrap_err().value, 1e31);
+    }
+
+    #[test]
+    fn test_slip_is_found_from_the_position_whichever_way_the_vehicle_drives() {
+        let told = Vehicle::DEFAULT;
+        for speed in [10.0, -10.0] {
+            let mut estimator = Estimator::default();
+            let mut vehicle = VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.3,
+                speed,
+            };
+            for step in 0..2000 {
+                estimator.seen = Some(vehicle);
+                let curvature = if step % 40 < 20 { 0.03 } else { -0.02 };
+                let slip = 0.01 - 0.4 * curvature;
+                vehicle = advance(vehicle, speed * 0.05, curvature, slip);
+                let params = AdaptParams::DEFAULT;
+                estimator.observe_slip(&params, &told, vehicle, |_| curvature, 0.05);
+            }
+            let found = estimator.estimate;
+            assert!((found.slip - 0.01).abs() < 1e-4, "{found:?}");
+            assert!((found.slip_length + 0.4).abs() < 1e-3, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn test_speed_after_braking_stops() {
+        let braking = |acceleration| Estimate {
+            acceleration,
+            ..Estimate::DEFAULT
+        };
+        assert_eq!(braking(-5.0).speed_after(1.0, 0.1), 0.5);
+        assert_eq!(braking(-5.0).speed_after(1.0, 0.3), 0.0);
+        assert_eq!(braking(5.0).speed_after(-1.0, 0.3), 0.0);
+        assert_eq!(braking(-5.0).speed_after(-1.0, 0.2), -2.0);
+        assert_eq!(braking(5.0).speed_after(MAX_SPEED, 1.0), MAX_SPEED);
+        assert_eq!(braking(-5.0).speed_after(-MAX_SPEED, 1.0), -MAX_SPEED);
+    }
+}
