@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
+use popsteer_core::lateral::TrackerState;
 use popsteer_core::vehicle::state::checked_dt;
-use popsteer_core::{Command, InputError, LateralLaw, Path, VehicleState};
+use popsteer_core::{Command, InputError, LateralLaw, Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
 /// Vehicles a thread takes at a time: enough to outweigh handing them over. A batch of no more is
 /// stepped on the thread that asks for it.
 pub const CHUNK: usize = 256;
 
-/// Vehicles under laws of one kind, each with parameters, path and state of its own.
+/// Vehicles under controllers of one kind, each with a vehicle, parameters, path and state of its
+/// own.
 #[derive(Clone, Debug)]
 pub struct Batch<L: LateralLaw> {
     vehicles: Vec<Driver<L>>,
@@ -18,9 +20,9 @@ pub struct Batch<L: LateralLaw> {
 
 #[derive(Clone, Debug)]
 struct Driver<L: LateralLaw> {
-    law: L,
+    law: Tracker<L>,
     path: Arc<Path>,
-    state: L::State,
+    state: TrackerState<L::State>,
 }
 
 /// A vehicle whose input is refused.
@@ -38,16 +40,18 @@ where
     L::State: Send + Sync,
 {
     /// One vehicle for each law and path, in its initial state.
-    pub fn new(laws: impl IntoIterator<Item = (L, Arc<Path>)>) -> Self {
+    pub fn new(laws: impl IntoIterator<Item = (Tracker<L>, Arc<Path>)>) -> Self {
         Self::resume(laws.into_iter().map(|(law, path)| {
             let state = law.initial_state();
             (law, path, state)
         }))
     }
 
-    /// One vehicle for each law, path and state; the state is one that [`LateralLaw::check_state`]
+    /// One vehicle for each law, path and state; the state is one that [`Tracker::check_state`]
     /// accepts.
-    pub fn resume(vehicles: impl IntoIterator<Item = (L, Arc<Path>, L::State)>) -> Self {
+    pub fn resume(
+        vehicles: impl IntoIterator<Item = (Tracker<L>, Arc<Path>, TrackerState<L::State>)>,
+    ) -> Self {
         let drivers = vehicles
             .into_iter()
             .map(|(law, path, state)| Driver { law, path, state });
@@ -74,11 +78,11 @@ where
     }
 
     /// The states, in order.
-    pub fn states(&self) -> impl ExactSizeIterator<Item = &L::State> {
+    pub fn states(&self) -> impl ExactSizeIterator<Item = &TrackerState<L::State>> {
         self.vehicles.iter().map(|vehicle| &vehicle.state)
     }
 
-    /// Steps every vehicle: `write` is given each place in `out`, and what [`LateralLaw::step`]
+    /// Steps every vehicle: `write` is given each place in `out`, and what [`Tracker::step`]
     /// of that vehicle's law answers to its input.
     ///
     /// # Errors
@@ -170,13 +174,14 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
+    use popsteer_core::Vehicle;
     use popsteer_core::lateral::{Pop, PopParams};
 
-    fn batch(count: usize) -> (Batch<Pop>, Pop, Arc<Path>) {
+    fn batch(count: usize) -> (Batch<Pop>, Tracker<Pop>, Arc<Path>) {
         let x: Vec<f64> = (0..300).map(f64::from).collect();
         let y: Vec<f64> = x.iter().map(|x| 5.0 * (x / 20.0).sin()).collect();
         let path = Arc::new(Path::new(&x, &y, None, false).unwrap());
-        let law = Pop::new(PopParams::default()).unwrap();
+        let law = Tracker::of(Pop::new(Vehicle::PAPER, PopParams::default()).unwrap());
         (
             Batch::new((0..count).map(|_| (law, Arc::clone(&path)))),
             law,

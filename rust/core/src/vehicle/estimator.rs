@@ -474,15 +474,15 @@ mod tests {
             };
             for step in 0..2000 {
                 estimator.seen = Some(vehicle);
-                let curvature = if step % 40 < 20 { 0.03 } else { -0.02 };
+                let curvature = [0.03, 0.0, -0.02][step / 20 % 3];
                 let slip = 0.01 - 0.4 * curvature;
                 vehicle = advance(vehicle, speed * 0.05, curvature, slip);
                 let params = AdaptParams::DEFAULT;
                 estimator.observe_slip(&params, &told, vehicle, |_| curvature, 0.05);
             }
             let found = estimator.estimate;
-            assert!((found.slip - 0.01).abs() < 1e-4, "{found:?}");
-            assert!((found.slip_length + 0.4).abs() < 1e-3, "{found:?}");
+            assert!((found.slip - 0.01).abs() < 1e-3, "{found:?}");
+            assert!((found.slip_length + 0.4).abs() < 1e-2, "{found:?}");
         }
     }
 
