@@ -90,7 +90,10 @@ fn assert_scales<L: LateralLaw>(name: &str, make: impl Fn(Vehicle) -> L) {
             assert!((a - b).abs() < 1e-9, "{name}, {k}: step {step}: {a} {b}");
         }
         for (a, b) in errors.iter().zip(&other_errors) {
-            assert!((k * a - b).abs() < 1e-9 * k.max(1.0), "{name}, {k}: {a} {b}");
+            assert!(
+                (k * a - b).abs() < 1e-9 * k.max(1.0),
+                "{name}, {k}: {a} {b}"
+            );
         }
     }
 }
