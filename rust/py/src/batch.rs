@@ -131,9 +131,7 @@ impl PyBatch {
     /// ConfigError
     ///     If `on_error` is none of them.
     #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
-    #[pyo3(
-        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)"
-    )]
+    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
     fn steer<'py>(
         &mut self,
         py: Python<'py>,
@@ -191,9 +189,7 @@ impl PyBatch {
     /// ConfigError
     ///     As for `steer`.
     #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
-    #[pyo3(
-        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)"
-    )]
+    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
     fn step<'py>(
         &mut self,
         py: Python<'py>,

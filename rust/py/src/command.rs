@@ -200,7 +200,10 @@ impl PyCommand {
         fields.set_item("steer", self.steer())?;
         fields.set_item("cross_track_error", self.cross_track_error())?;
         fields.set_item("heading_error", self.heading_error())?;
-        fields.set_item("predicted_cross_track_error", self.predicted_cross_track_error())?;
+        fields.set_item(
+            "predicted_cross_track_error",
+            self.predicted_cross_track_error(),
+        )?;
         fields.set_item("predicted_heading_error", self.predicted_heading_error())?;
         fields.set_item("target", self.target())?;
         fields.set_item("reverse", self.reverse())?;

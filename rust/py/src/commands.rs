@@ -161,7 +161,10 @@ impl PyCommandBatch {
         columns.set_item("steer", &self.steer)?;
         columns.set_item("cross_track_error", &self.cross_track_error)?;
         columns.set_item("heading_error", &self.heading_error)?;
-        columns.set_item("predicted_cross_track_error", &self.predicted_cross_track_error)?;
+        columns.set_item(
+            "predicted_cross_track_error",
+            &self.predicted_cross_track_error,
+        )?;
         columns.set_item("predicted_heading_error", &self.predicted_heading_error)?;
         columns.set_item("target", &self.target)?;
         columns.set_item("reverse", &self.reverse)?;

@@ -23,6 +23,7 @@ mod params;
 mod path;
 mod pool;
 mod projection;
+mod python_driver;
 mod python_plant;
 mod sim;
 mod vehicle;

@@ -1,8 +1,8 @@
 //! What is found on a path: the projection of a position, and the lookahead point.
 
+use popsteer_core::Point;
 use popsteer_core::path::Projection;
 use popsteer_core::path::lookahead::Lookahead;
-use popsteer_core::Point;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 

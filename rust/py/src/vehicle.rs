@@ -1,5 +1,6 @@
 //! The vehicle, how a controller adapts to it, and what it has found.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use popsteer_core::error::input_in_range;
@@ -154,9 +155,40 @@ params! {
             Ok(())
         }
 
-        fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
-            // Python's hash, in which 0.0 and -0.0 are alike: they are equal.
-            PyTuple::new(py, self.as_dict(py)?.values())?.hash()
+        fn __hash__(&self) -> u64 {
+            let mut hasher = DefaultHasher::new();
+            self.hash(&mut hasher);
+            hasher.finish()
+        }
+    }
+}
+
+/// Equal vehicles have one hash: 0.0 and -0.0 are equal.
+impl Hash for PyVehicle {
+    fn hash<H: Hasher>(&self, hasher: &mut H) {
+        let car = &self.0;
+        for number in [
+            car.wheelbase,
+            car.rear_axle,
+            car.understeer,
+            car.steer_offset,
+            car.steer_lag,
+            car.dead_time,
+            car.max_steer,
+            car.drive_lag,
+        ] {
+            (number + 0.0).to_bits().hash(hasher);
+        }
+        for number in [
+            car.no_slip_point,
+            car.turning_wheelbase,
+            car.max_steer_rate,
+            car.max_lateral_acceleration,
+            car.max_speed,
+            car.max_acceleration,
+            car.max_deceleration,
+        ] {
+            number.map(|number| (number + 0.0).to_bits()).hash(hasher);
         }
     }
 }

@@ -88,19 +88,9 @@ macro_rules! controller {
         }
 
         impl $class {
-            /// The controller as the closed loop takes it, and its path. One that was given no
-            /// vehicle takes that of the `plant`.
-            fn driver(
-                &self,
-                plant: Option<Vehicle>,
-            ) -> Result<(Tracker<Law>, Arc<Path>), ConfigError> {
-                let tracker = match plant {
-                    Some(vehicle) if !self.vehicle_given => {
-                        track($core::new(vehicle, self.params.get().0)?, &self.adapt)?
-                    }
-                    _ => self.law,
-                };
-                Ok((tracker.map(Law::from), Arc::clone(&self.path)))
+            /// The controller as the closed loop takes it, and its path.
+            fn driver(&self) -> (Tracker<Law>, Arc<Path>) {
+                (self.law.map(Law::from), Arc::clone(&self.path))
             }
 
             /// The controller, its path and the present state, as a batch takes them.
@@ -551,16 +541,12 @@ controller! {
     }
 }
 
-/// Any of the controllers as the closed loop takes it, and its path; none for another object. One
-/// that was given no vehicle takes that of the `plant`.
-pub(crate) fn law_of(
-    object: &Bound<'_, PyAny>,
-    plant: Option<Vehicle>,
-) -> PyResult<Option<(Tracker<Law>, Arc<Path>)>> {
+/// Any of the controllers as the closed loop takes it, and its path; none for another object.
+pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Tracker<Law>, Arc<Path>)> {
     macro_rules! try_each {
         ($($class:ty),+) => {$(
             if let Ok(controller) = object.cast_exact::<$class>() {
-                return controller.try_borrow()?.driver(plant).or_raise(object.py()).map(Some);
+                return controller.try_borrow().ok().map(|controller| controller.driver());
             }
         )+};
     }
@@ -572,5 +558,5 @@ pub(crate) fn law_of(
         PyStanley,
         PyBangBang
     );
-    Ok(None)
+    None
 }
