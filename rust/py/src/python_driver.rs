@@ -114,8 +114,11 @@ fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<Answer> {
         // What numpy calls a number counts as one.
         None => answer.extract().map_err(|_| {
             let kind = answer.get_type();
-            let name = kind.name().map_or_else(|_| kind.to_string(), |name| name.to_string());
-            let text = format!("a controller's step must return an angle or have .steer, got {name}");
+            let name = kind
+                .name()
+                .map_or_else(|_| kind.to_string(), |name| name.to_string());
+            let text =
+                format!("a controller's step must return an angle or have .steer, got {name}");
             PyTypeError::new_err(text)
         })?,
     };
