@@ -726,7 +726,7 @@ mod tests {
         let mut state = tracker.initial_state();
         let lost = VehicleState {
             x: 140.0,
-            y: 31.0,
+            y: 50.0,
             yaw: -1.5,
             speed: 5.0,
         };
