@@ -49,7 +49,9 @@ def test_path_relocalise_matches_reference_random(
     pair = make("Path", path.xy, speed=path.speed, closed=path.closed)
     x, y, along, *_ = spot.at(path)
     assert pair.call("relocalise", x, y, along if yaw is None else yaw) is not None
-    # On a waypoint itself, and on the same path again, where the index is built.
+    for opposite in (0.0, 3.0, 1e9):
+        pair.call("relocalise", x, y, along + 3.0, opposite_distance=opposite)
+    # On a waypoint itself.
     x, y = path.xy[len(path.xy) // 3]
     pair.call("relocalise", x, y, along)
 
@@ -62,6 +64,23 @@ def test_path_relocalise_matches_reference_edges() -> None:
     for x, y in ((1e9, -1e9), (-1e9, 0.0), (0.0, -0.0)):
         for yaw in (1e6, -1e6, 0.0, -0.0, 5e-324):
             assert pair.call("relocalise", x, y, yaw) is not None
+    for value in (nan, inf, -1.0, nextafter(1e9, inf)):
+        assert pair.call("relocalise", 0.0, 0.0, 0.0, opposite_distance=value) is None
+
+
+@pytest.mark.parametrize("wheelbase", [0.3, 2.7, 30.0])
+def test_law_of_any_wheelbase_weighs_the_heading_by_it(wheelbase: float) -> None:
+    # There, and back a wheelbase and a half or four of them beside it.
+    for apart, taken in ((1.5, 2), (4.0, 0)):
+        xy = [(0.0, 0.0), (50.0, 0.0), (50.0, apart), (0.0, apart)]
+        path = make("Path", [(wheelbase * x, wheelbase * y) for x, y in xy])
+        pair = make("Stanley", path, make("StanleyParams", wheelbase=wheelbase))
+        pair.call("relocalise", 25.0 * wheelbase, 0.0, math.pi)
+        assert pair.get("state").rust.waypoint == taken
+        far = {"opposite_distance": wheelbase * 10.0 / 3.0}
+        found = path.call("relocalise", 25.0 * wheelbase, 0.0, math.pi, **far)
+        assert found is not None
+        assert found.rust == taken
 
 
 @pytest.mark.covers("Path.relocalise")

@@ -66,16 +66,18 @@ impl PyPath {
         x: f64,
         y: f64,
         yaw: f64,
+        opposite_distance: f64,
     ) -> Result<usize, InputError> {
         let position = checked_point(x, y)?;
         checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
+        let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
         let view = self.view();
         let index = match self.1.get() {
             Some(index) => index,
             // Other threads go on meanwhile; those that ask for the index too wait for this one.
             None => py.detach(|| self.1.get_or_init(|| PathIndex::new(&view))),
         };
-        Ok(index.relocalise(&view, position, yaw))
+        Ok(index.relocalise(&view, position, yaw, opposite))
     }
 
     /// A waypoint to go on from, by default the nearest of all.
@@ -340,8 +342,8 @@ impl PyPath {
     ///
     /// Of the segments from the one at `waypoint` until more than `reach` of arc before and behind
     /// it, each that is no farther off than the one before it and nearer than the one after it is
-    /// a candidate; the one of least distance counts, each distance with up to 10 m more the less
-    /// the path leads along `yaw`. Other branches of the path are not seen, and where it is
+    /// a candidate; the one of least distance counts, each distance with up to
+    /// `opposite_distance` more the less the path leads along `yaw`. Other branches of the path are not seen, and where it is
     /// driven in both directions neither is what lies beyond the place where the vehicle turns
     /// round. All laws find their place so.
     ///
@@ -355,6 +357,9 @@ impl PyPath {
     ///     The waypoint at which the segment of the last foot starts.
     /// reach : float
     ///     How far along the path to look [m].
+    /// opposite_distance : float, default 10.0
+    ///     How much farther off the path counts where it leads against `yaw` [m]; controllers take
+    ///     10/3 of their wheelbase.
     ///
     /// Returns
     /// -------
@@ -373,6 +378,7 @@ impl PyPath {
     /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 0.5), (0.0, 0.5)])
     /// >>> path.locate(7.0, 0.4, 0.0, 0, 6.0).segment, path.locate(7.0, 0.4, 3.0, 0, 6.0).segment
     /// (0, 2)
+    #[pyo3(signature = (x, y, yaw, waypoint, reach, *, opposite_distance=10.0))]
     fn locate(
         &self,
         py: Python<'_>,
@@ -381,15 +387,18 @@ impl PyPath {
         yaw: f64,
         waypoint: Count,
         reach: f64,
+        opposite_distance: f64,
     ) -> PyResult<PyProjection> {
         let found = || {
             let position = checked_point(x, y)?;
             let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
             let waypoint = self.index("waypoint", waypoint)?;
             let reach = checked("reach", reach, 0.0, 1e9)?;
+            let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
             let heading = Point::new(math::cos(yaw), math::sin(yaw));
             let view = self.view();
-            Ok(locate::locate(&view, waypoint, position, heading, reach).projection(&view))
+            let foot = locate::locate(&view, waypoint, position, heading, reach, opposite);
+            Ok(foot.projection(&view))
         };
         found()
             .map(PyProjection)
@@ -452,8 +461,8 @@ impl PyPath {
 
     /// Find the waypoint to go on from after a jump: the nearest where the direction fits.
     ///
-    /// The segment of least distance counts, each distance with up to 10 m more the less a vehicle
-    /// that looks along `yaw` would drive along it; the first of several. The heading thus tells
+    /// The segment of least distance counts, each distance with up to `opposite_distance` more the
+    /// less a vehicle that looks along `yaw` would drive along it; the first of several. The heading thus tells
     /// branches apart that cross or lie alongside. Where the path is driven backwards the vehicle
     /// looks against it.
     ///
@@ -466,6 +475,9 @@ impl PyPath {
     ///     Position [m].
     /// yaw : float
     ///     Heading [rad]; need not be wrapped.
+    /// opposite_distance : float, default 10.0
+    ///     How much farther off a segment counts that leads the opposite way [m]; controllers take
+    ///     10/3 of their wheelbase.
     ///
     /// Returns
     /// -------
@@ -482,8 +494,17 @@ impl PyPath {
     /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])
     /// >>> path.relocalise(0.5, 0.9, 0.1), path.relocalise(0.5, 0.9, 3.1)
     /// (0, 2)
-    fn relocalise(&self, py: Python<'_>, x: f64, y: f64, yaw: f64) -> PyResult<usize> {
-        self.relocalised(py, x, y, yaw).or_raise(py)
+    #[pyo3(signature = (x, y, yaw, *, opposite_distance=10.0))]
+    fn relocalise(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        yaw: f64,
+        opposite_distance: f64,
+    ) -> PyResult<usize> {
+        self.relocalised(py, x, y, yaw, opposite_distance)
+            .or_raise(py)
     }
 
     /// Project a position exactly onto the segments at a waypoint.

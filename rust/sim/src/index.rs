@@ -29,9 +29,9 @@ const RUN: usize = 32;
 /// let path = Path::new(&x, &y, None, false)?;
 /// let index = PathIndex::new(&path.view());
 /// let position = Point::new(30.2, 0.9);
-/// assert_eq!(index.relocalise(&path.view(), position, 0.1), 30);
-/// assert_eq!(index.relocalise(&path.view(), position, 3.1), 168);
-/// assert_eq!(relocalise(&path.view(), position, 3.1), 168);
+/// assert_eq!(index.relocalise(&path.view(), position, 0.1, 10.0), 30);
+/// assert_eq!(index.relocalise(&path.view(), position, 3.1, 10.0), 168);
+/// assert_eq!(relocalise(&path.view(), position, 3.1, 10.0), 168);
 /// # Ok::<(), popsteer_core::PathError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -69,8 +69,14 @@ impl PathIndex {
 
     /// What [`relocalise`](popsteer_core::path::relocalise::relocalise) answers on `path`, the path
     /// that the index was made of.
-    pub fn relocalise(&self, path: &PathView<'_>, position: Point, yaw: f64) -> usize {
-        let mut search = Relocalisation::new(position, yaw);
+    pub fn relocalise(
+        &self,
+        path: &PathView<'_>,
+        position: Point,
+        yaw: f64,
+        opposite_distance: f64,
+    ) -> usize {
+        let mut search = Relocalisation::new(position, yaw, opposite_distance);
         let by_distance = self
             .runs
             .nearest_neighbor_iter_with_distance_2([position.x, position.y]);
@@ -104,8 +110,8 @@ mod tests {
             let at = 37 * k % xs.len();
             let position = Point::new(xs[at] + aside_x, ys[at] + aside_y);
             assert_eq!(
-                index.relocalise(&view, position, yaw),
-                relocalise(&view, position, yaw),
+                index.relocalise(&view, position, yaw, 10.0),
+                relocalise(&view, position, yaw, 10.0),
                 "{position} {yaw}"
             );
         }

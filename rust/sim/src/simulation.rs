@@ -128,6 +128,7 @@ impl Follower {
                 search_distance: 2.0 * wheelbase,
                 lost_distance: f64::INFINITY,
                 arrival_distance: 0.05 * wheelbase,
+                opposite_distance: wheelbase * 10.0 / 3.0,
             },
             waypoint: None,
         }

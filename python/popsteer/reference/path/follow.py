@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView, Point
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Follow", "Located", "find_anew"]
+__all__ = ["Follow", "Located"]
 
 
 @dataclass(frozen=True)
@@ -80,24 +80,27 @@ class Follow:
         whole of it [m].
     arrival_distance : float
         The rear axle has come to where the vehicle turns round when it is this near [m].
+    opposite_distance : float
+        How much farther off the path counts where it leads the opposite way [m].
     """
 
     reference_offset: float
     search_distance: float
     lost_distance: float
     arrival_distance: float
+    opposite_distance: float
 
     def locate(
         self, path: PathView, waypoint: int | None, vehicle: VehicleState, dt: float
     ) -> Located:
         """Find the point of a checked vehicle that was last at `waypoint`."""
-        start = find_anew(path, vehicle) if waypoint is None else path.segment_at(waypoint)
+        start = self.find_anew(path, vehicle) if waypoint is None else path.segment_at(waypoint)
         at = self._locate_from(path, start, vehicle, dt)
         following = self._next_section(path, at.foot, vehicle)
         if following is not None:
             at = self._locate_from(path, following, vehicle, dt)
         if at.foot.squared_distance > self.lost_distance * self.lost_distance:
-            anew = self._locate_from(path, find_anew(path, vehicle), vehicle, dt)
+            anew = self._locate_from(path, self.find_anew(path, vehicle), vehicle, dt)
             if anew.foot.squared_distance < at.foot.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
@@ -117,7 +120,7 @@ class Follow:
             vehicle.y + self.reference_offset * heading[1],
         )
         reach = self.search_distance + abs(vehicle.speed) * dt
-        foot = locate(path, segment, position, heading, reach)
+        foot = locate(path, segment, position, heading, reach, self.opposite_distance)
         return Located(
             position=position,
             foot=foot,
@@ -160,7 +163,6 @@ class Follow:
         left = (to[0] * along[0] + to[1] * along[1]) / length
         return after if left <= self.arrival_distance else None
 
-
-def find_anew(path: PathView, vehicle: VehicleState) -> int:
-    """Find the segment of the vehicle after a jump, by the place of its rear axle."""
-    return relocalise(path, (vehicle.x, vehicle.y), vehicle.yaw)
+    def find_anew(self, path: PathView, vehicle: VehicleState) -> int:
+        """Find the segment of the vehicle after a jump, by the place of its pose."""
+        return relocalise(path, (vehicle.x, vehicle.y), vehicle.yaw, self.opposite_distance)

@@ -6,7 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from popsteer.reference.math import cos, sin
-from popsteer.reference.path.locate import find_foot_between
+from popsteer.reference.path.locate import OPPOSITE, find_foot_between
 
 if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView, Point
@@ -14,12 +14,14 @@ if TYPE_CHECKING:
 __all__ = ["relocalise"]
 
 
-def relocalise(path: PathView, position: Point, yaw: float) -> int:
+def relocalise(
+    path: PathView, position: Point, yaw: float, opposite_distance: float = OPPOSITE
+) -> int:
     """Find the segment to go on from after a jump to `position` with heading `yaw` [rad].
 
-    The one of least distance, which counts up to `OPPOSITE` more the less the vehicle would look
-    along it; the first of several. The heading thus tells branches apart that cross or lie
-    alongside. Where the path is driven backwards the vehicle looks against it.
+    The one of least distance, which counts up to `opposite_distance` [m] more the less the vehicle
+    would look along it; the first of several. The heading thus tells branches apart that cross or
+    lie alongside. Where the path is driven backwards the vehicle looks against it.
 
     Examples
     --------
@@ -33,7 +35,8 @@ def relocalise(path: PathView, position: Point, yaw: float) -> int:
     best, least = 0, inf
     for segment in range(path.segments):
         foot = find_foot_between(path, segment, position, 0.0, 1.0)
-        cost = foot.cost(backward if path.is_reverse(segment) else forward)
+        heading = backward if path.is_reverse(segment) else forward
+        cost = foot.cost(heading, opposite_distance)
         if cost < least:
             best, least = segment, cost
     return best

@@ -28,7 +28,7 @@ use core::fmt;
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use crate::math::wrap;
-use crate::path::follow::{Follow, Located, find_anew};
+use crate::path::follow::{Follow, Located};
 use crate::path::jump::find_lookahead_point;
 use crate::path::lookahead::get_crossing;
 use crate::path::view::PathView;
@@ -163,7 +163,7 @@ pub trait LateralLaw {
     ) -> Result<(), InputError> {
         let speed = 0.0;
         let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
-        state.set_waypoint(Some(find_anew(path, vehicle)));
+        state.set_waypoint(Some(self.follow().find_anew(path, vehicle)));
         Ok(())
     }
 
@@ -224,6 +224,8 @@ impl Body {
                 search_distance: config_in_range("search_distance", search, 0.0, 1e6)?,
                 lost_distance: config_in_range("lost_distance", lost, 1e-3, 1e9)?,
                 arrival_distance: 0.05 * wheelbase,
+                // 10 m for the wheelbase of a car, 3 m, to the last bit.
+                opposite_distance: wheelbase * 10.0 / 3.0,
             },
         })
     }

@@ -26,6 +26,8 @@ pub struct Follow {
     pub lost_distance: f64,
     /// The rear axle has come to where the vehicle turns round when it is this near [m].
     pub arrival_distance: f64,
+    /// How much farther off the path counts where it leads the opposite way [m].
+    pub opposite_distance: f64,
 }
 
 /// Where the followed point is, with the vehicle as one that drives forward.
@@ -68,7 +70,7 @@ impl Follow {
     ) -> Located {
         let start = match waypoint {
             Some(waypoint) => path.segment_at(waypoint),
-            None => find_anew(path, vehicle),
+            None => self.find_anew(path, vehicle),
         };
         let mut at = self.locate_from(path, start, vehicle, dt);
         if path.reverse().is_some()
@@ -77,7 +79,7 @@ impl Follow {
             at = self.locate_from(path, next, vehicle, dt);
         }
         if at.foot.squared_distance > self.lost_distance * self.lost_distance {
-            let anew = self.locate_from(path, find_anew(path, vehicle), vehicle, dt);
+            let anew = self.locate_from(path, self.find_anew(path, vehicle), vehicle, dt);
             if anew.foot.squared_distance < at.foot.squared_distance {
                 at = anew;
             }
@@ -111,7 +113,14 @@ impl Follow {
             vehicle.y + self.reference_offset * heading.y,
         );
         let reach = self.search_distance + vehicle.speed.abs() * dt;
-        let foot = locate(path, segment, position, heading, reach);
+        let foot = locate(
+            path,
+            segment,
+            position,
+            heading,
+            reach,
+            self.opposite_distance,
+        );
         Located {
             position,
             foot,
@@ -166,12 +175,13 @@ impl Follow {
         let left = (to.x * along.x + to.y * along.y) / length;
         (left <= self.arrival_distance).then_some(next)
     }
-}
 
-/// The segment where the vehicle is found after a jump, by the place of its rear axle.
-#[cold]
-pub fn find_anew(path: &PathView<'_>, vehicle: VehicleState) -> usize {
-    relocalise(path, Point::new(vehicle.x, vehicle.y), vehicle.yaw)
+    /// The segment where the vehicle is found after a jump, by the place of its pose.
+    #[cold]
+    pub fn find_anew(&self, path: &PathView<'_>, vehicle: VehicleState) -> usize {
+        let position = Point::new(vehicle.x, vehicle.y);
+        relocalise(path, position, vehicle.yaw, self.opposite_distance)
+    }
 }
 
 impl Located {
@@ -195,6 +205,7 @@ mod tests {
         search_distance: 6.0,
         lost_distance: 30.0,
         arrival_distance: 0.15,
+        opposite_distance: 10.0,
     };
 
     /// 20 m forward along x, 10 m back, 20 m forward again.

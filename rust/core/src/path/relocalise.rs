@@ -9,13 +9,13 @@ use crate::Point;
 use crate::math::{cos, sin, sqrt};
 
 /// The segment to go on from after a jump to `position` with heading `yaw`: the one of least
-/// distance, which counts up to [`OPPOSITE`](super::locate::OPPOSITE) more the less the vehicle
-/// would look along it; the first of several. Visits every segment.
+/// distance, which counts up to `opposite_distance` [m] more the less the vehicle would look along
+/// it; the first of several. Visits every segment.
 ///
 /// The heading thus tells branches apart that cross or lie alongside. Where the path is driven
 /// backwards the vehicle looks against it.
-pub fn relocalise(path: &PathView<'_>, position: Point, yaw: f64) -> usize {
-    let mut search = Relocalisation::new(position, yaw);
+pub fn relocalise(path: &PathView<'_>, position: Point, yaw: f64, opposite_distance: f64) -> usize {
+    let mut search = Relocalisation::new(position, yaw, opposite_distance);
     for segment in 0..path.segments() {
         search.visit(path, segment);
     }
@@ -27,6 +27,7 @@ pub fn relocalise(path: &PathView<'_>, position: Point, yaw: f64) -> usize {
 pub struct Relocalisation {
     position: Point,
     heading: Point,
+    opposite_distance: f64,
     /// Cost and index, so that of several as good the first is the least.
     best: (f64, usize),
 }
@@ -34,10 +35,11 @@ pub struct Relocalisation {
 impl Relocalisation {
     /// The search before its first segment.
     #[inline]
-    pub fn new(position: Point, yaw: f64) -> Self {
+    pub fn new(position: Point, yaw: f64, opposite_distance: f64) -> Self {
         Self {
             position,
             heading: Point::new(cos(yaw), sin(yaw)),
+            opposite_distance,
             best: (f64::INFINITY, 0),
         }
     }
@@ -51,7 +53,7 @@ impl Relocalisation {
         } else {
             self.heading
         };
-        let candidate = (foot.cost(heading), segment);
+        let candidate = (foot.cost(heading, self.opposite_distance), segment);
         if candidate < self.best {
             self.best = candidate;
         }
@@ -76,6 +78,7 @@ mod tests {
     use super::*;
     use crate::Path;
     use crate::math::{PI, from_count};
+    use crate::path::locate::OPPOSITE;
     use alloc::vec::Vec;
     use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -94,7 +97,7 @@ mod tests {
         let crossing = Point::new(0.0, 0.0);
         for (yaw, branches) in [(0.464, [399, 0]), (PI - 0.464, [199, 200])] {
             for askew in [-0.5, 0.0, 0.5] {
-                let found = relocalise(&path.view(), crossing, yaw + askew);
+                let found = relocalise(&path.view(), crossing, yaw + askew, OPPOSITE);
                 assert!(branches.contains(&found), "{yaw} {askew} {found}");
             }
         }
@@ -110,7 +113,7 @@ mod tests {
             false,
         )
         .unwrap();
-        let found = |yaw| relocalise(&path.view(), Point::new(0.3, -0.2), yaw);
+        let found = |yaw| relocalise(&path.view(), Point::new(0.3, -0.2), yaw, OPPOSITE);
         assert_eq!([0.0, 0.7, -0.7].map(found), [0; 3]);
         assert_eq!([FRAC_PI_2, 0.9, 2.3].map(found), [3; 3]);
     }
@@ -125,7 +128,7 @@ mod tests {
                 None,
                 false,
             );
-            relocalise(&path.unwrap().view(), Point::new(5.0, 0.0), yaw)
+            relocalise(&path.unwrap().view(), Point::new(5.0, 0.0), yaw, OPPOSITE)
         };
         assert_eq!((found(9.0, 0.0), found(9.0, PI)), (0, 2));
         assert_eq!((found(11.0, 0.0), found(11.0, PI)), (0, 0));
@@ -136,8 +139,11 @@ mod tests {
         let (x, y) = ([0.0, 10.0, 0.0], [0.0, 0.0, 1.0]);
         let path = Path::new(&x, &y, None, false).unwrap();
         let path = path.with_reverse(&[false, true, false]).unwrap();
-        let found = |yaw| relocalise(&path.view(), Point::new(2.0, 0.7), yaw);
+        let found = |yaw| relocalise(&path.view(), Point::new(2.0, 0.7), yaw, OPPOSITE);
         assert_eq!((found(0.0), found(PI)), (1, 1));
-        assert_eq!(relocalise(&path.view(), Point::new(2.0, 0.1), 0.0), 0);
+        assert_eq!(
+            relocalise(&path.view(), Point::new(2.0, 0.1), 0.0, OPPOSITE),
+            0
+        );
     }
 }

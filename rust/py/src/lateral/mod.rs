@@ -232,9 +232,12 @@ macro_rules! controller {
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
             fn relocalise(slf: &Bound<'_, Self>, x: f64, y: f64, yaw: f64) -> PyResult<()> {
                 let py = slf.py();
-                let owner = slf.try_borrow()?.owner.clone_ref(py);
+                let (owner, opposite) = {
+                    let held = slf.try_borrow()?;
+                    (held.owner.clone_ref(py), held.law.follow().opposite_distance)
+                };
                 // The controller is not borrowed while the path may be building its index.
-                let waypoint = owner.get().relocalised(py, x, y, yaw).or_raise(py)?;
+                let waypoint = owner.get().relocalised(py, x, y, yaw, opposite).or_raise(py)?;
                 slf.try_borrow_mut()?.state.set_waypoint(Some(waypoint));
                 Ok(())
             }
