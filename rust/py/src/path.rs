@@ -1,16 +1,16 @@
 //! The path: arrays in, geometry out.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
 use popsteer_core::path::lookahead;
+use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
 use popsteer_core::path::{Foot, Path, PathView, distinct_waypoints, locate};
 use popsteer_core::vehicle::state::MAX_YAW;
 use popsteer_core::{Point, math};
-use popsteer_sim::PathIndex;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
@@ -51,33 +51,11 @@ use crate::projection::{PyLookahead, PyProjection};
 /// 0.5
 #[pyclass(frozen, name = "Path", module = "popsteer")]
 #[derive(Debug)]
-pub(crate) struct PyPath(pub(crate) Arc<Path>, OnceLock<PathIndex>);
+pub(crate) struct PyPath(pub(crate) Arc<Path>);
 
 impl PyPath {
     fn view(&self) -> PathView<'_> {
         self.0.view()
-    }
-
-    /// The segment where a vehicle is found after a jump, with the index, which is built now if it
-    /// is not yet.
-    pub(crate) fn relocalised(
-        &self,
-        py: Python<'_>,
-        x: f64,
-        y: f64,
-        yaw: f64,
-        opposite_distance: f64,
-    ) -> Result<usize, InputError> {
-        let position = checked_point(x, y)?;
-        checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
-        let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
-        let view = self.view();
-        let index = match self.1.get() {
-            Some(index) => index,
-            // Other threads go on meanwhile; those that ask for the index too wait for this one.
-            None => py.detach(|| self.1.get_or_init(|| PathIndex::new(&view))),
-        };
-        Ok(index.relocalise(&view, position, yaw, opposite))
     }
 
     /// A waypoint to go on from, by default the nearest of all.
@@ -197,7 +175,7 @@ impl PyPath {
         if let Some(reverse) = reverse {
             path = path.with_reverse(&reverse).or_raise(py)?;
         }
-        Ok(Self(Arc::new(path), OnceLock::new()))
+        Ok(Self(Arc::new(path)))
     }
 
     /// Read a path from a CSV file.
@@ -466,8 +444,8 @@ impl PyPath {
     /// branches apart that cross or lie alongside. Where the path is driven backwards the vehicle
     /// looks against it.
     ///
-    /// The first call builds a spatial index of the path, which its controllers share; from then
-    /// on a call takes O(log N) where few waypoints are as near.
+    /// A call takes microseconds where few waypoints are as near, and visits all of them at worst,
+    /// as at the centre of a circle.
     ///
     /// Parameters
     /// ----------
@@ -503,8 +481,13 @@ impl PyPath {
         yaw: f64,
         opposite_distance: f64,
     ) -> PyResult<usize> {
-        self.relocalised(py, x, y, yaw, opposite_distance)
-            .or_raise(py)
+        let found = || {
+            let position = checked_point(x, y)?;
+            let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
+            let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
+            Ok(relocalise(&self.view(), position, yaw, opposite))
+        };
+        found().map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
     }
 
     /// Project a position exactly onto the segments at a waypoint.

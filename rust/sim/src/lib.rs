@@ -24,7 +24,6 @@
 pub mod batch;
 pub mod closed_loop;
 pub mod drive;
-pub mod index;
 pub mod law;
 pub mod many;
 pub mod metrics;
@@ -33,7 +32,6 @@ pub mod simulation;
 
 pub use batch::{Batch, BatchError};
 pub use drive::Drive;
-pub use index::PathIndex;
 pub use law::{Law, LawState};
 pub use metrics::{ErrorStats, Metrics};
 pub use plant::{Control, Geometry, Plant, PlantState};

@@ -31,6 +31,7 @@ use crate::math::wrap;
 use crate::path::follow::{Follow, Located};
 use crate::path::jump::find_lookahead_point;
 use crate::path::lookahead::get_crossing;
+use crate::path::relocalise::relocalise;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 use crate::vehicle::state::checked_dt;
@@ -147,7 +148,7 @@ pub trait LateralLaw {
     /// that the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise) of
     /// the rear axle. The rest of `state` stays.
     ///
-    /// Visits every segment, unlike a step.
+    /// Unlike a step it is exact wherever the vehicle is, and visits every segment at worst.
     ///
     /// # Errors
     ///
@@ -163,7 +164,10 @@ pub trait LateralLaw {
     ) -> Result<(), InputError> {
         let speed = 0.0;
         let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
-        state.set_waypoint(Some(self.follow().find_anew(path, vehicle)));
+        let position = Point::new(vehicle.x, vehicle.y);
+        let opposite_distance = self.follow().opposite_distance;
+        let segment = relocalise(path, position, vehicle.yaw, opposite_distance);
+        state.set_waypoint(Some(segment));
         Ok(())
     }
 

@@ -230,16 +230,10 @@ macro_rules! controller {
             /// ------
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
-            fn relocalise(slf: &Bound<'_, Self>, x: f64, y: f64, yaw: f64) -> PyResult<()> {
-                let py = slf.py();
-                let (owner, opposite) = {
-                    let held = slf.try_borrow()?;
-                    (held.owner.clone_ref(py), held.law.follow().opposite_distance)
-                };
-                // The controller is not borrowed while the path may be building its index.
-                let waypoint = owner.get().relocalised(py, x, y, yaw, opposite).or_raise(py)?;
-                slf.try_borrow_mut()?.state.set_waypoint(Some(waypoint));
-                Ok(())
+            fn relocalise(&mut self, py: Python<'_>, x: f64, y: f64, yaw: f64) -> PyResult<()> {
+                self.law
+                    .relocalise(&self.path.view(), &mut self.state, x, y, yaw)
+                    .or_raise(py)
             }
 
             /// Forget all steps taken so far.
