@@ -399,6 +399,7 @@ pub fn axle(vehicle: &Vehicle, ahead: f64) -> Follow {
         search_distance: 2.0 * vehicle.wheelbase,
         lost_distance: f64::INFINITY,
         arrival_distance: 0.05 * vehicle.wheelbase,
+        opposite_distance: vehicle.wheelbase * 10.0 / 3.0,
     }
 }
 

@@ -6,8 +6,9 @@
 //! negated. So the laws are written for driving forward only: [`Follow::locate`] hands them the
 //! mirrored vehicle where the path is driven backwards, and they negate what they answer.
 
+use super::index::{Found, STEP_BUDGET};
 use super::locate::{Foot, locate};
-use super::relocalise::relocalise;
+use super::relocalise::relocalise_within;
 use super::view::PathView;
 use crate::Point;
 use crate::math::{PI, cos, sin, sqrt};
@@ -29,6 +30,8 @@ pub struct Follow {
     pub lost_distance: f64,
     /// The rear axle has come to where the vehicle turns round when it is this near [m].
     pub arrival_distance: f64,
+    /// How much farther off the path counts where it leads the opposite way [m].
+    pub opposite_distance: f64,
 }
 
 /// Where the followed point is, with the vehicle as one that drives forward.
@@ -61,6 +64,10 @@ pub struct Located {
 impl Follow {
     /// Finds the point of a checked vehicle that was last at `waypoint`, on the whole path where
     /// that is none.
+    ///
+    /// A search of the whole path that runs out of [`STEP_BUDGET`] gives the best place it has
+    /// found. A first step goes on from there; a vehicle that is lost only where it is no longer
+    /// lost there, else from its last place.
     #[inline]
     pub fn locate(
         &self,
@@ -71,7 +78,7 @@ impl Follow {
     ) -> Located {
         let start = match waypoint {
             Some(waypoint) => path.segment_at(waypoint),
-            None => find_anew(path, vehicle),
+            None => self.find_anew(path, vehicle).segment,
         };
         let mut at = self.locate_from(path, start, vehicle, dt);
         if path.reverse().is_some()
@@ -79,9 +86,12 @@ impl Follow {
         {
             at = self.locate_from(path, next, vehicle, dt);
         }
-        if at.foot.squared_distance > self.lost_distance * self.lost_distance {
-            let anew = self.locate_from(path, find_anew(path, vehicle), vehicle, dt);
-            if anew.foot.squared_distance < at.foot.squared_distance {
+        let squared_lost = self.lost_distance * self.lost_distance;
+        if at.foot.squared_distance > squared_lost {
+            let found = self.find_anew(path, vehicle);
+            let anew = self.locate_from(path, found.segment, vehicle, dt);
+            let is_found = found.is_exact || anew.foot.squared_distance <= squared_lost;
+            if is_found && anew.foot.squared_distance < at.foot.squared_distance {
                 at = anew;
             }
             at.off_path = true;
@@ -113,7 +123,14 @@ impl Follow {
         let ahead = self.reference_offset + base;
         let position = Point::new(vehicle.x + ahead * heading.x, vehicle.y + ahead * heading.y);
         let reach = self.search_distance + vehicle.speed.abs() * dt;
-        let foot = locate(path, segment, position, heading, reach);
+        let foot = locate(
+            path,
+            segment,
+            position,
+            heading,
+            reach,
+            self.opposite_distance,
+        );
         Located {
             position,
             foot,
@@ -168,12 +185,15 @@ impl Follow {
         let left = (to.x * along.x + to.y * along.y) / length;
         (left <= self.arrival_distance).then_some(next)
     }
-}
 
-/// The segment where the vehicle is found after a jump, by the place of its rear axle.
-#[cold]
-pub fn find_anew(path: &PathView<'_>, vehicle: VehicleState) -> usize {
-    relocalise(path, Point::new(vehicle.x, vehicle.y), vehicle.yaw)
+    /// Where the vehicle is found on the whole path, by the place of its `base`.
+    #[cold]
+    fn find_anew(&self, path: &PathView<'_>, vehicle: VehicleState) -> Found {
+        let base = vehicle.ahead(self.base);
+        let position = Point::new(base.x, base.y);
+        let opposite_distance = self.opposite_distance;
+        relocalise_within(path, position, vehicle.yaw, opposite_distance, STEP_BUDGET)
+    }
 }
 
 impl Located {
@@ -198,6 +218,7 @@ mod tests {
         search_distance: 6.0,
         lost_distance: 30.0,
         arrival_distance: 0.15,
+        opposite_distance: 10.0,
     };
 
     /// 20 m forward along x, 10 m back, 20 m forward again.
@@ -294,5 +315,44 @@ mod tests {
         assert!(found.off_path && found.foot.segment == 2);
         let lost = FOLLOW.locate(&path.view(), Some(0), at(40.0, 31.0, 5.0), 0.05);
         assert!(lost.off_path && lost.foot.segment == 0);
+    }
+
+    /// Once round a circle of 100,000 m, a waypoint each metre.
+    fn circle() -> Path {
+        let angle = |k| core::f64::consts::TAU * f64::from(k) / 1e5;
+        let radius = 1e5 / core::f64::consts::TAU;
+        let (x, y): (Vec<_>, Vec<_>) = (0..100_000)
+            .map(|k| (radius * cos(angle(k)), radius * sin(angle(k))))
+            .unzip();
+        Path::new(&x, &y, None, true).unwrap()
+    }
+
+    #[test]
+    fn test_follow_lost_at_the_centre_of_a_circle_keeps_its_place() {
+        let path = circle();
+        let centre = at(0.0, 0.0, 5.0);
+        for last in [0, 31_000, 99_999] {
+            let lost = FOLLOW.locate(&path.view(), Some(last), centre, 0.05);
+            assert!(lost.off_path);
+            let arc = lost.foot.arc_length(&path.view()) - f64::from(u32::try_from(last).unwrap());
+            assert!(arc.abs() <= 8.0 || arc.abs() >= 1e5 - 8.0, "{last} {arc}");
+        }
+        let first = FOLLOW.locate(&path.view(), None, centre, 0.05);
+        assert!(first.off_path && !first.turned);
+    }
+
+    #[test]
+    fn test_follow_lost_on_many_laps_is_found_where_the_search_comes_near() {
+        // 400 laps of 1,000 m: more boxes are near than a step visits.
+        let lap = |k: u32| core::f64::consts::TAU * f64::from(k) / 1e3;
+        let (x, y): (Vec<_>, Vec<_>) = (0..400_000)
+            .map(|k| (160.0 * cos(lap(k)), 160.0 * sin(lap(k))))
+            .unzip();
+        let path = Path::new(&x, &y, None, true).unwrap();
+        let vehicle = at(-160.0, 0.5, 5.0);
+        let found = FOLLOW.find_anew(&path.view(), vehicle);
+        assert!(!found.is_exact);
+        let place = FOLLOW.locate(&path.view(), Some(0), vehicle, 0.05);
+        assert!(place.off_path && place.foot.squared_distance < 16.0);
     }
 }
