@@ -125,6 +125,7 @@ impl Follower {
         Self {
             follow: Follow {
                 reference_offset: offset,
+                rear_axle: 0.0,
                 search_distance: 2.0 * wheelbase,
                 lost_distance: f64::INFINITY,
                 arrival_distance: 0.05 * wheelbase,

@@ -225,6 +225,7 @@ impl Body {
             max_steer,
             follow: Follow {
                 reference_offset,
+                rear_axle: 0.0,
                 search_distance: config_in_range("search_distance", search, 0.0, 1e6)?,
                 lost_distance: config_in_range("lost_distance", lost, 1e-3, 1e9)?,
                 arrival_distance: 0.05 * wheelbase,
