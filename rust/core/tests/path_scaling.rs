@@ -78,6 +78,7 @@ fn ask(scene: &Scene, scale: f64) -> Option<Answers> {
     let follow = Follow {
         base: 0.0,
         reference_offset: scale * 3.0,
+        rear_axle: scale * -1.5,
         search_distance: scale * 6.0,
         lost_distance: scale * 30.0,
         arrival_distance: scale * 0.15,

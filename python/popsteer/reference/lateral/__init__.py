@@ -180,6 +180,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         self._params = params
         self._follow = Follow(
             reference_offset=default_offset if offset is None else offset,
+            rear_axle=0.0,
             search_distance=2.0 * wheelbase if search is None else search,
             lost_distance=10.0 * wheelbase if lost is None else lost,
             arrival_distance=0.05 * wheelbase,

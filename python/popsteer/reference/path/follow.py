@@ -73,7 +73,10 @@ class Follow:
     Attributes
     ----------
     reference_offset : float
-        How far ahead of the rear axle the point lies, in the direction of driving [m].
+        How far ahead of the pose's point the point lies, in the direction of driving [m].
+    rear_axle : float
+        How far ahead of the pose's point the rear axle lies, in the vehicle's own frame [m]: 0 for
+        a pose of the rear axle, negative for one farther forward, whichever way it drives.
     search_distance : float
         How far along the path from its last place the point is looked for [m], beside what the
         vehicle travels in a step.
@@ -87,6 +90,7 @@ class Follow:
     """
 
     reference_offset: float
+    rear_axle: float
     search_distance: float
     lost_distance: float
     arrival_distance: float
@@ -106,7 +110,7 @@ class Follow:
         else:
             start = path.segment_at(waypoint)
         at = self._locate_from(path, start, vehicle, dt)
-        following = self._next_section(path, at.foot, vehicle)
+        following = self._next_section(path, at, vehicle)
         if following is not None:
             at = self._locate_from(path, following, vehicle, dt)
         squared_lost = self.lost_distance * self.lost_distance
@@ -144,14 +148,17 @@ class Follow:
             past_end=foot.fraction > 1.0 and path.next_segment(foot.segment) is None,
         )
 
-    def _next_section(self, path: PathView, foot: Foot, vehicle: VehicleState) -> int | None:
+    def _next_section(self, path: PathView, at: Located, vehicle: VehicleState) -> int | None:
         """Return the segment to go on with where the vehicle turns round, once it is there.
 
-        That is one event for all that follow the vehicle, wherever their own point is: the foot
-        of each only has to be near enough to tell which end is meant.
+        That is one event for all that follow the vehicle, wherever their own point and that of
+        the pose are: the closest point of each only has to be near enough to tell which end is
+        meant.
         """
-        behind = -self.reference_offset if self.reference_offset < 0.0 else 0.0
-        near = behind + 4.0 * self.arrival_distance
+        foot = at.foot
+        rear_axle = -self.rear_axle if at.reverse else self.rear_axle
+        behind = rear_axle - self.reference_offset
+        near = (behind if behind > 0.0 else 0.0) + 4.0 * self.arrival_distance
         last = foot.segment
         rest = (1.0 - foot.fraction) * path.segment_length(last)
         for _ in range(path.segments):
@@ -171,7 +178,8 @@ class Follow:
             return None
         start, end = path.segment(last)
         along = (end[0] - start[0], end[1] - start[1])
-        to = (end[0] - vehicle.x, end[1] - vehicle.y)
+        rear_axle = vehicle.point_ahead(self.rear_axle)
+        to = (end[0] - rear_axle[0], end[1] - rear_axle[1])
         length = sqrt(along[0] * along[0] + along[1] * along[1])
         left = (to[0] * along[0] + to[1] * along[1]) / length
         return after if left <= self.arrival_distance else None

@@ -132,6 +132,7 @@ impl Tracked {
         Ok(Follow {
             base,
             reference_offset,
+            rear_axle: vehicle.rear_axle,
             search_distance: config_in_range("search_distance", search, 0.0, 1e6)?,
             lost_distance: config_in_range("lost_distance", lost, 1e-3, 1e9)?,
             arrival_distance: 0.05 * wheelbase,

@@ -22,6 +22,9 @@ pub struct Follow {
     pub base: f64,
     /// How far ahead of `base` the followed point lies, in the direction of driving [m].
     pub reference_offset: f64,
+    /// How far ahead of the pose's point the rear axle lies, in the vehicle's own frame [m]: 0 for
+    /// a pose of the rear axle, negative for one farther forward, whichever way it drives.
+    pub rear_axle: f64,
     /// How far along the path from its last place the point is looked for [m], beside what the
     /// vehicle travels in a step.
     pub search_distance: f64,
@@ -82,7 +85,7 @@ impl Follow {
         };
         let mut at = self.locate_from(path, start, vehicle, dt);
         if path.reverse().is_some()
-            && let Some(next) = self.next_section(path, &at.foot, vehicle)
+            && let Some(next) = self.next_section(path, &at, vehicle)
         {
             at = self.locate_from(path, next, vehicle, dt);
         }
@@ -146,19 +149,19 @@ impl Follow {
 
     /// The segment to go on with where the vehicle turns round, once its rear axle is there.
     ///
-    /// That is one event for all that follow the vehicle, wherever their own point is: the foot
-    /// of each only has to be near enough to tell which end is meant.
+    /// That is one event for all that follow the vehicle, wherever their own point and that of
+    /// the pose are: the closest point of each only has to be near enough to tell which end is
+    /// meant.
     fn next_section(
         &self,
         path: &PathView<'_>,
-        foot: &Foot,
+        at: &Located,
         vehicle: VehicleState,
     ) -> Option<usize> {
-        let behind = if self.reference_offset < 0.0 {
-            -self.reference_offset
-        } else {
-            0.0
-        };
+        let foot = &at.foot;
+        // How far the followed point lies behind the rear axle, in the direction of driving.
+        let behind = at.turn(self.rear_axle - self.base) - self.reference_offset;
+        let behind = if behind > 0.0 { behind } else { 0.0 };
         let near = behind + 4.0 * self.arrival_distance;
         let mut last = foot.segment;
         let mut rest = (1.0 - foot.fraction) * path.segment_length(last);
@@ -180,7 +183,7 @@ impl Follow {
         let next = path.next_segment(last)?;
         let (start, end) = path.segment(last);
         let along = end - start;
-        let to = end - Point::new(vehicle.x, vehicle.y);
+        let to = end - vehicle.point_ahead(self.rear_axle);
         let length = sqrt(along.x * along.x + along.y * along.y);
         let left = (to.x * along.x + to.y * along.y) / length;
         (left <= self.arrival_distance).then_some(next)
@@ -215,6 +218,7 @@ mod tests {
     const FOLLOW: Follow = Follow {
         base: 0.0,
         reference_offset: 3.0,
+        rear_axle: 0.0,
         search_distance: 6.0,
         lost_distance: 30.0,
         arrival_distance: 0.15,
@@ -279,6 +283,43 @@ mod tests {
                 let last = crate::math::to_count((x + reference_offset).clamp(0.0, 3.9) / 0.1);
                 let found = follow.locate(&path.view(), Some(last), at(x, 0.2, 0.3), 0.05);
                 assert_eq!(found.turned, turned, "{reference_offset} {x}");
+            }
+        }
+    }
+
+    #[test]
+    fn test_follow_turns_round_by_the_rear_axle_whatever_point_the_pose_is_of() {
+        // 40 m along x, 40 m back, 40 m along x again.
+        let x: Vec<f64> = (0..=120)
+            .map(|k| 40.0 - f64::from((k % 80_i32 - 40).abs()))
+            .collect();
+        let backwards: Vec<bool> = (0..=120).map(|k| (40..80).contains(&k)).collect();
+        let path = Path::new(&x, &[0.0; 121], None, false).unwrap();
+        let path = path.with_reverse(&backwards).unwrap();
+        let view = path.view();
+        for rear_axle in [0.0, -1.35, -4.0, 2.0] {
+            for reference_offset in [3.0, 0.0, -1.5] {
+                let follow = Follow {
+                    reference_offset,
+                    rear_axle,
+                    ..FOLLOW
+                };
+                let turned = |last: usize, rear: f64, yaw: f64, speed: f64| {
+                    let pose = VehicleState {
+                        x: rear - rear_axle * cos(yaw),
+                        y: 0.2 - rear_axle * sin(yaw),
+                        yaw,
+                        speed,
+                    };
+                    let last = last.min(view.segments() - 1);
+                    follow.locate(&view, Some(last), pose, 0.05).turned
+                };
+                for yaw in [-0.1, 0.0, 0.2] {
+                    for (rear, is_there) in [(39.7, false), (39.84, false), (39.86, true)] {
+                        assert_eq!(turned(38, rear, yaw, 0.3), is_there, "{rear} {rear_axle}");
+                        assert_eq!(turned(78, 40.0 - rear, yaw, -0.3), is_there, "{rear}");
+                    }
+                }
             }
         }
     }

@@ -120,8 +120,10 @@ pub(super) fn check_relocalise(view: &PathView<'_>, position: Point, yaw: f64) {
 
 /// The walk of a law's point along the path, step by step as its page has it.
 pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &mut Bytes) {
+    let reference_offset = bytes.parameter(3.0, [-3.0, 4.0], [-1e3, 1e3]);
     let follow = Follow {
-        reference_offset: bytes.parameter(3.0, [-3.0, 4.0], [-1e3, 1e3]),
+        reference_offset,
+        rear_axle: -0.5 * reference_offset,
         search_distance: bytes.parameter(6.0, [0.0, 20.0], [0.0, 1e6]),
         lost_distance: bytes.parameter(30.0, [1.0, 40.0], [1e-3, 1e9]),
         arrival_distance: bytes.parameter(0.15, [0.0, 1.0], [5e-5, 50.0]),
@@ -155,7 +157,9 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
 /// The segment of the foot, or the last one that ends near enough ahead of it to be where the
 /// vehicle turns round.
 fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> usize {
-    let near = (-follow.reference_offset).max(0.0) + 4.0 * follow.arrival_distance;
+    let sign = if at.reverse { -1.0 } else { 1.0 };
+    let behind = sign * follow.rear_axle - follow.reference_offset;
+    let near = behind.max(0.0) + 4.0 * follow.arrival_distance;
     let mut last = at.foot.segment;
     let mut rest = (1.0 - at.foot.fraction) * length(view, last);
     for _ in 0..view.segments() {
@@ -224,7 +228,7 @@ fn follow_plainly(
     let goes_on = view.is_closed() || last_leg + 1 < view.segments();
     if goes_on && view.is_reverse(next) != view.is_reverse(last_leg) {
         let along = along(view, last_leg);
-        let to = waypoint(view, next) - Point::new(vehicle.x, vehicle.y);
+        let to = waypoint(view, next) - vehicle.point_ahead(follow.rear_axle);
         let length = (along.x * along.x + along.y * along.y).sqrt();
         if (to.x * along.x + to.y * along.y) / length <= follow.arrival_distance {
             at = from(next);
