@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import stat
 from pathlib import Path
 
 __all__ = ["write_bytes_atomic", "write_text_atomic"]
@@ -68,10 +69,18 @@ def write_bytes_atomic(path: str | os.PathLike[str], data: bytes) -> None:
     b'\x00\x01'
     """
     named = Path(path)
-    if named.exists() and not named.is_file():
-        named.write_bytes(data)  # a device or pipe takes it; a folder raises IsADirectoryError
+    try:
+        regular = stat.S_ISREG(named.stat().st_mode)
+    except FileNotFoundError:
+        regular = True
+    if not regular:
+        try:
+            named.write_bytes(data)  # a device or pipe takes it; a folder raises IsADirectoryError
+        except OSError as error:  # that of a full device has no name
+            raise OSError(error.errno, error.strerror, os.fspath(path)) from error
         return
-    target = named.resolve()
+    # Path.resolve would raise a RuntimeError at a loop of links; stat has refused that above.
+    target = Path(os.path.realpath(named))
     target.parent.mkdir(parents=True, exist_ok=True)
     temporary = target.with_name(f".popsteer-{secrets.token_hex(8)}.tmp")
     try:

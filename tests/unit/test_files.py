@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from pathlib import Path
@@ -114,6 +115,24 @@ def test_write_bytes_through_a_link_keeps_the_link(tmp_path: Path) -> None:
 
 
 @posix_only
+@pytest.mark.parametrize("below", ["", "a.bin"])
+def test_write_bytes_through_a_loop_of_links_is_refused(tmp_path: Path, below: str) -> None:
+    (tmp_path / "one").symlink_to("two")
+    (tmp_path / "two").symlink_to("one")
+    with pytest.raises(OSError, match=r"one") as caught:
+        write_bytes_atomic(tmp_path / "one" / below, b"x")
+    assert caught.value.errno == errno.ELOOP
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["one", "two"]
+
+
+@posix_only
 def test_write_bytes_to_a_device_does_not_replace_it() -> None:
     write_bytes_atomic(os.devnull, b"x")
     assert not Path(os.devnull).is_file()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+def test_write_bytes_to_a_full_device_names_it() -> None:
+    with pytest.raises(OSError, match="No space left") as caught:
+        write_bytes_atomic("/dev/full", b"x")
+    assert caught.value.filename == "/dev/full"
