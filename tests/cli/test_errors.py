@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.cli import command
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 RAGGED = "0,0\n1,0\n2,0,5\n"
 WRONG = {
@@ -119,70 +121,6 @@ def test_speed_pid_on_waypoints_without_speeds_is_refused(
     outcome = command.call(capsys, *arguments)
     assert (outcome.status, outcome.out) == (2, "")
     assert "no reference speeds" in outcome.err
-
-
-@pytest.mark.parametrize("below", ["", "deeper"])
-def test_out_folder_that_is_a_file_is_refused_before_anything_is_driven(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, below: str
-) -> None:
-    file = tmp_path / "taken"
-    file.write_text("mine", encoding="utf-8")
-    outcome = command.call(capsys, "compare", "--out", str(file / below))
-    assert (outcome.status, outcome.out) == (2, "")
-    assert outcome.err == f"popsteer: {file / below}: Not a directory\n"
-    assert file.read_text(encoding="utf-8") == "mine"
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("compare", "--controllers", "pop", "--track", "straight", "--out"),
-        ("simulate", "--track", "straight", "--out"),
-        ("matrix", "--laws", "pop", "--tracks", "straight", "--out"),
-        ("stability", "--speeds", "5", "--json"),
-        ("stability", "--speeds", "5", "--figures"),
-        ("edges", "--laws", "pop", "--tracks", "touching", "--csv"),
-        ("edges", "--laws", "pop", "--tracks", "touching", "--json"),
-        ("dead-time", "--laws", "pop", "--track", "straight", "--csv"),
-        ("dead-time", "--laws", "pop", "--track", "straight", "--json"),
-        ("tracks", "export", "circle"),
-        ("tracks", "export-all"),
-    ],
-    ids=lambda arguments: "-".join((arguments[0], arguments[-1].lstrip("-"))),
-)
-@pytest.mark.parametrize("below", ["", "deeper"])
-def test_output_to_a_loop_of_links_is_one_line(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...], below: str
-) -> None:
-    loop = tmp_path / "loop"
-    loop.symlink_to(loop)
-    outcome = command.call(capsys, *arguments, str(loop / below))
-    assert (outcome.status, outcome.out) == (2, "")
-    assert outcome.err.startswith(f"popsteer: {loop / below}")
-    assert outcome.err.endswith(": Too many levels of symbolic links\n")
-    assert outcome.err.count("\n") == 1
-    assert list(tmp_path.iterdir()) == [loop]
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_out_folder_without_permission_is_refused(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    tmp_path.chmod(0o500)
-    outcome = command.call(capsys, "compare", "--out", str(tmp_path / "out"))
-    tmp_path.chmod(0o700)
-    assert (outcome.status, outcome.out) == (2, "")
-    assert "Permission denied" in outcome.err
-
-
-@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc here")
-def test_out_folder_that_cannot_be_made_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ("simulate", "--track", "straight", "--out", "/proc/popsteer")
-    outcome = command.call(capsys, *arguments)
-    assert outcome.status == 2
-    assert outcome.out == ""
-    assert outcome.err.startswith("popsteer: /proc/popsteer")
-    assert outcome.err.count("\n") == 1
 
 
 def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:

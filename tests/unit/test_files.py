@@ -7,7 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from popsteer.files import write_bytes_atomic, write_text_atomic
+from popsteer.files import (
+    check_files,
+    check_folder,
+    write_bytes_atomic,
+    write_files_atomic,
+    write_text_atomic,
+)
 
 posix_only = pytest.mark.skipif(os.name != "posix", reason="needs POSIX files")
 
@@ -136,3 +142,64 @@ def test_write_bytes_to_a_full_device_names_it() -> None:
     with pytest.raises(OSError, match="No space left") as caught:
         write_bytes_atomic("/dev/full", b"x")
     assert caught.value.filename == "/dev/full"
+
+
+def test_write_files_one_refused_writes_none(tmp_path: Path) -> None:
+    (tmp_path / "old").write_bytes(b"old")
+    (tmp_path / "taken").mkdir()
+    files = {tmp_path / "old": b"new", tmp_path / "new": b"new", tmp_path / "taken": b"new"}
+    with pytest.raises(IsADirectoryError) as caught:
+        write_files_atomic(files)
+    assert caught.value.filename == str(tmp_path / "taken")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["old", "taken"]
+    assert (tmp_path / "old").read_bytes() == b"old"
+
+
+@posix_only
+def test_write_files_disk_full_at_the_last_writes_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fdopen = os.fdopen
+    opened: list[int] = []
+
+    def full(descriptor: int, mode: str) -> object:
+        opened.append(descriptor)
+        if len(opened) < 3:
+            return fdopen(descriptor, mode)
+        os.close(descriptor)
+        return Path("/dev/full").open(mode)
+
+    (tmp_path / "a").write_bytes(b"old")
+    monkeypatch.setattr(os, "fdopen", full)
+    with pytest.raises(OSError, match="No space left on device") as caught:
+        write_files_atomic({tmp_path / name: b"new" for name in "abc"})
+    assert caught.value.filename == str(tmp_path / "c")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a"]
+    assert (tmp_path / "a").read_bytes() == b"old"
+
+
+def test_write_files_none_is_nothing() -> None:
+    write_files_atomic({})
+
+
+def test_check_of_what_can_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"old")
+    check_files([tmp_path / "a", tmp_path / "new" / "b", os.devnull])
+    check_folder(tmp_path, ["a", "new/b"])
+    check_folder(tmp_path / "new" / "newer", ["a"])
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a"]
+    assert (tmp_path / "a").read_bytes() == b"old"
+
+
+@posix_only
+def test_check_follows_links_that_lead_nowhere_yet(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_bytes(b"mine")
+    (tmp_path / "good").symlink_to(tmp_path / "there" / "a")
+    (tmp_path / "bad").symlink_to(tmp_path / "taken" / "a")
+    check_files([tmp_path / "good"])
+    check_folder(tmp_path / "good")
+    with pytest.raises(NotADirectoryError) as caught:
+        check_files([tmp_path / "bad"])
+    assert caught.value.filename == str(tmp_path / "bad")
+    with pytest.raises(NotADirectoryError):
+        check_folder(tmp_path / "bad")
