@@ -10,6 +10,7 @@ __all__ = [
     "config_count",
     "config_in_range",
     "config_odd",
+    "config_optional",
     "in_range",
     "input_below",
     "input_in_range",
@@ -47,6 +48,26 @@ def config_in_range(params: object, field: str, low: float, high: float) -> None
         raise errors.ConfigError(field, value, errors.in_range(low, high))
     # Parameters are frozen; this runs inside their construction.
     object.__setattr__(params, field, value)
+
+
+def config_optional(params: object, field: str, low: float, high: float) -> None:
+    """Settle one field of new parameters that may be None: None, or as `config_in_range`.
+
+    Raises
+    ------
+    ConfigError
+        Naming the field, where its value is not.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> config_optional(SimpleNamespace(max_speed=None), "max_speed", 1e-3, 1e4)
+    >>> config_optional(SimpleNamespace(max_speed=0), "max_speed", 1e-3, 1e4)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: max_speed must be in [0.001, 10000], got 0.0
+    """
+    if getattr(params, field) is not None:
+        config_in_range(params, field, low, high)
 
 
 def config_count(params: object, field: str, low: int, high: int) -> None:

@@ -70,8 +70,11 @@ class Follow:
 
     Attributes
     ----------
+    base : float
+        How far ahead of the pose's point the vehicle is mirrored where it drives backwards [m]:
+        the rear axle, or the point that does not slip.
     reference_offset : float
-        How far ahead of the rear axle the point lies, in the direction of driving [m].
+        How far ahead of `base` the followed point lies, in the direction of driving [m].
     search_distance : float
         How far along the path from its last place the point is looked for [m], beside what the
         vehicle travels in a step.
@@ -82,6 +85,7 @@ class Follow:
         The rear axle has come to where the vehicle turns round when it is this near [m].
     """
 
+    base: float
     reference_offset: float
     search_distance: float
     lost_distance: float
@@ -112,10 +116,9 @@ class Follow:
         if reverse:
             vehicle = replace(vehicle, yaw=vehicle.yaw + PI, speed=-vehicle.speed)
         heading = (cos(vehicle.yaw), sin(vehicle.yaw))
-        position = (
-            vehicle.x + self.reference_offset * heading[0],
-            vehicle.y + self.reference_offset * heading[1],
-        )
+        base = -self.base if reverse else self.base
+        ahead = self.reference_offset + base
+        position = (vehicle.x + ahead * heading[0], vehicle.y + ahead * heading[1])
         reach = self.search_distance + abs(vehicle.speed) * dt
         foot = locate(path, segment, position, heading, reach)
         return Located(
