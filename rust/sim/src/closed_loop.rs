@@ -1,84 +1,132 @@
-//! A law drives a simulation.
+//! The one closed loop: a driver, the pedals and a simulation.
 
+use popsteer_core::lateral::TrackerState;
 use popsteer_core::longitudinal::SpeedPidState;
-use popsteer_core::{InputError, LateralLaw, Point, Status, VehicleState};
+use popsteer_core::{InputError, LateralLaw, PathView, Point, Status, Tracker, VehicleState};
 
 use crate::drive::Drive;
+use crate::noise::Perception;
 use crate::plant::Control;
 use crate::simulation::Simulation;
 
-/// Lets `law` and `drive` drive `simulation` until it is over.
+/// What a driver answers to one measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// Steering angle to command [rad].
+    pub steer: f64,
+    /// Whether to drive backwards.
+    pub reverse: bool,
+    /// The point aimed at [m]; not a number where there is none.
+    pub target: Point,
+    /// How the step went.
+    pub status: Status,
+}
+
+/// Whoever steers.
+pub trait Driver {
+    /// The answer to a measured vehicle, `dt` [s] after the last one, on a path that is driven
+    /// backwards where the rear axle is or not. None ends the run.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where the driver refuses the measurement.
+    fn answer(
+        &mut self,
+        path: &PathView<'_>,
+        vehicle: VehicleState,
+        dt: f64,
+        reverse: bool,
+    ) -> Result<Option<Answer>, InputError>;
+}
+
+/// A controller of the core as a driver, from a fresh state.
+#[derive(Clone, Debug)]
+pub struct Controller<'a, L: LateralLaw> {
+    tracker: &'a Tracker<L>,
+    state: TrackerState<L::State>,
+}
+
+impl<'a, L: LateralLaw> Controller<'a, L> {
+    /// `tracker` before its first step.
+    pub fn new(tracker: &'a Tracker<L>) -> Self {
+        Self {
+            state: tracker.initial_state(),
+            tracker,
+        }
+    }
+
+    /// What the controller remembers by now.
+    pub fn state(&self) -> &TrackerState<L::State> {
+        &self.state
+    }
+}
+
+impl<L: LateralLaw> Driver for Controller<'_, L> {
+    fn answer(
+        &mut self,
+        path: &PathView<'_>,
+        vehicle: VehicleState,
+        dt: f64,
+        _reverse: bool,
+    ) -> Result<Option<Answer>, InputError> {
+        let command = self.tracker.step(path, &mut self.state, vehicle, dt)?;
+        Ok(Some(Answer {
+            steer: command.steer,
+            reverse: command.reverse,
+            target: command.target,
+            status: command.status,
+        }))
+    }
+}
+
+/// Lets `driver` and `drive` drive `simulation` until it is over; both see the vehicle through
+/// `perception`.
 ///
 /// `go_on` is called after every step; `false` ends the run early.
 ///
 /// # Errors
 ///
-/// [`InputError`] where a law refuses the state of the plant.
-pub fn run<L: LateralLaw>(
+/// [`InputError`] where the state of the plant is refused, or the angle of the driver.
+pub fn run(
     simulation: &mut Simulation,
-    law: &L,
+    driver: &mut impl Driver,
     drive: &Drive,
-    go_on: impl FnMut(&Simulation) -> bool,
-) -> Result<(), InputError> {
-    run_perceiving(simulation, law, drive, |vehicle| vehicle, go_on)
-}
-
-/// As [`run`], with the laws shown what `perceive` makes of the vehicle.
-///
-/// # Errors
-///
-/// As [`run`].
-pub fn run_perceiving<L: LateralLaw>(
-    simulation: &mut Simulation,
-    law: &L,
-    drive: &Drive,
-    mut perceive: impl FnMut(VehicleState) -> VehicleState,
+    mut perception: Perception,
     mut go_on: impl FnMut(&Simulation) -> bool,
 ) -> Result<(), InputError> {
-    let mut law_state = law.initial_state();
     let mut drive_state = SpeedPidState::default();
     let path = simulation.path().clone();
-    let settings = *simulation.settings();
-    let turns_round = path.view().reverse().is_some();
-    let mut backwards = false;
+    let dt = simulation.settings().dt;
+    let mut backwards = simulation.reverse();
     while !simulation.is_over() {
-        let vehicle = perceive(simulation.vehicle());
-        let (steer, reverse, target, status) = if settings.keep_records || turns_round {
-            let command = law.step(&path.view(), &mut law_state, vehicle, settings.dt)?;
-            (
-                command.steer,
-                command.reverse,
-                command.target,
-                command.status,
-            )
-        } else {
-            let steer = law.steer(&path.view(), &mut law_state, vehicle, settings.dt)?;
-            (steer, false, Point::new(f64::NAN, f64::NAN), Status::Ok)
+        let vehicle = perception.of(simulation.vehicle());
+        let Some(answer) = driver.answer(&path.view(), vehicle, dt, simulation.reverse())? else {
+            break;
         };
         let reference_speed = if drive.needs_reference_speed() {
             simulation.reference_speed()
         } else {
             None
         };
-        if reverse != backwards {
-            backwards = reverse;
+        if answer.reverse != backwards {
+            backwards = answer.reverse;
             drive_state = SpeedPidState::default();
         }
-        let gear = if reverse { -1.0 } else { 1.0 };
+        let gear = if backwards { -1.0 } else { 1.0 };
         let pedals = drive.step(
             &mut drive_state,
             gear * vehicle.speed,
-            steer,
+            answer.steer,
             reference_speed.map(f64::abs),
-            settings.dt,
+            dt,
         )?;
         let control = Control {
-            steer,
+            steer: answer.steer,
             throttle: pedals.throttle,
             brake: pedals.brake,
-            reverse,
+            reverse: backwards,
         };
-        simulation.step(control, target, status)?;
+        simulation.step(control, answer.target, answer.status)?;
         if !go_on(simulation) {
             break;
         }

@@ -4,8 +4,10 @@ use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
     PurePursuit, PurePursuitState, Stanley, StanleyState,
 };
-use popsteer_core::path::Follow;
-use popsteer_core::{Command, InputError, LateralLaw, LateralState, PathView, VehicleState};
+use popsteer_core::lateral::{Belief, Decision};
+use popsteer_core::path::{Follow, Located};
+use popsteer_core::vehicle::AdaptParams;
+use popsteer_core::{InputError, LateralLaw, LateralState, PathView, Vehicle};
 
 macro_rules! laws {
     ($($law:ident($state:ident)),+ $(,)?) => {
@@ -34,44 +36,46 @@ macro_rules! laws {
                 match self { $(Self::$law(law) => law.follow(),)+ }
             }
 
-            fn max_steer(&self) -> f64 {
-                match self { $(Self::$law(law) => law.max_steer(),)+ }
+            fn vehicle(&self) -> &Vehicle {
+                match self { $(Self::$law(law) => law.vehicle(),)+ }
+            }
+
+            fn predicts(&self) -> bool {
+                match self { $(Self::$law(law) => law.predicts(),)+ }
+            }
+
+            fn default_adapt(&self) -> Option<AdaptParams> {
+                match self { $(Self::$law(law) => law.default_adapt(),)+ }
             }
 
             /// A state of another law counts as none: the step starts from the initial one.
-            fn step(
+            fn decide(
                 &self,
                 path: &PathView<'_>,
                 state: &mut LawState,
-                vehicle: VehicleState,
-                dt: f64,
-            ) -> Result<Command, InputError> {
+                at: &Located,
+                belief: &Belief,
+            ) -> Decision {
                 match (self, &mut *state) {
                     $((Self::$law(law), LawState::$law(state)) => {
-                        law.step(path, state, vehicle, dt)
+                        law.decide(path, state, at, belief)
                     })+
                     _ => {
-                        let mut initial = self.initial_state();
-                        let command = self.step(path, &mut initial, vehicle, dt)?;
-                        *state = initial;
-                        Ok(command)
+                        *state = self.initial_state();
+                        self.decide(path, state, at, belief)
                     }
                 }
             }
 
-            fn check_state(&self, path: &PathView<'_>, state: &LawState) -> Result<(), InputError> {
+            fn check_state(&self, state: &LawState) -> Result<(), InputError> {
                 match (self, state) {
-                    $((Self::$law(law), LawState::$law(state)) => law.check_state(path, state),)+
+                    $((Self::$law(law), LawState::$law(state)) => law.check_state(state),)+
                     _ => Ok(()),
                 }
             }
         }
 
         impl LateralState for LawState {
-            fn set_waypoint(&mut self, waypoint: Option<usize>) {
-                match self { $(Self::$law(state) => state.set_waypoint(waypoint),)+ }
-            }
-
             fn leave_path(&mut self) {
                 match self { $(Self::$law(state) => state.leave_path(),)+ }
             }

@@ -1,40 +1,50 @@
 //! Plants, the closed loop and its metrics.
 //!
 //! A run is one walk after another through `popsteer_core`, against a [`plant`]:
-//! [`Simulation`] holds the vehicle and measures it, [`closed_loop`] lets a law drive it.
+//! [`Simulation`] holds the vehicle and measures it, [`closed_loop`] lets a driver drive it.
 //!
 //! # Examples
 //!
 //! ```
 //! use std::sync::Arc;
-//! use popsteer_core::{Path, VehicleState};
-//! use popsteer_sim::{Drive, Law, Settings, Simulation, closed_loop, plant::CarlaIdentified};
+//! use popsteer_core::{Path, Tracker, VehicleState, lateral::Pop};
+//! use popsteer_sim::{Controller, Drive, Perception, Settings, Simulation, closed_loop};
+//! use popsteer_sim::plant::CarlaIdentified;
 //!
 //! let x: Vec<f64> = (0..200).map(f64::from).collect();
 //! let path = Arc::new(Path::new(&x, &vec![0.0; 200], None, false)?);
-//! let law = Law::Pop(popsteer_core::lateral::Pop::new(Default::default())?);
+//! let plant = CarlaIdentified::default();
+//! let pop = Tracker::of(Pop::new(plant.vehicle, Default::default())?);
 //! let start = VehicleState { x: 0.0, y: 1.0, yaw: 0.0, speed: 0.0 };
 //! let mut simulation =
-//!     Simulation::new(path, Arc::new(CarlaIdentified::default()), start, 0.0, Settings::default())?;
-//! closed_loop::run(&mut simulation, &law, &Drive::default(), |_| true)?;
+//!     Simulation::new(path, Arc::new(plant), start, *pop.follow(), Settings::default())?;
+//! let mut controller = Controller::new(&pop);
+//! let drive = Drive::default();
+//! closed_loop::run(&mut simulation, &mut controller, &drive, Perception::EXACT, |_| true)?;
 //! assert!(simulation.metrics().finished);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub mod batch;
 pub mod closed_loop;
+pub mod delay;
 pub mod drive;
 pub mod index;
 pub mod law;
 pub mod many;
 pub mod metrics;
+pub mod noise;
 pub mod plant;
+pub mod saved;
 pub mod simulation;
 
 pub use batch::{Batch, BatchError};
+pub use closed_loop::{Answer, Controller, Driver};
 pub use drive::Drive;
 pub use index::PathIndex;
 pub use law::{Law, LawState};
 pub use metrics::{ErrorStats, Metrics};
-pub use plant::{Control, Geometry, Plant, PlantState};
+pub use noise::{Noise, Perception};
+pub use plant::{Control, Plant, PlantState};
+pub use saved::Saved;
 pub use simulation::{Record, Settings, Simulation};

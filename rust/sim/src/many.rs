@@ -3,18 +3,14 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use popsteer_core::error::{ConfigError, config_in_range};
-use popsteer_core::lateral::Tracker;
-use popsteer_core::math::wrap;
-use popsteer_core::{Path, VehicleState};
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64;
+use popsteer_core::{Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
-use crate::closed_loop::run_perceiving;
+use crate::closed_loop::{self, Controller};
 use crate::drive::Drive;
 use crate::law::Law;
 use crate::metrics::Metrics;
+use crate::noise::{Noise, Perception};
 use crate::plant::Plant;
 use crate::simulation::{Settings, Simulation, SimulationError};
 
@@ -27,54 +23,8 @@ pub struct Run {
     pub path: Arc<Path>,
     /// Which vehicle.
     pub plant: Arc<dyn Plant>,
-    /// From which pose of the front axle, at which speed.
+    /// From which pose of the vehicle's point, at which speed.
     pub start: VehicleState,
-}
-
-/// How far off the laws see the vehicle: standard deviations of normal noise, drawn anew at
-/// every step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Noise {
-    /// Of x and of y [m].
-    pub position: f64,
-    /// Of the yaw [rad].
-    pub yaw: f64,
-    /// Of the speed [m/s].
-    pub speed: f64,
-}
-
-impl Noise {
-    /// None.
-    pub const DEFAULT: Self = Self {
-        position: 0.0,
-        yaw: 0.0,
-        speed: 0.0,
-    };
-
-    /// The noise itself where every deviation is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the one that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("position", self.position, 0.0, 1e3)?;
-        config_in_range("yaw", self.yaw, 0.0, 10.0)?;
-        config_in_range("speed", self.speed, 0.0, 1e3)?;
-        Ok(self)
-    }
-
-    fn perceive(&self, vehicle: VehicleState, random: &mut Pcg64) -> VehicleState {
-        let mut draw = |deviation: f64| -> f64 {
-            let normal: f64 = StandardNormal.sample(random);
-            deviation * normal
-        };
-        VehicleState {
-            x: vehicle.x + draw(self.position),
-            y: vehicle.y + draw(self.position),
-            yaw: wrap(vehicle.yaw + draw(self.yaw)),
-            speed: vehicle.speed + draw(self.speed),
-        }
-    }
 }
 
 /// What can be seen of [`run_many`] from another thread, and how to stop it.
@@ -122,26 +72,19 @@ pub fn run_many(
     }
     .checked()?;
     let noise = noise.checked()?;
-    let silent = noise == Noise::DEFAULT;
     runs.par_iter()
         .enumerate()
         .map(|(stream, run)| {
-            let mut random = Pcg64::new(u128::from(seed), stream as u128);
-            let offset = popsteer_core::LateralLaw::reference_offset(&run.law);
+            let tracked = *run.law.follow();
             let path = Arc::clone(&run.path);
             let plant = Arc::clone(&run.plant);
-            let mut simulation = Simulation::new(path, plant, run.start, offset, settings)?;
-            let perceive = |vehicle| {
-                if silent {
-                    vehicle
-                } else {
-                    noise.perceive(vehicle, &mut random)
-                }
-            };
+            let mut simulation = Simulation::new(path, plant, run.start, tracked, settings)?;
+            let perception = Perception::new(noise, seed, stream as u64);
             // At every step: a look costs nothing beside one, and a step can take milliseconds.
             let go_on = |_: &Simulation| !watch.is_stopped();
             if !watch.is_stopped() {
-                run_perceiving(&mut simulation, &run.law, drive, perceive, go_on)?;
+                let mut controller = Controller::new(&run.law);
+                closed_loop::run(&mut simulation, &mut controller, drive, perception, go_on)?;
             }
             watch.done.fetch_add(1, Ordering::Relaxed);
             Ok(simulation.metrics())
@@ -159,8 +102,10 @@ mod tests {
         let x: Vec<f64> = (0..300).map(f64::from).collect();
         let y: Vec<f64> = x.iter().map(|x| 5.0 * (x / 20.0).sin()).collect();
         let path = Arc::new(Path::new(&x, &y, None, false).unwrap());
-        let law = Tracker::new(Law::from(Pop::new(PopParams::default()).unwrap()), None);
-        let plant: Arc<dyn Plant> = Arc::new(CarlaIdentified::default());
+        let plant = CarlaIdentified::default();
+        let pop = Pop::new(plant.vehicle, PopParams::default()).unwrap();
+        let law = Tracker::of(Law::from(pop));
+        let plant: Arc<dyn Plant> = Arc::new(plant);
         let start = |k| VehicleState {
             x: 0.0,
             y: 0.1 * f64::from(k),
@@ -216,9 +161,12 @@ mod tests {
         let many = run_many(&runs(3), &drive, settings, Noise::DEFAULT, 0, &watch).unwrap();
         assert_eq!(watch.done(), 3);
         for (run, metrics) in runs(3).into_iter().zip(many) {
+            let tracked = *run.law.follow();
             let mut simulation =
-                Simulation::new(run.path, run.plant, run.start, 3.0, settings).unwrap();
-            crate::closed_loop::run(&mut simulation, &run.law, &drive, |_| true).unwrap();
+                Simulation::new(run.path, run.plant, run.start, tracked, settings).unwrap();
+            let mut controller = Controller::new(&run.law);
+            let exact = Perception::EXACT;
+            closed_loop::run(&mut simulation, &mut controller, &drive, exact, |_| true).unwrap();
             assert_eq!(simulation.metrics(), metrics);
         }
     }

@@ -7,9 +7,9 @@ use popsteer_core::math::{from_count, wrap};
 use popsteer_core::path::locate::{path_yaw_behind, reference_speed};
 use popsteer_core::path::view::get_distance;
 use popsteer_core::path::{Follow, Located};
-use popsteer_core::vehicle::{Actuator, UnderWay};
-use popsteer_core::{Path, Point, Status, VehicleState};
+use popsteer_core::{Path, Point, Status, Vehicle, VehicleState};
 
+use crate::delay::Delay;
 use crate::metrics::{Gatherer, Metrics};
 use crate::plant::{Control, Plant, PlantState};
 
@@ -81,9 +81,9 @@ impl Settings {
 pub struct Record {
     /// Time [s].
     pub time: f64,
-    /// Position of the law's reference point [m].
+    /// Position of the tracked point [m].
     pub reference: Point,
-    /// Position along x of the point whose pose the plant reports [m].
+    /// Position along x of the vehicle's point [m].
     pub x: f64,
     /// Position along y of that point [m].
     pub y: f64,
@@ -97,37 +97,35 @@ pub struct Record {
     pub throttle: f64,
     /// Brake commanded, 0 to 1.
     pub brake: f64,
-    /// Cross-track error at the law's reference point [m].
+    /// Cross-track error at the tracked point [m].
     pub cross_track_error: f64,
-    /// Heading error at the law's reference point [rad] against the segment behind the nearest
+    /// Heading error at the tracked point [rad] against the segment behind the nearest
     /// waypoint, as the paper's authors measured it.
     pub heading_error: f64,
     /// Cross-track error at the rear axle [m].
     pub rear_cross_track_error: f64,
     /// Heading error at the rear axle [rad] against the segment beside it.
     pub rear_heading_error: f64,
-    /// Point aimed at [m]; not a number without a law.
+    /// Point aimed at [m]; not a number without a controller.
     pub target: Point,
-    /// How the law's step went.
+    /// How the controller's step went.
     pub status: Status,
 }
 
 /// A point of the vehicle, followed along the path.
 #[derive(Clone, Copy, Debug)]
-struct Follower {
+pub(crate) struct Follower {
     follow: Follow,
-    waypoint: Option<usize>,
+    pub(crate) waypoint: Option<usize>,
 }
 
 impl Follower {
-    /// A point `offset` [m] ahead of the pose; it is never looked for anew, as it never jumps.
-    fn new(offset: f64, wheelbase: f64) -> Self {
+    /// Follows as `follow` says; the point is never looked for anew, as it never jumps.
+    fn new(follow: Follow) -> Self {
         Self {
             follow: Follow {
-                reference_offset: offset,
-                search_distance: 2.0 * wheelbase,
                 lost_distance: f64::INFINITY,
-                arrival_distance: 0.05 * wheelbase,
+                ..follow
             },
             waypoint: None,
         }
@@ -144,37 +142,31 @@ impl Follower {
     }
 }
 
-/// What lies between the commands and the wheels of the vehicle that is driven.
-#[derive(Clone, Debug)]
-struct Steering {
-    actuator: Actuator,
-    under_way: UnderWay,
-}
-
 /// A vehicle on a path, moved one control step at a time and measured.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    path: Arc<Path>,
+    pub(crate) path: Arc<Path>,
     plant: Arc<dyn Plant>,
     settings: Settings,
-    state: PlantState,
-    reference: Follower,
-    rear: Follower,
-    leading: Follower,
-    leading_arc: f64,
-    steering: Option<Steering>,
-    travelled: f64,
-    steps: usize,
-    finished: bool,
-    lost: bool,
-    gatherer: Gatherer,
-    records: Vec<Record>,
+    pub(crate) state: PlantState,
+    pub(crate) reference: Follower,
+    pub(crate) rear: Follower,
+    /// Whether the path is driven backwards where the rear axle is.
+    pub(crate) reverse: bool,
+    pub(crate) leading: Follower,
+    pub(crate) leading_arc: f64,
+    pub(crate) delay: Delay,
+    pub(crate) travelled: f64,
+    pub(crate) steps: usize,
+    pub(crate) finished: bool,
+    pub(crate) lost: bool,
+    pub(crate) gatherer: Gatherer,
+    pub(crate) records: Vec<Record>,
 }
 
 impl Simulation {
-    /// A vehicle at rest or rolling at `start`, the pose of its *front axle*; errors are measured
-    /// at `reference_offset` [m] ahead of the point whose pose the plant reports, and at the rear
-    /// axle.
+    /// A vehicle at rest or rolling at `start`, the pose of its point; errors are measured at the
+    /// point that `tracked` follows, and at the rear axle.
     ///
     /// # Errors
     ///
@@ -183,45 +175,33 @@ impl Simulation {
         path: Arc<Path>,
         plant: Arc<dyn Plant>,
         start: VehicleState,
-        reference_offset: f64,
+        tracked: Follow,
         settings: Settings,
     ) -> Result<Self, SimulationError> {
         let settings = settings.checked()?;
         let start = start.checked()?;
-        let geometry = plant.geometry();
-        let point = start.point_ahead(-geometry.front_offset);
-        let vehicle = VehicleState {
-            x: point.x,
-            y: point.y,
-            ..start
-        }
-        .checked()?;
+        let vehicle = plant.vehicle().checked()?;
         let reverses = path.view().reverse().is_some();
         if reverses && !plant.reverses() {
             return Err(SimulationError::NoReverse {
                 plant: plant.name().to_owned(),
             });
         }
-        // Where the vehicle turns round no axle leads all the way; the rear one is at the path's.
-        let leading_offset = if reverses {
-            geometry.rear_offset
-        } else {
-            geometry.front_offset
-        };
-        let follower = |offset| Follower::new(offset, geometry.wheelbase);
-        let mut leading = follower(leading_offset);
-        let foot = leading.follow(&path, vehicle, settings.dt).foot;
+        // Where the vehicle changes its direction no axle leads all the way; the rear one is at
+        // the path's.
+        let lead = if reverses { 0.0 } else { vehicle.wheelbase };
+        let mut leading = Follower::new(axle(&vehicle, lead));
+        let foot = leading.follow(&path, start, settings.dt).foot;
+        let mut rear = Follower::new(axle(&vehicle, 0.0));
+        let reverse = rear.follow(&path, start, settings.dt).reverse;
         Ok(Self {
-            state: PlantState {
-                vehicle,
-                yaw_rate: 0.0,
-                throttle: 0.0,
-            },
-            reference: follower(reference_offset),
-            rear: follower(geometry.rear_offset),
+            state: PlantState::settled(&vehicle, start),
+            reference: Follower::new(tracked),
+            rear,
+            reverse,
             leading,
             leading_arc: foot.arc_length(&path.view()),
-            steering: None,
+            delay: Delay::new(vehicle.dead_time),
             travelled: 0.0,
             steps: 0,
             finished: false,
@@ -234,24 +214,27 @@ impl Simulation {
         })
     }
 
-    /// The same vehicle, whose commands reach its wheels through `actuator`.
-    #[must_use]
-    pub fn with_steering(mut self, actuator: Option<Actuator>) -> Self {
-        self.steering = actuator.map(|actuator| Steering {
-            under_way: actuator.settled(0.0),
-            actuator,
-        });
-        self
-    }
-
-    /// The pose that the laws are given, and the speed.
+    /// The pose of the vehicle's point, and the speed.
     pub fn vehicle(&self) -> VehicleState {
         self.state.vehicle
+    }
+
+    /// Whether the path is driven backwards where the rear axle is.
+    pub fn reverse(&self) -> bool {
+        self.reverse
     }
 
     /// The path driven.
     pub fn path(&self) -> &Arc<Path> {
         &self.path
+    }
+
+    /// Measures errors at the point that `tracked` follows from now on.
+    pub fn track(&mut self, tracked: Follow) {
+        self.reference = Follower {
+            waypoint: self.reference.waypoint,
+            ..Follower::new(tracked)
+        };
     }
 
     /// The plant that moves.
@@ -340,19 +323,13 @@ impl Simulation {
         }
         let substeps = self.settings.substeps;
         let dt = self.settings.dt / from_count(substeps);
-        match &mut self.steering {
-            None => self.plant.advance(&mut self.state, control, dt, substeps),
-            Some(Steering {
-                actuator,
-                under_way,
-            }) => {
-                for _ in 0..substeps {
-                    let steer = actuator.elapse(under_way, control.steer, dt);
-                    let control = Control { steer, ..control };
-                    self.plant.advance(&mut self.state, control, dt, 1);
-                }
-            }
-        }
+        let (plant, state) = (&self.plant, &mut self.state);
+        let offset = plant.vehicle().steer_offset;
+        self.delay
+            .pass(control.steer, dt, substeps, |command, substeps| {
+                let steer = command + offset;
+                plant.advance(state, Control { steer, ..control }, dt, substeps);
+            });
         self.steps += 1;
         self.look_ahead();
         Ok(())
@@ -392,6 +369,11 @@ impl Simulation {
         let path = self.path.view();
         let length = path.length();
         let arc = at.foot.arc_length(&path);
+        self.reverse = self
+            .rear
+            .follow(&self.path, self.state.vehicle, self.settings.dt)
+            .reverse;
+        let path = self.path.view();
         let mut moved = arc - self.leading_arc;
         if path.is_closed() {
             // The short way round: a step across the seam is not a lap back.
@@ -406,6 +388,17 @@ impl Simulation {
         };
         self.finished |= length - done <= self.settings.stop_distance;
         self.lost |= get_distance(at.position, at.foot.point) > self.settings.give_up_distance;
+    }
+}
+
+/// How a point is followed that lies `ahead` [m] of the rear axle.
+pub fn axle(vehicle: &Vehicle, ahead: f64) -> Follow {
+    Follow {
+        base: vehicle.rear_axle,
+        reference_offset: ahead,
+        search_distance: 2.0 * vehicle.wheelbase,
+        lost_distance: f64::INFINITY,
+        arrival_distance: 0.05 * vehicle.wheelbase,
     }
 }
 

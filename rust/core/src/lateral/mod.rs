@@ -69,9 +69,6 @@ pub trait LateralLaw {
     /// What the law remembers from one step to the next.
     type State: Clone + PartialEq + fmt::Debug + LateralState;
 
-    /// Whether the law reads the [`Belief`]: its wheels are then modelled at every step.
-    const PREDICTS: bool = false;
-
     /// The state before the first step.
     fn initial_state(&self) -> Self::State;
 
@@ -80,6 +77,11 @@ pub trait LateralLaw {
 
     /// Which point of the vehicle the law follows along the path, and how.
     fn follow(&self) -> &Follow;
+
+    /// Whether the law reads the [`Belief`]: its wheels are then modelled at every step.
+    fn predicts(&self) -> bool {
+        false
+    }
 
     /// The angle for a located vehicle.
     fn decide(
@@ -100,7 +102,7 @@ pub trait LateralLaw {
     /// How a tracker of this law adapts unless it is told otherwise: at all where an estimate
     /// counts, in a law that predicts and where commands are in flight.
     fn default_adapt(&self) -> Option<AdaptParams> {
-        (Self::PREDICTS || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
+        (self.predicts() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
     }
 }
 

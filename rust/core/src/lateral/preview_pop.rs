@@ -222,8 +222,6 @@ impl LateralState for PreviewPopState {
 impl LateralLaw for PreviewPop {
     type State = PreviewPopState;
 
-    const PREDICTS: bool = true;
-
     fn initial_state(&self) -> PreviewPopState {
         PreviewPopState::default()
     }
@@ -234,6 +232,10 @@ impl LateralLaw for PreviewPop {
 
     fn follow(&self) -> &Follow {
         &self.follow
+    }
+
+    fn predicts(&self) -> bool {
+        true
     }
 
     #[inline]

@@ -173,8 +173,8 @@ impl<L: LateralLaw> Tracker<L> {
     }
 
     fn unchecked(law: L, adapt: Option<AdaptParams>) -> Self {
-        let vehicle = law.vehicle();
-        let models = L::PREDICTS || vehicle.dead_time > 0.0 || adapt.is_some();
+        let vehicle = *law.vehicle();
+        let models = law.predicts() || vehicle.dead_time > 0.0 || adapt.is_some();
         let bare = !models
             && vehicle.max_steer_rate.is_none()
             && vehicle.max_lateral_acceleration.is_none()
@@ -717,6 +717,27 @@ mod tests {
             assert!((command.steer - limit).abs() < 1e-15, "{command:?}");
             assert_eq!(command.status, Status::SATURATED);
         }
+    }
+
+    #[test]
+    fn test_conditions_stand_side_by_side_in_a_status() {
+        let path = straight();
+        let tracker = stanley(Vehicle::PAPER);
+        let mut state = tracker.initial_state();
+        let lost = VehicleState {
+            x: 140.0,
+            y: 31.0,
+            yaw: -1.5,
+            speed: 5.0,
+        };
+        let command = tracker.step(&path.view(), &mut state, lost, 0.05).unwrap();
+        let all = Status::OFF_PATH | Status::END_OF_PATH;
+        assert_eq!(command.status, all);
+        let turned = VehicleState { yaw: 1.5, ..lost };
+        let command = tracker
+            .step(&path.view(), &mut state, turned, 0.05)
+            .unwrap();
+        assert_eq!(command.status, all | Status::SATURATED);
     }
 
     #[test]

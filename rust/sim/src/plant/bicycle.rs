@@ -1,14 +1,19 @@
-//! The plain kinematic bicycle.
+//! The kinematic bicycle that does what its vehicle says.
 
-use super::{Control, Geometry, Plant, PlantState};
+use super::{Control, Plant, PlantState, at_its_wheels};
+use popsteer_core::Vehicle;
 use popsteer_core::error::{ConfigError, config_in_range};
-use popsteer_core::vehicle::predict::kinematic_bicycle;
+use popsteer_core::math::decay;
+use popsteer_core::vehicle::bicycle::advance;
 
-/// The kinematic bicycle about its rear axle, with an engine, brakes and linear drag.
+/// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag.
+///
+/// Wheels, turning and the point that does not slip are those of [`Vehicle`]; its `drive_lag` and
+/// `max_speed` count as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KinematicBicycle {
-    /// Distance of the axles [m].
-    pub wheelbase: f64,
+    /// What it is.
+    pub vehicle: Vehicle,
     /// Acceleration at full throttle [m/s^2].
     pub drive: f64,
     /// Drag linear in speed [1/s].
@@ -21,9 +26,15 @@ impl KinematicBicycle {
     /// Its name on the command line.
     pub const NAME: &str = "kinematic-bicycle";
 
+    /// The vehicle that it is by default: of the paper's wheelbase, its wheels turn at once.
+    pub const VEHICLE: Vehicle = Vehicle {
+        steer_lag: 0.0,
+        ..Vehicle::PAPER
+    };
+
     /// A middling car.
     pub const DEFAULT: Self = Self {
-        wheelbase: 3.0,
+        vehicle: Self::VEHICLE,
         drive: 6.0,
         drag: 0.28,
         braking: 9.0,
@@ -35,7 +46,7 @@ impl KinematicBicycle {
     ///
     /// [`ConfigError`], naming the parameter that is not.
     pub fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("wheelbase", self.wheelbase, 1e-3, 1e3)?;
+        self.vehicle.checked()?;
         config_in_range("drive", self.drive, 0.0, 1e3)?;
         config_in_range("drag", self.drag, 0.0, 1e3)?;
         config_in_range("braking", self.braking, 0.0, 1e3)?;
@@ -54,12 +65,8 @@ impl Plant for KinematicBicycle {
         Self::NAME
     }
 
-    fn geometry(&self) -> Geometry {
-        Geometry {
-            front_offset: self.wheelbase,
-            rear_offset: 0.0,
-            wheelbase: self.wheelbase,
-        }
+    fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
     }
 
     fn reverses(&self) -> bool {
@@ -67,30 +74,32 @@ impl Plant for KinematicBicycle {
     }
 
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
+        let car = at_its_wheels(&self.vehicle);
         let gear = if control.reverse { -1.0 } else { 1.0 };
+        let kept = decay(dt, car.drive_lag);
+        let mut vehicle = state.vehicle.ahead(car.no_slip());
         for _ in 0..substeps {
+            let moved = car.move_wheel(state.wheel, control.steer, dt);
+            state.wheel = moved.wheel;
+            state.throttle = control.throttle + (state.throttle - control.throttle) * kept;
+            let curvature = moved.mean.tan() / car.turning_length(vehicle.speed);
+            state.yaw_rate = vehicle.speed * curvature;
             // Along the gear: a vehicle that still rolls the other way is below 0.
-            let speed = gear * state.vehicle.speed;
+            let speed = gear * vehicle.speed;
             let braking = (self.braking * control.brake).copysign(speed);
-            let acceleration = self.drive * control.throttle - braking - self.drag * speed;
-            state.yaw_rate = state.vehicle.speed * control.steer.tan() / self.wheelbase;
-            state.throttle = control.throttle;
-            state.vehicle = kinematic_bicycle(
-                state.vehicle,
-                control.steer,
-                gear * acceleration,
-                self.wheelbase,
-                dt,
-            );
+            let acceleration = self.drive * state.throttle - braking - self.drag * speed;
+            vehicle = advance(vehicle, vehicle.speed * dt, curvature, 0.0);
+            let next = speed + acceleration * dt;
             // Neither brakes nor drag drive: at rest they end.
-            let next = gear * state.vehicle.speed;
             let stays = if speed < 0.0 {
                 next.min(0.0)
             } else {
                 next.max(0.0)
             };
-            state.vehicle.speed = gear * stays;
+            let top = car.max_speed.unwrap_or(f64::INFINITY).max(speed);
+            vehicle.speed = gear * stays.min(top);
         }
+        state.vehicle = vehicle.ahead(-car.no_slip());
     }
 }
 
@@ -108,11 +117,7 @@ mod tests {
             yaw: 0.0,
             speed: 1.0,
         };
-        let mut state = PlantState {
-            vehicle,
-            yaw_rate: 0.0,
-            throttle: 0.0,
-        };
+        let mut state = PlantState::settled(&plant.vehicle, vehicle);
         let control = Control {
             steer: 0.2,
             throttle: 0.0,
@@ -130,5 +135,103 @@ mod tests {
         plant.advance(&mut state, backwards, 0.005, 200);
         assert!(state.vehicle.speed < -0.9);
         assert!(state.vehicle.x < before.x && state.vehicle.yaw < before.yaw);
+    }
+
+    #[test]
+    fn test_bicycle_does_what_its_vehicle_says() {
+        let start = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 8.0,
+        };
+        let drive = |vehicle: Vehicle, time: f64| {
+            let plant = KinematicBicycle {
+                vehicle,
+                drag: 0.0,
+                ..KinematicBicycle::DEFAULT
+            };
+            let mut state = PlantState::settled(&vehicle, start);
+            let control = Control {
+                steer: 0.3,
+                throttle: 0.5,
+                ..Control::default()
+            };
+            let substeps = popsteer_core::math::to_count(time / 0.001 + 0.5);
+            plant.advance(&mut state, control, 0.001, substeps);
+            state
+        };
+        let car = KinematicBicycle::VEHICLE;
+        let lagging = drive(
+            Vehicle {
+                steer_lag: 0.2,
+                ..car
+            },
+            0.2,
+        );
+        assert!((lagging.wheel - 0.3 * (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
+        let slow = Vehicle {
+            max_steer_rate: Some(0.4),
+            ..car
+        };
+        assert!((drive(slow, 0.5).wheel - 0.2).abs() < 1e-9);
+        assert_eq!(
+            drive(
+                Vehicle {
+                    max_steer: 0.1,
+                    ..car
+                },
+                0.5
+            )
+            .wheel,
+            0.1
+        );
+        let heavy = Vehicle {
+            understeer: 0.05,
+            ..car
+        };
+        let curvature = |state: PlantState| state.yaw_rate / state.vehicle.speed;
+        let speed = drive(heavy, 1.0).vehicle.speed;
+        let expected = 0.3_f64.tan() / (3.0 + 0.05 * speed * speed);
+        assert!((curvature(drive(heavy, 1.0)) - expected).abs() < 1e-4);
+        let longer = Vehicle {
+            turning_wheelbase: Some(4.0),
+            ..car
+        };
+        assert!((curvature(drive(longer, 1.0)) - 0.3_f64.tan() / 4.0).abs() < 1e-4);
+        assert_eq!(
+            drive(
+                Vehicle {
+                    max_speed: Some(9.0),
+                    ..car
+                },
+                1.0
+            )
+            .vehicle
+            .speed,
+            9.0
+        );
+        let late = drive(
+            Vehicle {
+                drive_lag: 0.5,
+                ..car
+            },
+            0.5,
+        );
+        assert!((late.throttle - 0.5 * (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
+        // The point that does not slip moves where the vehicle looks, here 1 m behind the pose's.
+        let behind = drive(
+            Vehicle {
+                rear_axle: -1.0,
+                ..car
+            },
+            1.0,
+        );
+        let rear = drive(car, 1.0).vehicle;
+        let point = rear.ahead(1.0);
+        assert!((behind.vehicle.yaw - rear.yaw).abs() < 1e-12);
+        // The runs start 1 m apart along x.
+        assert!((behind.vehicle.x + 1.0 - point.x).abs() < 1e-9);
+        assert!((behind.vehicle.y - point.y).abs() < 1e-9);
     }
 }

@@ -1,27 +1,27 @@
 //! The vehicle identified from the authors' CARLA run.
 
-use super::{Control, Geometry, Plant, PlantState};
+use super::{Control, Plant, PlantState, at_its_wheels};
+use popsteer_core::Vehicle;
 use popsteer_core::error::{ConfigError, config_in_range};
 
 /// Single-track steady-state yaw response with a lag, and a longitudinal model with throttle
 /// lag, drag and loss in bends, fitted to the run that the paper's authors recorded in CARLA.
 ///
 /// ```text
-/// yaw_rate' = (speed tan(steer) / (wheelbase + understeer speed^2) - yaw_rate) / yaw_lag
+/// yaw_rate' = (speed tan(steer) / (turning_wheelbase + understeer speed^2) - yaw_rate) / steer_lag
 /// u'        = (throttle - u) / throttle_lag
 /// speed'    = drive u - drag speed - air_drag speed^2 - bend_loss |yaw_rate| speed - braking brake
-/// x', y'    = speed (cos yaw, sin yaw)
+/// x', y'    = speed (cos yaw, sin yaw)   of the point that does not slip
 /// ```
+///
+/// The lag acts on the yaw rate, where the chain of [`Vehicle`] has it at the wheels: to first
+/// order that is the same. A limit of the wheels' rate acts before it.
 ///
 /// The log holds no braking; `braking` is an assumption. The speed never falls below 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarlaIdentified {
-    /// Effective wheelbase [m].
-    pub wheelbase: f64,
-    /// Understeer coefficient [s^2/m].
-    pub understeer: f64,
-    /// Time constant of the yaw rate [s].
-    pub yaw_lag: f64,
+    /// What it is.
+    pub vehicle: Vehicle,
     /// Time constant of the throttle [s].
     pub throttle_lag: f64,
     /// Acceleration at full throttle [m/s^2].
@@ -40,11 +40,21 @@ impl CarlaIdentified {
     /// Its name on the command line.
     pub const NAME: &str = "carla-identified";
 
+    /// The vehicle found in the authors' run: its axles are 3 m apart, about the point that does
+    /// not slip, and it turns as with 3.553 m.
+    pub const VEHICLE: Vehicle = Vehicle {
+        wheelbase: 3.0,
+        turning_wheelbase: Some(3.553),
+        rear_axle: -1.94,
+        no_slip_point: Some(0.0),
+        understeer: 2.9e-4,
+        steer_lag: 0.1,
+        ..Vehicle::PAPER
+    };
+
     /// The values found in the authors' run.
     pub const DEFAULT: Self = Self {
-        wheelbase: 3.553,
-        understeer: 2.9e-4,
-        yaw_lag: 0.100,
+        vehicle: Self::VEHICLE,
         throttle_lag: 0.25,
         drive: 6.0,
         drag: 0.28,
@@ -59,9 +69,7 @@ impl CarlaIdentified {
     ///
     /// [`ConfigError`], naming the parameter that is not.
     pub fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("wheelbase", self.wheelbase, 1e-3, 1e3)?;
-        config_in_range("understeer", self.understeer, 0.0, 1e3)?;
-        config_in_range("yaw_lag", self.yaw_lag, 1e-3, 1e3)?;
+        self.vehicle.checked()?;
         config_in_range("throttle_lag", self.throttle_lag, 1e-3, 1e3)?;
         config_in_range("drive", self.drive, 0.0, 1e3)?;
         config_in_range("drag", self.drag, 0.0, 1e3)?;
@@ -83,36 +91,38 @@ impl Plant for CarlaIdentified {
         Self::NAME
     }
 
-    /// The axles of the authors' code about the point that does not slip; 3 m apart.
-    fn geometry(&self) -> Geometry {
-        Geometry {
-            front_offset: 1.06,
-            rear_offset: -1.94,
-            wheelbase: 3.0,
-        }
+    fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
     }
 
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
-        let tangent = control.steer.tan();
+        let car = Vehicle {
+            steer_lag: 0.0,
+            ..at_its_wheels(&self.vehicle)
+        };
+        let lag = self.vehicle.steer_lag;
+        let share = if dt < lag { dt / lag } else { 1.0 };
+        let mut vehicle = state.vehicle.ahead(car.no_slip());
         for _ in 0..substeps {
             let PlantState {
-                vehicle,
-                yaw_rate,
-                throttle,
+                yaw_rate, throttle, ..
             } = *state;
+            let moved = car.move_wheel(state.wheel, control.steer, dt);
+            state.wheel = moved.wheel;
             let speed = vehicle.speed;
-            let steady = speed * tangent / (self.wheelbase + self.understeer * speed * speed);
+            let steady = speed * moved.mean.tan() / car.turning_length(speed);
             let acceleration = self.drive * throttle
                 - self.drag * speed
                 - self.air_drag * speed * speed
                 - self.bend_loss * yaw_rate.abs() * speed
                 - self.braking * control.brake;
-            state.vehicle.x += dt * speed * vehicle.yaw.cos();
-            state.vehicle.y += dt * speed * vehicle.yaw.sin();
-            state.vehicle.yaw += dt * yaw_rate;
-            state.vehicle.speed = (speed + dt * acceleration).max(0.0);
-            state.yaw_rate += dt * (steady - yaw_rate) / self.yaw_lag;
+            vehicle.x += dt * speed * vehicle.yaw.cos();
+            vehicle.y += dt * speed * vehicle.yaw.sin();
+            vehicle.yaw += dt * yaw_rate;
+            vehicle.speed = (speed + dt * acceleration).max(0.0);
+            state.yaw_rate += share * (steady - yaw_rate);
             state.throttle += dt * (control.throttle - throttle) / self.throttle_lag;
         }
+        state.vehicle = vehicle.ahead(-car.no_slip());
     }
 }

@@ -6,15 +6,16 @@ mod identified;
 pub use bicycle::KinematicBicycle;
 pub use identified::CarlaIdentified;
 
+use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-use popsteer_core::VehicleState;
+use popsteer_core::{Vehicle, VehicleState};
 
-/// What the actuators are told for one control step.
+/// What a vehicle is commanded for one control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Control {
-    /// Angle of the front wheels [rad].
+    /// Steering angle [rad].
     pub steer: f64,
     /// Throttle, 0 to 1.
     pub throttle: f64,
@@ -27,40 +28,54 @@ pub struct Control {
 /// Everything a plant of this crate remembers; a plain one leaves some of it at zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantState {
-    /// Pose of the point that does not slip, and speed.
+    /// Pose of the vehicle's point, and speed.
     pub vehicle: VehicleState,
     /// Yaw rate [rad/s].
     pub yaw_rate: f64,
+    /// Angle of the wheels [rad].
+    pub wheel: f64,
     /// Throttle as it has reached the wheels, 0 to 1.
     pub throttle: f64,
 }
 
-/// Where the laws' reference points lie on the vehicle, and what the laws take for its wheelbase.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Geometry {
-    /// Front axle ahead of the point whose pose the plant reports [m].
-    pub front_offset: f64,
-    /// Rear axle ahead of that point [m]; negative behind it.
-    pub rear_offset: f64,
-    /// Distance of the axles [m].
-    pub wheelbase: f64,
+impl PlantState {
+    /// At rest or rolling at `start`, the wheels where they stand at the command 0.
+    pub fn settled(vehicle: &Vehicle, start: VehicleState) -> Self {
+        Self {
+            vehicle: start,
+            yaw_rate: 0.0,
+            wheel: vehicle.at_wheels(vehicle.steer_offset),
+            throttle: 0.0,
+        }
+    }
 }
 
-/// A vehicle model.
-pub trait Plant: fmt::Debug + Send + Sync {
+/// A vehicle that moves.
+pub trait Plant: fmt::Debug + Send + Sync + Any {
     /// Its name on the command line.
     fn name(&self) -> &str;
 
-    /// Where its axles are.
-    fn geometry(&self) -> Geometry;
+    /// What it is.
+    fn vehicle(&self) -> &Vehicle;
 
-    /// Whether it drives backwards when told to.
+    /// Whether it drives backwards when commanded to.
     fn reverses(&self) -> bool {
         false
     }
 
     /// Moves `state` on by `substeps` steps of `dt` [s] under a constant `control`.
+    ///
+    /// The steering angle is the one that reaches the wheels: dead time and steering offset of the
+    /// vehicle are behind it, lag, rate and largest angle are the plant's own.
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize);
+}
+
+/// The vehicle as it answers an angle that has reached its wheels.
+fn at_its_wheels(vehicle: &Vehicle) -> Vehicle {
+    Vehicle {
+        steer_offset: 0.0,
+        ..*vehicle
+    }
 }
 
 /// The names that [`by_name`] knows, in the order of a listing.

@@ -1,0 +1,139 @@
+//! The dead time of a plant: commands reach it later.
+
+use std::collections::VecDeque;
+
+/// Shorter remainders of a command are rounding [s].
+const ROUNDING: f64 = 1e-12;
+
+/// Commands that have not reached the plant yet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Delay {
+    /// Angle [rad] and how long it was commanded [s], oldest first.
+    commands: VecDeque<(f64, f64)>,
+}
+
+impl Delay {
+    /// Of `dead_time` [s], in which straight wheels were commanded.
+    pub fn new(dead_time: f64) -> Self {
+        let commands = (dead_time > 0.0).then_some((0.0, dead_time));
+        Self {
+            commands: commands.into_iter().collect(),
+        }
+    }
+
+    /// Commands on their way, oldest first.
+    pub fn commands(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.commands.iter().copied()
+    }
+
+    /// Commands on their way as they were.
+    pub fn restored(commands: impl Iterator<Item = (f64, f64)>) -> Self {
+        Self {
+            commands: commands.collect(),
+        }
+    }
+
+    /// Lets `substeps` steps of `dt` [s] pass under `command`: `act` is given each angle that
+    /// reaches the plant, the mean over a step, and for how many steps.
+    pub fn pass(
+        &mut self,
+        command: f64,
+        dt: f64,
+        substeps: usize,
+        mut act: impl FnMut(f64, usize),
+    ) {
+        if self.commands.is_empty() {
+            act(command, substeps);
+            return;
+        }
+        let period = popsteer_core::math::from_count(substeps) * dt;
+        self.commands.push_back((command, period));
+        let (mut acting, mut count) = (self.take(dt), 1);
+        for _ in 1..substeps {
+            let next = self.take(dt);
+            if next.to_bits() == acting.to_bits() {
+                count += 1;
+            } else {
+                act(acting, count);
+                (acting, count) = (next, 1);
+            }
+        }
+        act(acting, count);
+    }
+
+    /// The mean of what arrives over the next `time` [s].
+    fn take(&mut self, time: f64) -> f64 {
+        let mut remaining = time;
+        let mut sum = 0.0;
+        while let Some((command, duration)) = self.commands.front_mut() {
+            if *duration > remaining + ROUNDING {
+                *duration -= remaining;
+                // All of one command is that command to the bit.
+                return if remaining < time {
+                    sum / time + *command * (remaining / time)
+                } else {
+                    *command
+                };
+            }
+            let whole = *duration >= time - ROUNDING;
+            let command = *command;
+            sum += command * duration.min(remaining);
+            remaining -= *duration;
+            self.commands.pop_front();
+            if whole {
+                return command;
+            }
+            if remaining <= ROUNDING {
+                break;
+            }
+        }
+        sum / time
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn passed(dead_time: f64, commands: &[f64]) -> Vec<(f64, usize)> {
+        let mut delay = Delay::new(dead_time);
+        let mut seen = Vec::new();
+        for &command in commands {
+            delay.pass(command, 0.01, 5, |command, count| {
+                seen.push((command, count))
+            });
+        }
+        seen
+    }
+
+    #[test]
+    fn test_delay_of_nothing_passes_on_at_once() {
+        assert_eq!(passed(0.0, &[0.1, 0.2]), [(0.1, 5), (0.2, 5)]);
+    }
+
+    #[test]
+    fn test_delay_of_whole_periods_shifts_by_them() {
+        let seen = passed(0.1, &[0.1, 0.2, 0.3, 0.4]);
+        assert_eq!(seen, [(0.0, 5), (0.0, 5), (0.1, 5), (0.2, 5)]);
+    }
+
+    #[test]
+    fn test_delay_within_a_period_changes_in_it() {
+        let seen = passed(0.03, &[0.1, 0.2]);
+        assert_eq!(seen, [(0.0, 3), (0.1, 2), (0.1, 3), (0.2, 2)]);
+        let seen = passed(0.025, &[0.1]);
+        assert_eq!(seen[0], (0.0, 2));
+        assert!((seen[1].0 - 0.05).abs() < 1e-12 && seen[1].1 == 1);
+        assert_eq!(seen[2], (0.1, 2));
+    }
+
+    #[test]
+    fn test_delay_keeps_its_length_over_a_long_run() {
+        let mut delay = Delay::new(0.152);
+        for k in 0..100_000_u32 {
+            delay.pass(f64::from(k), 0.005, 10, |_, _| ());
+        }
+        let total: f64 = delay.commands().map(|(_, duration)| duration).sum();
+        assert!((total - 0.152).abs() < 1e-6, "{total}");
+    }
+}

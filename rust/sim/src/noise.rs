@@ -1,0 +1,111 @@
+//! How a driver sees the vehicle.
+
+use popsteer_core::VehicleState;
+use popsteer_core::error::{ConfigError, config_in_range};
+use popsteer_core::math::wrap;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+/// How far off a driver sees the vehicle: standard deviations of normal noise, drawn anew at
+/// every step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Noise {
+    /// Of x and of y [m].
+    pub position: f64,
+    /// Of the yaw [rad].
+    pub yaw: f64,
+    /// Of the speed [m/s].
+    pub speed: f64,
+}
+
+impl Noise {
+    /// None.
+    pub const DEFAULT: Self = Self {
+        position: 0.0,
+        yaw: 0.0,
+        speed: 0.0,
+    };
+
+    /// The noise itself where every deviation is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the one that is not.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        config_in_range("position", self.position, 0.0, 1e3)?;
+        config_in_range("yaw", self.yaw, 0.0, 10.0)?;
+        config_in_range("speed", self.speed, 0.0, 1e3)?;
+        Ok(self)
+    }
+
+    fn perceive(&self, vehicle: VehicleState, random: &mut Pcg64) -> VehicleState {
+        let mut draw = |deviation: f64| -> f64 {
+            let normal: f64 = StandardNormal.sample(random);
+            deviation * normal
+        };
+        VehicleState {
+            x: vehicle.x + draw(self.position),
+            y: vehicle.y + draw(self.position),
+            yaw: wrap(vehicle.yaw + draw(self.yaw)),
+            speed: vehicle.speed + draw(self.speed),
+        }
+    }
+}
+
+/// The vehicle seen through [`Noise`] of one stream of a generator.
+#[derive(Clone, Debug)]
+pub struct Perception(Option<(Noise, Pcg64)>);
+
+impl Perception {
+    /// As it is.
+    pub const EXACT: Self = Self(None);
+
+    /// Through `noise`, drawn from stream `stream` of the generator with this `seed`.
+    pub fn new(noise: Noise, seed: u64, stream: u64) -> Self {
+        if noise == Noise::DEFAULT {
+            return Self::EXACT;
+        }
+        let random = Pcg64::new(u128::from(seed), u128::from(stream));
+        Self(Some((noise, random)))
+    }
+
+    pub(crate) fn of(&mut self, vehicle: VehicleState) -> VehicleState {
+        match &mut self.0 {
+            None => vehicle,
+            Some((noise, random)) => noise.perceive(vehicle, random),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_noise_every_quantity_has_its_own_deviation() {
+        let noise = Noise {
+            position: 0.3,
+            yaw: 0.01,
+            speed: 2.0,
+        };
+        let mut perception = Perception::new(noise, 1, 2);
+        let here = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 0.0,
+        };
+        let count = 20_000;
+        let mut sums = [0.0; 4];
+        for _ in 0..count {
+            let seen = perception.of(here);
+            for (sum, value) in sums.iter_mut().zip([seen.x, seen.y, seen.yaw, seen.speed]) {
+                *sum += value * value;
+            }
+        }
+        for (sum, expected) in sums.iter().zip([0.3, 0.3, 0.01, 2.0]) {
+            let deviation = (sum / f64::from(count)).sqrt();
+            assert!((deviation / expected - 1.0).abs() < 0.03, "{sums:?}");
+        }
+    }
+}
