@@ -10,7 +10,7 @@ import enum
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import nan
-from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from popsteer.reference.error import config_optional, input_in_range
 from popsteer.reference.lateral.command import Command
@@ -86,9 +86,6 @@ StateT = TypeVar("StateT")
 class LateralLaw(ABC, Generic[ParamsT, StateT]):
     """A steering law: a vehicle and validated parameters that decide an angle."""
 
-    PREDICTS: ClassVar[bool] = False
-    """Whether the law reads the `Belief`: its wheels are then modelled at every step."""
-
     def __init__(self, path: PathView, vehicle: Vehicle, params: ParamsT) -> None:
         self._path = path
         self._vehicle = vehicle
@@ -113,6 +110,10 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     @abstractmethod
     def initial_state(self) -> StateT:
         """Return the state before the first step, with nothing remembered."""
+
+    def predicts(self) -> bool:
+        """Tell whether the law reads the `Belief`: its wheels are then modelled at every step."""
+        return False
 
     @abstractmethod
     def decide(self, at: Located, belief: Belief) -> Decision:
@@ -144,7 +145,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
 
         At all where an estimate counts: in a law that predicts and where commands are in flight.
         """
-        return AdaptParams() if self.PREDICTS or self._vehicle.dead_time > 0.0 else None
+        return AdaptParams() if self.predicts() or self._vehicle.dead_time > 0.0 else None
 
 
 class Tracked(enum.Enum):

@@ -174,7 +174,6 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     True
     """
 
-    PREDICTS = True
     TRACKED = Tracked.NO_SLIP_POINT
 
     def __init__(
@@ -194,6 +193,10 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     def initial_state(self) -> PreviewPopState:
         """Return the state before the first step, with nothing remembered."""
         return PreviewPopState()
+
+    def predicts(self) -> bool:
+        """Tell whether the law reads the `Belief`: it does."""
+        return True
 
     def decide(self, at: Located, belief: Belief) -> Decision:
         """Decide the angle for a located vehicle."""

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from math import copysign
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
-from popsteer import errors
 from popsteer.errors import InputError
 from popsteer.reference.error import input_below, input_in_range
 from popsteer.reference.lateral import (
@@ -28,7 +27,7 @@ from popsteer.reference.path.follow import Located, find_anew
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.view import MAX_COORDINATE, Point
 from popsteer.reference.vehicle import Vehicle
-from popsteer.reference.vehicle.delay import CAPACITY, Commands, InFlight
+from popsteer.reference.vehicle.delay import Commands, InFlight
 from popsteer.reference.vehicle.estimator import AdaptParams, Corrections, Estimate, Estimator
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
 from popsteer.status import Status
@@ -205,7 +204,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
         self._adapt = self.default_adapt() if adapt is ... else adapt
         # Whether wheels and motion of the vehicle are modelled.
-        self._models = self.PREDICTS or self._vehicle.dead_time > 0.0 or self._adapt is not None
+        self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
         # Whether the law's angle is the command as it is.
         offset = self._vehicle.steer_offset
         self._bare = (
@@ -502,6 +501,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         """
         car = self._vehicle
         state = self.check_law_state(state)
+        in_flight = self._restored_in_flight(state)
         waypoint = _check_waypoint("waypoint", self._path, state.waypoint)
         measured = _check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
         steer = check_steer("steer", state.steer, car.max_steer)
@@ -515,14 +515,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             left = 0.0
         answer = None if state.answer is None else Answer(*state.answer).checked()
         estimator = _estimator(state).checked(car)
-        in_flight = _in_flight(state)
-        if self._models and in_flight is None:
-            # With no command in flight known nothing could be predicted.
-            requirement = errors.count_in_range(1, CAPACITY)
-            raise InputError("commands_in_flight", 0, requirement)
         if in_flight is not None:
-            longer = estimator.estimate.longer_dead_time
-            in_flight = InFlight.restore(car, in_flight.commands, in_flight.wheel, longer)
+            in_flight = in_flight.checked(car, estimator.estimate.longer_dead_time)
         state = _with_in_flight(_with_estimator(state, estimator), in_flight)
         return replace(
             state,
@@ -534,6 +528,17 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             held=max(0, operator.index(state.held)),
             answer=answer,
         )
+
+    def _restored_in_flight(self, state: StateT) -> InFlight | None:
+        """Return the commands in flight of a state to restore."""
+        if not self._models:
+            return None
+        in_flight = _in_flight(state)
+        if in_flight is None:
+            # Of a state that knows nothing of the wheels they are at rest under the last command.
+            return InFlight.settled(self._vehicle, state.steer)
+        longer = state.longer_dead_time
+        return InFlight.restore(self._vehicle, in_flight.commands, in_flight.wheel, longer)
 
 
 # A state is flat, as the binding shows it; what goes together in it is taken out and put back here.

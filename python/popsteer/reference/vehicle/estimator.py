@@ -28,10 +28,10 @@ __all__ = ["AdaptParams", "Corrections", "Estimate", "Estimator"]
 
 ACCELERATION_TIME = 0.1
 """Time over which the acceleration is taken [s]."""
-GAIN_PRIOR = 1e-3
+GAIN_PRIOR = 3e-4
 """Weight of the vehicle's own gain, 1, in the least squares [rad²].
 
-Larger values make the estimate slower and steadier; 1e-3 is one turn of 1.8°.
+Larger values make the estimate slower and steadier; 3e-4 is one turn of 1°.
 """
 OFFSET_PRIOR = 0.1
 """Weight of the vehicle's own steering offset in the least squares.
