@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from math import inf
 
 from popsteer import errors
 
@@ -28,6 +29,14 @@ def in_range(value: float, low: float, high: float) -> bool:
     return low <= value <= high
 
 
+def _number(value: float) -> float:
+    """Return `value` as a float; a whole number beyond all floats as an infinity."""
+    try:
+        return float(value)
+    except OverflowError:
+        return inf if value > 0 else -inf
+
+
 def config_in_range(params: object, field: str, low: float, high: float) -> None:
     """Settle one field of new parameters: made a float, and found in [low, high].
 
@@ -43,7 +52,7 @@ def config_in_range(params: object, field: str, low: float, high: float) -> None
     Traceback (most recent call last):
     popsteer.errors.ConfigError: kp must be in [0, 1e+06], got -1.0
     """
-    value = float(getattr(params, field))
+    value = _number(getattr(params, field))
     if not in_range(value, low, high):
         raise errors.ConfigError(field, value, errors.in_range(low, high))
     # Parameters are frozen; this runs inside their construction.
@@ -126,7 +135,7 @@ def input_in_range(field: str, value: float, low: float, high: float) -> float:
     Traceback (most recent call last):
     popsteer.errors.InputError: dt must be in [1e-06, 1000], got 0.0
     """
-    value = float(value)
+    value = _number(value)
     if not in_range(value, low, high):
         raise errors.InputError(field, value, errors.in_range(low, high))
     return value

@@ -119,6 +119,16 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     def decide(self, at: Located, belief: Belief) -> Decision:
         """Decide the angle for a located vehicle, and remember what is to be remembered."""
 
+    def restore(self, state: StateT) -> StateT:
+        """Return `state`, where what the law remembers in it can be put together at all.
+
+        Raises
+        ------
+        InputError
+            Naming the field that cannot.
+        """
+        return state
+
     @abstractmethod
     def check_law_state(self, state: StateT) -> StateT:
         """Return `state`, where what the law remembers in it is what this law could remember.

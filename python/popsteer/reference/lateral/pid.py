@@ -231,8 +231,8 @@ class Pid(Tracker[PidParams, PidState]):
         """Forget what was measured against the path."""
         return replace(state, previous_error=None, terms=(), next=0, sum=0.0)
 
-    def check_law_state(self, state: PidState) -> PidState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+    def restore(self, state: PidState) -> PidState:
+        """Return `state`, where a buffer of this law could hold its terms so."""
         length = self.params.buffer_length
         held = len(state.terms)
         if held > length:
@@ -244,7 +244,11 @@ class Pid(Tracker[PidParams, PidState]):
             raise errors.InputError("next", following, errors.count_in_range(low, high))
         terms = tuple(input_in_range("terms", term, -BOUND, BOUND) for term in state.terms)
         total = input_in_range("sum", state.sum, -BOUND, BOUND)
+        return replace(state, terms=terms, next=following, sum=total)
+
+    def check_law_state(self, state: PidState) -> PidState:
+        """Return `state`, where what is remembered in it is what this law could remember."""
         previous = state.previous_error
         if previous is not None:
             previous = input_in_range("previous_error", previous, -BOUND, BOUND)
-        return replace(state, previous_error=previous, terms=terms, next=following, sum=total)
+        return replace(state, previous_error=previous)

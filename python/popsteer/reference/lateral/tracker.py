@@ -500,8 +500,9 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             Naming the field that is not.
         """
         car = self._vehicle
-        state = self.check_law_state(state)
+        state = self.restore(state)
         in_flight = self._restored_in_flight(state)
+        state = self.check_law_state(state)
         waypoint = _check_waypoint("waypoint", self._path, state.waypoint)
         measured = _check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
         steer = check_steer("steer", state.steer, car.max_steer)

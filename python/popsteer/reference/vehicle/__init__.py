@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from popsteer.reference.error import config_in_range, config_optional
+from popsteer.reference.error import config_in_range, config_optional, input_in_range
 from popsteer.reference.math import saturate
+from popsteer.reference.path.view import MAX_SPEED
 
 __all__ = ["Vehicle"]
 
@@ -129,7 +130,13 @@ class Vehicle:
         """Return the length that turns an angle of the wheels into a curvature [m].
 
         The curvature at `speed` [m/s] is tan(wheel) / turning_length.
+
+        Raises
+        ------
+        InputError
+            Where the speed is not finite or beyond its bound.
         """
+        speed = input_in_range("speed", speed, -MAX_SPEED, MAX_SPEED)
         base = self.wheelbase if self.turning_wheelbase is None else self.turning_wheelbase
         return base + self.understeer * speed * speed
 

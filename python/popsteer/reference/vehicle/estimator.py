@@ -124,12 +124,12 @@ class Estimate:
     (1.0, 0.2)
     """
 
-    gain: float
-    steer_offset: float
-    dead_time: float
-    slip: float
-    slip_length: float
-    acceleration: float
+    gain: float = 1.0
+    steer_offset: float = 0.0
+    dead_time: float = 0.0
+    slip: float = 0.0
+    slip_length: float = 0.0
+    acceleration: float = 0.0
 
 
 @dataclass(frozen=True)
