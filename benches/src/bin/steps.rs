@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let course = Course::new(WAYPOINTS)?;
     let steps = laps.parse::<usize>()? * course.lap.len();
-    let car = if env::var_os("PAPER").is_some() { Vehicle::PAPER } else { Vehicle::DEFAULT };
+    let car = Vehicle::DEFAULT;
     let pop = PopParams::DEFAULT;
     let preview_pop = PreviewPopParams::DEFAULT;
     match law.as_str() {
