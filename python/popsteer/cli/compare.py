@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
-from popsteer import baselines, laws, presets, study
+from popsteer import baselines, laws, presets, report, study
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
+from popsteer.files import check_folder
 from popsteer.sim import Settings
 from popsteer.sim.geometry import made
 
@@ -64,10 +65,11 @@ def compare(
     """Drive several laws along one track."""
     names = inputs.names(controllers)
     course = inputs.course(waypoints, track, closed=closed)
-    outputs.check_folder(out)
     with Progress() as progress:
         vehicle = made(plant)
         params = study.parameters(names, preset, vehicle)
+        if out is not None:
+            check_folder(out, report.file_names(params))
         comparison = study.compare(
             course.path,
             params,

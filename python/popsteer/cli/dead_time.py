@@ -10,6 +10,7 @@ from popsteer import presets, study
 from popsteer.cli import inputs, options
 from popsteer.cli.outputs import deliver_table
 from popsteer.cli.progress import Progress
+from popsteer.files import check_files
 from popsteer.sim.geometry import LEARNING_TIME
 
 __all__ = ["HELP", "dead_time"]
@@ -65,6 +66,7 @@ def dead_time(
     )
 
     course = inputs.course(waypoints, track, closed=closed)
+    check_files(file for file in (csv, json) if file is not None)
     with Progress() as progress:
         rows = study.dead_times(
             course.path,

@@ -11,6 +11,7 @@ from popsteer.cli import inputs, options
 from popsteer.cli.outputs import deliver_table
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
+from popsteer.files import check_files
 
 __all__ = ["HELP", "edges"]
 
@@ -51,6 +52,7 @@ def edges(
     for name in wanted:
         if name not in known:
             raise ConfigError.unknown("track", name, tuple(known))
+    check_files(file for file in (csv, json) if file is not None)
     with Progress() as progress:
         rows = study.edges(
             inputs.names(laws), [known[name] for name in wanted], progress=progress.update

@@ -9,11 +9,17 @@ from typing import Annotated
 import typer
 
 from popsteer import presets, study
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options
 from popsteer.cli.progress import Progress
+from popsteer.files import check_folder
 from popsteer.sim import Settings
 
 __all__ = ["HELP", "matrix"]
+
+_FILES = (
+    *("matrix.csv", "matrix.md", "matrix.json"),
+    *(f"matrix{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
+)
 
 HELP = """\
 Drive several laws on several plants along several tracks, and time a step of each.
@@ -72,7 +78,8 @@ def matrix(
     shipped = [] if (tracks or default) is None else inputs.names(tracks or default or "")
     courses = [inputs.course(None, name, closed=False) for name in shipped]
     courses += [inputs.course(file, None, closed=False) for file in files]
-    outputs.check_folder(out)
+    if out is not None:
+        check_folder(out, _FILES)
     with Progress() as progress:
         found = study.matrix(
             {course.name: course.path for course in courses},

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from popsteer import baselines, laws, plants, presets, study
+from popsteer import baselines, laws, plants, presets, report, study
 from popsteer._core import (
     CoupledLongitudinal,
     CoupledLongitudinalParams,
@@ -18,6 +18,7 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
+from popsteer.files import check_folder
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import (
     CarlaIdentified,
@@ -144,7 +145,8 @@ def simulate(
     pedals = None if constant_speed is not None else _pedals(longitudinal, set_longitudinal or [])
     settings = assigned(Settings(dt=dt), set_run or [], "the run")
     course = inputs.course(waypoints, track, closed=closed)
-    outputs.check_folder(out)
+    if out is not None:
+        check_folder(out, report.file_names([controller]))
     changed = " with changes" if set_ else ""
     with Progress() as progress:
         comparison = study.compare(

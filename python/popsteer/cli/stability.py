@@ -9,16 +9,22 @@ from typing import Annotated
 import typer
 
 from popsteer import presets, sim, study
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
-from popsteer.files import write_text_atomic
+from popsteer.files import check_files, check_folder, write_files_atomic
 from popsteer.study.stability import DEFAULT_SPEEDS
 
 __all__ = ["HELP", "stability"]
 
 _SPEEDS = ",".join(f"{speed:g}" for speed in DEFAULT_SPEEDS)
+# All that there may be: some are drawn for some laws alone.
+_FIGURES = tuple(
+    f"{name}{theme}.png"
+    for name in ("stability-margins", "stability-map", "carrot-offset", "preview-choice")
+    for theme in ("", "-dark")
+)
 
 HELP = """\
 Tell how far the steering loop of each law is from instability.
@@ -116,22 +122,24 @@ def stability(
         for name in inputs.names(controllers)
     }
     changed = " with changes" if set_ else ""
-    outputs.check_folder(figures)
-    result = study.stability(params, vehicle, _speeds(speeds), preset=f"{preset}{changed}", dt=dt)
-    said = []
     if figures is not None:
-        said.append(_draw(result, figures))
+        check_folder(figures, _FIGURES)
     if json is not None:
-        write_text_atomic(json, stability_json(result))
-        said.append(f"Written to {json}")
+        check_files([json])
+    result = study.stability(params, vehicle, _speeds(speeds), preset=f"{preset}{changed}", dt=dt)
+    drawn = {} if figures is None else _drawn(result, figures)
+    document = {} if json is None else {json: stability_json(result).encode()}
+    write_files_atomic({**drawn, **document})
     console = Console()
     console.print(Text(stability_caption(result), style="bold"), soft_wrap=True)
     console.print()
     console.print(stability_table(result))
     console.print()
     console.print(Text(NOTE, style="dim"), soft_wrap=not console.is_terminal)
-    for line in said:
-        print(line)
+    if drawn:
+        print(f"Written to {figures}: {', '.join(file.name for file in drawn)}")
+    if document:
+        print(f"Written to {json}")
 
 
 def _vehicle(
@@ -169,11 +177,10 @@ def _speeds(text: str) -> list[float]:
     return found
 
 
-def _draw(result: study.Stability, folder: Path) -> str:
-    """Draw the figures into a folder, and tell which."""
-    from popsteer import report
+def _drawn(result: study.Stability, folder: Path) -> dict[Path, bytes]:
+    """Draw the figures that go into a folder."""
     from popsteer.report.figures.stability import stability_figures
 
     with Progress() as progress:
-        written = report.write(stability_figures(result, progress.update), folder)
-    return f"Written to {folder}: {', '.join(file.name for file in written)}"
+        figures = stability_figures(result, progress.update)
+    return {folder / name: data for name, data in figures.items()}
