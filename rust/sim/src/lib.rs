@@ -35,6 +35,7 @@ pub mod many;
 pub mod metrics;
 pub mod noise;
 pub mod plant;
+pub mod saved;
 pub mod simulation;
 
 pub use batch::{Batch, BatchError};
@@ -45,4 +46,5 @@ pub use law::{Law, LawState};
 pub use metrics::{ErrorStats, Metrics};
 pub use noise::{Noise, Perception};
 pub use plant::{Control, Plant, PlantState};
+pub use saved::Saved;
 pub use simulation::{Record, Settings, Simulation};

@@ -720,6 +720,27 @@ mod tests {
     }
 
     #[test]
+    fn test_conditions_stand_side_by_side_in_a_status() {
+        let path = straight();
+        let tracker = stanley(Vehicle::PAPER);
+        let mut state = tracker.initial_state();
+        let lost = VehicleState {
+            x: 140.0,
+            y: 50.0,
+            yaw: -1.5,
+            speed: 5.0,
+        };
+        let command = tracker.step(&path.view(), &mut state, lost, 0.05).unwrap();
+        let all = Status::OFF_PATH | Status::END_OF_PATH;
+        assert_eq!(command.status, all);
+        let turned = VehicleState { yaw: 1.5, ..lost };
+        let command = tracker
+            .step(&path.view(), &mut state, turned, 0.05)
+            .unwrap();
+        assert_eq!(command.status, all | Status::SATURATED);
+    }
+
+    #[test]
     fn test_told_steering_offset_is_taken_off_the_command() {
         let path = straight();
         let told = Vehicle {

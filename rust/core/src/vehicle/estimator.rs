@@ -131,8 +131,8 @@ impl Estimator {
     /// Time over which the acceleration is taken [s].
     const ACCELERATION_TIME: f64 = 0.1;
     /// Weight of the vehicle's own gain, 1, in the least squares [rad^2]. Larger values make the
-    /// estimate slower and steadier; 1e-3 is one turn of 1.8 degrees.
-    const GAIN_PRIOR: f64 = 1e-3;
+    /// estimate slower and steadier; 3e-4 is one turn of 1 degree.
+    const GAIN_PRIOR: f64 = 3e-4;
     /// Weight of the vehicle's own steering offset in the least squares. Larger values make the
     /// estimate slower and steadier; 0.1 are three periods in which a radian turns by 10 degrees.
     const OFFSET_PRIOR: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! The lateral laws: controllers, with their parameters and states.
+//! The lateral controllers, with their parameters and states.
 
 mod params;
 mod state;
@@ -10,7 +10,7 @@ pub(crate) use params::{
 };
 pub(crate) use state::{
     PyBangBangState, PyPidState, PyPopState, PyPreviewPopState, PyPurePursuitState, PyStanleyState,
-    StateClass,
+    StateClass, as_given,
 };
 
 use std::sync::Arc;
@@ -18,33 +18,62 @@ use std::sync::Arc;
 use popsteer_core::lateral::{
     BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley, Tracker, TrackerState,
 };
-use popsteer_core::vehicle::Actuator;
-use popsteer_core::{LateralLaw, LateralState, Path, VehicleState};
+use popsteer_core::{ConfigError, LateralLaw, Path, Vehicle, VehicleState};
 use popsteer_sim::Law;
+use popsteer_sim::batch::Member;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
-use self::state::as_given;
-use crate::actuator::PyActuator;
 use crate::command::PyCommand;
 use crate::errors::{IntoPyErr, OrRaise};
+use crate::params::{Count, Number};
 use crate::path::PyPath;
+use crate::vehicle::{Adapt, PyAdaptParams, PyEstimate, PyVehicle};
 
-/// A law, its path and its state, as a batch takes them.
-pub(crate) type Vehicle<L> = (
-    Tracker<L>,
-    Arc<Path>,
-    TrackerState<<L as LateralLaw>::State>,
-);
+/// The tracker of `law`, adapting as it was told to.
+fn track<L: LateralLaw>(law: L, adapt: &Adapt) -> Result<Tracker<L>, ConfigError> {
+    match adapt {
+        Adapt::Usual => Ok(Tracker::of(law)),
+        Adapt::Told(told) => Tracker::new(law, told.as_ref().map(|params| params.get().0)),
+    }
+}
 
 /// A controller: a law of the core, its state, and the path it follows.
+///
+/// The texts of the parameters that all of them have, and of their methods, are here.
 macro_rules! controller {
     (
         $(#[doc = $about:literal])+
         $class:ident($core:ident) named $name:literal,
-        params $params:ident, state $state:ident
-        $(, extra { $($extra:item)* })?
+        params $params:ident, state $state:ident,
+        examples { $(#[doc = $example:literal])+ }
+        $(extra { $($extra:item)* })?
     ) => {
         $(#[doc = $about])+
+        ///
+        /// Parameters
+        /// ----------
+        /// path : Path
+        ///     The path to follow.
+        /// vehicle : Vehicle, optional
+        ///     What is true of the vehicle, and where the point lies whose pose `step` is given;
+        ///     ``Vehicle()`` by default. With a dead time the controller steers by the vehicle as it
+        ///     will be when its command reaches the wheels.
+        #[doc = concat!("params : ", $name, "Params, optional")]
+        ///     The tuning; its defaults scale with the vehicle.
+        /// adapt : AdaptParams or None, optional
+        ///     How fast the controller adapts to the vehicle; None: not at all. Left out: as
+        ///     ``AdaptParams()`` where an estimate counts, that is in preview POP, and in any
+        ///     controller whose vehicle has a dead time.
+        ///
+        /// Raises
+        /// ------
+        /// ConfigError
+        ///     If a default that scales with the vehicle is out of its range; names it.
+        ///
+        /// Examples
+        /// --------
+        $(#[doc = $example])+
         #[pyclass(name = $name, module = "popsteer")]
         #[derive(Debug)]
         pub(crate) struct $class {
@@ -52,58 +81,71 @@ macro_rules! controller {
             state: TrackerState<<$core as LateralLaw>::State>,
             path: Arc<Path>,
             owner: Py<PyPath>,
+            vehicle: Py<PyVehicle>,
+            vehicle_given: bool,
             params: Py<$params>,
-            actuator: Option<Py<PyActuator>>,
+            adapt: Adapt,
         }
 
         impl $class {
-            /// The law as the closed loop takes it, and its path.
-            pub(crate) fn law(&self) -> (Tracker<Law>, Arc<Path>) {
+            /// The controller as the closed loop takes it, and its path.
+            fn driver(&self) -> (Tracker<Law>, Arc<Path>) {
                 (self.law.map(Law::from), Arc::clone(&self.path))
             }
 
-            /// The law, its path and the present state, as a batch takes them.
-            pub(crate) fn vehicle(&self) -> Vehicle<$core> {
-                (self.law, Arc::clone(&self.path), self.state.clone())
+            /// The controller, its path and the present state, as a batch takes them.
+            pub(crate) fn member(&self) -> Member<$core> {
+                Member {
+                    tracker: self.law,
+                    path: Arc::clone(&self.path),
+                    state: self.state,
+                }
             }
         }
 
         #[pymethods]
         impl $class {
             #[new]
-            #[pyo3(signature = (path, params=None, *, actuator=None))]
+            #[pyo3(signature = (path, vehicle=None, params=None, *, adapt=Adapt::Usual))]
             fn new(
                 py: Python<'_>,
                 path: Py<PyPath>,
+                vehicle: Option<Py<PyVehicle>>,
                 params: Option<Py<$params>>,
-                actuator: Option<Py<PyActuator>>,
+                adapt: Adapt,
             ) -> PyResult<Self> {
                 let params = match params {
                     Some(params) => params,
                     None => Py::new(py, $params(Default::default()))?,
                 };
-                let law = $core::new(params.get().0).or_raise(py)?;
-                let chain = match &actuator {
-                    None => None,
-                    Some(actuator) => Some(Actuator::new(actuator.get().0).or_raise(py)?),
+                let vehicle_given = vehicle.is_some();
+                let vehicle = match vehicle {
+                    Some(vehicle) => vehicle,
+                    None => Py::new(py, PyVehicle(Vehicle::DEFAULT))?,
                 };
-                let law = Tracker::new(law, chain);
+                let law = $core::new(vehicle.get().0, params.get().0).or_raise(py)?;
+                let law = track(law, &adapt).or_raise(py)?;
                 Ok(Self {
                     law,
                     state: law.initial_state(),
                     path: Arc::clone(&path.get().0),
                     owner: path,
+                    vehicle,
+                    vehicle_given,
                     params,
-                    actuator,
+                    adapt,
                 })
             }
 
             /// Take one control step.
             ///
+            /// The pose is that of the vehicle's point, wherever it is measured: the rear axle's
+            /// unless the vehicle's `rear_axle` says otherwise.
+            ///
             /// Parameters
             /// ----------
             /// x, y : float
-            ///     Position of the rear axle [m].
+            ///     Position of the vehicle's point [m].
             /// yaw : float
             ///     Heading [rad], counter-clockwise from x.
             /// speed : float
@@ -124,15 +166,15 @@ macro_rules! controller {
             fn step(
                 &mut self,
                 py: Python<'_>,
-                x: f64,
-                y: f64,
-                yaw: f64,
-                speed: f64,
-                dt: f64,
+                x: Number,
+                y: Number,
+                yaw: Number,
+                speed: Number,
+                dt: Number,
             ) -> PyResult<PyCommand> {
-                let vehicle = VehicleState { x, y, yaw, speed };
+                let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 self.law
-                    .step(&self.path.view(), &mut self.state, vehicle, dt)
+                    .step(&self.path.view(), &mut self.state, vehicle, dt.0)
                     .map(PyCommand)
                     .or_raise(py)
             }
@@ -142,7 +184,7 @@ macro_rules! controller {
             /// Parameters
             /// ----------
             /// x, y : float
-            ///     Position of the rear axle [m].
+            ///     Position of the vehicle's point [m].
             /// yaw : float
             ///     Heading [rad], counter-clockwise from x.
             /// speed : float
@@ -153,7 +195,7 @@ macro_rules! controller {
             /// Returns
             /// -------
             /// float
-            ///     Angle of the front wheels [rad]: ``step(...).steer``, bit for bit.
+            ///     Angle to command [rad]: ``step(...).steer``, bit for bit.
             ///
             /// Raises
             /// ------
@@ -163,25 +205,25 @@ macro_rules! controller {
             fn steer(
                 &mut self,
                 py: Python<'_>,
-                x: f64,
-                y: f64,
-                yaw: f64,
-                speed: f64,
-                dt: f64,
+                x: Number,
+                y: Number,
+                yaw: Number,
+                speed: Number,
+                dt: Number,
             ) -> PyResult<f64> {
-                let vehicle = VehicleState { x, y, yaw, speed };
-                self.law.steer(&self.path.view(), &mut self.state, vehicle, dt).or_raise(py)
+                let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
+                self.law.steer(&self.path.view(), &mut self.state, vehicle, dt.0).or_raise(py)
             }
 
             /// Take one control step, and answer whatever comes in.
             ///
-            /// Where `step` would raise `InputError`, the last angle is held. Errors and target of
-            /// such a command are 0, and the rest of the state stays.
+            /// Where `step` would raise `InputError`, the last command is held: its angle,
+            /// direction, errors and target. Commands in flight go on.
             ///
             /// Parameters
             /// ----------
             /// x, y : float
-            ///     Position of the rear axle [m].
+            ///     Position of the vehicle's point [m].
             /// yaw : float
             ///     Heading [rad], counter-clockwise from x.
             /// speed : float
@@ -195,34 +237,35 @@ macro_rules! controller {
             /// Returns
             /// -------
             /// Command
-            ///     Always one of finite numbers.
-            #[pyo3(signature = (x, y, yaw, speed, dt, hold_limit=10))]
+            ///     Always one of finite numbers. Before the first step that is taken its errors and
+            ///     its target are 0.
+            #[pyo3(signature = (x, y, yaw, speed, dt, hold_limit=Count(10)))]
+            #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10)")]
             fn step_or_hold(
                 &mut self,
-                x: f64,
-                y: f64,
-                yaw: f64,
-                speed: f64,
-                dt: f64,
-                hold_limit: i64,
+                x: Number,
+                y: Number,
+                yaw: Number,
+                speed: Number,
+                dt: Number,
+                hold_limit: Count,
             ) -> PyCommand {
-                let vehicle = VehicleState { x, y, yaw, speed };
-                let limit = usize::try_from(hold_limit).unwrap_or(0);
-                let path = self.path.view();
-                PyCommand(self.law.step_or_hold(&path, &mut self.state, vehicle, dt, limit))
+                let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
+                let (path, limit) = (self.path.view(), hold_limit.saturated());
+                PyCommand(self.law.step_or_hold(&path, &mut self.state, vehicle, dt.0, limit))
             }
 
             /// Find the vehicle's place on the path anew, after a jump.
             ///
             /// A step looks for the vehicle near its last place. After a jump, of the vehicle, of
-            /// its localisation or along the path, this puts the remembered waypoint to
-            /// ``path.relocalise(x, y, yaw)``, and the next step goes on from there. The rest of
-            /// the state stays.
+            /// its localisation or along the path, this looks for it on the whole path, as
+            /// `Path.relocalise` does, and the next step goes on from there. The rest of the state
+            /// stays.
             ///
             /// Parameters
             /// ----------
             /// x, y : float
-            ///     Position of the rear axle [m].
+            ///     Position of the vehicle's point [m].
             /// yaw : float
             ///     Heading [rad]; tells branches apart that cross or lie alongside.
             ///
@@ -230,13 +273,15 @@ macro_rules! controller {
             /// ------
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
-            fn relocalise(slf: &Bound<'_, Self>, x: f64, y: f64, yaw: f64) -> PyResult<()> {
-                let py = slf.py();
-                let owner = slf.try_borrow()?.owner.clone_ref(py);
-                // The controller is not borrowed while the path may be building its index.
-                let waypoint = owner.get().relocalised(py, x, y, yaw).or_raise(py)?;
-                slf.try_borrow_mut()?.state.set_waypoint(Some(waypoint));
-                Ok(())
+            fn relocalise(
+                &mut self,
+                py: Python<'_>,
+                x: Number,
+                y: Number,
+                yaw: Number,
+            ) -> PyResult<()> {
+                let path = self.path.view();
+                self.law.relocalise(&path, &mut self.state, x.0, y.0, yaw.0).or_raise(py)
             }
 
             /// Forget all steps taken so far.
@@ -245,19 +290,20 @@ macro_rules! controller {
             /// ----------
             /// steer : float, optional
             ///     The angle of the wheels as a driver leaves them [rad], from which the next steps
-            ///     go on without a jump; POP goes on in its neighbourhood, of other laws the
+            ///     go on without a jump; POP goes on in its neighbourhood, of other controllers the
             ///     difference fades within a second. By default the wheels count as straight, and
             ///     nothing fades.
             ///
             /// Raises
             /// ------
             /// InputError
-            ///     If the angle is not within the law's `max_steer`; the state is then unchanged.
+            ///     If the angle is not within the vehicle's `max_steer`; the state is then
+            ///     unchanged.
             #[pyo3(signature = (*, steer=None))]
-            fn reset(&mut self, py: Python<'_>, steer: Option<f64>) -> PyResult<()> {
+            fn reset(&mut self, py: Python<'_>, steer: Option<Number>) -> PyResult<()> {
                 self.state = match steer {
                     None => self.law.initial_state(),
-                    Some(steer) => self.law.state_from(steer).or_raise(py)?,
+                    Some(steer) => self.law.state_from(steer.0).or_raise(py)?,
                 };
                 Ok(())
             }
@@ -277,7 +323,7 @@ macro_rules! controller {
                 self.state.leave_path();
             }
 
-            /// What the law remembers; a copy, which can be compared, saved and set again.
+            /// What the controller remembers; a copy, which can be compared, saved and set again.
             #[getter]
             fn state(&self) -> $state {
                 $state::from_core(&self.state)
@@ -299,16 +345,38 @@ macro_rules! controller {
                 }
             }
 
-            /// The parameters.
+            /// The parameters, as they were given.
             #[getter]
             fn params(&self, py: Python<'_>) -> Py<$params> {
                 self.params.clone_ref(py)
             }
 
-            /// What the commands go through on their way to the wheels; None for nothing.
+            /// The vehicle that is steered.
             #[getter]
-            fn actuator(&self, py: Python<'_>) -> Option<Py<PyActuator>> {
-                self.actuator.as_ref().map(|actuator| actuator.clone_ref(py))
+            fn vehicle(&self, py: Python<'_>) -> Py<PyVehicle> {
+                self.vehicle.clone_ref(py)
+            }
+
+            /// Whether the vehicle was given; if not, `popsteer.sim.run` takes the plant's.
+            #[getter]
+            fn vehicle_given(&self) -> bool {
+                self.vehicle_given
+            }
+
+            /// How the controller adapts to its vehicle; None where it does not.
+            #[getter]
+            fn adapt(&self, py: Python<'_>) -> PyResult<Option<Py<PyAdaptParams>>> {
+                match (&self.adapt, self.law.adapt()) {
+                    (Adapt::Told(told), _) => Ok(told.as_ref().map(|params| params.clone_ref(py))),
+                    (Adapt::Usual, None) => Ok(None),
+                    (Adapt::Usual, Some(&usual)) => Py::new(py, PyAdaptParams(usual)).map(Some),
+                }
+            }
+
+            /// What the controller knows of its vehicle by now, with what it was told.
+            #[getter]
+            fn estimate(&self) -> PyEstimate {
+                PyEstimate::of(self.law.vehicle(), self.law.estimate(&self.state))
             }
 
             /// The path followed.
@@ -317,17 +385,43 @@ macro_rules! controller {
                 self.owner.clone_ref(py)
             }
 
-            /// How far ahead of the rear axle the law's reference point lies [m]; where the path is
-            /// driven backwards, how far behind it.
+            /// How far ahead of the vehicle's point the tracked point lies [m], driving forward: the
+            /// point whose errors a command tells.
             #[getter]
-            fn reference_offset(&self) -> f64 {
-                self.law.reference_offset()
+            fn tracked_point(&self) -> f64 {
+                self.law.tracked_point()
             }
 
             fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
                 let path = self.owner.bind(py).repr()?;
+                let vehicle = self.vehicle.bind(py).repr()?;
                 let params = self.params.bind(py).repr()?;
-                Ok(format!("{}({path}, params={params})", $name))
+                let adapt = match &self.adapt {
+                    Adapt::Usual => String::new(),
+                    Adapt::Told(told) => format!(", adapt={}", told.into_pyobject(py)?.repr()?),
+                };
+                Ok(format!("{}({path}, {vehicle}, {params}{adapt})", $name))
+            }
+
+            /// What makes an equal controller but for the state.
+            pub(crate) fn __getnewargs_ex__<'py>(
+                &self,
+                py: Python<'py>,
+            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+                let vehicle = self.vehicle_given.then_some(&self.vehicle);
+                let options = PyDict::new(py);
+                if let Adapt::Told(told) = &self.adapt {
+                    options.set_item("adapt", told)?;
+                }
+                Ok(((&self.owner, vehicle, &self.params).into_pyobject(py)?, options))
+            }
+
+            fn __getstate__(&self) -> $state {
+                self.state()
+            }
+
+            fn __setstate__(&mut self, py: Python<'_>, state: PyRef<'_, $state>) -> PyResult<()> {
+                self.set_state(py, state)
             }
 
             $($($extra)*)?
@@ -340,25 +434,16 @@ controller! {
     ///
     /// Of the angles in the neighbourhood of the last one, chooses the angle whose predicted
     /// location (Equation 6) lies closest to the lookahead point. The last angle wins ties, so a
-    /// vehicle at rest keeps its wheels still. Reference point: the front axle.
-    ///
-    /// Parameters
-    /// ----------
-    /// path : Path
-    ///     The path to follow.
-    /// params : PopParams, optional
-    ///     By default the paper's.
-    /// actuator : Actuator, optional
-    ///     What lies between the commands and the wheels; nothing by default.
-    ///
-    /// Examples
-    /// --------
-    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
-    /// >>> pop = popsteer.Pop(path)
-    /// >>> command = pop.step(0.0, 0.5, 0.0, 5.0, 0.05)
-    /// >>> command.steer < 0.0, command.cross_track_error
-    /// (True, 0.5)
+    /// vehicle at rest keeps its wheels still. Tracked point: the front axle.
     PyPop(Pop) named "Pop", params PyPopParams, state PyPopState,
+    examples {
+        /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+        /// >>> car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
+        /// >>> pop = popsteer.Pop(path, car)
+        /// >>> command = pop.step(0.0, 0.5, 0.0, 5.0, 0.05)
+        /// >>> command.steer < 0.0, command.cross_track_error
+        /// (True, 0.5)
+    }
     extra {
         /// Return at once: what a call of `steer` costs without the step, for the benchmark.
         #[pyo3(signature = (x, y, yaw, speed, dt, /))]
@@ -371,13 +456,13 @@ controller! {
         fn _empty_call(
             &mut self,
             py: Python<'_>,
-            x: f64,
-            y: f64,
-            yaw: f64,
-            speed: f64,
-            dt: f64,
+            x: Number,
+            y: Number,
+            yaw: Number,
+            speed: Number,
+            dt: Number,
         ) -> PyResult<f64> {
-            Ok(yaw)
+            Ok(yaw.0)
         }
     }
 }
@@ -390,129 +475,78 @@ controller! {
     /// cross-track error e, the heading error p and the rate of the wheels, predicted by a bicycle
     /// with lag along the curvature of the path ahead. What follows the first step is taken at its
     /// best, so the cost of an angle is a parabola, and its lowest point, brought within the
-    /// neighbourhood and the limits, is known in closed form. Reference point: the rear axle, or
-    /// rather the point that does not slip; `popsteer.sim.fitted` sets it and the model.
-    ///
-    /// Parameters
-    /// ----------
-    /// path : Path
-    ///     The path to follow.
-    /// params : PreviewPopParams, optional
-    ///     By default those of a middling car.
-    /// actuator : Actuator, optional
-    ///     What lies between the commands and the wheels; nothing by default.
-    ///
-    /// Examples
-    /// --------
-    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
-    /// >>> preview = popsteer.PreviewPop(path)
-    /// >>> command = preview.step(0.0, 0.5, 0.0, 5.0, 0.05)
-    /// >>> command.steer < 0.0, command.cross_track_error
-    /// (True, 0.5)
-    PyPreviewPop(PreviewPop) named "PreviewPop",
-    params PyPreviewPopParams, state PyPreviewPopState
+    /// neighbourhood and the limits, is known in closed form. It adapts to its vehicle unless it is
+    /// told otherwise. Tracked point: the no-slip point.
+    PyPreviewPop(PreviewPop) named "PreviewPop", params PyPreviewPopParams, state PyPreviewPopState,
+    examples {
+        /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+        /// >>> car = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.15, dead_time=0.15)
+        /// >>> preview = popsteer.PreviewPop(path, car)
+        /// >>> command = preview.step(0.0, 0.5, 0.0, 5.0, 0.05)
+        /// >>> command.steer < 0.0, command.cross_track_error
+        /// (True, 0.5)
+    }
 }
 
 controller! {
     /// PID on the cross-track error at the front axle, the paper's Equation 1.
     ///
     /// ``steer = -(kp e + ki sum(e dt) + kd (e - e_previous) / dt)``, the sum over the last
-    /// `buffer_length` steps.
-    ///
-    /// Parameters
-    /// ----------
-    /// path : Path
-    ///     The path to follow.
-    /// params : PidParams, optional
-    ///     By default the paper's.
-    /// actuator : Actuator, optional
-    ///     What lies between the commands and the wheels; nothing by default.
-    ///
-    /// Examples
-    /// --------
-    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
-    /// >>> popsteer.Pid(path).steer(0.0, 0.5, 0.0, 5.0, 0.05)
-    /// -0.12525
-    PyPid(Pid) named "Pid", params PyPidParams, state PyPidState
+    /// `buffer_length` steps. Tracked point: the front axle.
+    PyPid(Pid) named "Pid", params PyPidParams, state PyPidState,
+    examples {
+        /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+        /// >>> popsteer.Pid(path).steer(0.0, 0.5, 0.0, 5.0, 0.05)
+        /// -0.12525
+    }
 }
 
 controller! {
-    /// Adaptive Pure-Pursuit, the paper's Equation 2.
+    /// Adaptive pure pursuit, the paper's Equation 2.
     ///
     /// ``steer = atan(2 wheelbase sin(alpha) / lookahead)`` with ``lookahead =
     /// max(min_lookahead, lookahead_gain speed)`` and ``alpha`` the bearing of the lookahead
-    /// point off the heading. Reference point: the rear axle.
-    ///
-    /// Parameters
-    /// ----------
-    /// path : Path
-    ///     The path to follow.
-    /// params : PurePursuitParams, optional
-    ///     By default the paper's, with the published code's least lookahead.
-    /// actuator : Actuator, optional
-    ///     What lies between the commands and the wheels; nothing by default.
-    ///
-    /// Examples
-    /// --------
-    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
-    /// >>> round(popsteer.PurePursuit(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)
-    /// -0.03
-    PyPurePursuit(PurePursuit) named "PurePursuit",
-    params PyPurePursuitParams, state PyPurePursuitState
+    /// point off the heading. Tracked point: the rear axle.
+    PyPurePursuit(PurePursuit) named "PurePursuit", params PyPurePursuitParams, state PyPurePursuitState,
+    examples {
+        /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+        /// >>> round(popsteer.PurePursuit(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)
+        /// -0.03
+    }
 }
 
 controller! {
-    /// The Stanley law, the paper's Equation 3.
+    /// The Stanley controller, the paper's Equation 3.
     ///
     /// ``steer = -(heading_error + atan(cross_track_gain cross_track_error / (softening +
-    /// speed_gain speed)))``. Reference point: the front axle.
-    ///
-    /// Parameters
-    /// ----------
-    /// path : Path
-    ///     The path to follow.
-    /// params : StanleyParams, optional
-    ///     By default the paper's.
-    /// actuator : Actuator, optional
-    ///     What lies between the commands and the wheels; nothing by default.
-    ///
-    /// Examples
-    /// --------
-    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
-    /// >>> round(popsteer.Stanley(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)
-    /// -0.1149
-    PyStanley(Stanley) named "Stanley", params PyStanleyParams, state PyStanleyState
+    /// speed_gain speed)))``. Tracked point: the front axle.
+    PyStanley(Stanley) named "Stanley", params PyStanleyParams, state PyStanleyState,
+    examples {
+        /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+        /// >>> round(popsteer.Stanley(path).steer(0.0, 0.5, 0.0, 5.0, 0.05), 4)
+        /// -0.1149
+    }
 }
 
 controller! {
     /// Bang-bang: a fixed angle back towards the path, the floor to measure against.
     ///
-    /// ``steer = -amplitude sign(cross_track_error)`` outside the deadband, 0 inside. Reference
+    /// ``steer = -amplitude sign(cross_track_error)`` outside the deadband, 0 inside. Tracked
     /// point: the front axle.
-    ///
-    /// Parameters
-    /// ----------
-    /// path : Path
-    ///     The path to follow.
-    /// params : BangBangParams, optional
-    ///     Parameters.
-    /// actuator : Actuator, optional
-    ///     What lies between the commands and the wheels; nothing by default.
-    ///
-    /// Examples
-    /// --------
-    /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
-    /// >>> popsteer.BangBang(path).steer(0.0, 0.5, 0.0, 5.0, 0.05)
-    /// -0.122
-    PyBangBang(BangBang) named "BangBang", params PyBangBangParams, state PyBangBangState
+    PyBangBang(BangBang) named "BangBang", params PyBangBangParams, state PyBangBangState,
+    examples {
+        /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
+        /// >>> popsteer.BangBang(path).steer(0.0, 0.5, 0.0, 5.0, 0.05)
+        /// -0.122
+    }
 }
 
-/// Any of the controllers, as the closed loop takes it.
+/// Any of the controllers as the closed loop takes it, and its path; none for another object.
 pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Tracker<Law>, Arc<Path>)> {
     macro_rules! try_each {
         ($($class:ty),+) => {$(
             if let Ok(controller) = object.cast_exact::<$class>() {
-                return controller.try_borrow().ok().map(|controller| controller.law());
+                return controller.try_borrow().ok().map(|controller| controller.driver());
             }
         )+};
     }
