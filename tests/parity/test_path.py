@@ -129,6 +129,7 @@ def test_path_location_matches_reference_random(shape: Shape, spot: Spot, start:
     for reach in (0.0, abs(speed), 1e9):
         arrived = pair.call("locate", x, y, yaw, first, reach)
         assert arrived is not None
+        pair.call("locate", x, y, yaw, first, reach, opposite_distance=0.3 * abs(speed))
         pair.call("get_crossing", x, y, abs(speed), arrived.rust.segment)
         for nearest in (None, first, arrived.rust.segment):
             pair.call("project", x, y, nearest)
@@ -204,6 +205,7 @@ def test_path_questions_match_reference_edges() -> None:
         assert pair.call("get_lookahead_point", 1.0, 1.0, 2.0, nearest=index) is None
     for value in (nan, inf, -inf, -5e-324, nextafter(1e9, inf)):
         assert pair.call("locate", 1.0, 1.0, 0.0, 0, value) is None
+        assert pair.call("locate", 1.0, 1.0, 0.0, 0, 6.0, opposite_distance=value) is None
         assert pair.call("get_crossing", 1.0, 1.0, value, 9) is None
     for value in (nan, inf, -inf, nextafter(1e6, inf)):
         assert pair.call("locate", 1.0, 1.0, value, 9, nan) is None

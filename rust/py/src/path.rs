@@ -1,16 +1,16 @@
 //! The path: arrays in, geometry out.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
 use popsteer_core::path::lookahead;
+use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
 use popsteer_core::path::{Foot, Path, PathView, distinct_waypoints, locate};
 use popsteer_core::vehicle::state::MAX_YAW;
 use popsteer_core::{Point, math};
-use popsteer_sim::PathIndex;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
@@ -51,31 +51,11 @@ use crate::projection::{PyLookahead, PyProjection};
 /// 0.5
 #[pyclass(frozen, name = "Path", module = "popsteer")]
 #[derive(Debug)]
-pub(crate) struct PyPath(pub(crate) Arc<Path>, OnceLock<PathIndex>);
+pub(crate) struct PyPath(pub(crate) Arc<Path>);
 
 impl PyPath {
     fn view(&self) -> PathView<'_> {
         self.0.view()
-    }
-
-    /// The segment where a vehicle is found after a jump, with the index, which is built now if it
-    /// is not yet.
-    pub(crate) fn relocalised(
-        &self,
-        py: Python<'_>,
-        x: f64,
-        y: f64,
-        yaw: f64,
-    ) -> Result<usize, InputError> {
-        let position = checked_point(x, y)?;
-        checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
-        let view = self.view();
-        let index = match self.1.get() {
-            Some(index) => index,
-            // Other threads go on meanwhile; those that ask for the index too wait for this one.
-            None => py.detach(|| self.1.get_or_init(|| PathIndex::new(&view))),
-        };
-        Ok(index.relocalise(&view, position, yaw))
     }
 
     /// A waypoint to go on from, by default the nearest of all.
@@ -195,7 +175,7 @@ impl PyPath {
         if let Some(reverse) = reverse {
             path = path.with_reverse(&reverse).or_raise(py)?;
         }
-        Ok(Self(Arc::new(path), OnceLock::new()))
+        Ok(Self(Arc::new(path)))
     }
 
     /// Read a path from a CSV file.
@@ -340,8 +320,8 @@ impl PyPath {
     ///
     /// Of the segments from the one at `waypoint` until more than `reach` of arc before and behind
     /// it, each that is no farther off than the one before it and nearer than the one after it is
-    /// a candidate; the one of least distance counts, each distance with up to 10 m more the less
-    /// the path leads along `yaw`. Other branches of the path are not seen, and where it is
+    /// a candidate; the one of least distance counts, each distance with up to
+    /// `opposite_distance` more the less the path leads along `yaw`. Other branches of the path are not seen, and where it is
     /// driven in both directions neither is what lies beyond the place where the vehicle turns
     /// round. All laws find their place so.
     ///
@@ -355,6 +335,9 @@ impl PyPath {
     ///     The waypoint at which the segment of the last foot starts.
     /// reach : float
     ///     How far along the path to look [m].
+    /// opposite_distance : float, default 10.0
+    ///     How much farther off the path counts where it leads against `yaw` [m]; controllers take
+    ///     10/3 of their wheelbase.
     ///
     /// Returns
     /// -------
@@ -373,6 +356,7 @@ impl PyPath {
     /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 0.5), (0.0, 0.5)])
     /// >>> path.locate(7.0, 0.4, 0.0, 0, 6.0).segment, path.locate(7.0, 0.4, 3.0, 0, 6.0).segment
     /// (0, 2)
+    #[pyo3(signature = (x, y, yaw, waypoint, reach, *, opposite_distance=10.0))]
     fn locate(
         &self,
         py: Python<'_>,
@@ -381,15 +365,18 @@ impl PyPath {
         yaw: f64,
         waypoint: Count,
         reach: f64,
+        opposite_distance: f64,
     ) -> PyResult<PyProjection> {
         let found = || {
             let position = checked_point(x, y)?;
             let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
             let waypoint = self.index("waypoint", waypoint)?;
             let reach = checked("reach", reach, 0.0, 1e9)?;
+            let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
             let heading = Point::new(math::cos(yaw), math::sin(yaw));
             let view = self.view();
-            Ok(locate::locate(&view, waypoint, position, heading, reach).projection(&view))
+            let foot = locate::locate(&view, waypoint, position, heading, reach, opposite);
+            Ok(foot.projection(&view))
         };
         found()
             .map(PyProjection)
@@ -452,13 +439,13 @@ impl PyPath {
 
     /// Find the waypoint to go on from after a jump: the nearest where the direction fits.
     ///
-    /// The segment of least distance counts, each distance with up to 10 m more the less a vehicle
-    /// that looks along `yaw` would drive along it; the first of several. The heading thus tells
+    /// The segment of least distance counts, each distance with up to `opposite_distance` more the
+    /// less a vehicle that looks along `yaw` would drive along it; the first of several. The heading thus tells
     /// branches apart that cross or lie alongside. Where the path is driven backwards the vehicle
     /// looks against it.
     ///
-    /// The first call builds a spatial index of the path, which its controllers share; from then
-    /// on a call takes O(log N) where few waypoints are as near.
+    /// A call takes microseconds where few waypoints are as near, and visits all of them at worst,
+    /// as at the centre of a circle.
     ///
     /// Parameters
     /// ----------
@@ -466,6 +453,9 @@ impl PyPath {
     ///     Position [m].
     /// yaw : float
     ///     Heading [rad]; need not be wrapped.
+    /// opposite_distance : float, default 10.0
+    ///     How much farther off a segment counts that leads the opposite way [m]; controllers take
+    ///     10/3 of their wheelbase.
     ///
     /// Returns
     /// -------
@@ -482,8 +472,22 @@ impl PyPath {
     /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])
     /// >>> path.relocalise(0.5, 0.9, 0.1), path.relocalise(0.5, 0.9, 3.1)
     /// (0, 2)
-    fn relocalise(&self, py: Python<'_>, x: f64, y: f64, yaw: f64) -> PyResult<usize> {
-        self.relocalised(py, x, y, yaw).or_raise(py)
+    #[pyo3(signature = (x, y, yaw, *, opposite_distance=10.0))]
+    fn relocalise(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        yaw: f64,
+        opposite_distance: f64,
+    ) -> PyResult<usize> {
+        let found = || {
+            let position = checked_point(x, y)?;
+            let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
+            let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
+            Ok(relocalise(&self.view(), position, yaw, opposite))
+        };
+        found().map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
     }
 
     /// Project a position exactly onto the segments at a waypoint.

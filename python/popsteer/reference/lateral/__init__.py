@@ -180,9 +180,12 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         self._params = params
         self._follow = Follow(
             reference_offset=default_offset if offset is None else offset,
+            rear_axle=0.0,
             search_distance=2.0 * wheelbase if search is None else search,
             lost_distance=10.0 * wheelbase if lost is None else lost,
             arrival_distance=0.05 * wheelbase,
+            # 10 m for the wheelbase of a car, 3 m, to the last bit.
+            opposite_distance=wheelbase * 10.0 / 3.0,
         )
 
     @property

@@ -11,7 +11,7 @@ from popsteer.errors import InputError
 from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral import BodyParams, Command, LateralLaw, check_steer
 from popsteer.reference.math import saturate
-from popsteer.reference.path.follow import find_anew
+from popsteer.reference.path.relocalise import relocalise
 from popsteer.reference.vehicle import actuator as chain
 from popsteer.reference.vehicle.learning import Learnt
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
@@ -166,7 +166,10 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             unchanged.
         """
         vehicle = VehicleState(x, y, yaw, speed=0.0).checked()
-        self._state = self.set_waypoint(self._state, find_anew(self._path, vehicle))
+        segment = relocalise(
+            self._path, (vehicle.x, vehicle.y), vehicle.yaw, self._follow.opposite_distance
+        )
+        self._state = self.set_waypoint(self._state, segment)
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
         """Locate the vehicle on the path, aim, steer: one control step.

@@ -8,8 +8,9 @@ use super::{Belief, Command, Decision, LateralLaw, LateralState, Status, check_s
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
 use crate::math::{atan, atan2, from_count, saturate, wrap};
-use crate::path::follow::{Follow, Located, find_anew};
+use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
+use crate::path::relocalise::relocalise;
 use crate::path::view::{MAX_COORDINATE, PathView};
 use crate::vehicle::state::{MAX_YAW, checked_dt};
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
@@ -340,7 +341,8 @@ impl<L: LateralLaw> Tracker<L> {
 
     /// After a jump of the vehicle, of its localisation or along the path: finds the place that
     /// the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest
-    /// of `state` stays.
+    /// of `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
+    /// at worst.
     ///
     /// # Errors
     ///
@@ -356,7 +358,11 @@ impl<L: LateralLaw> Tracker<L> {
     ) -> Result<(), InputError> {
         let speed = 0.0;
         let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
-        state.set_waypoint(find_anew(path, vehicle.ahead(self.follow().base)));
+        let follow = self.follow();
+        let base = vehicle.ahead(follow.base);
+        let position = Point::new(base.x, base.y);
+        let segment = relocalise(path, position, yaw, follow.opposite_distance);
+        state.set_waypoint(segment);
         Ok(())
     }
 
