@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from popsteer import presets, sim, study
+from popsteer import presets, study, vehicles
 from popsteer.cli import inputs, options
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
@@ -27,21 +26,20 @@ _FIGURES = tuple(
 )
 
 HELP = """\
-Tell how far the steering loop of each law is from instability.
+Tell how far the steering loop of each controller is from instability.
 
-The loop is that of small signals about straight driving: the law, linear; the command, held for
-the control period; the dead time; a lag of first order; the kinematic bicycle. Broken at the
-command it has three margins: the factor by which the steering may act more strongly, the phase
-that it may lag more, and the dead time that may be added.
-
-The vehicle's figures are those of a plant, and any of them can be set.
+The loop is that of small signals about straight driving: the controller, linear; the command, held
+for the control period; the dead time; a lag of first order; the kinematic bicycle. Broken at the
+command it has three margins: the gain margin, the phase margin, and the dead time that may be
+added. A controller that is told a dead time predicts through it, as it does when it drives.
 
 \b
 Examples:
   popsteer stability
+  popsteer stability --vehicle car.toml --json margins.json --figures figures
   popsteer stability --controllers pop --set min_lookahead=3 --speeds 5,10,15
-  popsteer stability --plant carla-identified --dead-time 0.1
-  popsteer stability --wheelbase 2.7 --lag 0.2 --json margins.json --figures figures
+  popsteer stability --vehicle carla-identified --set-vehicle dead_time=0.1
+  popsteer stability --set-plant dead_time=0.1    nobody tells the controllers of it
 """
 
 
@@ -49,7 +47,7 @@ def stability(
     *,
     controllers: Annotated[
         str,
-        typer.Option(metavar="LAWS", help=f"The laws, of {', '.join(study.LINEAR_LAWS)}."),
+        typer.Option(metavar="LAWS", help=f"The controllers, of {', '.join(study.LINEAR_LAWS)}."),
     ] = ",".join(study.LINEAR_LAWS),
     preset: options.Preset = "default",
     set_: Annotated[
@@ -57,44 +55,39 @@ def stability(
         typer.Option(
             "--set",
             metavar="NAME=VALUE",
-            help="Set a parameter of each of the laws.",
+            help="Set a parameter of each of the controllers.",
             show_default=False,
         ),
     ] = None,
     speeds: Annotated[
         str, typer.Option(metavar="SPEEDS", help="Speeds [m/s], separated by commas.")
     ] = _SPEEDS,
-    plant: Annotated[
+    vehicle: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help=f"Whose figures to begin with: {', '.join(sim.plant_names())}."
+            metavar="FILE|NAME",
+            help="The vehicle, as the controllers are told: a file *.toml as popsteer.Vehicle.save"
+            f" writes it, {', '.join(vehicles.names())}, or a plant's.",
         ),
-    ] = "kinematic-bicycle",
-    wheelbase: Annotated[
-        float | None,
-        typer.Option(help="Wheelbase that its turning obeys [m].", show_default=False),
-    ] = None,
-    lag: Annotated[
-        float | None,
+    ] = "paper",
+    set_vehicle: options.SetVehicle = None,
+    plant: Annotated[
+        str | None,
         typer.Option(
-            help="Time constant from command to yaw rate [s]; by default the plant's,"
-            " and 0.1 where it has none.",
+            metavar="FILE|NAME",
+            help="The vehicle as it is, where that is another than the controllers are told.",
             show_default=False,
         ),
     ] = None,
-    dead_time: Annotated[float, typer.Option(help="Time until a command begins to act [s].")] = 0.0,
-    front_offset: Annotated[
-        float | None,
+    set_plant: Annotated[
+        list[str] | None,
         typer.Option(
-            help="Front axle ahead of the point that does not slip [m].", show_default=False
+            metavar="NAME=VALUE",
+            help="Set a field of the vehicle as it is, without telling the controllers.",
+            show_default=False,
         ),
     ] = None,
-    rear_offset: Annotated[
-        float | None,
-        typer.Option(
-            help="Rear axle ahead of that point [m]; negative behind it.", show_default=False
-        ),
-    ] = None,
+    no_adapt: options.NoAdapt = False,
     dt: options.Dt = options.DEFAULT_DT,
     json: Annotated[
         Path | None,
@@ -110,15 +103,17 @@ def stability(
         ),
     ] = None,
 ) -> None:
-    """Tell how far the steering loop of each law is from instability."""
+    """Tell how far the steering loop of each controller is from instability."""
     from rich.console import Console
     from rich.text import Text
 
     from popsteer.report.stability import NOTE, stability_caption, stability_json, stability_table
 
-    vehicle = _vehicle(plant, wheelbase, lag, dead_time, front_offset, rear_offset)
+    told = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
+    itself = told if plant is None else inputs.named_vehicle(plant)
+    itself = assigned(itself, set_plant or [], "the vehicle")
     params = {
-        name: assigned(vehicle.fitted(presets.get(name, preset)), set_ or [], name)
+        name: assigned(presets.get(name, preset), set_ or [], name)
         for name in inputs.names(controllers)
     }
     changed = " with changes" if set_ else ""
@@ -126,7 +121,15 @@ def stability(
         check_folder(figures, _FIGURES)
     if json is not None:
         check_files([json])
-    result = study.stability(params, vehicle, _speeds(speeds), preset=f"{preset}{changed}", dt=dt)
+    result = study.stability(
+        params,
+        itself,
+        _speeds(speeds),
+        believed=told,
+        adapt=None if no_adapt else ...,
+        preset=f"{preset}{changed}",
+        dt=dt,
+    )
     drawn = {} if figures is None else _drawn(result, figures)
     document = {} if json is None else {json: stability_json(result).encode()}
     write_files_atomic({**drawn, **document})
@@ -140,30 +143,6 @@ def stability(
         print(f"Written to {figures}: {', '.join(file.name for file in drawn)}")
     if document:
         print(f"Written to {json}")
-
-
-def _vehicle(
-    plant: str,
-    wheelbase: float | None,
-    lag: float | None,
-    dead_time: float,
-    front_offset: float | None,
-    rear_offset: float | None,
-) -> study.Vehicle:
-    """Take a plant's figures, and change what is given."""
-    vehicle = study.Vehicle.of(plant, dead_time=dead_time)
-    if lag is None:
-        lag = vehicle.lag or 0.1
-    if wheelbase is not None and front_offset is None and vehicle.rear_offset == 0.0:
-        front_offset = wheelbase  # the front axle goes with the wheelbase
-    changes = {
-        "wheelbase": wheelbase,
-        "lag": lag,
-        "front_offset": front_offset,
-        "rear_offset": rear_offset,
-    }
-    given = {name: value for name, value in changes.items() if value is not None}
-    return replace(vehicle, **given)
 
 
 def _speeds(text: str) -> list[float]:
