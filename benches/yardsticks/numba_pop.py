@@ -22,7 +22,6 @@ import numpy as np
 
 from popsteer.bench.laws import Driver
 from popsteer.reference import PopParams
-from popsteer.reference.path.locate import OPPOSITE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,6 +80,7 @@ def compiled(params: PopParams, closed: bool, length: float) -> Callable[..., fl
     search, lost = params.search_distance, params.lost_distance
     search = 2.0 * wheelbase if search is None else search
     lost = 10.0 * wheelbase if lost is None else lost
+    opposite = wheelbase * 10.0 / 3.0
     min_lookahead, lookahead_gain = params.min_lookahead, params.lookahead_gain
     span, count, max_steer = params.steer_span, params.candidate_count, params.max_steer
 
@@ -103,11 +103,12 @@ def compiled(params: PopParams, closed: bool, length: float) -> Callable[..., fl
         position = (x + offset * heading[0], y + offset * heading[1])
         start = int(state[0])
         if start < 0:
-            start = _relocalise(path, (x, y), heading)
+            start = _relocalise(path, (x, y), heading, opposite)
         reach = search + abs(speed) * dt
-        foot = _locate(path, start, position, heading, reach)
+        foot = _locate(path, start, position, heading, reach, opposite)
         if foot[2] > lost * lost:
-            anew = _locate(path, _relocalise(path, (x, y), heading), position, heading, reach)
+            start = _relocalise(path, (x, y), heading, opposite)
+            anew = _locate(path, start, position, heading, reach, opposite)
             if anew[2] < foot[2]:
                 foot = anew
         forward = max(speed, 0.0)
@@ -121,18 +122,20 @@ def compiled(params: PopParams, closed: bool, length: float) -> Callable[..., fl
 
 
 @_jit
-def _relocalise(path: _Path, position: _Point, heading: _Point) -> int:
+def _relocalise(path: _Path, position: _Point, heading: _Point, opposite: float) -> int:
     """Find the segment of least distance and heading error of all."""
     best, least = 0, math.inf
     for segment in range(_segments(path)):
-        cost = _cost(_foot_between(path, segment, position, 0.0, 1.0), heading)
+        cost = _cost(_foot_between(path, segment, position, 0.0, 1.0), heading, opposite)
         if cost < least:
             best, least = segment, cost
     return best
 
 
 @_jit
-def _locate(path: _Path, start: int, position: _Point, heading: _Point, reach: float) -> _Foot:
+def _locate(
+    path: _Path, start: int, position: _Point, heading: _Point, reach: float, opposite: float
+) -> _Foot:
     """Find the foot on the stretch around a segment: of the nearest places the best one."""
     first, count = _stretch(path, start, reach)
     here = _foot(path, first, position)
@@ -143,7 +146,7 @@ def _locate(path: _Path, start: int, position: _Point, heading: _Point, reach: f
             following = _foot(path, (first + k + 1) % len(path[0]), position)
             ahead = following[2]
         if behind >= here[2] and here[2] < ahead:
-            cost = _cost(here, heading)
+            cost = _cost(here, heading, opposite)
             if cost < least:
                 best, least = here, cost
         behind, here = here[2], following
@@ -187,12 +190,12 @@ def _foot_between(path: _Path, segment: int, position: _Point, low: float, high:
 
 
 @_jit
-def _cost(foot: _Foot, heading: _Point) -> float:
+def _cost(foot: _Foot, heading: _Point, opposite: float) -> float:
     """Measure the distance, and more the less the path leads along the heading."""
     _, _, squared_distance, along, _ = foot
     squared_length = along[0] * along[0] + along[1] * along[1]
     share = (heading[0] * along[0] + heading[1] * along[1]) / math.sqrt(squared_length)
-    return math.sqrt(squared_distance) + 0.5 * OPPOSITE * (1.0 - share)
+    return math.sqrt(squared_distance) + 0.5 * opposite * (1.0 - share)
 
 
 @_jit

@@ -74,7 +74,7 @@ POP = Law(
 PREVIEW_POP = Law(
     "PreviewPop",
     {
-        "steer_span_rate": ((1e-3, 1e3), (0.1, 3.0)),
+        "steer_span_rate": ((1e-3, 1e6), (0.1, 3.0)),
         "horizon": ((0.05, 100.0), (0.3, 3.0)),
         "heading_cost": ((0.0, 1e3), (0.0, 10.0)),
         "steer_rate_cost": ((1e-5, 1e3), (0.05, 2.0)),
@@ -83,7 +83,10 @@ PREVIEW_POP = Law(
         "smoothing_length": ((0.0, 1e3), (0.0, 10.0)),
         **_FOLLOW,
     },
-    optional=("heading_cost", "steer_rate_cost", "min_speed", "smoothing_length", *_FOLLOW),
+    optional=(
+        *("steer_span_rate", "heading_cost", "steer_rate_cost", "min_speed", "smoothing_length"),
+        *_FOLLOW,
+    ),
     predicts=True,
 )
 PID = Law(

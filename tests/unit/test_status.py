@@ -5,11 +5,14 @@ The table "What a status says" of docs/edges.md is held to these cases.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sys
 import threading
+import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import pytest
 
 import popsteer
@@ -241,6 +244,36 @@ def test_controller_stepped_by_two_threads_takes_whole_steps(name: str) -> None:
     assert all("borrowed" in str(error) for error in refused)
     Case(20.0, 0.4, 0.05).step(alone, steps=2 * steps)
     assert shared.state == alone.state
+
+
+@pytest.mark.parametrize("name", ["pop", "preview-pop"])
+def test_relocalise_in_one_thread_and_set_path_in_another_keep_the_waypoint_on_the_path(
+    name: str,
+) -> None:
+    short = popsteer.Path([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
+    count = 2_000_000
+    xy = np.column_stack((np.arange(float(count)), np.zeros(count)))
+    for _ in range(5):
+        long = popsteer.Path(xy)  # a new one each time: it may do more at its first use
+        controller = laws.get(name).controller(long)
+        begun = threading.Event()
+
+        def jump(controller: Controller = controller, begun: threading.Event = begun) -> None:
+            begun.set()
+            for _ in range(50):
+                # Where there is no lock around the interpreter it may be refused.
+                with contextlib.suppress(RuntimeError):
+                    controller.relocalise(count - 5.0, 0.3, 0.0)
+
+        thread = threading.Thread(target=jump)
+        thread.start()
+        begun.wait()
+        time.sleep(0.001)
+        controller.set_path(short)
+        thread.join()
+        waypoint = controller.state.waypoint
+        assert waypoint is None or waypoint < len(short)
+        assert_sound(Case(0.5, 0.2).step(controller))
 
 
 def test_simulation_used_while_it_drives_says_so() -> None:

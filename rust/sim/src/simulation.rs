@@ -396,9 +396,11 @@ pub fn axle(vehicle: &Vehicle, ahead: f64) -> Follow {
     Follow {
         base: vehicle.rear_axle,
         reference_offset: ahead,
+        rear_axle: vehicle.rear_axle,
         search_distance: 2.0 * vehicle.wheelbase,
         lost_distance: f64::INFINITY,
         arrival_distance: 0.05 * vehicle.wheelbase,
+        opposite_distance: vehicle.wheelbase * 10.0 / 3.0,
     }
 }
 

@@ -177,9 +177,12 @@ class Tracked(enum.Enum):
         return Follow(
             base=base,
             reference_offset=reference_offset,
+            rear_axle=vehicle.rear_axle,
             search_distance=resolved(params.search_distance),
             lost_distance=resolved(params.lost_distance),
             arrival_distance=0.05 * wheelbase,
+            # 10 m at the paper's wheelbase, to the last bit.
+            opposite_distance=wheelbase * 10.0 / 3.0,
         )
 
 

@@ -39,9 +39,10 @@ class PreviewPopParams:
 
     Attributes
     ----------
-    steer_span_rate : float
+    steer_span_rate : float or None
         Optimization range δ_nbd over the control period [rad/s]: an angle lies at most this times
-        Δt from the last one; 60°/s are the paper's 3° in 50 ms.
+        Δt from the last one. The vehicle's `max_steer_rate` by default; 60°/s, the paper's 3° in
+        50 ms, where it has none.
     horizon : float
         How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
         seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
@@ -83,7 +84,7 @@ class PreviewPopParams:
     popsteer.errors.ConfigError: heading_cost must be in [0, 1000], got -1.0
     """
 
-    steer_span_rate: float = 60.0 * (PI / 180.0)
+    steer_span_rate: float | None = None
     horizon: float = 1.0
     heading_cost: float | None = None
     steer_rate_cost: float | None = None
@@ -94,7 +95,7 @@ class PreviewPopParams:
     lost_distance: float | None = None
 
     def __post_init__(self) -> None:
-        config_in_range(self, "steer_span_rate", 1e-3, 1e3)
+        config_optional(self, "steer_span_rate", 1e-3, 1e6)
         config_in_range(self, "horizon", 0.05, 100.0)
         config_optional(self, "heading_cost", 0.0, 1e3)
         config_optional(self, "steer_rate_cost", 1e-5, 1e3)
@@ -114,8 +115,12 @@ class PreviewPopParams:
         (3.0, 0.25, 5.0, 2.0)
         """
         wheelbase = vehicle.wheelbase
+        rate = vehicle.max_steer_rate
         return replace(
             self,
+            steer_span_rate=or_scaled(
+                self.steer_span_rate, 60.0 * (PI / 180.0) if rate is None else rate
+            ),
             heading_cost=or_scaled(self.heading_cost, wheelbase),
             steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 12.0),
             min_speed=or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
@@ -185,6 +190,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         adapt: AdaptParams | EllipsisType | None = ...,
     ) -> None:
         super().__init__(path, vehicle, PreviewPopParams() if params is None else params, adapt)
+        self._steer_span_rate = resolved(self._resolved.steer_span_rate)
         self._heading_cost = resolved(self._resolved.heading_cost)
         self._steer_rate_cost = resolved(self._resolved.steer_rate_cost)
         self._min_speed = resolved(self._resolved.min_speed)
@@ -248,7 +254,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         # The lowest point of the parabola; a control period may be a part of the step.
         wanted = told - slope / (move_cost + cost.cc) * (at.dt / period)
 
-        span = params.steer_span_rate * at.dt
+        span = self._steer_span_rate * at.dt
         if speed < self._min_speed:
             span *= speed / self._min_speed
         return saturate(atan(wanted * length), previous_steer - span, previous_steer + span)

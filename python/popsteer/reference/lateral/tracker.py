@@ -23,8 +23,9 @@ from popsteer.reference.lateral import (
     check_steer,
 )
 from popsteer.reference.math import atan, atan2, divide, saturate, wrap
-from popsteer.reference.path.follow import Located, find_anew
+from popsteer.reference.path.follow import Located
 from popsteer.reference.path.preview import Preview
+from popsteer.reference.path.relocalise import relocalise
 from popsteer.reference.path.view import MAX_COORDINATE, Point
 from popsteer.reference.vehicle import Vehicle
 from popsteer.reference.vehicle.delay import Commands, InFlight
@@ -296,7 +297,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             unchanged.
         """
         vehicle = VehicleState(x, y, yaw, speed=0.0).checked()
-        waypoint = find_anew(self._path, vehicle.ahead(self._follow.base))
+        base = vehicle.ahead(self._follow.base)
+        waypoint = relocalise(self._path, (base.x, base.y), yaw, self._follow.opposite_distance)
         # Nothing is learnt of the motion until then.
         self._state = replace(self._state, waypoint=waypoint, measured_waypoint=None, seen=None)
 
@@ -613,9 +615,6 @@ def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: 
     if most is None:
         return wheel
     square, length = speed * speed * gain, car.turning_length(speed)
-    # tan(x) < 2 x up to 1.1: most steps need no tangent.
-    if abs(wheel) < 1.1 and 2.0 * abs(wheel) * square <= most * length:
-        return wheel
     widest = atan(divide(most * length, square))
     return saturate(wheel, -widest, widest)
 

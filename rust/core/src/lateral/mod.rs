@@ -132,9 +132,12 @@ impl Tracked {
         Ok(Follow {
             base,
             reference_offset,
+            rear_axle: vehicle.rear_axle,
             search_distance: config_in_range("search_distance", search, 0.0, 1e6)?,
             lost_distance: config_in_range("lost_distance", lost, 1e-3, 1e9)?,
             arrival_distance: 0.05 * wheelbase,
+            // 10 m at the paper's wheelbase, to the last bit.
+            opposite_distance: wheelbase * 10.0 / 3.0,
         })
     }
 }
@@ -155,7 +158,7 @@ impl Vehicle {
 
 /// A parameter that is given, or its default for the vehicle.
 fn or_scaled(given: Option<f64>, default: f64) -> Option<f64> {
-    Some(given.unwrap_or(default))
+    given.or(Some(default))
 }
 
 /// A parameter after its defaults were filled in; one that was not is refused as not a number.
