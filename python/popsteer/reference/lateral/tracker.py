@@ -613,9 +613,6 @@ def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: 
     if most is None:
         return wheel
     square, length = speed * speed * gain, car.turning_length(speed)
-    # tan(x) < 2 x up to 1.1: most steps need no tangent.
-    if abs(wheel) < 1.1 and 2.0 * abs(wheel) * square <= most * length:
-        return wheel
     widest = atan(divide(most * length, square))
     return saturate(wheel, -widest, widest)
 
