@@ -27,7 +27,7 @@ pub struct Follow {
     /// Farther than this from its place on the path the vehicle is lost, and looked for on the
     /// whole of it [m].
     pub lost_distance: f64,
-    /// The rear axle has come to where the vehicle turns round when it is this near [m].
+    /// `base` has come to where the vehicle turns round when it is this near [m].
     pub arrival_distance: f64,
 }
 
@@ -71,7 +71,7 @@ impl Follow {
     ) -> Located {
         let start = match waypoint {
             Some(waypoint) => path.segment_at(waypoint),
-            None => find_anew(path, vehicle),
+            None => find_anew(path, vehicle.ahead(self.base)),
         };
         let mut at = self.locate_from(path, start, vehicle, dt);
         if path.reverse().is_some()
@@ -80,7 +80,8 @@ impl Follow {
             at = self.locate_from(path, next, vehicle, dt);
         }
         if at.foot.squared_distance > self.lost_distance * self.lost_distance {
-            let anew = self.locate_from(path, find_anew(path, vehicle), vehicle, dt);
+            let anew = find_anew(path, vehicle.ahead(self.base));
+            let anew = self.locate_from(path, anew, vehicle, dt);
             if anew.foot.squared_distance < at.foot.squared_distance {
                 at = anew;
             }
@@ -127,7 +128,7 @@ impl Follow {
         }
     }
 
-    /// The segment to go on with where the vehicle turns round, once its rear axle is there.
+    /// The segment to go on with where the vehicle turns round, once its `base` is there.
     ///
     /// That is one event for all that follow the vehicle, wherever their own point is: the foot
     /// of each only has to be near enough to tell which end is meant.
@@ -158,19 +159,19 @@ impl Follow {
         None
     }
 
-    /// The segment after `last`, at whose end the vehicle turns round, once its rear axle is there.
+    /// The segment after `last`, at whose end the vehicle turns round, once its `base` is there.
     fn turn_round(&self, path: &PathView<'_>, last: usize, vehicle: VehicleState) -> Option<usize> {
         let next = path.next_segment(last)?;
         let (start, end) = path.segment(last);
         let along = end - start;
-        let to = end - Point::new(vehicle.x, vehicle.y);
+        let to = end - vehicle.point_ahead(self.base);
         let length = sqrt(along.x * along.x + along.y * along.y);
         let left = (to.x * along.x + to.y * along.y) / length;
         (left <= self.arrival_distance).then_some(next)
     }
 }
 
-/// The segment where the vehicle is found after a jump, by the place of its rear axle.
+/// The segment where a vehicle is found after a jump, by the pose of its `base`.
 #[cold]
 pub fn find_anew(path: &PathView<'_>, vehicle: VehicleState) -> usize {
     relocalise(path, Point::new(vehicle.x, vehicle.y), vehicle.yaw)
@@ -235,6 +236,31 @@ mod tests {
 
         let again = FOLLOW.locate(&view, Some(2), at(10.1, 0.0, -0.3), 0.05);
         assert!(!again.reverse && again.turned && again.foot.segment == 3);
+    }
+
+    #[test]
+    fn test_follow_goes_by_the_base_whichever_point_the_pose_is_of() {
+        let shuttle = shuttle();
+        // There, and back 3 m beside.
+        let x = [-30.0, -10.0, 10.0, 30.0, 30.0, 10.0, -10.0, -30.0];
+        let y = [0.0, 0.0, 0.0, 0.0, 3.0, 3.0, 3.0, 3.0];
+        let beside = Path::new(&x, &y, None, false).unwrap();
+        for base in [0.0, -1.35, -3.0, 0.8] {
+            let follow = Follow { base, ..FOLLOW };
+            let turned = |x: f64| {
+                let pose = at(x, 0.5, 0.3).ahead(-base);
+                let found = follow.locate(&shuttle.view(), Some(1), pose, 0.05);
+                found.turned
+            };
+            assert!(!turned(19.8) && turned(19.9));
+            // Across both, nearer to the first.
+            let across = VehicleState {
+                yaw: 0.5 * PI,
+                ..at(0.0, 1.0, 0.3)
+            };
+            let found = follow.locate(&beside.view(), None, across.ahead(-base), 0.05);
+            assert_eq!(found.foot.segment, 1);
+        }
     }
 
     #[test]
