@@ -116,6 +116,7 @@ pub(super) fn check_relocalise(view: &PathView<'_>, position: Point, yaw: f64) {
 /// The walk of a law's point along the path, step by step as its page has it.
 pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &mut Bytes) {
     let follow = Follow {
+        base: bytes.parameter(0.0, [-3.0, 1.0], [-1e3, 1e3]),
         reference_offset: bytes.parameter(3.0, [-3.0, 4.0], [-1e3, 1e3]),
         search_distance: bytes.parameter(6.0, [0.0, 20.0], [0.0, 1e6]),
         lost_distance: bytes.parameter(30.0, [1.0, 40.0], [1e-3, 1e9]),
@@ -126,7 +127,8 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
     let Ok(dt) = checked_dt(dt(bytes)) else {
         return;
     };
-    if !(valid(follow.reference_offset, -1e3, 1e3)
+    if !(valid(follow.base, -1e3, 1e3)
+        && valid(follow.reference_offset, -1e3, 1e3)
         && valid(follow.search_distance, 0.0, 1e6)
         && valid(follow.lost_distance, 1e-3, 1e9)
         && valid(follow.arrival_distance, 0.0, 50.0))
@@ -177,7 +179,8 @@ fn follow_plainly(
     vehicle: VehicleState,
     dt: f64,
 ) -> Located {
-    let anew = || relocalise(view, Point::new(vehicle.x, vehicle.y), vehicle.yaw);
+    let base = vehicle.ahead(follow.base);
+    let anew = || relocalise(view, Point::new(base.x, base.y), vehicle.yaw);
     let from = |segment: usize| {
         let reverse = view.is_reverse(segment);
         let (turn, sign) = if reverse { (PI, -1.0) } else { (0.0, 1.0) };
@@ -187,7 +190,7 @@ fn follow_plainly(
             ..vehicle
         };
         let heading = Point::new(driven.yaw.cos(), driven.yaw.sin());
-        let position = driven.point_ahead(follow.reference_offset);
+        let position = driven.point_ahead(follow.reference_offset + sign * follow.base);
         let reach = follow.search_distance + driven.speed.abs() * dt;
         let foot = locate_by_scan(view, segment, position, heading, reach);
         let is_last = !view.is_closed() && foot.segment + 1 == view.segments();
@@ -211,7 +214,7 @@ fn follow_plainly(
     let goes_on = view.is_closed() || last_leg + 1 < view.segments();
     if goes_on && view.is_reverse(next) != view.is_reverse(last_leg) {
         let along = along(view, last_leg);
-        let to = waypoint(view, next) - Point::new(vehicle.x, vehicle.y);
+        let to = waypoint(view, next) - Point::new(base.x, base.y);
         let length = (along.x * along.x + along.y * along.y).sqrt();
         if (to.x * along.x + to.y * along.y) / length <= follow.arrival_distance {
             at = from(next);
