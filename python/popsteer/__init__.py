@@ -65,6 +65,7 @@ from popsteer._core import (
     state_transition,
     wrap,
 )
+from popsteer import vehicles
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.status import Status
 
@@ -113,5 +114,6 @@ __all__ = [
     "kinematic_bicycle",
     "saturate",
     "state_transition",
+    "vehicles",
     "wrap",
 ]
