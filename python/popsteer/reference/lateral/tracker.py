@@ -23,7 +23,6 @@ from popsteer.reference.lateral import (
     check_steer,
 )
 from popsteer.reference.math import atan, atan2, divide, saturate, wrap
-from popsteer.reference.path.follow import Located
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.relocalise import relocalise
 from popsteer.reference.path.view import MAX_COORDINATE, Point
@@ -36,6 +35,7 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from types import EllipsisType
 
+    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
 
 __all__ = ["HANDOVER_TIME", "Answer", "Seen", "Tracker", "TrackerState"]
