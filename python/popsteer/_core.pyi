@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable, Iterable
-from types import EllipsisType
 from typing import Any, ClassVar, Literal, TypeAlias, final
 
 import numpy as np
@@ -388,7 +387,7 @@ class PopParams:
         *,
         lookahead_gain: float = 0.2,
         min_lookahead: float | None = None,
-        steer_span: float = 0.05235987755982989,
+        steer_span: float = ...,
         candidate_count: int = 21,
         exact_lookahead: bool = True,
         lookahead_tolerance: float | None = None,
@@ -430,7 +429,7 @@ class PreviewPopParams:
     def __new__(
         cls,
         *,
-        steer_span_rate: float = 1.0471975511965979,
+        steer_span_rate: float = ...,
         horizon: float = 1.0,
         heading_cost: float | None = None,
         steer_rate_cost: float | None = None,
@@ -606,15 +605,15 @@ class PopState:
         cls,
         *,
         previous_steer: float = ...,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
+        waypoint: int | None = "auto",
+        measured_waypoint: int | None = "auto",
         steer: float = ...,
-        handover_offset: float | None = ...,
+        handover_offset: float | None = "auto",
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = ...,
+        wheel: float | None = "auto",
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = ...,
+        seen: _Numbers | None = "auto",
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -628,7 +627,7 @@ class PopState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = ...,
+        answer: _Answer | None = "auto",
     ) -> Self: ...
     @property
     def previous_steer(self) -> float: ...
@@ -690,15 +689,15 @@ class PreviewPopState:
         cls,
         *,
         previous_steer: float = ...,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
+        waypoint: int | None = "auto",
+        measured_waypoint: int | None = "auto",
         steer: float = ...,
-        handover_offset: float | None = ...,
+        handover_offset: float | None = "auto",
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = ...,
+        wheel: float | None = "auto",
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = ...,
+        seen: _Numbers | None = "auto",
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -712,7 +711,7 @@ class PreviewPopState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = ...,
+        answer: _Answer | None = "auto",
     ) -> Self: ...
     @property
     def previous_steer(self) -> float: ...
@@ -773,19 +772,19 @@ class PidState:
     def __new__(
         cls,
         *,
-        previous_error: float | None = ...,
+        previous_error: float | None = "auto",
         terms: tuple[float, ...] = ...,
         next: int = ...,
         sum: float = ...,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
+        waypoint: int | None = "auto",
+        measured_waypoint: int | None = "auto",
         steer: float = ...,
-        handover_offset: float | None = ...,
+        handover_offset: float | None = "auto",
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = ...,
+        wheel: float | None = "auto",
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = ...,
+        seen: _Numbers | None = "auto",
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -799,7 +798,7 @@ class PidState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = ...,
+        answer: _Answer | None = "auto",
     ) -> Self: ...
     @property
     def previous_error(self) -> float | None: ...
@@ -867,15 +866,15 @@ class PurePursuitState:
         cls,
         *,
         previous_alpha: float = ...,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
+        waypoint: int | None = "auto",
+        measured_waypoint: int | None = "auto",
         steer: float = ...,
-        handover_offset: float | None = ...,
+        handover_offset: float | None = "auto",
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = ...,
+        wheel: float | None = "auto",
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = ...,
+        seen: _Numbers | None = "auto",
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -889,7 +888,7 @@ class PurePursuitState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = ...,
+        answer: _Answer | None = "auto",
     ) -> Self: ...
     @property
     def previous_alpha(self) -> float: ...
@@ -950,15 +949,15 @@ class StanleyState:
     def __new__(
         cls,
         *,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
+        waypoint: int | None = "auto",
+        measured_waypoint: int | None = "auto",
         steer: float = ...,
-        handover_offset: float | None = ...,
+        handover_offset: float | None = "auto",
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = ...,
+        wheel: float | None = "auto",
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = ...,
+        seen: _Numbers | None = "auto",
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -972,7 +971,7 @@ class StanleyState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = ...,
+        answer: _Answer | None = "auto",
     ) -> Self: ...
     @property
     def waypoint(self) -> int | None: ...
@@ -1031,15 +1030,15 @@ class BangBangState:
     def __new__(
         cls,
         *,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
+        waypoint: int | None = "auto",
+        measured_waypoint: int | None = "auto",
         steer: float = ...,
-        handover_offset: float | None = ...,
+        handover_offset: float | None = "auto",
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = ...,
+        wheel: float | None = "auto",
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = ...,
+        seen: _Numbers | None = "auto",
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -1053,7 +1052,7 @@ class BangBangState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = ...,
+        answer: _Answer | None = "auto",
     ) -> Self: ...
     @property
     def waypoint(self) -> int | None: ...
@@ -1115,7 +1114,7 @@ class Pop:
         vehicle: Vehicle | None = None,
         params: PopParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1158,7 +1157,7 @@ class PreviewPop:
         vehicle: Vehicle | None = None,
         params: PreviewPopParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1200,7 +1199,7 @@ class Pid:
         vehicle: Vehicle | None = None,
         params: PidParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1242,7 +1241,7 @@ class PurePursuit:
         vehicle: Vehicle | None = None,
         params: PurePursuitParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1284,7 +1283,7 @@ class Stanley:
         vehicle: Vehicle | None = None,
         params: StanleyParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1326,7 +1325,7 @@ class BangBang:
         vehicle: Vehicle | None = None,
         params: BangBangParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1476,7 +1475,7 @@ class SpeedPidState:
         cls,
         *,
         integral: float = ...,
-        previous_error: float | None = ...,
+        previous_error: float | None = "auto",
     ) -> Self: ...
     @property
     def integral(self) -> float: ...

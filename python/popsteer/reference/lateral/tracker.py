@@ -10,7 +10,7 @@ from __future__ import annotations
 import operator
 from dataclasses import dataclass, replace
 from math import copysign
-from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, Literal, NamedTuple, TypeVar
 
 from popsteer.errors import InputError
 from popsteer.reference.error import input_below, input_in_range
@@ -33,8 +33,6 @@ from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from types import EllipsisType
-
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
 
@@ -198,12 +196,12 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         path: PathView,
         vehicle: Vehicle | None,
         params: ParamsT,
-        adapt: AdaptParams | EllipsisType | None,
+        adapt: AdaptParams | Literal["auto"] | None,
     ) -> None:
         super().__init__(path, Vehicle() if vehicle is None else vehicle, params)
         self._vehicle_given = vehicle is not None
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
-        self._adapt = self.default_adapt() if adapt is ... else adapt
+        self._adapt = self.default_adapt() if adapt == "auto" else adapt
         # Whether wheels and motion of the vehicle are modelled.
         self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
         # Whether the law's angle is the command as it is.
