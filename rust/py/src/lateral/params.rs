@@ -84,7 +84,7 @@ tuning! {
 tuning! {
     /// Parameters of `PreviewPop`.
     PyPreviewPopParams(PreviewPopParams) named "PreviewPopParams" of PreviewPop,
-    shown as "(*, steer_span_rate=1.0471975511965979, horizon=1.0, heading_cost=None, steer_rate_cost=None, approach_angle=0.25, min_speed=None, smoothing_length=None, search_distance=None, lost_distance=None)",
+    shown as "(*, steer_span_rate=1.0471975511965976, horizon=1.0, heading_cost=None, steer_rate_cost=None, approach_angle=0.25, min_speed=None, smoothing_length=None, search_distance=None, lost_distance=None)",
     steer_span_rate: f64, "float, default radians(60)",
         "Optimization range delta_nbd over the control period [rad/s]: an angle lies at most this times dt from the last one; 60 degrees/s are the paper's 3 degrees in 50 ms.";
     horizon: f64, "float, default 1.0",
