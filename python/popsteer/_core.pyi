@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable, Iterable
-from types import EllipsisType
 from typing import Any, ClassVar, Literal, TypeAlias, final
 
 import numpy as np
@@ -430,7 +429,7 @@ class PreviewPopParams:
     def __new__(
         cls,
         *,
-        steer_span_rate: float = ...,
+        steer_span_rate: float | None = None,
         horizon: float = 1.0,
         heading_cost: float | None = None,
         steer_rate_cost: float | None = None,
@@ -441,7 +440,7 @@ class PreviewPopParams:
         lost_distance: float | None = None,
     ) -> Self: ...
     @property
-    def steer_span_rate(self) -> float: ...
+    def steer_span_rate(self) -> float | None: ...
     @property
     def horizon(self) -> float: ...
     @property
@@ -1115,7 +1114,7 @@ class Pop:
         vehicle: Vehicle | None = None,
         params: PopParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1156,7 +1155,7 @@ class PreviewPop:
         vehicle: Vehicle | None = None,
         params: PreviewPopParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1196,7 +1195,7 @@ class Pid:
         vehicle: Vehicle | None = None,
         params: PidParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1236,7 +1235,7 @@ class PurePursuit:
         vehicle: Vehicle | None = None,
         params: PurePursuitParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1276,7 +1275,7 @@ class Stanley:
         vehicle: Vehicle | None = None,
         params: StanleyParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1316,7 +1315,7 @@ class BangBang:
         vehicle: Vehicle | None = None,
         params: BangBangParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1464,7 +1463,7 @@ class SpeedPidState:
         cls,
         *,
         integral: float = ...,
-        previous_error: float | None = ...,
+        previous_error: float | None = "auto",
     ) -> Self: ...
     @property
     def integral(self) -> float: ...

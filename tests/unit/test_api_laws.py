@@ -115,11 +115,11 @@ def test_law_adapts_where_an_estimate_counts_unless_told(law: Law) -> None:
     make = getattr(popsteer, law.name)
     usual, late = make(PATH), make(PATH, popsteer.Vehicle(dead_time=0.1))
     assert usual.adapt == (popsteer.AdaptParams() if law.predicts else None)
-    assert late.adapt == make(PATH, CAR, adapt=...).adapt == popsteer.AdaptParams()
+    assert late.adapt == make(PATH, CAR, adapt="auto").adapt == popsteer.AdaptParams()
     assert make(PATH, CAR, adapt=None).adapt is None
     assert make(PATH, adapt=ADAPT).adapt == ADAPT
-    for wrong in (True, 10.0, popsteer.PopParams()):
-        with pytest.raises(TypeError):
+    for wrong in (True, ..., "none", popsteer.PopParams()):
+        with pytest.raises(TypeError, match="adapt must be AdaptParams, None or 'auto', got "):
             make(PATH, adapt=wrong)
 
 

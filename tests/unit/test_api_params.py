@@ -34,7 +34,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         **_PLACE,
     },
     "PreviewPop": {
-        "steer_span_rate": math.radians(60.0),
+        "steer_span_rate": None,
         "horizon": 1.0,
         "heading_cost": None,
         "steer_rate_cost": None,
@@ -78,6 +78,7 @@ AT_THE_PAPERS: dict[str, dict[str, tuple[float, int]]] = {
         "grid_spacing": (0.01, 1),
     },
     "PreviewPop": {
+        "steer_span_rate": (math.radians(60.0), 0),
         "heading_cost": (3.0, 1),
         "steer_rate_cost": (0.25, 1),
         "min_speed": (5.0, 1),
@@ -269,6 +270,12 @@ def test_params_resolved_scale_with_the_wheelbase(law: Law, scale: float) -> Non
     resolved = params.resolved(popsteer.Vehicle(wheelbase=3.0 * scale))
     assert resolved.as_dict() == wanted
     assert type(resolved) is type(params)
+
+
+def test_preview_params_resolved_take_the_rate_of_the_wheels() -> None:
+    car = popsteer.Vehicle(max_steer_rate=0.4)
+    assert popsteer.PreviewPopParams().resolved(car).steer_span_rate == 0.4
+    assert popsteer.PreviewPopParams(steer_span_rate=2.0).resolved(car).steer_span_rate == 2.0
 
 
 @pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
