@@ -1463,7 +1463,7 @@ class SpeedPidState:
         cls,
         *,
         integral: float = ...,
-        previous_error: float | None = "auto",
+        previous_error: float | None = ...,
     ) -> Self: ...
     @property
     def integral(self) -> float: ...
