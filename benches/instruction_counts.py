@@ -31,8 +31,10 @@ CALLS = (
     "pop steer",
     "pop step",
     "pop-paper steer",
+    "pop-late steer",
     "preview-pop steer",
     "preview-pop step",
+    "preview-pop-late steer",
     "pid steer",
     "pure-pursuit steer",
     "stanley steer",
@@ -128,7 +130,7 @@ def main() -> int:
         counted = {"counts": None, "reason": str(reason)}
     else:
         for call, instructions in counts.items():
-            print(f"{call:20} {instructions:8.1f}")
+            print(f"{call:24} {instructions:8.1f}")
     text = json.dumps(counted, indent=2) + "\n"
     if arguments.json:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)

@@ -5,16 +5,15 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::Criterion;
-use popsteer_bench::{Course, Drive, WAYPOINTS};
-use popsteer_core::LateralLaw;
+use popsteer_bench::{Course, Drive, LATE, WAYPOINTS};
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams, Tracker,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
-use popsteer_core::vehicle::{Actuator, ActuatorParams};
+use popsteer_core::{LateralLaw, Tracker, Vehicle};
 
 fn bench_law<L: LateralLaw>(criterion: &mut Criterion, course: &Course, name: &str, law: L) {
-    let mut drive = Drive::new(course, law);
+    let mut drive = Drive::new(course, Tracker::of(law));
     let mut group = criterion.benchmark_group(name);
     group.bench_function("steer", |bencher| bencher.iter(|| black_box(drive.steer())));
     group.bench_function("step", |bencher| bencher.iter(|| black_box(drive.step())));
@@ -28,45 +27,28 @@ fn main() -> Result<(), Box<dyn Error>> {
         .configure_from_args();
     let course = Course::new(WAYPOINTS)?;
     let each = &mut criterion;
-    bench_law(each, &course, "pop", Pop::new(PopParams::DEFAULT)?);
+    let car = Vehicle::DEFAULT;
+    let pop = PopParams::DEFAULT;
     let paper = PopParams {
         exact_lookahead: false,
-        ..PopParams::DEFAULT
+        ..pop
     };
-    bench_law(each, &course, "pop-paper", Pop::new(paper)?);
-    let actuator = Actuator::new(ActuatorParams {
-        dead_time: 0.2,
-        lag: 0.1,
-        max_rate: Some(1.0),
-        ..ActuatorParams::DEFAULT
-    })?;
-    let behind_actuator = Tracker::new(Pop::new(PopParams::DEFAULT)?, Some(actuator));
-    bench_law(each, &course, "pop-actuator", behind_actuator);
-    bench_law(
-        each,
-        &course,
-        "preview-pop",
-        PreviewPop::new(PreviewPopParams::DEFAULT)?,
-    );
-    bench_law(each, &course, "pid", Pid::new(PidParams::DEFAULT)?);
-    bench_law(
-        each,
-        &course,
-        "pure-pursuit",
-        PurePursuit::new(PurePursuitParams::DEFAULT)?,
-    );
-    bench_law(
-        each,
-        &course,
-        "stanley",
-        Stanley::new(StanleyParams::DEFAULT)?,
-    );
-    bench_law(
-        each,
-        &course,
-        "bang-bang",
-        BangBang::new(BangBangParams::DEFAULT)?,
-    );
+    bench_law(each, &course, "pop", Pop::new(car, pop)?);
+    bench_law(each, &course, "pop-paper", Pop::new(car, paper)?);
+    bench_law(each, &course, "pop-late", Pop::new(LATE, pop)?);
+    let preview_pop = PreviewPopParams::DEFAULT;
+    let law = PreviewPop::new(car, preview_pop)?;
+    bench_law(each, &course, "preview-pop", law);
+    let law = PreviewPop::new(LATE, preview_pop)?;
+    bench_law(each, &course, "preview-pop-late", law);
+    let law = Pid::new(car, PidParams::DEFAULT)?;
+    bench_law(each, &course, "pid", law);
+    let law = PurePursuit::new(car, PurePursuitParams::DEFAULT)?;
+    bench_law(each, &course, "pure-pursuit", law);
+    let law = Stanley::new(car, StanleyParams::DEFAULT)?;
+    bench_law(each, &course, "stanley", law);
+    let law = BangBang::new(car, BangBangParams::DEFAULT)?;
+    bench_law(each, &course, "bang-bang", law);
     criterion.final_summary();
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::Criterion;
-use popsteer_bench::{Course, DT, WAYPOINTS};
+use popsteer_bench::{Course, DT, LATE, WAYPOINTS};
 use popsteer_core::lateral::{Pop, PopParams};
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::locate::{OPPOSITE, locate, locate_by_scan, nearest_waypoint, project};
@@ -13,9 +13,9 @@ use popsteer_core::path::lookahead::{get_crossing, get_lookahead_point};
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
 use popsteer_core::path::{Follow, Located, PathView};
-use popsteer_core::vehicle::predict::get_predicted_location;
-use popsteer_core::vehicle::{Actuator, ActuatorParams};
-use popsteer_core::{LateralLaw, VehicleState};
+use popsteer_core::vehicle::bicycle::get_predicted_location;
+use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator, InFlight};
+use popsteer_core::{LateralLaw, Vehicle, VehicleState};
 
 /// A state of the lap, and what the rooms before have found out about it.
 #[derive(Clone, Copy)]
@@ -30,8 +30,30 @@ struct At {
     reach: f64,
 }
 
+/// The lengths of the search for the lookahead point [m].
+#[derive(Clone, Copy)]
+struct Search {
+    min_lookahead: f64,
+    lookahead_tolerance: f64,
+    window_ahead: f64,
+    grid_spacing: f64,
+}
+
+/// Those of POP.
+fn search() -> Search {
+    let params = PopParams::DEFAULT.resolved(&Vehicle::DEFAULT);
+    let given = |length: Option<f64>| length.unwrap_or(f64::NAN);
+    Search {
+        min_lookahead: given(params.min_lookahead),
+        lookahead_tolerance: given(params.lookahead_tolerance),
+        window_ahead: given(params.window_ahead),
+        grid_spacing: given(params.grid_spacing),
+    }
+}
+
 fn located(course: &Course, follow: &Follow) -> Vec<At> {
-    let params = PopParams::DEFAULT;
+    let Search { min_lookahead, .. } = search();
+    let gain = PopParams::DEFAULT.lookahead_gain;
     let path = course.path.view();
     let mut last = None;
     course
@@ -45,7 +67,7 @@ fn located(course: &Course, follow: &Follow) -> Vec<At> {
                 located,
                 last: last.replace(segment).unwrap_or(segment),
                 nearest: located.foot.nearest_waypoint(&path),
-                lookahead: params.min_lookahead + params.lookahead_gain * vehicle.speed,
+                lookahead: min_lookahead + gain * vehicle.speed,
                 reach: follow.search_distance + vehicle.speed * DT,
             }
         })
@@ -91,7 +113,7 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
 
 /// Where do I aim?
 fn bench_lookahead(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
-    let params = PopParams::DEFAULT;
+    let params = search();
     bench_part(criterion, "path/get_crossing", lap, |at| {
         get_crossing(&path, &at.located.foot, at.located.position, at.lookahead)
     });
@@ -122,29 +144,32 @@ fn bench_lookahead(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
     });
 }
 
-/// Where will the vehicle be?
-fn bench_vehicle(criterion: &mut Criterion, lap: &[At]) -> Result<(), Box<dyn Error>> {
+/// Where will the vehicle be, and what is it?
+fn bench_vehicle(criterion: &mut Criterion, lap: &[At]) {
     bench_part(criterion, "vehicle/get_predicted_location", lap, |at| {
         get_predicted_location(at.vehicle, 0.1, DT)
     });
-    // Four commands under way.
-    let actuator = Actuator::new(ActuatorParams {
-        dead_time: 0.2,
-        lag: 0.1,
-        max_rate: Some(1.0),
-        ..ActuatorParams::DEFAULT
-    })?;
-    let mut under_way = actuator.settled(0.1);
+    // Four commands in flight.
+    let mut in_flight = InFlight::settled(&LATE, 0.1);
     for _ in 0..8 {
-        actuator.elapse(&mut under_way, 0.1, DT);
+        in_flight.elapse(&LATE, 0.1, DT, 0.0);
     }
-    bench_part(criterion, "vehicle/actuator_predict", lap, |at| {
-        actuator.predict(&under_way, 0.1, at.vehicle, DT, under_way.learnt())
+    let estimate = Estimate::DEFAULT;
+    bench_part(criterion, "vehicle/predict", lap, |at| {
+        in_flight.predict(&LATE, at.vehicle, &estimate)
     });
-    bench_part(criterion, "vehicle/actuator_elapse", lap, |at| {
-        actuator.elapse(&mut under_way, 0.01 * at.vehicle.speed, DT)
+    bench_part(criterion, "vehicle/reaching", lap, |at| {
+        in_flight.reaching(&LATE, 0.01 * at.vehicle.speed, DT)
     });
-    Ok(())
+    let mut estimator = Estimator::default();
+    bench_part(criterion, "vehicle/observe_turn", lap, |at| {
+        let reached = in_flight.reaching(&LATE, 0.1, DT);
+        estimator.observe_turn(&AdaptParams::DEFAULT, &LATE, at.vehicle, reached, DT);
+        estimator.seen = Some(at.vehicle);
+    });
+    bench_part(criterion, "vehicle/elapse", lap, |at| {
+        in_flight.elapse(&LATE, 0.01 * at.vehicle.speed, DT, 0.0);
+    });
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -153,12 +178,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         .measurement_time(Duration::from_secs(1))
         .configure_from_args();
     let course = Course::new(WAYPOINTS)?;
-    let law = Pop::new(PopParams::DEFAULT)?;
+    let law = Pop::new(Vehicle::DEFAULT, PopParams::DEFAULT)?;
     let (path, follow) = (course.path.view(), law.follow());
     let lap = located(&course, follow);
     bench_locate(&mut criterion, path, &lap, follow);
     bench_lookahead(&mut criterion, path, &lap);
-    bench_vehicle(&mut criterion, &lap)?;
+    bench_vehicle(&mut criterion, &lap);
     criterion.final_summary();
     Ok(())
 }

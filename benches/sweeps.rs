@@ -8,8 +8,8 @@ use std::time::Duration;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
 use popsteer_bench::{Course, Drive, WAYPOINTS};
-use popsteer_core::ConfigError;
-use popsteer_core::lateral::{Pop, PopParams};
+use popsteer_core::lateral::{Pop, PopParams, Tracker};
+use popsteer_core::{ConfigError, Vehicle};
 
 fn bench_pop(
     group: &mut BenchmarkGroup<'_, WallTime>,
@@ -17,7 +17,7 @@ fn bench_pop(
     value: impl Display,
     params: PopParams,
 ) -> Result<(), ConfigError> {
-    let mut drive = Drive::new(course, Pop::new(params)?);
+    let mut drive = Drive::new(course, Tracker::of(Pop::new(Vehicle::PAPER, params)?));
     group.bench_function(BenchmarkId::from_parameter(value), |bencher| {
         bencher.iter(|| black_box(drive.steer()));
     });
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut group = criterion.benchmark_group("pop/window_ahead");
     for window_ahead in [12.0, 20.0, 50.0, 100.0] {
         let params = PopParams {
-            window_ahead,
+            window_ahead: Some(window_ahead),
             ..paper
         };
         bench_pop(&mut group, &course, window_ahead, params)?;
@@ -61,8 +61,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     for grid_spacing in [0.1, 0.05, 0.02, 0.01, 0.005] {
         // A coarse grid has a point on the circle only where the tolerance is as coarse.
         let params = PopParams {
-            grid_spacing,
-            lookahead_tolerance: grid_spacing,
+            grid_spacing: Some(grid_spacing),
+            lookahead_tolerance: Some(grid_spacing),
             ..paper
         };
         bench_pop(&mut group, &course, grid_spacing, params)?;

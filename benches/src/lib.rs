@@ -6,14 +6,25 @@
 
 use std::f64::consts::TAU;
 
+use popsteer_core::lateral::TrackerState;
 use popsteer_core::math::from_count;
-use popsteer_core::{LateralLaw, Path, PathError, VehicleState};
+use popsteer_core::{LateralLaw, Path, PathError, Tracker, Vehicle, VehicleState};
 
 /// The control period of the paper [s].
 pub const DT: f64 = 0.05;
 
 /// Waypoints of a course as long as the track that popsteer ships.
 pub const WAYPOINTS: usize = 1274;
+
+/// A vehicle with 0.2 s between a command and the wheels, limited and off centre, whose controllers
+/// predict and estimate it.
+pub const LATE: Vehicle = Vehicle {
+    rear_axle: -1.5,
+    steer_offset: 0.01,
+    dead_time: 0.2,
+    max_steer_rate: Some(1.0),
+    ..Vehicle::DEFAULT
+};
 
 /// How far the course swings to either side of its circle [m].
 const SWING: f64 = 3.0;
@@ -97,22 +108,22 @@ impl Ring {
     }
 }
 
-/// A law on its way around a course, lap after lap.
+/// A controller on its way around a course, lap after lap.
 #[derive(Clone, Debug)]
 pub struct Drive<'a, L: LateralLaw> {
     course: &'a Course,
-    law: L,
-    state: L::State,
+    tracker: Tracker<L>,
+    state: TrackerState<L::State>,
     next: usize,
 }
 
 impl<'a, L: LateralLaw> Drive<'a, L> {
-    /// The law after its first lap, with the search for the first waypoint behind it.
-    pub fn new(course: &'a Course, law: L) -> Self {
-        let state = law.initial_state();
+    /// The controller after its first lap, with the search for the first waypoint behind it.
+    pub fn new(course: &'a Course, tracker: Tracker<L>) -> Self {
+        let state = tracker.initial_state();
         let mut drive = Self {
             course,
-            law,
+            tracker,
             state,
             next: 0,
         };
@@ -122,20 +133,20 @@ impl<'a, L: LateralLaw> Drive<'a, L> {
         drive
     }
 
-    /// The law's next angle [rad]; not a number where the law refuses the state.
+    /// The next angle [rad]; not a number where the state is refused.
     #[inline]
     pub fn steer(&mut self) -> f64 {
         let vehicle = self.vehicle();
-        self.law
+        self.tracker
             .steer(&self.course.path.view(), &mut self.state, vehicle, DT)
             .unwrap_or(f64::NAN)
     }
 
-    /// The law's next command; none where the law refuses the state.
+    /// The next command; none where the state is refused.
     #[inline]
     pub fn step(&mut self) -> Option<popsteer_core::Command> {
         let vehicle = self.vehicle();
-        self.law
+        self.tracker
             .step(&self.course.path.view(), &mut self.state, vehicle, DT)
             .ok()
     }
@@ -179,7 +190,8 @@ mod tests {
     #[test]
     fn test_drive_goes_on_alike_after_a_lap() {
         let course = Course::new(1000).unwrap();
-        let mut drive = Drive::new(&course, Pop::new(PopParams::DEFAULT).unwrap());
+        let pop = Pop::new(Vehicle::PAPER, PopParams::DEFAULT).unwrap();
+        let mut drive = Drive::new(&course, Tracker::of(pop));
         let mut again = drive.clone();
         for _ in 0..2 * course.lap.len() {
             let steer = drive.steer();

@@ -32,6 +32,31 @@ def build(*features: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+LATE = {
+    "wheelbase": 2.7,
+    "rear_axle": -1.35,
+    "no_slip_point": -1.2,
+    "turning_wheelbase": 2.8,
+    "understeer": 0.002,
+    "steer_offset": 0.01,
+    "steer_lag": 0.1,
+    "dead_time": 0.15,
+    "max_steer": 0.6,
+    "max_steer_rate": 0.5,
+    "max_lateral_acceleration": 4.0,
+}
+"""The vehicle of the program's second drive."""
+
+
+def drive(controller: popsteer.Pop | popsteer.PreviewPop) -> list[float]:
+    vehicle = (0.0, 0.5, 0.3, 10.0)
+    angles = []
+    for _ in range(1000):
+        angles.append(controller.steer(*vehicle, 0.05))
+        vehicle = popsteer.kinematic_bicycle(*vehicle, angles[-1], 0.0, 3.0, 0.05)
+    return angles
+
+
 def test_no_std_program_links_without_a_panic_and_steers_as_the_binding() -> None:
     built = build()
     assert built.returncode == 0, built.stderr
@@ -40,15 +65,13 @@ def test_no_std_program_links_without_a_panic_and_steers_as_the_binding() -> Non
     angles = [float(line) for line in printed.split()]
 
     path = popsteer.Path([(float(k), 8.0 * math.sin(k / 25.0)) for k in range(600)])
-    pop = popsteer.Pop(path)
-    vehicle = (0.0, 0.5, 0.3, 10.0)
-    expected = []
-    for _ in range(1000):
-        expected.append(pop.steer(*vehicle, 0.05))
-        vehicle = popsteer.kinematic_bicycle(*vehicle, expected[-1], 0.0, 3.0, 0.05)
-    assert len(angles) == len(expected)
-    assert max(abs(a - b) for a, b in zip(angles, expected, strict=True)) <= 1e-12
-    assert max(expected) - min(expected) > 0.05
+    late = popsteer.Vehicle(**LATE)
+    for controller in (popsteer.Pop(path), popsteer.PreviewPop(path, late)):
+        expected = drive(controller)
+        driven, angles = angles[:1000], angles[1000:]
+        assert max(abs(a - b) for a, b in zip(driven, expected, strict=True)) <= 1e-12
+        assert max(expected) - min(expected) > 0.05
+    assert not angles
 
 
 def test_no_std_program_with_a_planted_panic_does_not_link() -> None:

@@ -216,6 +216,29 @@ def test_path_questions_match_reference_edges() -> None:
         assert pair.call("resample", 0, 2.0, value) is None
 
 
+@pytest.mark.covers("Path.get_lookahead_point", "Path.resample")
+def test_path_of_a_grid_too_large_matches_reference_edges() -> None:
+    far = make("Path", [(0.0, 0.0), (1e9, 0.0)])
+    assert far.call("resample", 0) is None
+    assert far.call("resample", 0, 1e6, 1e-4) is None
+    assert far.call("get_lookahead_point", 0.0, 0.0, 6.0) is None
+    with pytest.raises(PathError, match="would have 100000000001 points, more than 10000000"):
+        far.rust.resample(0)
+    # Just too many, and so few that they are made.
+    assert make("Path", [(0.0, 0.0), (1e5, 0.0)]).call("resample", 0) is None
+    assert far.call("resample", 0, 20.0, 1000.0) is not None
+    assert make("Path", [(0.0, 0.0), (1e5, 0.0)]).call("resample", 1, 20.0, 1.0) is not None
+
+
+def test_law_with_the_papers_search_on_long_segments_matches_reference() -> None:
+    # 10,000,000 points of the grid, of which a step stores none, and visits few.
+    path = make("Path", [(0.0, 0.0), (1e5, 0.0), (1e5, 1e5)])
+    pair = make("Pop", path, make("PopParams", exact_lookahead=False))
+    for k in range(3):
+        pair.call("step", 5.0 * k, 0.5, 0.0, 5.0, 0.05)
+        pair.get("state")
+
+
 @pytest.mark.covers("Path.get_lookahead_point", "Path.get_lookahead_point_index")
 @pytest.mark.parametrize(
     ("lookahead", "options"),

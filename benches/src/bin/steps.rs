@@ -1,4 +1,4 @@
-//! Drives one law around the course: what `instruction_counts.py` counts the instructions of.
+//! Drives one controller around the course: what `instruction_counts.py` counts the instructions of.
 //!
 //! `steps LAW steer|step LAPS` prints how many steps it has taken. What comes before them (making
 //! the course, the lap that warms up) is the same for any number of laps, so the difference of two
@@ -9,17 +9,17 @@ use std::error::Error;
 use std::hint::black_box;
 use std::io::{Write, stdout};
 
-use popsteer_bench::{Course, Drive, WAYPOINTS};
-use popsteer_core::LateralLaw;
+use popsteer_bench::{Course, Drive, LATE, WAYPOINTS};
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
+use popsteer_core::{LateralLaw, Tracker, Vehicle};
 
 // One function for each law, so that what else the program holds does not move into its loop.
 #[inline(never)]
 fn take_steps<L: LateralLaw>(course: &Course, law: L, call: &str, steps: usize) {
-    let mut drive = Drive::new(course, law);
+    let mut drive = Drive::new(course, Tracker::of(law));
     if call == "steer" {
         for _ in 0..steps {
             black_box(drive.steer());
@@ -41,31 +41,36 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let course = Course::new(WAYPOINTS)?;
     let steps = laps.parse::<usize>()? * course.lap.len();
+    let car = Vehicle::DEFAULT;
+    let pop = PopParams::DEFAULT;
+    let preview_pop = PreviewPopParams::DEFAULT;
     match law.as_str() {
-        "pop" => take_steps(&course, Pop::new(PopParams::DEFAULT)?, call, steps),
+        "pop" => take_steps(&course, Pop::new(car, pop)?, call, steps),
         "pop-paper" => {
             let paper = PopParams {
                 exact_lookahead: false,
-                ..PopParams::DEFAULT
+                ..pop
             };
-            take_steps(&course, Pop::new(paper)?, call, steps);
+            take_steps(&course, Pop::new(car, paper)?, call, steps);
         }
-        "preview-pop" => {
-            let law = PreviewPop::new(PreviewPopParams::DEFAULT)?;
-            take_steps(&course, law, call, steps);
+        "pop-late" => take_steps(&course, Pop::new(LATE, pop)?, call, steps),
+        "preview-pop" => take_steps(&course, PreviewPop::new(car, preview_pop)?, call, steps),
+        "preview-pop-late" => {
+            take_steps(&course, PreviewPop::new(LATE, preview_pop)?, call, steps);
         }
-        "pid" => take_steps(&course, Pid::new(PidParams::DEFAULT)?, call, steps),
+        "pid" => take_steps(&course, Pid::new(car, PidParams::DEFAULT)?, call, steps),
         "pure-pursuit" => {
-            let law = PurePursuit::new(PurePursuitParams::DEFAULT)?;
+            let law = PurePursuit::new(car, PurePursuitParams::DEFAULT)?;
             take_steps(&course, law, call, steps);
         }
-        "stanley" => take_steps(&course, Stanley::new(StanleyParams::DEFAULT)?, call, steps),
-        "bang-bang" => take_steps(
-            &course,
-            BangBang::new(BangBangParams::DEFAULT)?,
-            call,
-            steps,
-        ),
+        "stanley" => {
+            let law = Stanley::new(car, StanleyParams::DEFAULT)?;
+            take_steps(&course, law, call, steps);
+        }
+        "bang-bang" => {
+            let law = BangBang::new(car, BangBangParams::DEFAULT)?;
+            take_steps(&course, law, call, steps);
+        }
         _ => return Err("unknown law".into()),
     }
     writeln!(stdout(), "{steps}")?;

@@ -67,6 +67,17 @@ pub fn decay(time: f64, time_constant: f64) -> f64 {
     }
 }
 
+/// What remains of `value` after whole `period`s, with the sign of `value`: `value % period`, which
+/// is exact, and `value` itself where it is shorter than the period.
+#[inline]
+pub fn remainder(value: f64, period: f64) -> f64 {
+    if value.abs() < period {
+        value
+    } else {
+        value % period
+    }
+}
+
 /// `angle` [rad] brought into `[-pi, pi]` by whole turns.
 ///
 /// The remainder is exact, so an angle that needs no turn comes back unchanged, and
@@ -84,7 +95,7 @@ pub fn wrap(angle: f64) -> f64 {
     if (-PI..=PI).contains(&angle) {
         return angle;
     }
-    let turned = angle % TAU;
+    let turned = remainder(angle, TAU);
     if turned > PI {
         turned - TAU
     } else if turned < -PI {
@@ -139,6 +150,29 @@ mod tests {
         for angle in [0.0, 1.0, PI, 3.5, TAU, 7.0, 1e3, 12_345.678, 1e6] {
             assert_eq!(wrap(-angle), -wrap(angle));
             assert!(wrap(angle).abs() <= PI);
+        }
+    }
+
+    #[test]
+    fn test_remainder_is_that_of_the_operator_to_the_bit() {
+        for value in [
+            0.0,
+            5e-324,
+            1.0,
+            6.2,
+            TAU,
+            6.3,
+            20.0,
+            1e6,
+            f64::INFINITY,
+            f64::NAN,
+        ] {
+            for period in [TAU, 1e-3, 1.0, 1e7] {
+                for value in [value, -value] {
+                    let (fast, plain) = (remainder(value, period), value % period);
+                    assert!(fast.to_bits() == plain.to_bits() || plain.is_nan() && fast.is_nan());
+                }
+            }
         }
     }
 

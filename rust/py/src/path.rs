@@ -84,21 +84,20 @@ impl PyPath {
         }
     }
 
+    /// The grid around a waypoint, where it is not too large to visit all of it.
     fn grid(
         &self,
+        py: Python<'_>,
         nearest: usize,
         fields: (&'static str, &'static str),
         ahead: f64,
         spacing: f64,
-    ) -> Result<Grid<'_>, InputError> {
-        checked(fields.0, ahead, 1e-3, 1e6)?;
-        checked(fields.1, spacing, 1e-4, 1e3)?;
+    ) -> PyResult<Grid<'_>> {
+        checked(fields.0, ahead, 1e-3, 1e6).or_raise(py)?;
+        checked(fields.1, spacing, 1e-4, 1e3).or_raise(py)?;
         let view = self.view();
-        Ok(Grid::new(
-            view,
-            resample::window(&view, nearest, ahead),
-            spacing,
-        ))
+        let window = resample::window(&view, nearest, ahead);
+        Grid::new(view, window, spacing).checked().or_raise(py)
     }
 }
 
@@ -627,6 +626,8 @@ impl PyPath {
     /// ------
     /// InputError
     ///     If `nearest` is no waypoint, or a length is out of range.
+    /// PathError
+    ///     If the grid would have more than 10,000,000 points.
     #[pyo3(signature = (nearest, ahead=20.0, spacing=0.01))]
     fn resample<'py>(
         &self,
@@ -636,11 +637,10 @@ impl PyPath {
         spacing: f64,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let nearest = self.index("nearest", nearest).or_raise(py)?;
-        let grid = self
-            .grid(nearest, ("ahead", "spacing"), ahead, spacing)
-            .or_raise(py)?;
-        let rows: Vec<Vec<f64>> = grid.points().map(|point| vec![point.x, point.y]).collect();
-        Ok(PyArray2::from_vec2(py, &rows)?)
+        let grid = self.grid(py, nearest, ("ahead", "spacing"), ahead, spacing)?;
+        let flat: Vec<f64> = grid.points().flat_map(|point| [point.x, point.y]).collect();
+        let points = flat.len() / 2;
+        PyArray1::from_vec(py, flat).reshape([points, 2])
     }
 
     /// Search the re-discretised window for the lookahead point.
@@ -673,6 +673,8 @@ impl PyPath {
     /// ------
     /// InputError
     ///     If `nearest` is no waypoint, or a number is out of range.
+    /// PathError
+    ///     If the grid would have more than 10,000,000 points.
     #[pyo3(signature = (
         x, y, lookahead, *, nearest=None, tolerance=0.01, window_ahead=20.0, grid_spacing=0.01
     ))]
@@ -687,20 +689,14 @@ impl PyPath {
         window_ahead: f64,
         grid_spacing: f64,
     ) -> PyResult<PyLookahead> {
-        let found = || {
-            let position = checked_point(x, y)?;
-            let nearest = self.start("nearest", nearest, position)?;
-            checked("lookahead", lookahead, 0.0, 1e6)?;
-            checked("tolerance", tolerance, 1e-9, 1e3)?;
-            let names = ("window_ahead", "grid_spacing");
-            let grid = self.grid(nearest, names, window_ahead, grid_spacing)?;
-            Ok(lookahead::get_lookahead_point(
-                &grid, position, lookahead, tolerance,
-            ))
-        };
-        found()
-            .map(PyLookahead)
-            .map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
+        let position = checked_point(x, y).or_raise(py)?;
+        let nearest = self.start("nearest", nearest, position).or_raise(py)?;
+        checked("lookahead", lookahead, 0.0, 1e6).or_raise(py)?;
+        checked("tolerance", tolerance, 1e-9, 1e3).or_raise(py)?;
+        let names = ("window_ahead", "grid_spacing");
+        let grid = self.grid(py, nearest, names, window_ahead, grid_spacing)?;
+        let found = lookahead::get_lookahead_point(&grid, position, lookahead, tolerance);
+        Ok(PyLookahead(found))
     }
 
     /// Search the re-discretised window for the lookahead point; give its index alone.

@@ -100,7 +100,7 @@ mod tests {
         let mut seen = Vec::new();
         for &command in commands {
             delay.pass(command, 0.01, 5, |command, count| {
-                seen.push((command, count))
+                seen.push((command, count));
             });
         }
         seen

@@ -1,4 +1,5 @@
-//! POP without an operating system's help: 1,000 steps along a sine, an angle a line.
+//! Steering without an operating system's help: 1,000 steps of POP along a sine, then 1,000 of
+//! preview POP with a late vehicle, an angle a line.
 //!
 //! The panic handler calls a function that does not exist. If any path through the core's public
 //! functions used here could panic, the handler would be kept and the program would not link.
@@ -11,7 +12,7 @@ use core::hint::black_box;
 use popsteer_core::lateral::pid::ErrorBuffer;
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams, Tracker,
 };
 use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
@@ -24,11 +25,11 @@ use popsteer_core::path::lookahead::{
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
-use popsteer_core::vehicle::predict::{
+use popsteer_core::vehicle::bicycle::{
     get_predicted_location, kinematic_bicycle, state_transition,
 };
-use popsteer_core::vehicle::{Actuator, ActuatorParams};
-use popsteer_core::{LateralLaw, PathView, Point, VehicleState, math};
+use popsteer_core::vehicle::{AdaptParams, Estimate, InFlight};
+use popsteer_core::{LateralLaw, PathView, Point, Status, Vehicle, VehicleState, math};
 
 #[link(name = "c")]
 unsafe extern "C" {
@@ -48,63 +49,88 @@ extern "C" fn rust_eh_personality() {}
 
 const WAYPOINTS: usize = 600;
 
-/// One step of a law, its answer and its state seen by the optimizer as unknown.
-fn step<L: LateralLaw>(law: &L, path: &PathView<'_>, vehicle: VehicleState) -> f64 {
-    let mut state = black_box(law.initial_state());
+/// Limited in every way, with commands in flight.
+const LATE: Vehicle = Vehicle {
+    wheelbase: 2.7,
+    rear_axle: -1.35,
+    no_slip_point: Some(-1.2),
+    turning_wheelbase: Some(2.8),
+    understeer: 0.002,
+    steer_offset: 0.01,
+    steer_lag: 0.1,
+    dead_time: 0.15,
+    max_steer: 0.6,
+    max_steer_rate: Some(0.5),
+    max_lateral_acceleration: Some(4.0),
+    ..Vehicle::DEFAULT
+};
+
+/// A few steps of a controller, its answers and its state seen by the optimizer as unknown.
+fn steps<L: LateralLaw>(tracker: &Tracker<L>, path: &PathView<'_>, vehicle: VehicleState) -> f64 {
+    let mut state = black_box(tracker.initial_state());
     let dt = black_box(0.05);
-    let first = law
+    let mut sum = tracker
         .step(path, &mut state, black_box(vehicle), dt)
-        .map_or(0.0, |c| c.steer);
-    let checked = law.check_state(path, &state).is_ok()
-        && law
-            .relocalise(path, &mut state, vehicle.x, vehicle.y, vehicle.yaw)
-            .is_ok();
-    let second = law
+        .map_or(0.0, |c| c.steer + c.cross_track_error);
+    sum += tracker
+        .relocalise(path, &mut state, vehicle.x, vehicle.y, vehicle.yaw)
+        .map_or(0.0, |()| 1.0);
+    sum += tracker
         .steer(path, &mut state, black_box(vehicle), dt)
         .unwrap_or(0.0);
-    if checked { first + second } else { 0.0 }
+    if let Ok(taken_over) = tracker.state_from(black_box(0.1)) {
+        state = taken_over;
+    }
+    for x in black_box([0.0, f64::NAN, 0.1]) {
+        let seen = VehicleState { x, ..vehicle };
+        let command = tracker.step_or_hold(path, &mut state, seen, dt, black_box(1));
+        let known = Status::from_bits(command.status.bits());
+        sum += known.map_or(0.0, |status| math::from_count(status.names().count()));
+        sum += command.steer + tracker.estimate(&state).gain;
+    }
+    state.leave_path();
+    sum += tracker.check_state(path, &state).map_or(0.0, |()| 1.0);
+    sum + tracker.tracked_point()
 }
 
-/// Every other public law once, so that none of them can panic either.
-fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
+/// A law that takes its vehicle as it is, and one that is late, limited and estimated.
+fn both<L: LateralLaw, E>(
+    path: &PathView<'_>,
+    vehicle: VehicleState,
+    law: impl Fn(Vehicle) -> Result<L, E>,
+) -> f64 {
     let mut sum = 0.0;
-    if let Ok(law) = Pop::new(black_box(PopParams::DEFAULT)) {
-        sum += step(&law, path, vehicle);
+    if let Ok(law) = law(black_box(Vehicle::PAPER)) {
+        sum += steps(&Tracker::of(law), path, vehicle);
     }
+    if let Ok(law) = law(black_box(LATE))
+        && let Ok(tracker) = Tracker::new(law, black_box(Some(AdaptParams::DEFAULT)))
+    {
+        sum += steps(&tracker, path, vehicle);
+    }
+    sum
+}
+
+/// Every public controller, so that none of them can panic.
+fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let paper = PopParams {
         exact_lookahead: false,
         ..PopParams::DEFAULT
     };
-    if let Ok(law) = Pop::new(black_box(paper)) {
-        sum += step(&law, path, vehicle);
+    let mut sum = 0.0;
+    for params in black_box([PopParams::DEFAULT, paper]) {
+        sum += both(path, vehicle, |car| Pop::new(car, params));
     }
-    let over_horizon = PopParams {
-        horizon: Some(0.8),
-        ..PopParams::DEFAULT
-    };
-    if let Ok(law) = Pop::new(black_box(over_horizon)) {
-        sum += step(&law, path, vehicle);
-    }
-    let learning = PreviewPopParams {
-        turn_learning_time: 0.5,
-        slip_learning_time: 2.0,
-        ..PreviewPopParams::DEFAULT
-    };
-    if let Ok(law) = PreviewPop::new(black_box(learning)) {
-        sum += step(&law, path, vehicle);
-    }
-    if let Ok(law) = Pid::new(black_box(PidParams::DEFAULT)) {
-        sum += step(&law, path, vehicle);
-    }
-    if let Ok(law) = PurePursuit::new(black_box(PurePursuitParams::DEFAULT)) {
-        sum += step(&law, path, vehicle);
-    }
-    if let Ok(law) = Stanley::new(black_box(StanleyParams::DEFAULT)) {
-        sum += step(&law, path, vehicle);
-    }
-    if let Ok(law) = BangBang::new(black_box(BangBangParams::DEFAULT)) {
-        sum += step(&law, path, vehicle);
-    }
+    let params = black_box(PreviewPopParams::DEFAULT);
+    sum += both(path, vehicle, |car| PreviewPop::new(car, params));
+    let params = black_box(PidParams::DEFAULT);
+    sum += both(path, vehicle, |car| Pid::new(car, params));
+    let params = black_box(PurePursuitParams::DEFAULT);
+    sum += both(path, vehicle, |car| PurePursuit::new(car, params));
+    let params = black_box(StanleyParams::DEFAULT);
+    sum += both(path, vehicle, |car| Stanley::new(car, params));
+    let params = black_box(BangBangParams::DEFAULT);
+    sum += both(path, vehicle, |car| BangBang::new(car, params));
     if let Ok(law) = CoupledLongitudinal::new(black_box(CoupledLongitudinalParams::DEFAULT)) {
         sum += law
             .step(black_box(3.0), black_box(0.1))
@@ -120,38 +146,24 @@ fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
 }
 
 /// Commands on their way to the wheels.
-fn actuator(vehicle: VehicleState) -> f64 {
-    let params = ActuatorParams {
-        dead_time: 0.2,
-        lag: 0.1,
-        max_rate: Some(1.0),
-        learning_time: 10.0,
-        ..ActuatorParams::DEFAULT
-    };
-    let Ok(actuator) = Actuator::new(black_box(params)) else {
-        return 0.0;
-    };
-    let mut under_way = actuator.settled(black_box(0.1));
+fn in_flight(vehicle: VehicleState) -> f64 {
+    let car = black_box(LATE);
+    let mut in_flight = InFlight::settled(&car, black_box(0.1));
     for dt in black_box([0.05, 1e-6, 0.3]) {
-        actuator.elapse(&mut under_way, black_box(0.2), dt);
+        in_flight.elapse(&car, black_box(0.2), dt, black_box(0.0));
     }
-    let learnt = actuator.learn(&under_way, black_box(0.2), vehicle, black_box(0.05));
-    actuator.elapse_learning(&mut under_way, black_box(0.2), black_box(0.05), learnt);
-    let seen = actuator.predict(
-        &under_way,
-        black_box(0.2),
-        vehicle,
-        black_box(0.05),
-        &learnt,
+    let estimate = black_box(Estimate::DEFAULT);
+    let (seen, wheel) = in_flight.predict(&car, vehicle, &estimate);
+    let reached = in_flight.reaching(&car, black_box(0.2), black_box(0.05));
+    let restored = InFlight::restore(
+        &car,
+        black_box([(0.1, 0.05), (0.2, 0.1)]).into_iter(),
+        in_flight.wheel(),
+        black_box(0.0),
     );
-    let limited = actuator.limit(black_box(0.1), black_box(0.9), black_box(0.05));
-    let restored = actuator.restore(
-        black_box([(0.1, 0.05), (0.2, 0.15)]).into_iter(),
-        under_way.wheel(),
-        black_box(learnt),
-    );
-    let sum: f64 = under_way.commands().map(|(steer, _)| steer).sum();
-    sum + limited + seen.x + restored.map_or(0.0, |under_way| under_way.wheel())
+    let sum: f64 = in_flight.commands().map(|(steer, _)| steer).sum();
+    let turned = seen.x + wheel + reached.turn;
+    sum + turned + restored.map_or(0.0, |in_flight| in_flight.wheel())
 }
 
 /// The plain functions, called the same way.
@@ -201,11 +213,7 @@ extern "C" fn main() -> c_int {
     let Ok(path) = PathView::new(&x, &y, None, black_box(false), &mut s) else {
         return 1;
     };
-    let Ok(law) = Pop::new(PopParams::DEFAULT) else {
-        return 2;
-    };
-    let mut state = law.initial_state();
-    let mut vehicle = VehicleState {
+    let vehicle = VehicleState {
         x: 0.0,
         y: 0.5,
         yaw: 0.3,
@@ -217,18 +225,38 @@ extern "C" fn main() -> c_int {
         return 5;
     };
     for path in [path, shuttle] {
-        let sum = all_laws(&path, vehicle) + all_functions(&path, vehicle) + actuator(vehicle);
+        let sum = all_laws(&path, vehicle) + all_functions(&path, vehicle) + in_flight(vehicle);
         if black_box(sum).is_nan() {
             return 3;
         }
     }
+    let pop = Pop::new(Vehicle::DEFAULT, PopParams::DEFAULT);
+    let preview_pop = PreviewPop::new(LATE, PreviewPopParams::DEFAULT);
+    let (Ok(pop), Ok(preview_pop)) = (pop, preview_pop) else {
+        return 2;
+    };
+    if drive(&Tracker::of(pop), &path, vehicle) && drive(&Tracker::of(preview_pop), &path, vehicle)
+    {
+        0
+    } else {
+        4
+    }
+}
+
+/// Prints an angle for each of 1,000 steps; whether every one was answered.
+fn drive<L: LateralLaw>(
+    tracker: &Tracker<L>,
+    path: &PathView<'_>,
+    mut vehicle: VehicleState,
+) -> bool {
+    let mut state = tracker.initial_state();
     for _ in 0..1000 {
-        let Ok(command) = law.step(&path, &mut state, vehicle, 0.05) else {
-            return 4;
+        let Ok(command) = tracker.step(path, &mut state, vehicle, 0.05) else {
+            return false;
         };
         // SAFETY: the format asks for one double and gets one.
         unsafe { printf(c"%.17g\n".as_ptr(), command.steer) };
         vehicle = kinematic_bicycle(vehicle, command.steer, 0.0, 3.0, 0.05);
     }
-    0
+    true
 }

@@ -72,8 +72,11 @@ class Follow:
 
     Attributes
     ----------
+    base : float
+        How far ahead of the pose's point the vehicle is mirrored where it drives backwards [m]:
+        the rear axle, or the point that does not slip.
     reference_offset : float
-        How far ahead of the pose's point the point lies, in the direction of driving [m].
+        How far ahead of `base` the followed point lies, in the direction of driving [m].
     rear_axle : float
         How far ahead of the pose's point the rear axle lies, in the vehicle's own frame [m]: 0 for
         a pose of the rear axle, negative for one farther forward, whichever way it drives.
@@ -89,6 +92,7 @@ class Follow:
         How much farther off the path counts where it leads the opposite way [m].
     """
 
+    base: float
     reference_offset: float
     rear_axle: float
     search_distance: float
@@ -132,10 +136,9 @@ class Follow:
         if reverse:
             vehicle = replace(vehicle, yaw=vehicle.yaw + PI, speed=-vehicle.speed)
         heading = (cos(vehicle.yaw), sin(vehicle.yaw))
-        position = (
-            vehicle.x + self.reference_offset * heading[0],
-            vehicle.y + self.reference_offset * heading[1],
-        )
+        base = -self.base if reverse else self.base
+        ahead = self.reference_offset + base
+        position = (vehicle.x + ahead * heading[0], vehicle.y + ahead * heading[1])
         reach = self.search_distance + abs(vehicle.speed) * dt
         foot = locate(path, segment, position, heading, reach, self.opposite_distance)
         return Located(
@@ -156,8 +159,8 @@ class Follow:
         meant.
         """
         foot = at.foot
-        rear_axle = -self.rear_axle if at.reverse else self.rear_axle
-        behind = rear_axle - self.reference_offset
+        # How far the followed point lies behind the rear axle, in the direction of driving.
+        behind = at.turn(self.rear_axle - self.base) - self.reference_offset
         near = (behind if behind > 0.0 else 0.0) + 4.0 * self.arrival_distance
         last = foot.segment
         rest = (1.0 - foot.fraction) * path.segment_length(last)
@@ -185,6 +188,7 @@ class Follow:
         return after if left <= self.arrival_distance else None
 
     def _find_anew(self, path: PathView, vehicle: VehicleState) -> Found:
-        """Find the vehicle on the whole path, by the place of its pose."""
-        position = (vehicle.x, vehicle.y)
+        """Find the vehicle on the whole path, by the place of its `base`."""
+        base = vehicle.ahead(self.base)
+        position = (base.x, base.y)
         return relocalise_within(path, position, vehicle.yaw, self.opposite_distance, STEP_BUDGET)

@@ -123,7 +123,7 @@ class Path(PathView):
         """Cut the window around waypoint `nearest` into points at most `spacing` [m] apart."""
         window = self.window(nearest, ahead)
         spacing = input_in_range("spacing", spacing, 1e-4, 1e3)
-        return resample.grid(self, window, spacing)
+        return list(resample.checked_grid(self, window, spacing))
 
     def get_lookahead_point_index(
         self,
@@ -196,7 +196,7 @@ class Path(PathView):
         window_ahead = input_in_range("window_ahead", window_ahead, 1e-3, 1e6)
         grid_spacing = input_in_range("grid_spacing", grid_spacing, 1e-4, 1e3)
         window = resample.window(self, nearest, window_ahead)
-        grid = resample.grid(self, window, grid_spacing)
+        grid = resample.checked_grid(self, window, grid_spacing)
         return get_lookahead_point(grid, position, lookahead, tolerance)
 
     def _near(self, nearest: int | None, position: Point) -> int:

@@ -158,7 +158,7 @@ impl Vehicle {
 
 /// A parameter that is given, or its default for the vehicle.
 fn or_scaled(given: Option<f64>, default: f64) -> Option<f64> {
-    Some(given.unwrap_or(default))
+    given.or(Some(default))
 }
 
 /// A parameter after its defaults were filled in; one that was not is refused as not a number.

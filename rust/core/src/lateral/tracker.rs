@@ -4,7 +4,7 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
-use super::{Belief, Command, Decision, LateralLaw, LateralState, Status, check_steer};
+use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
 use crate::math::{atan, atan2, from_count, saturate, wrap};
@@ -68,6 +68,14 @@ impl Seen {
     #[inline]
     fn heading_error(&self) -> f64 {
         wrap(self.yaw - atan2(self.along.y, self.along.x))
+    }
+
+    /// Whether the heading error of `other` is that of this one, to the bit.
+    #[inline]
+    fn heads_as(&self, other: &Self) -> bool {
+        self.yaw.to_bits() == other.yaw.to_bits()
+            && self.along.x.to_bits() == other.along.x.to_bits()
+            && self.along.y.to_bits() == other.along.y.to_bits()
     }
 
     fn checked(self) -> Result<Self, InputError> {
@@ -143,14 +151,6 @@ impl<S: LateralState> TrackerState<S> {
             })
         };
     }
-}
-
-/// One step before it becomes a command.
-struct Stepped {
-    at: Located,
-    answer: Answer,
-    decision: Decision,
-    limited: bool,
 }
 
 impl<L: LateralLaw> Tracker<L> {
@@ -272,12 +272,8 @@ impl<L: LateralLaw> Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
     ) -> Result<Command, InputError> {
-        let stepped = self.advance(path, state, vehicle, dt)?;
-        let status = stepped.decision.status
-            | Status::SATURATED.when(stepped.limited)
-            | Status::END_OF_PATH.when(stepped.at.past_end)
-            | Status::OFF_PATH.when(stepped.at.off_path);
-        Ok(command(state.steer, &stepped.answer, status))
+        let (answer, status) = self.advance(path, state, vehicle, dt)?;
+        Ok(command(state.steer, &answer, status))
     }
 
     /// The angle of [`step`](Self::step) alone [rad]; same state afterwards.
@@ -420,7 +416,7 @@ impl<L: LateralLaw> Tracker<L> {
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
-    ) -> Result<Stepped, InputError> {
+    ) -> Result<(Answer, Status), InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
         let (seen, mut belief) = self.predict(state, vehicle, dt);
@@ -458,12 +454,11 @@ impl<L: LateralLaw> Tracker<L> {
             reverse: at.reverse,
         };
         state.answer = Some(answer);
-        Ok(Stepped {
-            at,
-            answer,
-            decision,
-            limited,
-        })
+        let status = decision.status
+            | Status::SATURATED.when(limited)
+            | Status::END_OF_PATH.when(at.past_end)
+            | Status::OFF_PATH.when(at.off_path);
+        Ok((answer, status))
     }
 
     /// The vehicle as the law is to see it, after its motion since the last step was observed and
@@ -598,8 +593,9 @@ impl Vehicle {
             return wheel;
         };
         let (square, length) = (speed * speed * gain, self.turning_length(speed));
-        // tan(x) < 2 x up to 1.1: most steps need no tangent.
-        if wheel.abs() < 1.1 && 2.0 * wheel.abs() * square <= most * length {
+        // tan(x) < x + x^3 up to 1.1, by more than rounds: within the limit no arc is needed.
+        let tangent = wheel.abs() * (1.0 + 1e-9 + wheel * wheel);
+        if wheel.abs() < 1.1 && tangent * square <= most * length {
             return wheel;
         }
         let widest = atan(most * length / square);
@@ -609,12 +605,22 @@ impl Vehicle {
 
 #[inline]
 fn command(steer: f64, answer: &Answer, status: Status) -> Command {
+    let Answer {
+        measured,
+        predicted,
+        ..
+    } = answer;
+    let heading_error = measured.heading_error();
     Command {
         steer,
-        cross_track_error: answer.measured.cross_track_error,
-        heading_error: answer.measured.heading_error(),
-        predicted_cross_track_error: answer.predicted.cross_track_error,
-        predicted_heading_error: answer.predicted.heading_error(),
+        cross_track_error: measured.cross_track_error,
+        heading_error,
+        predicted_cross_track_error: predicted.cross_track_error,
+        predicted_heading_error: if predicted.heads_as(measured) {
+            heading_error
+        } else {
+            predicted.heading_error()
+        },
         target: answer.target,
         reverse: answer.reverse,
         status,
@@ -646,6 +652,36 @@ mod tests {
         PurePursuitParams, Stanley, StanleyParams,
     };
     use alloc::vec::Vec;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
+
+        #[test]
+        fn test_lateral_limit_without_the_arc_is_that_of_the_arc(
+            wheel in prop_oneof![-1.57..1.57, -1e-7..1e-7, Just(0.0)],
+            near in prop_oneof![Just(0.0), -3e-16..3e-16, -2e-9..2e-9, -0.1..0.1],
+            at_limit: bool,
+            speed in prop_oneof![Just(0.0), -40.0..40.0, -1e4..1e4],
+            gain in 0.4..2.5,
+            most in prop_oneof![Just(4.0), (-3.0..6.0).prop_map(|e| f64::powf(10.0, e))],
+            understeer in prop_oneof![Just(0.0), 0.0..0.01],
+        ) {
+            let vehicle = Vehicle {
+                understeer,
+                max_lateral_acceleration: Some(most),
+                ..Vehicle::DEFAULT
+            };
+            let widest = atan(most * vehicle.turning_length(speed) / (speed * speed * gain));
+            let wheel = if at_limit {
+                (widest * (1.0 + near)).copysign(wheel)
+            } else {
+                wheel
+            };
+            let limited = vehicle.limit_lateral_acceleration(wheel, speed, gain);
+            prop_assert_eq!(limited.to_bits(), saturate(wheel, -widest, widest).to_bits());
+        }
+    }
 
     fn straight() -> Path {
         Path::new(&[0.0, 100.0], &[0.0, 0.0], None, false).unwrap()

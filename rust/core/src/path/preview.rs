@@ -2,7 +2,7 @@
 
 use super::view::{PathView, get_distance, squared_distance};
 use crate::Point;
-use crate::math::{atan2, saturate, wrap};
+use crate::math::{atan2, remainder, saturate, wrap};
 
 /// The direction of a path, smoothed over `base` [m] of it.
 ///
@@ -172,7 +172,7 @@ fn on_path(path: &PathView<'_>, arc_length: f64) -> f64 {
     if !path.is_closed() {
         return arc_length;
     }
-    let rest = arc_length % path.length();
+    let rest = remainder(arc_length, path.length());
     if rest < 0.0 {
         rest + path.length()
     } else {

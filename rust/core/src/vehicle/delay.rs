@@ -309,8 +309,8 @@ mod tests {
 
     fn car(dead_time: f64, steer_lag: f64, max_steer_rate: Option<f64>) -> Vehicle {
         Vehicle {
-            dead_time,
             steer_lag,
+            dead_time,
             max_steer_rate,
             ..Vehicle::DEFAULT
         }

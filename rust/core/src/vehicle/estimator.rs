@@ -372,8 +372,8 @@ mod tests {
     fn car(wheelbase: f64, dead_time: f64, steer_offset: f64) -> Vehicle {
         Vehicle {
             wheelbase,
-            dead_time,
             steer_offset,
+            dead_time,
             ..Vehicle::DEFAULT
         }
     }
@@ -474,7 +474,11 @@ mod tests {
             };
             for step in 0..2000 {
                 estimator.seen = Some(vehicle);
-                let curvature = [0.03, 0.0, -0.02][step / 20 % 3];
+                let curvature = match step / 20 % 3 {
+                    0 => 0.03,
+                    1 => 0.0,
+                    _ => -0.02,
+                };
                 let slip = 0.01 - 0.4 * curvature;
                 vehicle = advance(vehicle, speed * 0.05, curvature, slip);
                 let params = AdaptParams::DEFAULT;

@@ -154,115 +154,46 @@ mod tests {
     #[test]
     fn test_vehicle_bad_field_is_named() {
         assert_eq!(Vehicle::DEFAULT.checked(), Ok(Vehicle::DEFAULT));
-        for bad in [f64::NAN, f64::INFINITY, -1e7] {
-            let field = |vehicle: Vehicle| vehicle.checked().unwrap_err().field;
-            let car = Vehicle::DEFAULT;
-            let some = Some(bad);
-            assert_eq!(
-                field(Vehicle {
-                    wheelbase: bad,
-                    ..car
-                }),
-                "wheelbase"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    rear_axle: bad,
-                    ..car
-                }),
-                "rear_axle"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    no_slip_point: some,
-                    ..car
-                }),
-                "no_slip_point"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    turning_wheelbase: some,
-                    ..car
-                }),
-                "turning_wheelbase"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    understeer: bad,
-                    ..car
-                }),
-                "understeer"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    steer_offset: bad,
-                    ..car
-                }),
-                "steer_offset"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    steer_lag: bad,
-                    ..car
-                }),
-                "steer_lag"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    dead_time: bad,
-                    ..car
-                }),
-                "dead_time"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    max_steer: bad,
-                    ..car
-                }),
-                "max_steer"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    max_steer_rate: some,
-                    ..car
-                }),
-                "max_steer_rate"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    max_lateral_acceleration: some,
-                    ..car
-                }),
-                "max_lateral_acceleration"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    max_speed: some,
-                    ..car
-                }),
-                "max_speed"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    max_acceleration: some,
-                    ..car
-                }),
-                "max_acceleration"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    max_deceleration: some,
-                    ..car
-                }),
-                "max_deceleration"
-            );
-            assert_eq!(
-                field(Vehicle {
-                    drive_lag: bad,
-                    ..car
-                }),
-                "drive_lag"
-            );
+        let spoil: [fn(&mut Vehicle, f64); 15] = [
+            |car, bad| car.wheelbase = bad,
+            |car, bad| car.rear_axle = bad,
+            |car, bad| car.no_slip_point = Some(bad),
+            |car, bad| car.turning_wheelbase = Some(bad),
+            |car, bad| car.understeer = bad,
+            |car, bad| car.steer_offset = bad,
+            |car, bad| car.steer_lag = bad,
+            |car, bad| car.dead_time = bad,
+            |car, bad| car.max_steer = bad,
+            |car, bad| car.max_steer_rate = Some(bad),
+            |car, bad| car.max_lateral_acceleration = Some(bad),
+            |car, bad| car.max_speed = Some(bad),
+            |car, bad| car.max_acceleration = Some(bad),
+            |car, bad| car.max_deceleration = Some(bad),
+            |car, bad| car.drive_lag = bad,
+        ];
+        let names = [
+            "wheelbase",
+            "rear_axle",
+            "no_slip_point",
+            "turning_wheelbase",
+            "understeer",
+            "steer_offset",
+            "steer_lag",
+            "dead_time",
+            "max_steer",
+            "max_steer_rate",
+            "max_lateral_acceleration",
+            "max_speed",
+            "max_acceleration",
+            "max_deceleration",
+            "drive_lag",
+        ];
+        for (spoil, name) in spoil.iter().zip(names) {
+            for bad in [f64::NAN, f64::INFINITY, -1e7] {
+                let mut car = Vehicle::DEFAULT;
+                spoil(&mut car, bad);
+                assert_eq!(car.checked().unwrap_err().field, name);
+            }
         }
     }
 

@@ -61,8 +61,8 @@ macro_rules! controller {
         ///     will be when its command reaches the wheels.
         #[doc = concat!("params : ", $name, "Params, optional")]
         ///     The tuning; its defaults scale with the vehicle.
-        /// adapt : AdaptParams or None, optional
-        ///     How fast the controller adapts to the vehicle; None: not at all. Left out: as
+        /// adapt : AdaptParams or None or "auto", default "auto"
+        ///     How fast the controller adapts to the vehicle; None: not at all. "auto": as
         ///     ``AdaptParams()`` where an estimate counts, that is in preview POP, and in any
         ///     controller whose vehicle has a dead time.
         ///
@@ -106,7 +106,10 @@ macro_rules! controller {
         #[pymethods]
         impl $class {
             #[new]
-            #[pyo3(signature = (path, vehicle=None, params=None, *, adapt=Adapt::Usual))]
+            #[pyo3(
+                signature = (path, vehicle=None, params=None, *, adapt=Adapt::Usual),
+                text_signature = "(path, vehicle=None, params=None, *, adapt='auto')"
+            )]
             fn new(
                 py: Python<'_>,
                 path: Py<PyPath>,

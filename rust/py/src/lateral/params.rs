@@ -84,9 +84,9 @@ tuning! {
 tuning! {
     /// Parameters of `PreviewPop`.
     PyPreviewPopParams(PreviewPopParams) named "PreviewPopParams" of PreviewPop,
-    shown as "(*, steer_span_rate=1.0471975511965979, horizon=1.0, heading_cost=None, steer_rate_cost=None, approach_angle=0.25, min_speed=None, smoothing_length=None, search_distance=None, lost_distance=None)",
-    steer_span_rate: f64, "float, default radians(60)",
-        "Optimization range delta_nbd over the control period [rad/s]: an angle lies at most this times dt from the last one; 60 degrees/s are the paper's 3 degrees in 50 ms.";
+    shown as "(*, steer_span_rate=None, horizon=1.0, heading_cost=None, steer_rate_cost=None, approach_angle=0.25, min_speed=None, smoothing_length=None, search_distance=None, lost_distance=None)",
+    steer_span_rate: Option<f64>, "float, optional",
+        "Optimization range delta_nbd over the control period [rad/s]: an angle lies at most this times dt from the last one; by default the vehicle's max_steer_rate, or 60 degrees/s, the paper's 3 degrees in 50 ms.";
     horizon: f64, "float, default 1.0",
         "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is seen through; shorter than the lag and the way back to the path, the vehicle oscillates.";
     heading_cost: Option<f64>, "float, optional",

@@ -175,17 +175,11 @@ mod tests {
             ..car
         };
         assert!((drive(slow, 0.5).wheel - 0.2).abs() < 1e-9);
-        assert_eq!(
-            drive(
-                Vehicle {
-                    max_steer: 0.1,
-                    ..car
-                },
-                0.5
-            )
-            .wheel,
-            0.1
-        );
+        let narrow = Vehicle {
+            max_steer: 0.1,
+            ..car
+        };
+        assert!((drive(narrow, 0.5).wheel - 0.1).abs() <= 0.0);
         let heavy = Vehicle {
             understeer: 0.05,
             ..car
@@ -199,18 +193,11 @@ mod tests {
             ..car
         };
         assert!((curvature(drive(longer, 1.0)) - 0.3_f64.tan() / 4.0).abs() < 1e-4);
-        assert_eq!(
-            drive(
-                Vehicle {
-                    max_speed: Some(9.0),
-                    ..car
-                },
-                1.0
-            )
-            .vehicle
-            .speed,
-            9.0
-        );
+        let governed = Vehicle {
+            max_speed: Some(9.0),
+            ..car
+        };
+        assert!((drive(governed, 1.0).vehicle.speed - 9.0).abs() <= 0.0);
         let late = drive(
             Vehicle {
                 drive_lag: 0.5,
