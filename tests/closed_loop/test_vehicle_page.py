@@ -15,7 +15,7 @@ def printed(code: str, names: dict[str, object]) -> str:
     """What a block of the page prints."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        exec(compile(code, PAGE.name, "exec"), names)  # noqa: S102 - the page's own code
+        exec(compile(code, PAGE.name, "exec"), names)
     return out.getvalue()
 
 
