@@ -23,6 +23,7 @@ by name), `popsteer.study` (comparisons), `popsteer.report` (tables, figures, fi
 compare with).
 """
 
+from popsteer import vehicles
 from popsteer._core import (
     AdaptParams,
     BangBang,
@@ -65,7 +66,6 @@ from popsteer._core import (
     state_transition,
     wrap,
 )
-from popsteer import vehicles
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.status import Status
 

@@ -23,7 +23,8 @@ class Chain:
         self.car, self.speed, self.dt, self.substeps = car, speed, dt, substeps
         self.no_slip = car.rear_axle if car.no_slip_point is None else car.no_slip_point
         x, y, self.yaw = pose
-        self.x, self.y = x + self.no_slip * math.cos(self.yaw), y + self.no_slip * math.sin(self.yaw)
+        self.x = x + self.no_slip * math.cos(self.yaw)
+        self.y = y + self.no_slip * math.sin(self.yaw)
         self.wheel = max(-car.max_steer, min(car.steer_offset, car.max_steer))
         self.yaw_rate = 0.0
         # How many control periods a command is late, and how much longer in its last one.

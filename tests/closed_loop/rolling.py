@@ -112,9 +112,7 @@ def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05)
     return bool(late > early and late > _SMALL)
 
 
-def critical_dead_time(
-    told: Told, car: Car, speed: float, guess: float, dt: float = 0.05
-) -> float:
+def critical_dead_time(told: Told, car: Car, speed: float, guess: float, dt: float = 0.05) -> float:
     """Find by bisection the dead time to add at which a small disturbance no longer dies out."""
 
     def unstable(dead_time: float) -> bool:

@@ -52,8 +52,8 @@ def test_presets_of_the_paper_are_absolute_numbers_at_its_car(law: str) -> None:
             for field, value in params.resolved(paper).as_dict().items()
             if value != default[field]
         }
-        for field in changed:
-            assert params.resolved(small).as_dict()[field] == changed[field], field
+        for field, value in changed.items():
+            assert params.resolved(small).as_dict()[field] == value, field
 
 
 def test_vehicle_of_each_plant_is_the_one_that_is_named_so() -> None:

@@ -212,7 +212,11 @@ def test_start_at_an_axle_is_the_pose_of_the_vehicles_point(plant: str) -> None:
         assert (x, y) == pytest.approx(at[:2], abs=1e-12)
         assert result.start == (records["x"][0], records["y"][0], records["yaw"][0])
         many = sim.run_many(
-            popsteer.Pop(path), plant, start=at, start_at=place, settings=settings  # type: ignore[arg-type]
+            popsteer.Pop(path),
+            plant,
+            start=at,
+            start_at=place,
+            settings=settings,  # type: ignore[arg-type]
         )
         column = many["max_abs_cross_track_error"]
         assert column.tolist() == [result.metrics.max_abs_cross_track_error]
@@ -354,7 +358,11 @@ def test_own_law_that_answers_the_direction_is_the_one_that_counts() -> None:
 
     settings = sim.Settings(time_limit=60.0)
     result = sim.run(
-        Constant(Ahead()), "kinematic-bicycle", path=shuttle(), longitudinal=SPEED, settings=settings
+        Constant(Ahead()),
+        "kinematic-bicycle",
+        path=shuttle(),
+        longitudinal=SPEED,
+        settings=settings,
     )
     assert result.records["speed"].min() >= 0.0
     assert result.ending != "finished"

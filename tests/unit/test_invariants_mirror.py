@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from popsteer.reference.lateral.rollout import Model
 
 import popsteer
-from popsteer.reference.lateral.rollout import Model
 from tests.parity.laws import LATERAL, POP, PURE_PURSUIT, Law
 from tests.parity.strategies import SPOTS, Shape, Spot, Waypoints, fitted, shapes
 

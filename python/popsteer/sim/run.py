@@ -84,9 +84,7 @@ class Run:
         return self.settings.dt
 
 
-def default_start(
-    path: Path, offset: float | None = None, vehicle: Vehicle | None = None
-) -> Pose:
+def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | None = None) -> Pose:
     """Give the pose that a run starts from unless told otherwise.
 
     The front axle stands beside the first waypoint and looks along the first segment; by default
