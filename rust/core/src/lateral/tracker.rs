@@ -80,10 +80,10 @@ impl Seen {
 
     fn checked(self) -> Result<Self, InputError> {
         let most = 4.0 * MAX_COORDINATE;
-        input_in_range("seen", self.cross_track_error, -most, most)?;
-        input_in_range("seen", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
-        input_in_range("seen", self.along.x, -most, most)?;
-        input_in_range("seen", self.along.y, -most, most)?;
+        input_in_range("answer", self.cross_track_error, -most, most)?;
+        input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
+        input_in_range("answer", self.along.x, -most, most)?;
+        input_in_range("answer", self.along.y, -most, most)?;
         Ok(self)
     }
 }
@@ -386,8 +386,8 @@ impl<L: LateralLaw> Tracker<L> {
             answer.measured.checked()?;
             answer.predicted.checked()?;
             let most = 4.0 * MAX_COORDINATE;
-            input_in_range("target", answer.target.x, -most, most)?;
-            input_in_range("target", answer.target.y, -most, most)?;
+            input_in_range("answer", answer.target.x, -most, most)?;
+            input_in_range("answer", answer.target.y, -most, most)?;
         }
         state.estimator.checked(vehicle)?;
         match (self.models, &state.in_flight) {
@@ -471,7 +471,7 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
     ) -> (VehicleState, Belief) {
         let car = self.law.vehicle();
-        let Some(in_flight) = &mut state.in_flight else {
+        let Some(in_flight) = state.in_flight.as_mut().filter(|_| self.models) else {
             let belief = Belief {
                 wheel: state.steer,
                 estimate: Estimate::DEFAULT,
