@@ -60,7 +60,9 @@ def test_dead_time_margin_of_a_controller_that_predicts_is_that_of_the_driven_lo
     vehicle = CAR.replace(dead_time=dead_time)
     told = _told(name, vehicle)
     computed = margins(told.params, vehicle, speed).dead_time
-    driven = critical_dead_time(told, Car.of(vehicle), speed, computed)
+    # Far beyond its margin a controller that predicts may be stable once more.
+    most = 1.5 * computed + 0.02
+    driven = critical_dead_time(told, Car.of(vehicle), speed, computed, most=most)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
