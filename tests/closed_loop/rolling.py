@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from types import EllipsisType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -79,7 +78,7 @@ class Told(NamedTuple):
     name: str
     params: Params
     vehicle: popsteer.Vehicle
-    adapt: AdaptParams | EllipsisType | None = ...
+    adapt: AdaptParams | Literal["auto"] | None = "auto"
 
     def in_small_signals(self) -> Told:
         """The same, as it answers small signals in proportion.
@@ -91,7 +90,7 @@ class Told(NamedTuple):
         if isinstance(params, popsteer.PopParams):
             params = params.replace(candidate_count=20_001)
         vehicle = self.vehicle.replace(max_lateral_acceleration=None)
-        adapt = AdaptParams() if isinstance(self.adapt, EllipsisType) else self.adapt
+        adapt = AdaptParams() if self.adapt == "auto" else self.adapt
         adapt = None if adapt is None else adapt.replace(turn_time=0.0)
         return self._replace(params=params, vehicle=vehicle, adapt=adapt)
 
@@ -113,6 +112,7 @@ def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05)
     return bool(late > early and late > _SMALL)
 
 
+<<<<<<< HEAD
 def critical_dead_time(
     told: Told,
     car: Car,
@@ -122,6 +122,9 @@ def critical_dead_time(
     *,
     most: float | None = None,
 ) -> float:
+=======
+def critical_dead_time(told: Told, car: Car, speed: float, guess: float, dt: float = 0.05) -> float:
+>>>>>>> vehicle
     """Find by bisection the dead time to add at which a small disturbance no longer dies out."""
 
     def unstable(dead_time: float) -> bool:

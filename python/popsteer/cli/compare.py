@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -79,7 +79,7 @@ def compare(
         told = inputs.believed(vehicle, set_vehicle, itself)
         begin = inputs.start(course.path, start, start_at, start_offset, itself)
         params = study.parameters(names, preset)
-        adapt = None if no_adapt else ...
+        adapt: Literal["auto"] | None = None if no_adapt else "auto"
         if out is not None:
             check_folder(out, report.file_names(params))
         comparison = study.compare(

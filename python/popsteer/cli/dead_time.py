@@ -85,7 +85,7 @@ def dead_time(
             start_at=begin.at,
             preset=preset,
             dead_time=dead_time,
-            adapt=None if no_adapt else ...,
+            adapt=None if no_adapt else "auto",
             progress=progress.update,
         )
     deliver_table(

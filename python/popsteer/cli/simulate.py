@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -30,9 +30,6 @@ from popsteer.sim import (
     vehicle_of,
 )
 from popsteer.study.compare import parameters
-
-if TYPE_CHECKING:
-    from types import EllipsisType
 
 __all__ = ["HELP", "simulate"]
 
@@ -192,17 +189,17 @@ def simulate(
 
 def _tuned(
     name: str, preset: str, assignments: list[str], *, no_adapt: bool
-) -> tuple[Any, AdaptParams | EllipsisType | None]:
+) -> tuple[Any, AdaptParams | Literal["auto"] | None]:
     """Give the tuning of a controller, and how it adapts."""
     params = parameters([name], preset)[name]
     if name in baselines.names():
-        return assigned(params, assignments, name), ...
+        return assigned(params, assignments, name), "auto"
     usual = AdaptParams()
     params, adapt = assigned_each([params, usual], assignments, name)
     if no_adapt:
         return params, None
     # As the controller does by default, unless something of it was set.
-    return params, ... if adapt is usual else adapt
+    return params, "auto" if adapt is usual else adapt
 
 
 def _plant(text: str, assignments: list[str]) -> Plant:

@@ -126,7 +126,7 @@ def stability(
         itself,
         _speeds(speeds),
         believed=told,
-        adapt=None if no_adapt else ...,
+        adapt=None if no_adapt else "auto",
         preset=f"{preset}{changed}",
         dt=dt,
     )

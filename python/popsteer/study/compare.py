@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer import baselines, laws, presets
 from popsteer.errors import ConfigError
@@ -12,7 +12,6 @@ from popsteer.sim import plant_name, run, vehicle_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from types import EllipsisType
     from typing import Any
 
     from popsteer._core import AdaptParams, CoupledLongitudinal, Path, Settings, SpeedPid, Vehicle
@@ -168,7 +167,7 @@ def controller(
     path: Path,
     vehicle: Vehicle,
     params: Params | MpcParams,
-    adapt: AdaptParams | EllipsisType | None = ...,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
 ) -> Controller | OwnLaw:
     """Make what steers.
 
@@ -216,7 +215,7 @@ def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
     plant: Plant = "carla-identified",
     *,
     vehicle: Vehicle | None = None,
-    adapt: AdaptParams | EllipsisType | None = ...,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
     preset: str = presets.REPRODUCTION,
     start: Pose | None = None,
     start_at: StartAt = "pose",

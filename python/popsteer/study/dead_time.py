@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer import laws, presets
 from popsteer.errors import ConfigError
@@ -12,7 +12,6 @@ from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics, run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
-    from types import EllipsisType
     from typing import Any
 
     from popsteer._core import AdaptParams, Path
@@ -79,7 +78,7 @@ def dead_times(  # noqa: PLR0913 - as `popsteer.sim.run`
     start_at: StartAt = "pose",
     preset: str = presets.REPRODUCTION,
     dead_time: float = DEAD_TIME,
-    adapt: AdaptParams | EllipsisType | None = ...,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
     progress: Callable[[str, float], object] | None = None,
 ) -> list[DeadTimeRow]:
     """Drive with and without dead time, and with a prediction through it, right and wrong.

@@ -10,8 +10,7 @@ gains g of `popsteer.study.linear_preview`::
 
 from __future__ import annotations
 
-from types import EllipsisType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from popsteer._core import AdaptParams, PopParams, PreviewPopParams
 from popsteer.ranges import check_in_range
@@ -46,7 +45,7 @@ def preview_offset(
     dt: float = 0.05,
     *,
     believed: Vehicle | None = None,
-    adapt: AdaptParams | EllipsisType | None = ...,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
 ) -> float:
     """Offset that preview POP keeps in a steady bend.
 
@@ -93,7 +92,7 @@ def preview_offset(
     check_in_range("radius", radius, 1e-3, 1e6)
     check_in_range("speed", speed, 1e-3, 1e3)
     check_in_range("dt", dt, 1e-3, 1.0)
-    adapt = AdaptParams() if isinstance(adapt, EllipsisType) else adapt
+    adapt = AdaptParams() if adapt == "auto" else adapt
     if adapt is not None and adapt.turn_time > 0.0:
         return 0.0
     believed = vehicle if believed is None else believed
@@ -111,7 +110,7 @@ def choice(
     speed: float = 15.0,
     dt: float = 0.05,
     believed: Vehicle | None = None,
-    adapt: AdaptParams | EllipsisType | None = ...,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
 ) -> Choice:
     """Vary the parameter of a controller that trades margin for accuracy.
 

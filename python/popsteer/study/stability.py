@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import EllipsisType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -90,7 +89,7 @@ def margins(
     dt: float = 0.05,
     *,
     believed: Vehicle | None = None,
-    adapt: AdaptParams | EllipsisType | None = ...,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
     frequencies: int = 3000,
 ) -> Margins:
     """Measure how far a loop is from instability.
@@ -176,10 +175,10 @@ def margins(
 
 
 def _slip_time(
-    params: Params, believed: Vehicle, adapt: AdaptParams | EllipsisType | None, speed: float
+    params: Params, believed: Vehicle, adapt: AdaptParams | Literal["auto"] | None, speed: float
 ) -> float:
     """Time over which a controller estimates the slip at a speed [s]; 0 where it does not."""
-    if isinstance(adapt, EllipsisType):
+    if adapt == "auto":
         predicts = isinstance(params, PreviewPopParams) or believed.dead_time > 0.0
         adapt = AdaptParams() if predicts else None
     if adapt is None:
@@ -194,7 +193,7 @@ def stability(
     speeds: Iterable[float] = DEFAULT_SPEEDS,
     *,
     believed: Vehicle | None = None,
-    adapt: AdaptParams | EllipsisType | None = ...,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
     preset: str = "default",
     dt: float = 0.05,
 ) -> Stability:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from popsteer.study.compare import controller
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from types import EllipsisType
 
     from popsteer._core import AdaptParams
     from popsteer.sim import Run
@@ -34,7 +33,7 @@ def time_steps(
     params: Mapping[str, Any],
     progress: Callable[[str, float], object] | None = None,
     *,
-    adapt: AdaptParams | EllipsisType | None = ...,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
 ) -> Comparison:
     """Measure the step of each controller on the states of its own run.
 

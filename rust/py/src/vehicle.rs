@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use popsteer_core::error::input_in_range;
 use popsteer_core::path::view::MAX_SPEED;
 use popsteer_core::vehicle::{self, AdaptParams, Vehicle};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyEllipsis, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use crate::errors::OrRaise;
 use crate::params::{Number, params, repr};
@@ -227,7 +228,7 @@ params! {
 /// How a controller was told to adapt.
 #[derive(Debug)]
 pub(crate) enum Adapt {
-    /// Not told: as controllers of its kind do.
+    /// "auto": as controllers of its kind do.
     Usual,
     /// So, or not at all.
     Told(Option<Py<PyAdaptParams>>),
@@ -237,10 +238,14 @@ impl<'py> FromPyObject<'_, 'py> for Adapt {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        if object.is_instance_of::<PyEllipsis>() {
+        if object.cast::<PyString>().is_ok_and(|text| text == "auto") {
             return Ok(Self::Usual);
         }
-        Ok(Self::Told(object.extract()?))
+        let told = object.extract().map_err(|_| {
+            let given = object.get_type();
+            PyTypeError::new_err(format!("adapt must be AdaptParams, None or 'auto', got {given}"))
+        })?;
+        Ok(Self::Told(told))
     }
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.error import config_in_range
 from popsteer.reference.lateral import (
@@ -17,8 +17,6 @@ from popsteer.reference.lateral import (
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
 
 if TYPE_CHECKING:
-    from types import EllipsisType
-
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -124,7 +122,7 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
         vehicle: Vehicle | None = None,
         params: BangBangParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
         super().__init__(path, vehicle, BangBangParams() if params is None else params, adapt)
 

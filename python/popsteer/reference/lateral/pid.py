@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer import errors
 from popsteer.reference.error import config_count, config_optional, input_in_range
@@ -20,8 +20,6 @@ from popsteer.reference.lateral import (
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
 
 if TYPE_CHECKING:
-    from types import EllipsisType
-
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -199,7 +197,7 @@ class Pid(Tracker[PidParams, PidState]):
         vehicle: Vehicle | None = None,
         params: PidParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
         super().__init__(path, vehicle, PidParams() if params is None else params, adapt)
         self._kp = resolved(self._resolved.kp)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.error import config_in_range, config_odd
 from popsteer.reference.lateral import (
@@ -23,8 +23,6 @@ from popsteer.reference.vehicle.bicycle import get_predicted_location
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from types import EllipsisType
-
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView, Point
     from popsteer.reference.vehicle import Vehicle
@@ -176,7 +174,7 @@ class Pop(Tracker[PopParams, PopState]):
         vehicle: Vehicle | None = None,
         params: PopParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
         super().__init__(path, vehicle, PopParams() if params is None else params, adapt)
         self._search = Search.of(self._resolved)

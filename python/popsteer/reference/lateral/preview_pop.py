@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.error import config_in_range, config_optional
 from popsteer.reference.lateral import (
@@ -23,8 +23,6 @@ from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.bicycle import steps
 
 if TYPE_CHECKING:
-    from types import EllipsisType
-
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -187,7 +185,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         vehicle: Vehicle | None = None,
         params: PreviewPopParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
         super().__init__(path, vehicle, PreviewPopParams() if params is None else params, adapt)
         self._steer_span_rate = resolved(self._resolved.steer_span_rate)

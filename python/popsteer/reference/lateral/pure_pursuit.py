@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import copysign
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.lateral import (
     Belief,
@@ -22,8 +22,6 @@ from popsteer.reference.path.view import get_distance
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from types import EllipsisType
-
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -165,7 +163,7 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
         vehicle: Vehicle | None = None,
         params: PurePursuitParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
         super().__init__(path, vehicle, PurePursuitParams() if params is None else params, adapt)
         self._search = Search.of(self._resolved)

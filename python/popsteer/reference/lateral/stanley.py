@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.error import config_in_range, config_optional
 from popsteer.reference.lateral import (
@@ -20,8 +20,6 @@ from popsteer.reference.math import atan, wrap
 from popsteer.reference.path.locate import path_yaw_behind
 
 if TYPE_CHECKING:
-    from types import EllipsisType
-
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -140,7 +138,7 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
         vehicle: Vehicle | None = None,
         params: StanleyParams | None = None,
         *,
-        adapt: AdaptParams | EllipsisType | None = ...,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
         super().__init__(path, vehicle, StanleyParams() if params is None else params, adapt)
         self._softening = resolved(self._resolved.softening)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import operator
 from dataclasses import dataclass, replace
 from math import copysign
-from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, Literal, NamedTuple, TypeVar
 
 from popsteer.errors import InputError
 from popsteer.reference.error import input_below, input_in_range
@@ -23,7 +23,6 @@ from popsteer.reference.lateral import (
     check_steer,
 )
 from popsteer.reference.math import atan, atan2, divide, saturate, wrap
-from popsteer.reference.path.follow import Located
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.relocalise import relocalise
 from popsteer.reference.path.view import MAX_COORDINATE, Point
@@ -34,8 +33,7 @@ from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from types import EllipsisType
-
+    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
 
 __all__ = ["HANDOVER_TIME", "Answer", "Seen", "Tracker", "TrackerState"]
@@ -198,12 +196,12 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         path: PathView,
         vehicle: Vehicle | None,
         params: ParamsT,
-        adapt: AdaptParams | EllipsisType | None,
+        adapt: AdaptParams | Literal["auto"] | None,
     ) -> None:
         super().__init__(path, Vehicle() if vehicle is None else vehicle, params)
         self._vehicle_given = vehicle is not None
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
-        self._adapt = self.default_adapt() if adapt is ... else adapt
+        self._adapt = self.default_adapt() if adapt == "auto" else adapt
         # Whether wheels and motion of the vehicle are modelled.
         self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
         # Whether the law's angle is the command as it is.
@@ -452,7 +450,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             smoothing = 2.0 / 3.0 * car.wheelbase
             preview = Preview(path, smoothing, here.foot.segment, start, travel)
             _, (turn,) = preview.turns(start, travel, 1)
-            return here.turn(divide(turn, travel))
+            return here.turn(turn / travel)
 
         estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
         return replace(estimator, seen=now)
@@ -615,9 +613,6 @@ def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: 
     if most is None:
         return wheel
     square, length = speed * speed * gain, car.turning_length(speed)
-    # tan(x) < 2 x up to 1.1: most steps need no tangent.
-    if abs(wheel) < 1.1 and 2.0 * abs(wheel) * square <= most * length:
-        return wheel
     widest = atan(divide(most * length, square))
     return saturate(wheel, -widest, widest)
 
