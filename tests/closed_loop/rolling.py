@@ -112,7 +112,6 @@ def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05)
     return bool(late > early and late > _SMALL)
 
 
-<<<<<<< HEAD
 def critical_dead_time(
     told: Told,
     car: Car,
@@ -122,9 +121,6 @@ def critical_dead_time(
     *,
     most: float | None = None,
 ) -> float:
-=======
-def critical_dead_time(told: Told, car: Car, speed: float, guess: float, dt: float = 0.05) -> float:
->>>>>>> vehicle
     """Find by bisection the dead time to add at which a small disturbance no longer dies out."""
 
     def unstable(dead_time: float) -> bool:

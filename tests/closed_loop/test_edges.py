@@ -13,7 +13,7 @@ from popsteer.errors import ConfigError, PathError
 from popsteer.report.edges import share_text
 from popsteer.report.table import title_of
 from popsteer.sim import Simulation
-from popsteer.study import EDGE_LAWS, EdgeRun, EdgeTrack, edge_tracks, edges
+from popsteer.study import EDGE_LAWS, EdgeRun, edge_tracks, edges
 from popsteer.study.edges import EDGE_PLANT, TOP_SPEED, TURNING_SPEED, edge_controller
 from tests.closed_loop.page import line, table
 
@@ -74,9 +74,7 @@ def test_edges_the_rear_axle_turns_round_at_the_cusp(law: str) -> None:
     track = TRACKS["parallel-parking"]
     controller = edge_controller(law, track.path, EDGE_PLANT.vehicle)
     pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
-    done = sim.run(
-        controller, EDGE_PLANT, start=track.start, start_at="rear", longitudinal=pedals
-    )
+    done = sim.run(controller, EDGE_PLANT, start=track.start, start_at="rear", longitudinal=pedals)
     assert done.metrics.finished
     # Forward along x to the first cusp at 10 m; from there on backwards, to the slot.
     x, speed = done.records["x"], done.records["speed"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 import popsteer
@@ -19,9 +17,11 @@ CONSTANT = AdaptParams(turn_time=0.0)
 
 
 def _told(
-    believed: dict[str, Any], adapt: AdaptParams | None = CONSTANT, **changes: float
+    believed: dict[str, float],
+    params: PreviewPopParams | None = None,
+    adapt: AdaptParams = CONSTANT,
 ) -> Told:
-    params = PreviewPopParams(**changes)
+    params = PreviewPopParams() if params is None else params
     return Told("preview-pop", params, VEHICLE.replace(**believed), adapt)
 
 
@@ -41,9 +41,10 @@ def _told(
 def test_preview_offset_of_a_wrong_vehicle_is_the_one_that_is_driven(
     believed: dict[str, float], changes: dict[str, float], radius: float, speed: float
 ) -> None:
-    told = _told(believed, **changes)
+    params = PreviewPopParams().replace(**changes)
+    told = _told(believed, params)
     computed = preview_offset(
-        told.params, VEHICLE, radius, speed, believed=told.vehicle, adapt=told.adapt
+        params, VEHICLE, radius, speed, believed=told.vehicle, adapt=told.adapt
     )
     driven = driven_preview_offset(told, CAR, radius, speed)
     assert driven == pytest.approx(computed, rel=0.05, abs=1e-3)
@@ -58,8 +59,10 @@ def test_preview_offset_of_a_wrong_vehicle_is_the_one_that_is_driven(
 def test_preview_offset_of_a_right_or_estimated_vehicle_is_none(
     believed: dict[str, float], adapt: AdaptParams, speed: float
 ) -> None:
-    told = _told(believed, adapt)
-    found = preview_offset(told.params, VEHICLE, 50.0, speed, believed=told.vehicle, adapt=adapt)
+    told = _told(believed, adapt=adapt)
+    found = preview_offset(
+        PreviewPopParams(), VEHICLE, 50.0, speed, believed=told.vehicle, adapt=adapt
+    )
     assert found == 0.0
     # The weight of what the controller was told keeps a part of it for a while.
     assert driven_preview_offset(told, CAR, 50.0, speed) == pytest.approx(0.0, abs=3e-3)
