@@ -112,15 +112,22 @@ def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05)
     return bool(late > early and late > _SMALL)
 
 
-def critical_dead_time(told: Told, car: Car, speed: float, guess: float, dt: float = 0.05) -> float:
+def critical_dead_time(
+    told: Told,
+    car: Car,
+    speed: float,
+    guess: float,
+    dt: float = 0.05,
+    *,
+    most: float | None = None,
+) -> float:
     """Find by bisection the dead time to add at which a small disturbance no longer dies out."""
 
     def unstable(dead_time: float) -> bool:
         late = car._replace(dead_time=car.dead_time + dead_time)
         return grows(told, late, speed, 20.0 + 40.0 * guess, dt)
 
-    # Far beyond it a controller that predicts may be stable once more.
-    low, high = 0.0, 1.5 * guess + 0.02
+    low, high = 0.0, 2.0 * guess + 0.05 if most is None else most
     assert not unstable(low)
     assert unstable(high)
     while high - low > 0.002 * guess + 1e-4:

@@ -22,7 +22,7 @@ from tests.closed_loop.rolling import (
 CAR = vehicles.get("paper")  # has no limit of the lateral acceleration
 
 
-def _told(name: str, vehicle: Vehicle, adapt: Any = ..., **changes: Any) -> Told:
+def _told(name: str, vehicle: Vehicle, adapt: Any = "auto", **changes: Any) -> Told:
     params = presets.get(name, "default").replace(**changes)
     return Told(name, params, vehicle, adapt).in_small_signals()
 
@@ -60,7 +60,9 @@ def test_dead_time_margin_of_a_controller_that_predicts_is_that_of_the_driven_lo
     vehicle = CAR.replace(dead_time=dead_time)
     told = _told(name, vehicle)
     computed = margins(told.params, vehicle, speed).dead_time
-    driven = critical_dead_time(told, Car.of(vehicle), speed, computed)
+    # Far beyond its margin a controller that predicts may be stable once more.
+    most = 1.5 * computed + 0.02
+    driven = critical_dead_time(told, Car.of(vehicle), speed, computed, most=most)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
@@ -80,10 +82,10 @@ def test_dead_time_margin_shrinks_by_the_dead_time_that_nobody_tells(name: str) 
     [
         ({}, {}, None),
         ({}, {}, AdaptParams(slip_time=1.0)),
-        ({}, {"wheelbase": 2.55, "steer_lag": 0.2}, ...),
+        ({}, {"wheelbase": 2.55, "steer_lag": 0.2}, "auto"),
         ({}, {"turning_wheelbase": 3.45, "steer_lag": 0.0}, None),
-        ({"heading_cost": 1.0, "steer_rate_cost": 0.05}, {}, ...),
-        ({"horizon": 2.0}, {}, ...),
+        ({"heading_cost": 1.0, "steer_rate_cost": 0.05}, {}, "auto"),
+        ({"horizon": 2.0}, {}, "auto"),
     ],
     ids=str,
 )
@@ -104,7 +106,7 @@ def test_dead_time_margin_of_a_preview_that_adapts_is_hardly_less(
 ) -> None:
     """Late wheels look like wheels that turn the car too little: the gain comes out too low."""
     vehicle = CAR.replace(dead_time=dead_time)
-    told = _told("preview-pop", vehicle)._replace(adapt=...)
+    told = _told("preview-pop", vehicle)._replace(adapt="auto")
     computed = margins(told.params, vehicle, speed).dead_time
     driven = critical_dead_time(told, Car.of(vehicle), speed, computed)
     assert driven >= 0.85 * computed
