@@ -27,10 +27,10 @@ TO_THE_END = Settings(stop_distance=0.0, time_limit=300.0)
 
 
 class Shortened:
-    """A law on a path without its last metres, driven along the whole of it."""
+    """A controller on a path without its last metres, driven along the whole of it."""
 
     def __init__(self, law: Controller) -> None:
-        self.reference_offset = law.reference_offset
+        self.tracked_point = law.tracked_point
         self._law = law
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> popsteer.Command:
@@ -44,9 +44,12 @@ def courses(name: str) -> tuple[popsteer.Path, Pose | None]:
     return track(name), None
 
 
+CAR = sim.vehicle_of(PLANT)
+
+
 def controller(name: str, path: popsteer.Path, preset: str) -> Controller:
-    params = sim.fitted(presets.get(name, preset), PLANT)
-    return laws.get(name).controller(path, params)  # type: ignore[arg-type]
+    params = presets.get(name, preset)
+    return laws.get(name).controller(path, CAR, params)  # type: ignore[arg-type]
 
 
 def shortened(path: popsteer.Path, length: float) -> popsteer.Path:
@@ -59,9 +62,8 @@ def angles_by_arc(
     law: Controller | Shortened, path: popsteer.Path, start: Pose | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where on the path the front axle was at each step [m], and the angle commanded [rad]."""
-    done = sim.run(law, PLANT, path=path, start=start, settings=TO_THE_END)
-    records = done.records
-    ahead = sim.geometry(PLANT).front_offset
+    done = sim.run(law, PLANT, path=path, start=start, start_at="front", settings=TO_THE_END)
+    records, ahead = done.records, CAR.front_axle
     x = records["x"] + ahead * np.cos(records["yaw"])
     y = records["y"] + ahead * np.sin(records["yaw"])
     arc = np.array([path.project(*point).arc_length for point in zip(x, y, strict=True)])

@@ -11,12 +11,10 @@ NAMES = ("default", "paper", "published-code", "reproduction")
 
 
 @pytest.mark.parametrize("law", laws.names())
-def test_presets_of_each_law_are_of_its_class_and_leave_the_vehicle_open(law: str) -> None:
+def test_presets_of_each_law_are_of_its_class(law: str) -> None:
     assert presets.names(law) == NAMES
     for name in NAMES:
-        params = presets.get(law, name)
-        assert type(params) is laws.get(law).params
-        assert params.reference_offset is None
+        assert type(presets.get(law, name)) is laws.get(law).params
 
 
 def test_presets_where_paper_and_code_differ_hold_both() -> None:
@@ -40,27 +38,28 @@ def test_preset_or_law_unknown_is_refused_with_the_known_ones() -> None:
         presets.get("mpc", "paper")
 
 
-@pytest.mark.parametrize("plant", sim.plant_names())
-def test_fitted_params_have_the_plants_axle_and_wheelbase(plant: str) -> None:
-    at = sim.geometry(plant)
-    front = sim.fitted(popsteer.PopParams(wheelbase=9.0), plant)
-    rear = sim.fitted(popsteer.PurePursuitParams(wheelbase=9.0), plant)
-    assert (front.reference_offset, front.wheelbase) == (at.front_offset, at.wheelbase)
-    assert (rear.reference_offset, rear.wheelbase) == (at.rear_offset, at.wheelbase)
+@pytest.mark.parametrize("law", laws.names())
+def test_presets_of_the_paper_are_absolute_numbers_at_its_car(law: str) -> None:
+    """What a default leaves to the vehicle comes to the paper's number at a wheelbase of 3 m."""
+    paper = popsteer.Vehicle()
+    default = presets.get(law, "default").resolved(paper).as_dict()
+    assert None not in default.values()
+    for name in ("paper", "published-code", "reproduction"):
+        params = presets.get(law, name)
+        small = popsteer.Vehicle(wheelbase=0.3)
+        changed = {
+            field: value
+            for field, value in params.resolved(paper).as_dict().items()
+            if value != default[field]
+        }
+        for field, value in changed.items():
+            assert params.resolved(small).as_dict()[field] == value, field
 
 
-def test_fitted_params_of_a_bicycle_follow_its_own_wheelbase() -> None:
-    fitted = sim.fitted(popsteer.PidParams(), sim.KinematicBicycle(wheelbase=2.5))
-    assert (fitted.reference_offset, fitted.wheelbase) == (2.5, 2.5)
-
-
-def test_geometry_of_each_plant_is_what_the_simulation_starts_from() -> None:
-    path = track("straight")
-    own: list[sim.Plant] = [sim.CarlaIdentified(), sim.KinematicBicycle(wheelbase=2.0)]
-    for plant in [*sim.plant_names(), *own]:
-        simulation = sim.Simulation(path, plant, start=(10.0, 0.0, 0.0))
-        x, *_ = simulation.vehicle
-        assert 10.0 - x == pytest.approx(sim.geometry(plant).front_offset, abs=1e-12)
+def test_vehicle_of_each_plant_is_the_one_that_is_named_so() -> None:
+    for name in sim.plant_names():
+        assert sim.vehicle_of(name) == popsteer.vehicles.get(name)
+    assert sim.vehicle_of(sim.KinematicBicycle(popsteer.Vehicle())) == popsteer.Vehicle()
 
 
 def test_comparison_by_mapping_drives_the_params_given() -> None:

@@ -26,7 +26,7 @@ True
 """
 
 from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Settings, Simulation
-from popsteer.sim.geometry import Plant, plant_name, plant_names, vehicle_of
+from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names, vehicle_of
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.run import START_OFFSET, Run, default_start, run
@@ -41,9 +41,11 @@ __all__ = [
     "OwnCommand",
     "OwnLaw",
     "Plant",
+    "Pose",
     "Run",
     "Settings",
     "Simulation",
+    "StartAt",
     "default_start",
     "plant_name",
     "plant_names",

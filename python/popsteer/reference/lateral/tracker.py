@@ -450,7 +450,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             smoothing = 2.0 / 3.0 * car.wheelbase
             preview = Preview(path, smoothing, here.foot.segment, start, travel)
             _, (turn,) = preview.turns(start, travel, 1)
-            return here.turn(divide(turn, travel))
+            return here.turn(turn / travel)
 
         estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
         return replace(estimator, seen=now)
@@ -613,9 +613,6 @@ def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: 
     if most is None:
         return wheel
     square, length = speed * speed * gain, car.turning_length(speed)
-    # tan(x) < 2 x up to 1.1: most steps need no tangent.
-    if abs(wheel) < 1.1 and 2.0 * abs(wheel) * square <= most * length:
-        return wheel
     widest = atan(divide(most * length, square))
     return saturate(wheel, -widest, widest)
 
