@@ -101,7 +101,7 @@ impl Vehicles {
         macro_rules! try_each {
             ($($law:ident($class:ty)),+) => {$(
                 if first.cast_exact::<$class>().is_ok() {
-                    let mut members = Vec::with_capacity(controllers.len() * repeat);
+                    let mut batch = Batch::new([]);
                     let mut recipes = Vec::with_capacity(controllers.len());
                     for (index, controller) in controllers.iter().enumerate() {
                         let controller = controller.cast_exact::<$class>().map_err(|_| {
@@ -110,12 +110,12 @@ impl Vehicles {
                         })?;
                         let class = controller.get_type().unbind();
                         let controller = controller.try_borrow()?;
-                        members.extend(std::iter::repeat_n(controller.member(), repeat));
+                        batch.add(controller.member(), repeat);
                         let (arguments, options) = controller.__getnewargs_ex__(first.py())?;
                         let (arguments, options) = (arguments.unbind(), options.unbind());
                         recipes.push(Recipe { class, arguments, options });
                     }
-                    return Ok((Self::$law(Batch::new(members)), recipes));
+                    return Ok((Self::$law(batch), recipes));
                 }
             )+};
         }

@@ -40,7 +40,10 @@ struct Kept<L: LateralLaw> {
 }
 
 /// A state, without the 3 kB for commands in flight where there are none.
-#[expect(clippy::large_enum_variant, reason = "most are short, and there are many")]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "most are short, and there are many"
+)]
 #[derive(Clone, Debug)]
 enum KeptState<S> {
     Whole(Box<TrackerState<S>>),
@@ -210,6 +213,12 @@ where
         Self {
             members: members.into_iter().map(Kept::new).collect(),
         }
+    }
+
+    /// Takes in so many more vehicles that are like `member`.
+    pub fn add(&mut self, member: Member<L>, count: usize) {
+        let kept = Kept::new(member);
+        self.members.extend(std::iter::repeat_n(kept, count));
     }
 
     /// How many vehicles.
