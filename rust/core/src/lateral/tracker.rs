@@ -424,6 +424,8 @@ impl<L: LateralLaw> Tracker<L> {
             state.measured_waypoint = Some(measured.foot.segment);
             Some(measured)
         } else {
+            // One that a state of another vehicle brought along may be none of this path.
+            state.measured_waypoint = None;
             None
         };
         if let Some(adapt) = &self.adapt {
@@ -922,9 +924,11 @@ mod tests {
             let mut restored = late.initial_state();
             restored.estimator.estimate.steer_offset = 0.1;
             restored.estimator.estimate.gain = 2.0;
+            restored.measured_waypoint = Some(0);
             assert_eq!(tracker.check_state(&path.view(), &restored), Ok(()));
             let mut step = |state| tracker.steer(&path.view(), state, beside(), 0.05);
             assert_eq!(step(&mut restored), step(&mut state));
+            assert_eq!(restored.measured_waypoint, None);
         }
     }
 
