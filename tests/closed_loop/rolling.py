@@ -1,8 +1,8 @@
 """The chain from command to motion in plain Python, apart from the library's plants and equations.
 
-    wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ± max_steer_rate)
-    |wheel| <= max_steer
-    yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed²)
+wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ± max_steer_rate)
+|wheel| <= max_steer
+yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed²)
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from popsteer import laws
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
     from popsteer.laws import Params
 
 _P = TypeVar("_P", bound="Params")
@@ -38,7 +39,10 @@ class Chain:
         self.car, self.speed, self.dt, self.substeps = car, speed, dt, substeps
         self.no_slip = car.rear_axle if car.no_slip_point is None else car.no_slip_point
         x, y, self.yaw = pose
-        self.x, self.y = x + self.no_slip * math.cos(self.yaw), y + self.no_slip * math.sin(self.yaw)
+        self.x, self.y = (
+            x + self.no_slip * math.cos(self.yaw),
+            y + self.no_slip * math.sin(self.yaw),
+        )
         self.wheel = max(-car.max_steer, min(car.steer_offset, car.max_steer))
         self.yaw_rate = 0.0
         # How many control periods a command is late, and how much longer in its last one.
@@ -134,7 +138,9 @@ def grows(
     known = unaware(car) if known is None else known
     # The registry pairs each controller with its parameters; the type checker cannot see that.
     controller = laws.get(name).controller(
-        straight_path(speed * duration + 100.0), known, params  # type: ignore[arg-type]
+        straight_path(speed * duration + 100.0),
+        known,
+        params,  # type: ignore[arg-type]
     )
     _, angles = roll(controller, car, speed, (0.0, 0.02, 0.0), dt, steps)
     if np.abs(angles).max() > _ASTRAY:
@@ -181,7 +187,7 @@ def circle(radius: float, spacing: float = 0.5) -> popsteer.Path:
 def driven_preview_offset(
     controller: popsteer.PreviewPop, car: popsteer.Vehicle, radius: float, speed: float
 ) -> float:
-    """Drive preview POP a lap of its `circle`; its tracked point's offset to the inside, at last."""
+    """Drive preview POP a lap of its `circle`; the offset that it keeps to the inside, at last."""
     steps = math.ceil(2.0 * math.pi * radius / speed / 0.05)
     places, _ = roll(controller, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
     turned = places[3 * steps // 4 :] - (0.0, radius)

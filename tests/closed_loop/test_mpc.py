@@ -17,7 +17,6 @@ from tests.closed_loop.paths import cusps, shuttle, track
 from tests.closed_loop.rolling import Chain
 from tests.helpers import authors_data
 
-
 LINE = popsteer.Path([(float(x), 0.0) for x in range(201)])
 SPEED = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
 

@@ -30,7 +30,7 @@ from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names,
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.run import START_OFFSET, Run, default_start, run
-from popsteer.sim.steering import OwnCommand, OwnLaw
+from popsteer.sim.steering import OwnCommand, OwnController, OwnLaw, OwnReversingLaw
 
 __all__ = [
     "START_OFFSET",
@@ -39,7 +39,9 @@ __all__ = [
     "Metrics",
     "Noise",
     "OwnCommand",
+    "OwnController",
     "OwnLaw",
+    "OwnReversingLaw",
     "Plant",
     "Pose",
     "Run",
