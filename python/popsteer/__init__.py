@@ -23,6 +23,7 @@ by name), `popsteer.study` (comparisons), `popsteer.report` (tables, figures, fi
 compare with).
 """
 
+from popsteer import vehicles
 from popsteer._core import (
     AdaptParams,
     BangBang,
@@ -113,5 +114,6 @@ __all__ = [
     "kinematic_bicycle",
     "saturate",
     "state_transition",
+    "vehicles",
     "wrap",
 ]

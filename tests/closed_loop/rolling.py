@@ -1,33 +1,40 @@
+<<<<<<< HEAD
 """The chain from command to motion in plain Python, apart from the library's plants and equations.
 
 wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ± max_steer_rate)
 |wheel| <= max_steer
 yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed²)
 """
+=======
+"""A bicycle with lag and dead time, apart from the library's own plants and equations."""
+>>>>>>> vehicle
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 import popsteer
-from popsteer import laws
+from popsteer import AdaptParams, laws
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from popsteer.laws import Params
 
-_P = TypeVar("_P", bound="Params")
+_SUBSTEPS = 4
 _SMALL = 5e-5  # change of the angle in a step that the grid of the candidates may cause [rad]
 _ASTRAY = 0.3  # an angle that no stable loop comes to from the start below [rad]
 
 
-class Chain:
-    """A car at constant speed; `pose` is that of its point."""
+class Car(NamedTuple):
+    """A kinematic bicycle about the middle of its rear axle."""
 
+<<<<<<< HEAD
     def __init__(
         self,
         car: popsteer.Vehicle,
@@ -50,37 +57,15 @@ class Chain:
         self.early = max(car.dead_time - self.whole * dt, 0.0)
         # The wheels are commanded straight until the first command arrives.
         self.commands = [0.0] * (self.whole + 1)
+=======
+    wheelbase: float
+    lag: float
+    dead_time: float
+>>>>>>> vehicle
 
-    @property
-    def pose(self) -> tuple[float, float, float]:
-        x = self.x - self.no_slip * math.cos(self.yaw)
-        return x, self.y - self.no_slip * math.sin(self.yaw), self.yaw
-
-    def advance(self, command: float) -> None:
-        """Drive on for a control period."""
-        self.commands.append(command)
-        arriving = (self.commands[-2 - self.whole], self.commands[-1 - self.whole])
-        for angle, duration in zip(arriving, (self.early, self.dt - self.early), strict=True):
-            for _ in range(self.substeps if duration > 0.0 else 0):
-                self._move(angle, duration / self.substeps)
-
-    def _move(self, command: float, h: float) -> None:
-        car = self.car
-        target = max(-car.max_steer, min(command + car.steer_offset, car.max_steer))
-        kept = math.exp(-h / car.steer_lag) if car.steer_lag > 0.0 else 0.0
-        gap = self.wheel - target
-        wheel, mean = target + gap * kept, target + gap * (1.0 - kept) * car.steer_lag / h
-        if car.max_steer_rate is not None and abs(wheel - self.wheel) > car.max_steer_rate * h:
-            wheel = self.wheel + math.copysign(car.max_steer_rate * h, target - self.wheel)
-            mean = 0.5 * (self.wheel + wheel)
-        self.wheel = wheel
-        turning = car.wheelbase if car.turning_wheelbase is None else car.turning_wheelbase
-        length = turning + car.understeer * self.speed * self.speed
-        self.yaw_rate = self.speed * math.tan(mean) / length
-        middle = self.yaw + 0.5 * self.yaw_rate * h
-        self.x += self.speed * h * math.cos(middle)
-        self.y += self.speed * h * math.sin(middle)
-        self.yaw += self.yaw_rate * h
+    @classmethod
+    def of(cls, vehicle: popsteer.Vehicle) -> Car:
+        return cls(vehicle.turning_length(0.0), vehicle.steer_lag, vehicle.dead_time)
 
 
 def straight_path(length: float) -> popsteer.Path:
@@ -88,53 +73,70 @@ def straight_path(length: float) -> popsteer.Path:
     return popsteer.Path(np.column_stack((x, np.zeros_like(x))))
 
 
-def in_small_signals(params: _P) -> _P:
-    """Parameters with which a controller answers small signals in proportion, and growing ones."""
-    if isinstance(params, popsteer.PopParams):
-        return cast("_P", params.replace(candidate_count=20_001))
-    return params
-
-
-def unaware(car: popsteer.Vehicle) -> popsteer.Vehicle:
-    """A car as a controller knows it that does not predict through its dead time.
-
-    The lateral acceleration is free: else a loop that grows settles to a swing, at high speed a
-    small one.
-    """
-    return car.replace(dead_time=0.0, max_lateral_acceleration=None)
-
-
 def roll(
-    controller: laws.Controller,
-    car: popsteer.Vehicle,
+    law: laws.Controller,
+    car: Car,
     speed: float,
     pose: tuple[float, float, float],
     dt: float,
     steps: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Drive at constant speed; positions (x, y) and commanded angles at each control step."""
-    chain = Chain(car, pose, speed, dt)
-    places, angles = [], []
+    x, y, yaw = pose
+    yaw_rate = 0.0
+    whole = math.floor(car.dead_time / dt + 1e-9)
+    early = max(car.dead_time - whole * dt, 0.0)
+    # The wheels stand straight until the first command arrives.
+    commands = [0.0] * (whole + 1)
+    places = []
     for _ in range(steps):
-        x, y, yaw = chain.pose
         places.append((x, y))
-        angles.append(controller.steer(x, y, yaw, speed, dt))
-        chain.advance(angles[-1])
-    return np.array(places), np.array(angles)
+        commands.append(law.steer(x, y, yaw, speed, dt))
+        for angle, duration in ((commands[-2 - whole], early), (commands[-1 - whole], dt - early)):
+            target = speed * math.tan(angle) / car.wheelbase
+            h = duration / _SUBSTEPS
+            for _ in range(_SUBSTEPS if duration > 0.0 else 0):
+                left = math.exp(-h / car.lag) if car.lag > 0.0 else 0.0
+                turned = target * h + (yaw_rate - target) * car.lag * (1.0 - left)
+                middle = yaw + 0.5 * turned
+                x += speed * h * math.cos(middle)
+                y += speed * h * math.sin(middle)
+                yaw += turned
+                yaw_rate = target + (yaw_rate - target) * left
+    return np.array(places), np.array(commands[whole + 1 :])
 
 
-def grows(
-    name: str,
-    params: Params,
-    car: popsteer.Vehicle,
-    speed: float,
-    duration: float,
-    dt: float = 0.05,
-    *,
-    known: popsteer.Vehicle | None = None,
-) -> bool:
-    """Whether a small disturbance is still growing after a while; `known` is what is believed."""
+class Told(NamedTuple):
+    """A controller by its name, its tuning, the vehicle that it is told, and how it adapts."""
+
+    name: str
+    params: Params
+    vehicle: popsteer.Vehicle
+    adapt: AdaptParams | Literal["auto"] | None = "auto"
+
+    def in_small_signals(self) -> Told:
+        """The same, as it answers small signals in proportion.
+
+        With many candidates, without a limit within which a loop that grows would oscillate on, and
+        with what is estimated of the turning taken as constant.
+        """
+        params: Any = self.params
+        if isinstance(params, popsteer.PopParams):
+            params = params.replace(candidate_count=20_001)
+        vehicle = self.vehicle.replace(max_lateral_acceleration=None)
+        adapt = AdaptParams() if self.adapt == "auto" else self.adapt
+        adapt = None if adapt is None else adapt.replace(turn_time=0.0)
+        return self._replace(params=params, vehicle=vehicle, adapt=adapt)
+
+    def on(self, path: popsteer.Path) -> laws.Controller:
+        make: Callable[..., laws.Controller] = laws.get(self.name).controller
+        return make(path, self.vehicle, self.params, adapt=self.adapt)
+
+
+def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05) -> bool:
+    """Whether a small disturbance is still growing after a while."""
     steps = math.ceil(duration / dt)
+<<<<<<< HEAD
     known = unaware(car) if known is None else known
     # The registry pairs each controller with its parameters; the type checker cannot see that.
     controller = laws.get(name).controller(
@@ -143,6 +145,10 @@ def grows(
         params,  # type: ignore[arg-type]
     )
     _, angles = roll(controller, car, speed, (0.0, 0.02, 0.0), dt, steps)
+=======
+    law = told.on(straight_path(speed * duration + 100.0))
+    _, angles = roll(law, car, speed, (0.0, 0.02, 0.0), dt, steps)
+>>>>>>> vehicle
     if np.abs(angles).max() > _ASTRAY:
         return True
     moves = np.abs(np.diff(angles))
@@ -151,23 +157,15 @@ def grows(
     return bool(late > early and late > _SMALL)
 
 
-def critical_dead_time(
-    name: str,
-    params: Params,
-    car: popsteer.Vehicle,
-    speed: float,
-    guess: float,
-    dt: float = 0.05,
-    *,
-    known: popsteer.Vehicle | None = None,
-) -> float:
-    """Find by bisection the dead time at which a small disturbance no longer dies out."""
+def critical_dead_time(told: Told, car: Car, speed: float, guess: float, dt: float = 0.05) -> float:
+    """Find by bisection the dead time to add at which a small disturbance no longer dies out."""
 
     def unstable(dead_time: float) -> bool:
-        late = car.replace(dead_time=dead_time)
-        return grows(name, params, late, speed, 20.0 + 40.0 * guess, dt, known=known)
+        late = car._replace(dead_time=car.dead_time + dead_time)
+        return grows(told, late, speed, 20.0 + 40.0 * guess, dt)
 
-    low, high = 0.0, 2.0 * guess + 0.05
+    # Far beyond it a controller that predicts may be stable once more.
+    low, high = 0.0, 1.5 * guess + 0.02
     assert not unstable(low)
     assert unstable(high)
     while high - low > 0.002 * guess + 1e-4:
@@ -176,11 +174,12 @@ def critical_dead_time(
     return 0.5 * (low + high)
 
 
-def circle(radius: float, spacing: float = 0.5) -> popsteer.Path:
-    """Once round to the left, from the origin along x."""
-    count = round(2.0 * math.pi * radius / spacing)
+def driven_preview_offset(told: Told, car: Car, radius: float, speed: float) -> float:
+    """Drive preview POP a lap of a circle; its tracked point's offset to the inside, at last."""
+    count = round(2.0 * math.pi * radius / 0.5)
     angle = np.arange(count) * (2.0 * math.pi / count)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
+<<<<<<< HEAD
     return popsteer.Path(xy, closed=True)
 
 
@@ -188,9 +187,11 @@ def driven_preview_offset(
     controller: popsteer.PreviewPop, car: popsteer.Vehicle, radius: float, speed: float
 ) -> float:
     """Drive preview POP a lap of its `circle`; the offset that it keeps to the inside, at last."""
+=======
+    law = told.on(popsteer.Path(xy, closed=True))
+>>>>>>> vehicle
     steps = math.ceil(2.0 * math.pi * radius / speed / 0.05)
-    places, _ = roll(controller, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
+    places, _ = roll(law, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
     turned = places[3 * steps // 4 :] - (0.0, radius)
     # The rear axle moves where it points, so what lies ahead of it is a little further out.
-    ahead = controller.tracked_point
-    return radius - float(np.hypot(np.hypot(*turned.T), ahead).mean())
+    return radius - float(np.hypot(np.hypot(*turned.T), law.tracked_point).mean())

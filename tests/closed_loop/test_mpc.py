@@ -13,8 +13,8 @@ import popsteer
 from popsteer import baselines, sim, study
 from popsteer.baselines import MpcParams
 from popsteer.errors import ConfigError, InputError, PopsteerError
+from tests.closed_loop.chain import Chain
 from tests.closed_loop.paths import cusps, shuttle, track
-from tests.closed_loop.rolling import Chain
 from tests.helpers import authors_data
 
 LINE = popsteer.Path([(float(x), 0.0) for x in range(201)])

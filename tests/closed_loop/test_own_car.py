@@ -38,7 +38,9 @@ def bends(radius: float, transition: float, spacing: float) -> popsteer.Path:
         (popsteer.Pid, 0.06, 0.12),
     ],
 )
-def test_small_car_on_the_defaults_stays_on_its_path(controller, mean, largest):
+def test_small_car_on_the_defaults_stays_on_its_path(
+    controller: type[popsteer.PreviewPop], mean: float, largest: float
+) -> None:
     path = bends(1.5, 1.0, 0.02)
     run = sim.run(
         controller(path),
@@ -62,9 +64,7 @@ def drive(
     plant = sim.CarlaIdentified(told.replace(steer_offset=offset))
     controller = popsteer.PreviewPop(path, told)
     pedals = popsteer.CoupledLongitudinal()
-    simulation = sim.Simulation(
-        path, plant, start=start, tracked_point=controller.tracked_point
-    )
+    simulation = sim.Simulation(path, plant, start=start, tracked_point=controller.tracked_point)
     known = []
     while not simulation.is_over:
         x, y, yaw, speed = simulation.state
@@ -87,12 +87,12 @@ def check_offset(path: popsteer.Path, start: tuple[float, float, float]) -> None
     assert crooked_error <= 2.0 * error
 
 
-def test_steering_offset_that_nobody_told_is_found_in_ten_seconds_of_bends():
+def test_steering_offset_that_nobody_told_is_found_in_ten_seconds_of_bends() -> None:
     track = tracks.get("racetrack")
     path = popsteer.Path(track.xy, speed=track.speed)
     check_offset(path, sim.default_start(path, vehicle=popsteer.vehicles.get("carla-identified")))
 
 
-def test_steering_offset_is_found_on_the_authors_track():
+def test_steering_offset_is_found_on_the_authors_track() -> None:
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
     check_offset(path, (-183.797, 79.760, -1.574))

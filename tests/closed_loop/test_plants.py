@@ -15,9 +15,9 @@ import popsteer
 from popsteer import plants, sim, study, tracks
 from popsteer.errors import ConfigError, InputError, PathError, PlantLimit, PopsteerError
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
+from tests.closed_loop.chain import Chain
 from tests.closed_loop.paths import cusps, line, shuttle, track
 from tests.closed_loop.python_bicycle import Bicycle
-from tests.closed_loop.rolling import Chain
 from tests.helpers import authors_data
 
 COMMONROAD = [name for name in plants.names() if name.startswith("commonroad-")]

@@ -183,7 +183,8 @@ def test_default_start_is_right_of_the_first_waypoint_along_the_path() -> None:
     path = popsteer.Path([(5.0, 5.0), (5.0, 15.0), (20.0, 30.0)])
     for car in (popsteer.Vehicle(), popsteer.Vehicle(wheelbase=2.0, rear_axle=-1.2)):
         x, y, yaw = sim.default_start(path, vehicle=car)
-        assert (x, y + car.front_axle) == pytest.approx((7.44, 5.0))
+        # A small vehicle starts no more than a wheelbase beside the path.
+        assert (x, y + car.front_axle) == pytest.approx((5.0 + min(2.44, car.wheelbase), 5.0))
         assert yaw == pytest.approx(math.pi / 2)
     assert sim.default_start(path) == sim.default_start(path, -2.44, popsteer.Vehicle())
 

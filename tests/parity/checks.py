@@ -41,7 +41,7 @@ def controller(
     params: dict[str, Any],
     most: int = 5000,
     vehicle: dict[str, Any] | None = None,
-    adapt: Any = ...,
+    adapt: Any = "auto",
 ) -> Pair:
     """A controller with these parameters on this path, on both sides."""
     car = vehicle or {}
@@ -54,8 +54,8 @@ def controller(
 
 
 def adapting(adapt: Any) -> dict[str, Any]:
-    """The argument `adapt` of a controller, left out for an ellipsis."""
-    if adapt is ...:
+    """The argument `adapt` of a controller; left out for the default, "auto"."""
+    if adapt == "auto":
         return {}
     return {"adapt": None if adapt is None else make("AdaptParams", **adapt)}
 
@@ -83,7 +83,7 @@ def check_random(
     params: dict[str, Any],
     spots: list[Spot],
     vehicle: dict[str, Any] | None = None,
-    adapt: Any = ...,
+    adapt: Any = "auto",
 ) -> None:
     """A few steps at any places, jumping between them."""
     path = shape.build()
@@ -234,7 +234,7 @@ def check_rollout(
     params: dict[str, Any],
     most: int = 250,
     vehicle: dict[str, Any] | None = None,
-    adapt: Any = ...,
+    adapt: Any = "auto",
 ) -> None:
     """Drive a kinematic bicycle by the law, with disturbances; speed and dt change all the time.
 

@@ -265,6 +265,9 @@ VEHICLES = some(VEHICLE_RANGES, VEHICLE_OPTIONAL)
 CALM_VEHICLES = some(VEHICLE_RANGES, VEHICLE_OPTIONAL, calm=True)
 """Arguments of a `Vehicle` that is a car."""
 ADAPTS = st.one_of(
-    st.just(...), st.none(), some(ADAPT_RANGES, ADAPT_OPTIONAL), some(ADAPT_RANGES, (), calm=True)
+    st.just("auto"),
+    st.none(),
+    some(ADAPT_RANGES, ADAPT_OPTIONAL),
+    some(ADAPT_RANGES, (), calm=True),
 )
-"""How a controller adapts: left out, not at all, or arguments of `AdaptParams`."""
+"""How a controller adapts: by default, not at all, or arguments of `AdaptParams`."""

@@ -64,7 +64,7 @@ def test_preview_pop_matches_reference_edges() -> None:
     check_zeros(PREVIEW_POP)
     bad = [{"previous_steer": value} for value in (nan, inf, -inf, 1.2200000000000002, -1.3)]
     # Its wheels are modelled always: what is in flight has to be what can be.
-    in_flight = [
+    in_flight: list[dict[str, Any]] = [
         *({"wheel": value} for value in (nan, inf, nextafter(pi / 2.0, 2.0), -2.0)),
         *({"wheel": 0.1, "commands_in_flight": ((value, 0.0),)} for value in (nan, -inf, 1.6)),
         *({"wheel": 0.1, "commands_in_flight": ((0.1, value),)} for value in (nan, -0.1, 1e-6)),

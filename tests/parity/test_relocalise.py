@@ -76,7 +76,7 @@ def test_law_of_any_wheelbase_weighs_the_heading_by_it(wheelbase: float) -> None
     for apart, taken in ((1.5, 2), (4.0, 0)):
         xy = [(0.0, 0.0), (50.0, 0.0), (50.0, apart), (0.0, apart)]
         path = make("Path", [(wheelbase * x, wheelbase * y) for x, y in xy])
-        pair = make("Stanley", path, make("StanleyParams", wheelbase=wheelbase))
+        pair = make("Stanley", path, make("Vehicle", wheelbase=wheelbase))
         pair.call("relocalise", 25.0 * wheelbase, 0.0, math.pi)
         assert pair.get("state").rust.waypoint == taken
         far = {"opposite_distance": wheelbase * 10.0 / 3.0}
@@ -181,7 +181,7 @@ def test_law_whose_search_runs_out_of_its_budget_matches_reference() -> None:
         check_steps(pair, [(*pose, 5.0, 0.05)])
         command = pair.call("step", *pose, 5.0, 0.05)
         assert command is not None
-        assert command.rust.status is popsteer.Status.OFF_PATH
+        assert popsteer.Status.OFF_PATH in command.rust.status
     pair.call("set_path", laps)
     places = []
     for pose in ((95.2, 0.3, 1.6), (-94.0, 0.2, -1.5), (0.0, 0.0, 0.0)):

@@ -48,6 +48,17 @@ def test_law_whose_prediction_leaves_the_bounds_matches_reference_edges(
             assert pair.set_state(pair.get("state"))
 
 
+@pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
+def test_law_of_a_vehicle_that_hardly_moves_matches_reference_edges(law: Law) -> None:
+    path = make("Path", [(k * 1.0, 0.1 * k) for k in range(50)])
+    pair = make(law.name, path, **adapting({"min_speed": 0.0}))
+    for k, speed in enumerate((5e-324, 5e-324, 1e-320, 1e-300, 1e-9, -5e-324, 0.0, 3.0)):
+        command = pair.call("step", 1.0, 0.1 * k, 0.0, speed, 0.05)
+        assert command is not None
+        assert math.isfinite(command.rust.steer)
+        assert pair.set_state(pair.get("state"))
+
+
 def _cusp(seed: int) -> tuple[XY, list[bool]]:
     """A bend forward, a bend back from its end, and one forward again."""
     rng = random.Random(seed)

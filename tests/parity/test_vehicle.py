@@ -23,13 +23,22 @@ from tests.parity.strategies import (
 
 ANSWERS: dict[str, dict[str, Any]] = {
     "Command": {
-        "steer": 0.1, "cross_track_error": -0.0, "heading_error": 0.2,
-        "predicted_cross_track_error": 0.3, "predicted_heading_error": -0.1,
-        "target": (1.0, -2.0), "reverse": True, "status": Status.SATURATED,
+        "steer": 0.1,
+        "cross_track_error": -0.0,
+        "heading_error": 0.2,
+        "predicted_cross_track_error": 0.3,
+        "predicted_heading_error": -0.1,
+        "target": (1.0, -2.0),
+        "reverse": True,
+        "status": Status.SATURATED,
     },
     "Projection": {
-        "segment": 3, "fraction": 0.5, "point": (1.0, 2.0), "arc_length": 3.5,
-        "cross_track_error": -0.25, "path_yaw": 0.1,
+        "segment": 3,
+        "fraction": 0.5,
+        "point": (1.0, 2.0),
+        "arc_length": 3.5,
+        "cross_track_error": -0.25,
+        "path_yaw": 0.1,
     },
     "Lookahead": {"index": 4, "point": (1.0, 2.0), "found": False},
 }

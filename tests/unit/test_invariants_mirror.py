@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from popsteer.reference.lateral.rollout import Model
 
 import popsteer
 from popsteer.reference.lateral.rollout import Model

@@ -450,7 +450,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             smoothing = 2.0 / 3.0 * car.wheelbase
             preview = Preview(path, smoothing, here.foot.segment, start, travel)
             _, (turn,) = preview.turns(start, travel, 1)
-            return here.turn(divide(turn, travel))
+            return here.turn(turn / travel)
 
         estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
         return replace(estimator, seen=now)
