@@ -220,9 +220,9 @@ def test_many_runs_interrupted_stop_long_before_the_end() -> None:
     script = f"""{ENDLESS}
     shares = []
     def progress(share):
-        if not shares:
-            print("started", flush=True)
         shares.append(share)
+        if len(shares) == 1:
+            print("started", flush=True)
 
     try:
         runs(progress)

@@ -94,14 +94,25 @@ def test_mpc_keeps_the_lateral_acceleration_and_comes_back_to_it() -> None:
     assert faster[-1] == pytest.approx(-widest[12.0] - 0.02, abs=1e-4)
 
 
-def test_mpc_solves_the_problem_that_it_states() -> None:
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize(("rear_axle", "no_slip"), [(0.0, 0.0), (-1.9, 0.1), (-0.5, -2.0)])
+def test_mpc_solves_the_problem_that_it_states(
+    rear_axle: float, no_slip: float, reverse: bool
+) -> None:
     """On a straight, from a small error, without limits in reach: least squares, solved densely."""
-    car, p = popsteer.Vehicle(understeer=0.003), MpcParams(tolerance=1e-9, stages=12)
-    e0, psi0, v = 0.01, -0.002, 8.0
-    wanted = _dense(car, p, v, e0, psi0, 0.0, 0.0)
-    ahead = car.wheelbase * math.sin(psi0)
-    steer = _mpc(LINE, car, p).steer(49.0, e0 - ahead, psi0, v, 0.05)
-    assert steer == pytest.approx(wanted, rel=1e-3)
+    car = popsteer.Vehicle(understeer=0.003, rear_axle=rear_axle, no_slip_point=no_slip)
+    p, e0, psi0, v = MpcParams(tolerance=1e-9, stages=12), 0.01, -0.002, 8.0
+    # Backwards the vehicle is mirrored about the rear axle: so far ahead lies the tracked point.
+    ahead = car.wheelbase + (no_slip - rear_axle) * (1.0 if reverse else -1.0)
+    wanted = _dense(car, p, v, e0, psi0, 0.0, 0.0, ahead)
+    gear, turn = (-1.0, math.pi) if reverse else (1.0, 0.0)
+    path = popsteer.Path(np.column_stack((LINE.x, LINE.y)), reverse=[reverse] * len(LINE))
+    # The pose is that of the vehicle's point, the error that of the tracked point.
+    tracked = gear * car.wheelbase + rear_axle
+    yaw = psi0 + turn
+    x, y = 50.0 - tracked * math.cos(yaw), e0 - tracked * math.sin(yaw)
+    steer = _mpc(path, car, p).steer(x, y, yaw, gear * v, 0.05)
+    assert steer == pytest.approx(gear * wanted, rel=1e-3)
     assert abs(wanted) > 1e-5
 
 
@@ -132,12 +143,19 @@ def test_mpc_moves_no_farther_in_a_control_period_than_the_wheels(dt: float) -> 
 
 
 def _dense(
-    car: popsteer.Vehicle, p: MpcParams, v: float, e: float, psi: float, a: float, before: float
+    car: popsteer.Vehicle,
+    p: MpcParams,
+    v: float,
+    e: float,
+    psi: float,
+    a: float,
+    before: float,
+    ahead: float = 3.0,
 ) -> float:
     """First command of the least-squares problem on a straight, without limits."""
     count = p.stages
-    answered = np.array([_free(car, p, v, 0.0, 0.0, 0.0, row) for row in np.eye(count)]).T
-    free = _free(car, p, v, e, psi, a, np.zeros(count))
+    answered = np.array([_free(car, p, v, 0.0, 0.0, 0.0, row, ahead) for row in np.eye(count)]).T
+    free = _free(car, p, v, e, psi, a, np.zeros(count), ahead)
     assert p.cross_track_weight is None
     weight = np.tile([(3.0 / car.wheelbase) ** 2, p.heading_weight], count)
     weight[-2:] *= p.last_weight
@@ -150,7 +168,14 @@ def _dense(
 
 
 def _free(
-    car: popsteer.Vehicle, p: MpcParams, v: float, e: float, psi: float, a: float, steer: Any
+    car: popsteer.Vehicle,
+    p: MpcParams,
+    v: float,
+    e: float,
+    psi: float,
+    a: float,
+    steer: Any,
+    ahead: float,
 ) -> Any:
     """Cross-track and heading errors of each stage, stage by stage."""
     h, lag = p.stage_time, car.steer_lag
@@ -159,7 +184,7 @@ def _free(
     for delta in steer:
         share = (1.0 - kept) * lag / h
         rate = v * (share * a + (1.0 - share) * delta) / (car.wheelbase + car.understeer * v * v)
-        e += h * v * psi + 0.5 * h * h * v * rate + h * car.wheelbase * rate
+        e += h * v * psi + 0.5 * h * h * v * rate + h * ahead * rate
         psi += h * rate
         a = kept * a + (1.0 - kept) * delta
         errors += [e, psi]
@@ -230,6 +255,36 @@ def test_mpc_drives_through_the_cusps(name: str, dead_time: float) -> None:
     # The tracked point leaves the path at a cusp, as the front axle of any car does.
     assert result.metrics.rear_axle_mean_abs_cross_track_error < 0.4
     assert result.metrics.rear_axle_max_abs_cross_track_error < 0.8
+
+
+def test_mpc_looks_ahead_across_the_seam_of_a_path_with_cusps() -> None:
+    pytest.importorskip("osqp")
+    from popsteer.baselines.ahead import Ahead
+
+    angle = np.arange(100) * (2.0 * math.pi / 100.0)
+    xy = 20.0 * np.column_stack((np.cos(angle), np.sin(angle)))
+    plain = popsteer.Path(xy, closed=True)
+    backwards = (angle > 2.0) & (angle < 4.0)
+    turning = popsteer.Path(xy, closed=True, reverse=backwards)
+    first, last = np.flatnonzero(backwards)[[0, -1]].tolist()
+    found, whole = Ahead(turning), Ahead(plain)
+    for segment in (last + 1, 80, 99, 0, 7, first - 1):
+        arc = float(plain.s[segment]) + 0.3
+        # As far as the last waypoint before the cusp; beyond that the heading stays.
+        reach = ((first - segment) % 100 - 1) * plain.length / 100.0 - 0.5
+        distances = np.linspace(0.0, max(reach, 0.1), 20)
+        expected = whole.headings(segment, arc, distances)
+        headings = found.headings(segment, arc, distances)
+        if segment not in (last + 1, first - 1):
+            np.testing.assert_allclose(np.diff(headings), np.diff(expected), atol=1e-9)
+            off = math.remainder(headings[0] - expected[0], 2.0 * math.pi)
+            assert off == pytest.approx(0.0, abs=1e-9)
+        beyond = found.headings(segment, arc, np.array([reach + 5.0, reach + 50.0]))
+        assert beyond[0] == beyond[1]
+    assert [found.turning(7, reverse=True), found.turning(last, reverse=False)] == [first, last + 1]
+    assert found.turning(80, reverse=True) == first
+    assert found.turning(80, reverse=False) == 80
+    assert whole.turning(7, reverse=True) == 7
 
 
 def test_mpc_that_is_not_told_the_direction_keeps_it() -> None:

@@ -347,8 +347,8 @@ def test_mujoco_car_parks_through_its_cusps() -> None:
     result = sim.run(popsteer.PreviewPop(path), plant, start=start, longitudinal=_PEDALS)
     assert result.ending == "finished"
     assert result.records["speed"].min() < -0.5
-    assert result.metrics.rear_axle_mean_abs_cross_track_error < 0.1
-    assert result.metrics.rear_axle_max_abs_cross_track_error < 0.5
+    assert result.metrics.rear_axle_mean_abs_cross_track_error < 0.2
+    assert result.metrics.rear_axle_max_abs_cross_track_error < 1.5
 
 
 def test_commonroad_refuses_to_drive_backwards() -> None:

@@ -183,7 +183,8 @@ def test_default_start_is_right_of_the_first_waypoint_along_the_path() -> None:
     path = popsteer.Path([(5.0, 5.0), (5.0, 15.0), (20.0, 30.0)])
     for car in (popsteer.Vehicle(), popsteer.Vehicle(wheelbase=2.0, rear_axle=-1.2)):
         x, y, yaw = sim.default_start(path, vehicle=car)
-        assert (x, y + car.front_axle) == pytest.approx((7.44, 5.0))
+        # A small vehicle starts no more than a wheelbase beside the path.
+        assert (x, y + car.front_axle) == pytest.approx((5.0 + min(2.44, car.wheelbase), 5.0))
         assert yaw == pytest.approx(math.pi / 2)
     assert sim.default_start(path) == sim.default_start(path, -2.44, popsteer.Vehicle())
 
@@ -204,20 +205,16 @@ def test_start_at_an_axle_is_the_pose_of_the_vehicles_point(plant: str) -> None:
     car = sim.vehicle_of(plant)
     path = track("racetrack")
     at = (30.0, 2.0, 0.4)
-    for place, ahead in (("pose", 0.0), ("rear", car.rear_axle), ("front", car.front_axle)):
+    places: list[tuple[sim.StartAt, float]]
+    places = [("pose", 0.0), ("rear", car.rear_axle), ("front", car.front_axle)]
+    for place, ahead in places:
         settings = sim.Settings(time_limit=0.1)
-        result = sim.run(popsteer.Pop(path), plant, start=at, start_at=place, settings=settings)  # type: ignore[arg-type]
+        result = sim.run(popsteer.Pop(path), plant, start=at, start_at=place, settings=settings)
         records = result.records
         x, y = records["x"][0] + ahead * math.cos(0.4), records["y"][0] + ahead * math.sin(0.4)
         assert (x, y) == pytest.approx(at[:2], abs=1e-12)
         assert result.start == (records["x"][0], records["y"][0], records["yaw"][0])
-        many = sim.run_many(
-            popsteer.Pop(path),
-            plant,
-            start=at,
-            start_at=place,
-            settings=settings,  # type: ignore[arg-type]
-        )
+        many = sim.run_many(popsteer.Pop(path), plant, start=at, start_at=place, settings=settings)
         column = many["max_abs_cross_track_error"]
         assert column.tolist() == [result.metrics.max_abs_cross_track_error]
     with pytest.raises(ConfigError, match="unknown start_at 'axle'; known: pose, rear, front"):
@@ -272,14 +269,14 @@ def _numbers(plant: sim.CarlaIdentified | sim.KinematicBicycle) -> list[str]:
 @pytest.mark.parametrize("field", _numbers(sim.CarlaIdentified()))
 def test_identified_plant_with_nan_is_refused_by_name(field: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        sim.CarlaIdentified(**{field: math.nan})
+        sim.CarlaIdentified().replace(**{field: math.nan})
     assert caught.value.field == field
 
 
 @pytest.mark.parametrize("field", _numbers(sim.KinematicBicycle()))
 def test_bicycle_plant_with_nan_is_refused_by_name(field: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        sim.KinematicBicycle(**{field: math.nan})
+        sim.KinematicBicycle().replace(**{field: math.nan})
     assert caught.value.field == field
 
 

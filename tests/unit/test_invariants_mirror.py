@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from popsteer.reference.lateral.rollout import Model
 
 import popsteer
+from popsteer.reference.lateral.rollout import Model
 from tests.parity.laws import LATERAL, POP, PURE_PURSUIT, Law
 from tests.parity.strategies import SPOTS, Shape, Spot, Waypoints, fitted, shapes
 

@@ -19,7 +19,7 @@ A car that is made from a vehicle, and a controller that is told a lag too short
 
 >>> car = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.2)
 >>> pop = popsteer.Pop(path, car.replace(steer_lag=0.1))
->>> sim.run(pop, sim.KinematicBicycle(car)).metrics.finished
+>>> sim.run(pop, sim.KinematicBicycle(car), constant_speed=6.0).metrics.finished
 True
 
 `run_many` drives many at once, on all cores. Both may let the controllers see through `Noise`.
@@ -30,7 +30,7 @@ from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names,
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.run import START_OFFSET, Run, default_start, run
-from popsteer.sim.steering import OwnCommand, OwnLaw
+from popsteer.sim.steering import OwnCommand, OwnController, OwnLaw, OwnReversingLaw
 
 __all__ = [
     "START_OFFSET",
@@ -39,7 +39,9 @@ __all__ = [
     "Metrics",
     "Noise",
     "OwnCommand",
+    "OwnController",
     "OwnLaw",
+    "OwnReversingLaw",
     "Plant",
     "Pose",
     "Run",

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from popsteer._core import CoupledLongitudinal, Noise
-    from popsteer.sim.steering import OwnLaw
+    from popsteer.sim.steering import OwnController
 
 __all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "check_seed", "default_start", "run"]
 
@@ -88,8 +88,8 @@ def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | No
     """Give the pose that a run starts from unless told otherwise.
 
     The front axle stands beside the first waypoint and looks along the first segment; by default
-    `START_OFFSET` to the right, as in the paper's run, but no more than a wheelbase. Where that segment is driven backwards, the
-    rear axle stands there, and the vehicle looks against the segment.
+    `START_OFFSET` to the right, as in the paper's run, but no more than a wheelbase. Where that
+    segment is driven backwards, the rear axle stands there, and the vehicle looks against it.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
 
 
 def run(  # noqa: PLR0913 - each is one thing that may differ
-    controller: laws.Controller | OwnLaw,
+    controller: laws.Controller | OwnController,
     plant: Plant = "carla-identified",
     *,
     path: Path | None = None,
@@ -339,15 +339,16 @@ def _starts_backwards(path: Path) -> bool:
     return path.reverse is not None and bool(path.reverse[0])
 
 
-def _name(controller: laws.Controller | OwnLaw) -> str:
+def _name(controller: laws.Controller | OwnController) -> str:
     if isinstance(controller, laws.CONTROLLERS):
         return laws.name_of(type(controller))
     return str(getattr(controller, "name", type(controller).__name__))
 
 
-def _params(controller: laws.Controller | OwnLaw) -> dict[str, Any]:
+def _params(controller: laws.Controller | OwnController) -> dict[str, Any]:
     """Give the parameters of a controller, with those that scale with its vehicle filled in."""
-    params, vehicle = getattr(controller, "params", None), believed(controller)
+    params: Any = getattr(controller, "params", None)
+    vehicle = believed(controller)
     if vehicle is not None and hasattr(params, "resolved"):
         params = params.resolved(vehicle)
     return params.as_dict() if hasattr(params, "as_dict") else {}

@@ -67,10 +67,10 @@ class Seen(NamedTuple):
         """Return the same, as floats, where each is within its bound."""
         most = 4.0 * MAX_COORDINATE
         return Seen(
-            input_in_range("seen", self.cross_track_error, -most, most),
-            input_in_range("seen", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW),
-            input_in_range("seen", self.along_x, -most, most),
-            input_in_range("seen", self.along_y, -most, most),
+            input_in_range("answer", self.cross_track_error, -most, most),
+            input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW),
+            input_in_range("answer", self.along_x, -most, most),
+            input_in_range("answer", self.along_y, -most, most),
         )
 
 
@@ -91,8 +91,8 @@ class Answer(NamedTuple):
         measured, predicted = Seen(*self.measured).checked(), Seen(*self.predicted).checked()
         most = 4.0 * MAX_COORDINATE
         x, y = self.target
-        x = input_in_range("target", x, -most, most)
-        y = input_in_range("target", y, -most, most)
+        x = input_in_range("answer", x, -most, most)
+        y = input_in_range("answer", y, -most, most)
         return Answer(measured, predicted, (x, y), self.reverse)
 
 

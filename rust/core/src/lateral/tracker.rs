@@ -80,10 +80,10 @@ impl Seen {
 
     fn checked(self) -> Result<Self, InputError> {
         let most = 4.0 * MAX_COORDINATE;
-        input_in_range("seen", self.cross_track_error, -most, most)?;
-        input_in_range("seen", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
-        input_in_range("seen", self.along.x, -most, most)?;
-        input_in_range("seen", self.along.y, -most, most)?;
+        input_in_range("answer", self.cross_track_error, -most, most)?;
+        input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
+        input_in_range("answer", self.along.x, -most, most)?;
+        input_in_range("answer", self.along.y, -most, most)?;
         Ok(self)
     }
 }
@@ -378,7 +378,8 @@ impl<L: LateralLaw> Tracker<L> {
         check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
         if let Some(Handover { offset, left }) = state.handover {
-            let widest = 2.0 * vehicle.max_steer;
+            let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
+            let widest = 2.0 * vehicle.max_steer + offsets;
             check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
             input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
         }
@@ -386,8 +387,8 @@ impl<L: LateralLaw> Tracker<L> {
             answer.measured.checked()?;
             answer.predicted.checked()?;
             let most = 4.0 * MAX_COORDINATE;
-            input_in_range("target", answer.target.x, -most, most)?;
-            input_in_range("target", answer.target.y, -most, most)?;
+            input_in_range("answer", answer.target.x, -most, most)?;
+            input_in_range("answer", answer.target.y, -most, most)?;
         }
         state.estimator.checked(vehicle)?;
         match (self.models, &state.in_flight) {
@@ -429,6 +430,8 @@ impl<L: LateralLaw> Tracker<L> {
             state.measured_waypoint = Some(measured.foot.segment);
             Some(measured)
         } else {
+            // One that a state of another vehicle brought along may be none of this path.
+            state.measured_waypoint = None;
             None
         };
         if let Some(adapt) = &self.adapt {
@@ -471,7 +474,8 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
     ) -> (VehicleState, Belief) {
         let car = self.law.vehicle();
-        let Some(in_flight) = &mut state.in_flight else {
+        // Where nothing is modelled, what a state of another vehicle brings along does not count.
+        let (true, Some(in_flight)) = (self.models, &mut state.in_flight) else {
             let belief = Belief {
                 wheel: state.steer,
                 estimate: Estimate::DEFAULT,
@@ -911,6 +915,48 @@ mod tests {
         assert_eq!(check(&dead(0.0), state), Ok(()));
         let without = dead(0.0).initial_state();
         assert_eq!(check(&dead(0.2), without), Err(("commands_in_flight", 0.0)));
+    }
+
+    #[test]
+    fn test_handover_across_the_largest_angle_and_an_offset_is_a_state() {
+        let path = straight();
+        let tracker = stanley(Vehicle {
+            max_steer: 0.3,
+            steer_offset: 0.5,
+            ..Vehicle::PAPER
+        });
+        let mut state = tracker.state_from(0.3).unwrap();
+        let right = VehicleState {
+            yaw: 1.0,
+            ..beside()
+        };
+        tracker.step(&path.view(), &mut state, right, 0.05).unwrap();
+        assert_eq!(state.handover.unwrap().offset, Some(1.1));
+        assert_eq!(tracker.check_state(&path.view(), &state), Ok(()));
+    }
+
+    #[test]
+    fn test_estimate_of_another_vehicle_does_not_count_where_nothing_is_modelled() {
+        let path = straight();
+        for most in [None, Some(100.0)] {
+            let tracker = stanley(Vehicle {
+                max_lateral_acceleration: most,
+                ..Vehicle::PAPER
+            });
+            let late = stanley(Vehicle {
+                dead_time: 0.2,
+                ..Vehicle::PAPER
+            });
+            let mut state = tracker.initial_state();
+            let mut restored = late.initial_state();
+            restored.estimator.estimate.steer_offset = 0.1;
+            restored.estimator.estimate.gain = 2.0;
+            restored.measured_waypoint = Some(0);
+            assert_eq!(tracker.check_state(&path.view(), &restored), Ok(()));
+            let mut step = |state| tracker.steer(&path.view(), state, beside(), 0.05);
+            assert_eq!(step(&mut restored), step(&mut state));
+            assert_eq!(restored.measured_waypoint, None);
+        }
     }
 
     #[test]

@@ -229,12 +229,11 @@ impl<L: Subject> Life<L> {
                     .measured_waypoint
                     .is_some_and(|k| k < view.segments())
         );
-        let estimate = self.tracker.estimate(&self.state);
-        assert!(
-            self.tracker.adapt().is_some()
-                || self.state.in_flight.is_some()
-                || estimate == Estimate::DEFAULT
-        );
+        let estimate = if plain::is_modelled(&self.tracker) {
+            self.tracker.estimate(&self.state)
+        } else {
+            Estimate::DEFAULT
+        };
         if let Some(steer) = L::previous_steer(&self.state.law) {
             // What the wheels are given, whatever was wanted.
             let offset = self.car.steer_offset + estimate.steer_offset;
@@ -393,7 +392,7 @@ impl<L: Subject> Life<L> {
     fn draw_in_flight(&self, bytes: &mut Bytes, estimate: &Estimate) -> Option<InFlight> {
         let longer = estimate.longer_dead_time;
         match bytes.byte() {
-            0..=49 => Some(InFlight::settled(&self.car, symmetric(bytes, 1.0, 1.57))),
+            0..=49 => Some(InFlight::settled(&self.car, bytes.within(-1.57, 1.57))),
             50..=199 => {
                 let part = 0.25 * (self.car.dead_time + longer);
                 let line: Vec<_> = (0..4).map(|_| (bytes.within(-1.0, 1.0), part)).collect();
