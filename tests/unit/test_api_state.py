@@ -103,7 +103,7 @@ def test_state_of_a_handover_that_is_over_has_none_left(law: Law, left: float) -
 
 _MADE_UP: list[tuple[dict[str, Any], str]] = [
     ({"steer": 1.3}, "steer"),
-    ({"handover_offset": 2.5, "handover_left": 0.5}, "handover_offset"),
+    ({"handover_offset": 9.0, "handover_left": 0.5}, "handover_offset"),
     ({"handover_left": 1.5}, "handover_left"),
     ({"handover_left": math.nan}, "handover_left"),
     ({"measured_waypoint": 30}, "measured_waypoint"),
@@ -112,6 +112,7 @@ _MADE_UP: list[tuple[dict[str, Any], str]] = [
     ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.3),)}, "commands_in_flight"),
     ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.001),) * 200}, "commands_in_flight"),
     ({"seen": (math.nan, 0.0, 0.0, 0.0)}, "seen"),
+    ({"answer": ((math.inf, 0.0, 1.0, 0.0),) * 2 + ((0.0, 0.0), False)}, "answer"),
     ({"gain": 3.0}, "gain"),
     ({"longer_dead_time": 0.15}, "longer_dead_time"),
     ({"turn_turn": -1.0}, "turn_turn"),
