@@ -8,7 +8,7 @@ use criterion::Criterion;
 use popsteer_bench::{Course, DT, LATE, WAYPOINTS};
 use popsteer_core::lateral::{Pop, PopParams};
 use popsteer_core::path::jump::find_lookahead_point;
-use popsteer_core::path::locate::{locate, locate_by_scan, nearest_waypoint, project};
+use popsteer_core::path::locate::{OPPOSITE, locate, locate_by_scan, nearest_waypoint, project};
 use popsteer_core::path::lookahead::{get_crossing, get_lookahead_point};
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
@@ -95,19 +95,19 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
         let Located {
             position, heading, ..
         } = at.located;
-        locate(&path, at.last, position, heading, at.reach)
+        locate(&path, at.last, position, heading, at.reach, OPPOSITE)
     });
     bench_part(criterion, "path/locate_by_scan", lap, |at| {
         let Located {
             position, heading, ..
         } = at.located;
-        locate_by_scan(&path, at.last, position, heading, at.reach)
+        locate_by_scan(&path, at.last, position, heading, at.reach, OPPOSITE)
     });
     bench_part(criterion, "path/follow", lap, |at| {
         follow.locate(&path, Some(at.last), at.vehicle, DT)
     });
     bench_part(criterion, "path/relocalise", lap, |at| {
-        relocalise(&path, at.located.position, at.vehicle.yaw)
+        relocalise(&path, at.located.position, at.vehicle.yaw, OPPOSITE)
     });
 }
 

@@ -12,10 +12,14 @@ apart, a half circle from each to the next.
   row, as long as there are any: steady driving meets new waypoints, which are in no cache yet. A
   path of 1,000 waypoints is one row, and in the cache. The lengths take turns, batch by batch,
   forwards and backwards.
-- A relocalisation is `Pop.relocalise` at a place drawn from the whole path, up to 3 m beside it;
-  timed one by one, the reading of the clock included.
-- Memory is the difference of resident pages in a process of its own; under a million waypoints
-  it drowns in what else the process does. The test rust/sim/tests/path_memory.rs counts it exactly.
+- Steps that look for the vehicle on the whole path are timed one by one, the reading of the clock
+  included, at places drawn from the whole path with any heading. The first step and the first
+  after a change of the path are up to 50 m beside it; the latter follows at the same place, which
+  is in a cache then. A lost vehicle is 31 to 50 m outside the field, with its last place anywhere
+  on the path. A relocalisation is `Pop.relocalise`, up to 3 m beside the path.
+- Far off is the centre of a circle of as many waypoints: there a step ends with its budget.
+- Memory is the difference of resident pages in a process of its own; under a million waypoints it
+  drowns in what else the process does. The test rust/core/tests/path_memory.rs counts it exactly.
 """
 
 from __future__ import annotations
@@ -48,11 +52,9 @@ FIGURES = Path(__file__).resolve().parent / "figures"
 ROW, TURN = 1000, 16
 BATCH, DT, SPEED = 32, 0.05, 10.0
 STEP = "step p50 [ns]"
-RELOCALISE = "relocalise p50 [us]"
+SEARCHES = ("first step", "step on another path", "step while lost", "relocalise")
 CONSTRUCTION = "construction [ns/waypoint]"
-BUILD = "index build [ns/waypoint]"
-PATH_MEMORY = "path [bytes/waypoint]"
-INDEX_MEMORY = "index [bytes/waypoint]"
+MEMORY = "memory [bytes/waypoint]"
 
 
 def field(count: int) -> NDArray[np.float64]:
@@ -129,26 +131,70 @@ def time_of(call: Callable[[], object]) -> int:
     return perf_counter_ns() - begin
 
 
-def time_relocalisations(drive: Drive, xy: NDArray[np.float64], count: int) -> list[int]:
-    """Jump to places all over the path."""
+def places(xy: NDArray[np.float64], count: int, far: float) -> list[list[float]]:
+    """Draw poses up to so far beside the path, anywhere along it and with any heading."""
     rng = np.random.default_rng(3)
-    places = rng.integers(0, len(xy) - 1, count)
-    ahead = xy[places + 1] - xy[places]
-    yaw = np.arctan2(ahead[:, 1], ahead[:, 0]) + rng.uniform(-0.5, 0.5, count)
-    poses = np.column_stack((xy[places] + rng.uniform(-3.0, 3.0, (count, 2)), yaw)).tolist()
-    return [time_of(partial(drive.law.relocalise, *pose)) for pose in poses]
+    at = xy[rng.integers(0, len(xy), count)]
+    way, yaw = rng.uniform(-np.pi, np.pi, (2, count))
+    aside = rng.uniform(0.0, far, count)[:, None] * np.column_stack((np.cos(way), np.sin(way)))
+    poses: list[list[float]] = np.column_stack((at + aside, yaw)).tolist()
+    return poses
 
 
-def make_paths(xy: NDArray[np.float64]) -> tuple[popsteer.Path, float, float]:
-    """Make the path, its index built; give the times of both [ns a waypoint]."""
-    constructions, builds = [], []
+def places_outside(xy: NDArray[np.float64], count: int) -> list[list[float]]:
+    """Draw poses 31 to 50 m outside the field, beside the ends of its rows."""
+    rng = np.random.default_rng(5)
+    row = rng.integers(0, max(len(xy) // (ROW + TURN), 1), count)
+    at = xy[np.minimum(row * (ROW + TURN) + ROW + TURN // 2, len(xy) - 1)]
+    out = np.where(row % 2, -1.0, 1.0) * rng.uniform(31.0, 50.0, count)
+    yaw = rng.uniform(-np.pi, np.pi, count)
+    poses: list[list[float]] = np.column_stack((at[:, 0] + out, at[:, 1], yaw)).tolist()
+    return poses
+
+
+def time_searches(
+    law: popsteer.Pop, path: popsteer.Path, xy: NDArray[np.float64], count: int
+) -> dict[str, list[int]]:
+    """Look for the vehicle on the whole path, in every way in which a step does [ns]."""
+    times: dict[str, list[int]] = {name: [] for name in SEARCHES}
+    other = popsteer.Path([(0.0, 0.0), (1.0, 0.0)])
+    for x, y, yaw in places(xy, count, 50.0):
+        law.reset()
+        times["first step"].append(time_of(partial(law.steer, x, y, yaw, SPEED, DT)))
+        law.set_path(other)
+        law.set_path(path)
+        times["step on another path"].append(time_of(partial(law.steer, x, y, yaw, SPEED, DT)))
+    for k, (x, y, yaw) in enumerate(places_outside(xy, count)):
+        last_x, last_y = xy[7919 * k % len(xy)].tolist()
+        law.relocalise(last_x, last_y, 0.0)
+        before = law.state
+        elapsed = time_of(partial(law.steer, x, y, yaw, SPEED, DT))
+        law.state = before
+        if law.step(x, y, yaw, SPEED, DT).status is popsteer.Status.OFF_PATH:
+            times["step while lost"].append(elapsed)
+    for pose in places(xy, count, 3.0):
+        times["relocalise"].append(time_of(partial(law.relocalise, *pose)))
+    return times
+
+
+def time_far_off(count: int) -> float:
+    """Step at the centre of a circle [us]."""
+    angle = np.arange(count) * (2.0 * np.pi / count)
+    radius = count / (2.0 * np.pi)
+    path = popsteer.Path(radius * np.column_stack((np.cos(angle), np.sin(angle))), closed=True)
+    law = popsteer.Pop(path)
+    times = [time_of(partial(law.steer, 0.0, 0.0, 0.1 * k, SPEED, DT)) for k in range(200)]
+    return statistics.median(times[1:]) / 1e3
+
+
+def time_construction(xy: NDArray[np.float64]) -> tuple[popsteer.Path, float]:
+    """Make the path, with its index; give the time of it [ns a waypoint]."""
+    times = []
     for _ in range(3 if len(xy) > 100_000 else 15):
         begin = perf_counter_ns()
         path = popsteer.Path(xy)
-        constructions.append(perf_counter_ns() - begin)
-        builds.append(time_of(partial(path.relocalise, 0.0, 0.0, 0.0)))
-    count = len(xy)
-    return path, statistics.median(constructions) / count, statistics.median(builds) / count
+        times.append(perf_counter_ns() - begin)
+    return path, statistics.median(times) / len(xy)
 
 
 def resident() -> int:
@@ -161,23 +207,21 @@ def resident() -> int:
 
 def print_memory(count: int) -> None:
     """Print what the path and its index hold [bytes a waypoint]."""
-    popsteer.Path(field(100)).relocalise(0.0, 0.0, 0.0)
-    xy = field(count)
+    popsteer.Path(field(1000))
+    xy, speed = field(count), np.ones(count)
     before = resident()
-    path = popsteer.Path(xy, speed=np.ones(count))
-    made = resident()
-    path.relocalise(0.0, 0.0, 0.0)
-    indexed = resident()
-    print(json.dumps([(made - before) / count, (indexed - made) / count]))
+    path = popsteer.Path(xy, speed=speed)
+    print(json.dumps((resident() - before) / count))
+    del path
 
 
-def memory(count: int) -> list[float | None]:
+def memory(count: int) -> float | None:
     """Give what the path with speeds and its index hold, where it can be told."""
     if count < 1_000_000 or not sys.platform.startswith("linux"):
-        return [None, None]
+        return None
     command = [sys.executable, __file__, "--memory", str(count)]
     printed = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
-    held: list[float | None] = json.loads(printed)
+    held: float = json.loads(printed)
     return held
 
 
@@ -187,28 +231,22 @@ def measure(sizes: list[int], repeats: int) -> list[dict[str, Any]]:
     drives: list[Drive] = []
     for count in sizes:
         xy = field(count)
-        path, construction, build = make_paths(xy)
+        held = memory(count)
+        path, construction = time_construction(xy)
         drives.append(Drive(path, xy))
-        jumps = time_relocalisations(drives[-1], xy, 5000)
-        begin = perf_counter_ns()
-        popsteer.Pop(path).steer(0.0, 0.0, 0.0, SPEED, DT)
-        first = perf_counter_ns() - begin
-        held, index = memory(count)
-        rows.append(
-            {
-                "waypoints": count,
-                CONSTRUCTION: construction,
-                STEP: 0.0,
-                "step p99 of batches [ns]": 0.0,
-                "step, to 1,000": 0.0,
-                "first step [us]": first / 1e3,
-                RELOCALISE: statistics.median(jumps) / 1e3,
-                "relocalise p99 [us]": float(np.percentile(jumps, 99)) / 1e3,
-                BUILD: build,
-                PATH_MEMORY: held,
-                INDEX_MEMORY: index,
-            }
-        )
+        row: dict[str, Any] = {
+            "waypoints": count,
+            CONSTRUCTION: construction,
+            MEMORY: held,
+            STEP: 0.0,
+            "step p99 of batches [ns]": 0.0,
+            "step, to 1,000": 0.0,
+        }
+        for name, times in time_searches(drives[-1].law, path, xy, 5000).items():
+            for percent in (50, 99):
+                row[f"{name} p{percent} [us]"] = float(np.percentile(times, percent)) / 1e3
+        row["step far off p50 [us]"] = time_far_off(count)
+        rows.append(row)
     time_steps(drives, 2)
     for drive in drives:
         drive.times.clear()
@@ -252,17 +290,18 @@ def draw(rows: list[dict[str, Any]], on: str) -> None:
         (step, jump), (times, held) = figure.subplots(2, 2)
         panels: list[tuple[Any, str, str, list[tuple[str, str, str]]]] = [
             (step, "A step of POP", "time [ns]", [(STEP, "p50, from Python", blue)]),
-            (jump, "A relocalisation", "time [µs]", [(RELOCALISE, "p50, from Python", blue)]),
-            (times, "Making it", "time [ns/waypoint]",
-             [(CONSTRUCTION, "construction", blue), (BUILD, "index, on first use", orange)]),
+            (jump, "A step that looks on the whole path", "time [µs]",
+             [("first step p50 [us]", "first step, p50", blue),
+              ("first step p99 [us]", "first step, p99", orange)]),
+            (times, "Making it", "time [ns/waypoint]", [(CONSTRUCTION, "construction", blue)]),
             (held, "Memory", "memory [bytes/waypoint]",
-             [(PATH_MEMORY, "path with speeds", blue), (INDEX_MEMORY, "index", orange)]),
+             [(MEMORY, "path with speeds, and index", blue)]),
         ]  # fmt: skip
         first = rows[0][STEP]
         step.axhspan(first, 1.2 * first, color=green, alpha=0.12, lw=0)
         step.axhline(1.2 * first, color=green, lw=1.0, ls="--", label="20 % over 1,000 waypoints")
         jump.axhline(20.0, color=green, lw=1.0, ls="--", label="limit, 20 µs")
-        held.axhline(32.0, color=green, lw=1.0, ls="--", label="limit before the index, 32 bytes")
+        held.axhline(32.0, color=green, lw=1.0, ls="--", label="without the index, 32 bytes")
         for axes, title, unit, lines in panels:
             for name, label, colour in lines:
                 values = [np.nan if row[name] is None else row[name] for row in rows]

@@ -177,7 +177,7 @@ mod tests {
             let mut last = 0;
             for state in &course.lap {
                 let heading = Point::new(state.yaw.cos(), state.yaw.sin());
-                let foot = locate(&view, last, state.point_ahead(0.0), heading, 6.0);
+                let foot = locate(&view, last, state.point_ahead(0.0), heading, 6.0, 10.0);
                 assert!(foot.cross_track_error().abs() < 0.35);
                 assert!((state.yaw - foot.path_yaw()).sin().abs() < 0.1);
                 last = foot.segment;

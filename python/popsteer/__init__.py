@@ -1,27 +1,31 @@
-"""Path-tracking steering laws for self-driving cars and car-like robots.
+"""Path-tracking steering for self-driving cars and car-like robots.
 
-The POP controller (proximally optimal predictive) and the laws it is measured against, computed
-in Rust. SI units and radians; x forward, y left, yaw counter-clockwise; positive steering turns
-left. A law is given the pose of the rear axle and finds its own reference point.
+The POP controller (proximally optimal predictive) and the controllers it is measured against,
+computed in Rust. SI units and radians; x forward, y left, yaw counter-clockwise; positive steering
+turns left. All that is true of the car is told once, in a `Vehicle`. A pose is that of the
+vehicle's point, wherever it is measured; each controller finds the point it tracks from there.
 
 >>> import popsteer
 >>> path = popsteer.Path([(float(x), 0.0) for x in range(100)])
->>> pop = popsteer.Pop(path)
->>> command = pop.step(0.0, 0.5, 0.0, 5.0, 0.05)
+>>> car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, dead_time=0.15)
+>>> controller = popsteer.PreviewPop(path, car)
+>>> command = controller.step(0.0, 0.5, 0.0, 5.0, 0.05)
 >>> command.steer < 0.0  # left of the path: steer right
 True
 
 "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal Predictive
 Control Algorithm for Path Tracking of Self-Driving Cars*.
 
-Modules: `popsteer.sim` (plants and the closed loop), `popsteer.tracks`, `popsteer.laws` and
-`popsteer.presets` (the laws and their parameter sets by name), `popsteer.study` (comparisons),
-`popsteer.report` (tables, figures, files), `popsteer.bench`, and `popsteer.reference` (the same
-laws in plain Python, to read and to compare with).
+Modules: `popsteer.vehicles` (vehicles by name), `popsteer.sim` (plants and the closed loop),
+`popsteer.tracks`, `popsteer.laws` and `popsteer.presets` (the controllers and their parameter sets
+by name), `popsteer.study` (comparisons), `popsteer.report` (tables, figures, files),
+`popsteer.bench`, and `popsteer.reference` (the same controllers in plain Python, to read and to
+compare with).
 """
 
+from popsteer import vehicles
 from popsteer._core import (
-    Actuator,
+    AdaptParams,
     BangBang,
     BangBangParams,
     BangBangState,
@@ -30,6 +34,7 @@ from popsteer._core import (
     CommandBatch,
     CoupledLongitudinal,
     CoupledLongitudinalParams,
+    Estimate,
     Lookahead,
     Path,
     Pid,
@@ -51,6 +56,7 @@ from popsteer._core import (
     Stanley,
     StanleyParams,
     StanleyState,
+    Vehicle,
     __version__,
     build_profile,
     get_distance,
@@ -64,7 +70,7 @@ from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.status import Status
 
 __all__ = [
-    "Actuator",
+    "AdaptParams",
     "BangBang",
     "BangBangParams",
     "BangBangState",
@@ -74,6 +80,7 @@ __all__ = [
     "ConfigError",
     "CoupledLongitudinal",
     "CoupledLongitudinalParams",
+    "Estimate",
     "InputError",
     "Lookahead",
     "Path",
@@ -99,6 +106,7 @@ __all__ = [
     "StanleyParams",
     "StanleyState",
     "Status",
+    "Vehicle",
     "__version__",
     "build_profile",
     "get_distance",
@@ -106,5 +114,6 @@ __all__ = [
     "kinematic_bicycle",
     "saturate",
     "state_transition",
+    "vehicles",
     "wrap",
 ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import math
 import os
+from array import array
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -13,7 +15,7 @@ import numpy as np
 from popsteer.errors import PathError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
@@ -70,35 +72,84 @@ def read_waypoints(
     >>> xy.tolist(), speed.tolist()
     ([[0.0, 0.0], [1.0, 0.5]], [1.5, 2.0])
     """
-    name = os.fsdecode(file)
-    rows = list(_rows(name, _text(name)))
-    if rows and _names_columns(rows[0].fields):
-        _check_columns(rows[0], len(rows[0].fields))
-        columns = len(rows.pop(0).fields)
-    else:
-        columns = len(rows[0].fields) if rows else 0
-
-    parsed = min(columns, _PARSED_COLUMNS)
-    values = np.empty((len(rows), parsed))
-    for index, row in enumerate(rows):
-        _check_columns(row, columns, index)
-        for column in range(parsed):
-            values[index, column] = _number(row, column, index)
-    if len(rows) < 2:
-        message = f"{name}: at least 2 waypoints are needed, found {len(rows)}"
-        raise PathError(message)
+    values = _read(os.fsdecode(file))
     xy = np.ascontiguousarray(values[:, :2])
-    return xy, (values[:, 2].copy() if parsed == _PARSED_COLUMNS else None)
+    return xy, (values[:, 2].copy() if values.shape[1] == _PARSED_COLUMNS else None)
 
 
-def _text(name: str) -> str:
-    """Read the whole file, or say in one line why it cannot be."""
+def _read(name: str) -> NDArray[np.float64]:
+    """Read the columns that are parsed, (N, 2) or (N, 3)."""
     try:
         data = Path(name).read_bytes()
     except OSError as error:
         raise PathError(f"{name}: cannot be read: {error.strerror or error}") from error
     except ValueError as error:  # a name that no file can have, with a null character in it
         raise PathError(f"{name!r}: cannot be read: {error}") from error
+    values = _read_fast(data)
+    return _read_carefully(name, data) if values is None else values
+
+
+def _read_fast(data: bytes) -> NDArray[np.float64] | None:
+    """Let numpy read what is plain; None where it is not, for `_read_carefully` to decide.
+
+    Whatever this returns is what `_read_carefully` returns: numpy is only shown files whose rows it
+    takes apart in the same way, and it reads a number with the same function as Python's float.
+    """
+    if b"\0" in data:
+        return None
+    lines = _lines(data)
+    try:
+        names = line = None
+        for line in lines:
+            fields = _fields(line)
+            if fields and names is None and _names_columns(fields):
+                names = fields
+            elif fields:
+                break
+        else:
+            return None
+        columns = len(fields)
+        if columns < 2 or (names is not None and len(names) != columns):
+            return None
+        parsed = min(columns, _PARSED_COLUMNS)
+        # Further columns may hold anything. They are counted, and the least of them is kept.
+        kinds = np.dtype([("parsed", np.float64, (parsed,)), ("rest", "U1", (columns - parsed,))])
+        delimiter = "," if "," in line.partition("#")[0] else None
+        if delimiter is None and columns > parsed and b"," in data:
+            return None  # numpy would take a row with commas for one that has none
+        rows = np.loadtxt(chain([line], lines), kinds, delimiter=delimiter, comments="#", ndmin=1)
+    except ValueError:  # also of text that is not UTF-8
+        return None
+    values: NDArray[np.float64] = rows["parsed"]
+    return values if len(values) >= 2 and np.isfinite(values).all() else None
+
+
+def _read_carefully(name: str, data: bytes) -> NDArray[np.float64]:
+    """Read line by line: what this takes, and says about the rest, is how files are defined."""
+    _check_text(name, data)
+    rows = _rows(name, _lines(data))
+    first = next(rows, None)
+    columns = 0 if first is None else len(first.fields)
+    if first is not None and _names_columns(first.fields):
+        _check_columns(first, columns)
+    elif first is not None:
+        rows = chain([first], rows)
+
+    parsed = min(columns, _PARSED_COLUMNS)
+    numbers = array("d")  # a list of 5 million rows would take gigabytes
+    count = 0
+    for index, row in enumerate(rows):
+        _check_columns(row, columns, index)
+        numbers.extend([_number(row, column, index) for column in range(parsed)])
+        count += 1
+    if count < 2:
+        message = f"{name}: at least 2 waypoints are needed, found {count}"
+        raise PathError(message)
+    return np.array(numbers).reshape(count, parsed)
+
+
+def _check_text(name: str, data: bytes) -> None:
+    """Refuse what is no text, in one line."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -107,19 +158,28 @@ def _text(name: str) -> str:
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise PathError(f"{name}, line {line}: holds a null character, is not text")
-    return text
 
 
-def _rows(name: str, text: str) -> Iterator[_Row]:
-    """Split the text into rows, without comments and blank lines."""
-    # StringIO ends lines where editors do; str.splitlines would also at a form feed or U+2028,
-    # and the line numbers in messages would drift from those an editor shows.
-    for number, line in enumerate(io.StringIO(text, newline=None), start=1):
-        content = line.partition("#")[0].strip()
-        if not content:
-            continue
-        entries = content.split(",") if "," in content else content.split()
-        yield _Row(f"{name}, line {number}", [entry.strip() for entry in entries])
+def _lines(data: bytes) -> Iterator[str]:
+    """Split the text at its line ends."""
+    # This ends lines where editors do; str.splitlines would also at a form feed or U+2028, and the
+    # line numbers in messages would drift from those an editor shows.
+    return io.TextIOWrapper(io.BytesIO(data), "utf-8-sig")
+
+
+def _rows(name: str, lines: Iterable[str]) -> Iterator[_Row]:
+    """Split lines into rows, without comments and blank lines."""
+    for number, line in enumerate(lines, start=1):
+        fields = _fields(line)
+        if fields:
+            yield _Row(f"{name}, line {number}", fields)
+
+
+def _fields(line: str) -> list[str]:
+    """Split a line into its entries; none where it is blank or holds but a comment."""
+    content = line.partition("#")[0].strip()
+    entries = content.split(",") if "," in content else content.split()
+    return [entry.strip() for entry in entries]
 
 
 def _names_columns(fields: list[str]) -> bool:

@@ -238,6 +238,11 @@ class PathError(PopsteerError, ValueError):
         """Make the error for neighbours at one place."""
         return cls(f"waypoints {index} and {following} coincide", index)
 
+    @classmethod
+    def grid_too_large(cls, points: int, most: int) -> PathError:
+        """Make the error for a grid of `points` points where `most` are made."""
+        return cls(f"the grid would have {points} points, more than {most}")
+
 
 class PlantLimit(PopsteerError):  # noqa: N818 - no error of a program: a run ends there
     """A limit of a vehicle's model: what it says of the vehicle beyond would not be true.

@@ -1,4 +1,4 @@
-"""The lateral laws by name: the one list that presets, comparisons and the command line share.
+"""The controllers by name: the one list that presets, comparisons and the command line share.
 
 Examples
 --------
@@ -32,17 +32,17 @@ from popsteer.errors import ConfigError
 __all__ = ["CONTROLLERS", "Controller", "Law", "Params", "get", "name_of", "names"]
 
 Controller: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
-"""A law of popsteer with its state and its path."""
+"""A controller of popsteer, with its state, its path and its vehicle."""
 Params: TypeAlias = (
     PopParams | PreviewPopParams | PidParams | PurePursuitParams | StanleyParams | BangBangParams
 )
-"""The parameters of a law of popsteer."""
+"""The parameters of a controller of popsteer."""
 CONTROLLERS = (Pop, PreviewPop, Pid, PurePursuit, Stanley, BangBang)
 """The classes of `Controller`, as `isinstance` takes them."""
 
 
 class Law(NamedTuple):
-    """What is to be known about a law by those who deal with any of them."""
+    """What is to be known about a controller by those who deal with any of them."""
 
     name: str
     """Name on the command line and in files."""
@@ -52,8 +52,8 @@ class Law(NamedTuple):
     """The class that steers."""
     params: type[Params]
     """The class of its parameters."""
-    axle: Literal["front", "rear", "pose"]
-    """The axle that is its reference point; "pose" is the point whose pose the law is given."""
+    axle: Literal["front", "rear", "no-slip"]
+    """The axle that it tracks; "no-slip" is the point that moves where the vehicle looks."""
 
 
 _LAWS = {
@@ -64,13 +64,13 @@ _LAWS = {
         Law("pure-pursuit", "Pure-Pursuit", PurePursuit, PurePursuitParams, "rear"),
         Law("stanley", "Stanley", Stanley, StanleyParams, "front"),
         Law("pop", "POP", Pop, PopParams, "front"),
-        Law("preview-pop", "Preview POP", PreviewPop, PreviewPopParams, "pose"),
+        Law("preview-pop", "Preview POP", PreviewPop, PreviewPopParams, "no-slip"),
     )
 }
 
 
 def names() -> tuple[str, ...]:
-    """Names of the laws, from the plainest to preview POP.
+    """Names of the controllers, from the plainest to preview POP.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def names() -> tuple[str, ...]:
 
 
 def get(name: str) -> Law:
-    """Give a law by its name.
+    """Give a controller by its name.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def get(name: str) -> Law:
     Raises
     ------
     ConfigError
-        No law has this name.
+        No controller has this name.
 
     Examples
     --------
@@ -118,7 +118,7 @@ pop, preview-pop
 
 
 def name_of(kind: type[object]) -> str:
-    """Name of the law of a controller class or a class of parameters.
+    """Name of the controller of a class, or of a class of parameters.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def name_of(kind: type[object]) -> str:
     Raises
     ------
     TypeError
-        The class belongs to no law of popsteer.
+        The class belongs to no controller of popsteer.
 
     Examples
     --------
@@ -143,4 +143,4 @@ def name_of(kind: type[object]) -> str:
     for law in _LAWS.values():
         if kind in (law.controller, law.params):
             return law.name
-    raise TypeError(f"{kind.__name__} belongs to no law of popsteer")
+    raise TypeError(f"{kind.__name__} belongs to no controller of popsteer")

@@ -19,6 +19,8 @@ __all__ = ["Parameters"]
 class Parameters:
     """Base of parameters that cannot be changed; each is checked against its range.
 
+    None stands where it is the default.
+
     Raises
     ------
     ConfigError
@@ -42,6 +44,8 @@ class Parameters:
     def __post_init__(self) -> None:
         for name, (low, high) in self.RANGES.items():
             value = getattr(self, name)
+            if value is None and getattr(type(self), name) is None:
+                continue  # left to what it scales with
             if not low <= value <= high:  # NaN fails too
                 raise ConfigError(name, value, in_range(low, high))
 

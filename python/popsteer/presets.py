@@ -4,17 +4,21 @@
 preset             what it is
 =================  =============================================================================
 ``default``        What the parameter classes hold: the paper's Table 1, read so that the result
-                   depends on neither the step size nor a standstill.
+                   depends on neither the step size nor a standstill. Lengths, speeds and gains
+                   per metre scale with the vehicle.
 ``paper``          The paper's Table 1 and equations, literally.
 ``published-code`` What the authors' published program computes.
-``reproduction``   For each law the one of these readings that comes out closest to the paper's
-                   table of results on the plant identified from the authors' run.
+``reproduction``   For each controller the one of these readings that comes out closest to the
+                   paper's table of results on the plant identified from the authors' run.
 =================  =============================================================================
 
-Law by law:
+All but ``default`` are absolute numbers, those of the paper's car, whatever the vehicle; those of
+the two controllers that the paper does not have scale with it.
+
+Controller by controller:
 
 `bang-bang`
-    The paper runs none. All presets switch 0.122 rad (7 degrees).
+    The paper runs none. All four switch 0.122 rad (7 degrees).
 `pid`
     The paper's integral (Equation 1) sums errors without Δt, so its weight grows with the control
     rate; the published code multiplies by Δt, and so do ``default`` and ``reproduction``. The gains
@@ -36,8 +40,8 @@ Law by law:
 crossing of the lookahead circle, the others the paper's threshold search on the re-discretised
 path (``exact_lookahead=False``).
 
-The wheelbase and the reference point are the vehicle's, not the law's, so no preset sets them: see
-`popsteer.sim.fitted`.
+What is true of the vehicle is told in a `popsteer.Vehicle`; no preset sets it, see
+`popsteer.vehicles`.
 
 Examples
 --------
@@ -48,7 +52,8 @@ Examples
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Any
 
 from popsteer import laws
 from popsteer._core import (
@@ -69,42 +74,61 @@ __all__ = ["REPRODUCTION", "get", "names"]
 REPRODUCTION = "reproduction"
 """The preset that comparisons with the paper use unless told otherwise."""
 
-_CODE_STANLEY = StanleyParams(heading_behind=True)
-_CODE_PURE_PURSUIT = PurePursuitParams(
-    lookahead_gain=0.9, min_lookahead=10.0, alpha_by_arccos=True, exact_lookahead=False
+# The published code's numbers for a car of 3 m wheelbase, where the paper has none.
+_SEARCH: dict[str, Any] = {
+    "exact_lookahead": False,
+    "lookahead_tolerance": 0.01,
+    "window_ahead": 20.0,
+    "grid_spacing": 0.01,
+}
+_PLACE: dict[str, Any] = {"search_distance": 6.0, "lost_distance": 30.0}
+
+_PID = PidParams(kp=0.25, ki=0.01, kd=0.2, buffer_length=500, integral_with_dt=True, **_PLACE)
+_PURE_PURSUIT = PurePursuitParams(
+    lookahead_gain=0.9, min_lookahead=10.0, alpha_by_arccos=True, **_SEARCH, **_PLACE
 )
-_PAPER_POP = PopParams(exact_lookahead=False)
+_STANLEY = StanleyParams(
+    cross_track_gain=1.5, speed_gain=1.3, softening=1e-5, heading_behind=True, **_PLACE
+)
+_POP = PopParams(
+    lookahead_gain=0.2,
+    min_lookahead=6.0,
+    steer_span=math.radians(3.0),
+    candidate_count=21,
+    **_SEARCH,
+    **_PLACE,
+)
 
 _PRESETS: dict[str, dict[str, Params]] = {
     "bang-bang": {
         "default": BangBangParams(),
         "paper": BangBangParams(),
-        "published-code": BangBangParams(amplitude=0.122),
+        "published-code": BangBangParams(),
         REPRODUCTION: BangBangParams(),
     },
     "pid": {
         "default": PidParams(),
-        "paper": PidParams(kp=0.25, ki=0.01, kd=0.2, integral_with_dt=False),
-        "published-code": PidParams(kp=0.12, ki=0.01, kd=0.48, integral_with_dt=True),
-        REPRODUCTION: PidParams(),
+        "paper": _PID.replace(integral_with_dt=False),
+        "published-code": _PID.replace(kp=0.12, kd=0.48),
+        REPRODUCTION: _PID,
     },
     "pure-pursuit": {
         "default": PurePursuitParams(),
-        "paper": PurePursuitParams(lookahead_gain=0.9, min_lookahead=0.0, exact_lookahead=False),
-        "published-code": _CODE_PURE_PURSUIT,
-        REPRODUCTION: _CODE_PURE_PURSUIT,
+        "paper": _PURE_PURSUIT.replace(min_lookahead=0.0, alpha_by_arccos=False),
+        "published-code": _PURE_PURSUIT,
+        REPRODUCTION: _PURE_PURSUIT,
     },
     "stanley": {
         "default": StanleyParams(),
-        "paper": StanleyParams(cross_track_gain=1.5, speed_gain=1.3, softening=1e-5),
-        "published-code": _CODE_STANLEY,
-        REPRODUCTION: _CODE_STANLEY,
+        "paper": _STANLEY.replace(heading_behind=False),
+        "published-code": _STANLEY,
+        REPRODUCTION: _STANLEY,
     },
     "pop": {
         "default": PopParams(),
-        "paper": _PAPER_POP,
-        "published-code": _PAPER_POP,
-        REPRODUCTION: _PAPER_POP,
+        "paper": _POP,
+        "published-code": _POP,
+        REPRODUCTION: _POP,
     },
     "preview-pop": {
         "default": PreviewPopParams(),
@@ -116,7 +140,7 @@ _PRESETS: dict[str, dict[str, Params]] = {
 
 
 def names(law: str) -> tuple[str, ...]:
-    """Names of the presets of a law.
+    """Names of the presets of a controller.
 
     Parameters
     ----------
@@ -126,12 +150,12 @@ def names(law: str) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        The names that `get` knows for this law; the same for all laws of popsteer.
+        The names that `get` knows for this controller; the same for all of popsteer.
 
     Raises
     ------
     ConfigError
-        No law has this name.
+        No controller has this name.
 
     Examples
     --------
@@ -142,7 +166,7 @@ def names(law: str) -> tuple[str, ...]:
 
 
 def get(law: str, name: str) -> Params:
-    """Give the parameters that a preset holds for a law.
+    """Give the parameters that a preset holds for a controller.
 
     Parameters
     ----------
@@ -160,7 +184,7 @@ or BangBangParams
     Raises
     ------
     ConfigError
-        No law, or no preset of the law, has this name.
+        No controller, or no preset of it, has this name.
 
     Examples
     --------

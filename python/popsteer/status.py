@@ -1,4 +1,4 @@
-"""How a control step went: shared by the Rust-backed laws and the pure-Python reference."""
+"""How a control step went: shared by the Rust-backed controllers and the pure-Python reference."""
 
 from __future__ import annotations
 
@@ -8,36 +8,41 @@ from typing import Literal
 __all__ = ["Status"]
 
 
-class Status(str, enum.Enum):
-    """How a control step went; each member is also the string that is its value.
+class Status(enum.IntFlag):
+    """How a control step went: a set of conditions, each of which may hold beside the others.
+
+    None of them is `OK`. The bits are the same in Rust, Python, arrays (uint32) and files.
 
     Examples
     --------
-    >>> Status("lookahead-lost") is Status.LOOKAHEAD_LOST, Status.OK == "ok"
-    (True, True)
+    >>> status = Status.SATURATED | Status.END_OF_PATH
+    >>> str(status), status.level, int(status)
+    ('saturated|end-of-path', 'degraded', 5)
+    >>> Status.SATURATED in status, Status.OFF_PATH in status, status == Status.OK
+    (True, False, False)
     """
 
-    OK = "ok"
-    """As the law wants it."""
-    LOOKAHEAD_LOST = "lookahead-lost"
+    OK = 0
+    """As the controller wants it."""
+    SATURATED = 1
+    """Degraded: a larger angle, a larger lateral acceleration or a faster move of the wheels is
+    wanted than the vehicle allows. The command is limited."""
+    LOOKAHEAD_LOST = 2
     """Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at."""
-    SATURATED = "saturated"
-    """Degraded: the law wants a larger angle than `max_steer` or the lateral acceleration allows,
-    or a faster move than the actuator makes. The command is limited."""
-    END_OF_PATH = "end-of-path"
-    """Degraded: the reference point is past the end of the path. The last segment is followed on
-    as a straight line."""
-    OFF_PATH = "off-path"
+    END_OF_PATH = 4
+    """Degraded: the tracked point is past the end of the path. The last segment is followed on as
+    a straight line."""
+    OFF_PATH = 8
     """Degraded: the vehicle was farther than `lost_distance` from its place on the path, and was
-    looked for on the whole of it. The law steers to where it was found."""
-    INPUT_HELD = "input-held"
-    """Degraded: the input was refused. The last angle is held."""
-    INPUT_LOST = "input-lost"
-    """Fault: more inputs in a row were refused than are held. The last angle stands; stop."""
+    looked for on the whole of it. The controller steers to where it was found."""
+    INPUT_HELD = 16
+    """Degraded: the input was refused. The last command is held."""
+    INPUT_LOST = 32
+    """Fault: more inputs in a row were refused than are held. The last command stands; stop."""
 
     @property
     def level(self) -> Literal["ok", "degraded", "fault"]:
-        """How bad it is.
+        """How bad the worst of the conditions is.
 
         Returns
         -------
@@ -46,9 +51,39 @@ class Status(str, enum.Enum):
 
         Examples
         --------
-        >>> Status.OK.level, Status.SATURATED.level, Status.INPUT_LOST.level
+        >>> Status.OK.level, Status.SATURATED.level, (Status.OFF_PATH | Status.INPUT_LOST).level
         ('ok', 'degraded', 'fault')
         """
-        if self is Status.OK:
-            return "ok"
-        return "fault" if self is Status.INPUT_LOST else "degraded"
+        if self & _FAULTS:
+            return "fault"
+        return "degraded" if self else "ok"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the conditions that hold, from the lowest bit up.
+
+        Returns
+        -------
+        tuple of str
+            None for `OK`.
+
+        Examples
+        --------
+        >>> (Status.INPUT_LOST | Status.LOOKAHEAD_LOST).names, Status.OK.names
+        (('lookahead-lost', 'input-lost'), ())
+        """
+        return tuple(name for condition, name in _NAMES if self & condition)
+
+    def __str__(self) -> str:
+        return "|".join(self.names) or "ok"
+
+    def __format__(self, spec: str) -> str:
+        return format(str(self), spec)
+
+
+_NAMES = tuple(
+    (condition, name.lower().replace("_", "-"))
+    for name, condition in Status.__members__.items()
+    if condition
+)
+_FAULTS = Status.INPUT_LOST

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.cli import command
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 RAGGED = "0,0\n1,0\n2,0,5\n"
 WRONG = {
@@ -121,39 +123,6 @@ def test_speed_pid_on_waypoints_without_speeds_is_refused(
     assert "no reference speeds" in outcome.err
 
 
-@pytest.mark.parametrize("below", ["", "deeper"])
-def test_out_folder_that_is_a_file_is_refused_before_anything_is_driven(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, below: str
-) -> None:
-    file = tmp_path / "taken"
-    file.write_text("mine", encoding="utf-8")
-    outcome = command.call(capsys, "compare", "--out", str(file / below))
-    assert (outcome.status, outcome.out) == (2, "")
-    assert outcome.err == f"popsteer: {file / below}: Not a directory\n"
-    assert file.read_text(encoding="utf-8") == "mine"
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_out_folder_without_permission_is_refused(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    tmp_path.chmod(0o500)
-    outcome = command.call(capsys, "compare", "--out", str(tmp_path / "out"))
-    tmp_path.chmod(0o700)
-    assert (outcome.status, outcome.out) == (2, "")
-    assert "Permission denied" in outcome.err
-
-
-@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc here")
-def test_out_folder_that_cannot_be_made_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ("simulate", "--track", "straight", "--out", "/proc/popsteer")
-    outcome = command.call(capsys, *arguments)
-    assert outcome.status == 2
-    assert outcome.out == ""
-    assert outcome.err.startswith("popsteer: /proc/popsteer")
-    assert outcome.err.count("\n") == 1
-
-
 def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:
     outcome = command.run("compare", "--controllers", "foo")
     assert outcome.status == 2
@@ -205,19 +174,6 @@ def test_interrupt_while_driving_exits_130_and_writes_nothing(tmp_path: Path) ->
     assert "Traceback" not in error
     assert output == ""
     assert not out.exists()
-
-
-def test_output_that_nobody_reads_is_no_traceback() -> None:
-    process = subprocess.Popen(
-        [command.script(), "simulate", "--help"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    assert process.stdout is not None
-    assert process.stderr is not None
-    process.stdout.close()
-    error = process.stderr.read()
-    process.stderr.close()
-    process.wait()
-    assert error == b""
 
 
 def test_output_to_a_terminal_without_greek_is_no_error() -> None:

@@ -129,6 +129,7 @@ def test_path_location_matches_reference_random(shape: Shape, spot: Spot, start:
     for reach in (0.0, abs(speed), 1e9):
         arrived = pair.call("locate", x, y, yaw, first, reach)
         assert arrived is not None
+        pair.call("locate", x, y, yaw, first, reach, opposite_distance=0.3 * abs(speed))
         pair.call("get_crossing", x, y, abs(speed), arrived.rust.segment)
         for nearest in (None, first, arrived.rust.segment):
             pair.call("project", x, y, nearest)
@@ -204,6 +205,7 @@ def test_path_questions_match_reference_edges() -> None:
         assert pair.call("get_lookahead_point", 1.0, 1.0, 2.0, nearest=index) is None
     for value in (nan, inf, -inf, -5e-324, nextafter(1e9, inf)):
         assert pair.call("locate", 1.0, 1.0, 0.0, 0, value) is None
+        assert pair.call("locate", 1.0, 1.0, 0.0, 0, 6.0, opposite_distance=value) is None
         assert pair.call("get_crossing", 1.0, 1.0, value, 9) is None
     for value in (nan, inf, -inf, nextafter(1e6, inf)):
         assert pair.call("locate", 1.0, 1.0, value, 9, nan) is None
@@ -212,6 +214,29 @@ def test_path_questions_match_reference_edges() -> None:
         assert pair.call("resample", 0, value, nan) is None
     for value in (nan, inf, -inf, 0.0, -1.0, nextafter(1e-4, 0.0), nextafter(1e3, inf)):
         assert pair.call("resample", 0, 2.0, value) is None
+
+
+@pytest.mark.covers("Path.get_lookahead_point", "Path.resample")
+def test_path_of_a_grid_too_large_matches_reference_edges() -> None:
+    far = make("Path", [(0.0, 0.0), (1e9, 0.0)])
+    assert far.call("resample", 0) is None
+    assert far.call("resample", 0, 1e6, 1e-4) is None
+    assert far.call("get_lookahead_point", 0.0, 0.0, 6.0) is None
+    with pytest.raises(PathError, match="would have 100000000001 points, more than 10000000"):
+        far.rust.resample(0)
+    # Just too many, and so few that they are made.
+    assert make("Path", [(0.0, 0.0), (1e5, 0.0)]).call("resample", 0) is None
+    assert far.call("resample", 0, 20.0, 1000.0) is not None
+    assert make("Path", [(0.0, 0.0), (1e5, 0.0)]).call("resample", 1, 20.0, 1.0) is not None
+
+
+def test_law_with_the_papers_search_on_long_segments_matches_reference() -> None:
+    # 10,000,000 points of the grid, of which a step stores none, and visits few.
+    path = make("Path", [(0.0, 0.0), (1e5, 0.0), (1e5, 1e5)])
+    pair = make("Pop", path, make("Vehicle"), make("PopParams", exact_lookahead=False))
+    for k in range(3):
+        pair.call("step", 5.0 * k, 0.5, 0.0, 5.0, 0.05)
+        pair.get("state")
 
 
 @pytest.mark.covers("Path.get_lookahead_point", "Path.get_lookahead_point_index")

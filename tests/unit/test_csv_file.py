@@ -3,15 +3,22 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from popsteer import csv_file
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import PathError
 from popsteer.tracks import Track
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 # Each example writes its file anew, so one folder serves all; and a disk may be slow.
@@ -162,3 +169,101 @@ def test_read_waypoints_any_content_gives_finite_waypoints_or_a_path_error(
     assert len(xy) >= 2
     assert np.isfinite(xy).all()
     assert speed is None or np.isfinite(speed).all()
+
+
+# Entries that numpy and Python might read differently, and those that only one of them takes.
+NUMBERS = ("0", "1", "-2.5", "1e3", "+4", ".5", "3.", "1e-320", "0.1234567890123456789", " 7 ")
+ODD_NUMBERS = (
+    *("nan", "inf", "-Infinity", "1e999", "1_0", "0x1", "1d3", "1e", "--1", "1j", "(1)", "x", ""),
+    *("'1'", '"1"', "1 2", "1;2", "\u0661", "\u20031", "1\x1c", "1\ufeff", "1\0", "1\x1a"),
+)
+FURTHER = ("a", "gravel", "", "nan", "\u00fc", "\u65e5\u672c", "a b", "a,b", '"a', "z" * 50, "\0")
+SEPARATORS = (",", " ", "\t", " , ", ", ", ";", "\u2003", "\x0c", "\x1f")
+ENDS = ("\n", "\r\n", "\r", "\n\n", "\n \n", "#\n", " # a, b\n", "\n# c, d\n", "\n\t# e\n", "\x0b")
+
+
+@st.composite
+def _files(draw: st.DrawFn) -> bytes:
+    """Draw a file of rows, now and then with a fault or two."""
+    usual = (st.sampled_from(SEPARATORS[:4]), st.sampled_from(ENDS[:3]))
+    separator, end = draw(usual[0]), draw(usual[1])
+    columns = draw(st.integers(1, 5))
+    broken = draw(st.booleans())
+
+    def mostly(ordinary: str, other: st.SearchStrategy[str]) -> str:
+        return draw(other) if broken and draw(st.integers(0, 9)) == 0 else ordinary
+
+    text = draw(st.sampled_from(["", "", "\ufeff", "# head, er\n", "\n \n"]))
+    if draw(st.booleans()):
+        text += mostly(separator, st.just(",")).join("xyvab"[:columns]) + end
+    for _ in range(draw(st.integers(0, 5))):
+        count = draw(st.integers(0, 6)) if broken and draw(st.integers(0, 9)) == 0 else columns
+        entries = [
+            mostly(draw(st.sampled_from(NUMBERS)), st.sampled_from(ODD_NUMBERS))
+            if column < 3
+            else draw(st.sampled_from(NUMBERS + FURTHER))
+            for column in range(count)
+        ]
+        text += mostly(separator, st.sampled_from(SEPARATORS)).join(entries)
+        text += mostly(end, st.sampled_from(ENDS))
+    data = text.encode()
+    if broken and draw(st.integers(0, 9)) == 0:
+        place = draw(st.integers(0, len(data)))
+        data = data[:place] + draw(st.binary(min_size=1, max_size=2)) + data[place:]
+    return data
+
+
+def _outcome(read: Callable[[], NDArray[np.float64]]) -> tuple[object, ...]:
+    try:
+        values = read()
+    except PathError as error:
+        return str(error), error.index
+    return values.shape, values.dtype, np.ascontiguousarray(values).tobytes()
+
+
+@given(data=_files() | st.binary(max_size=40))
+@example(data=b"1 2 3 a\n1 2 3 a,b\n")
+@example(data=b"1 2\n3 4 # \0\n")
+@example(data=b"1,2,3,a\n1,2,3,\xff\n")
+@example(data=b"1,2\n3,1e999\n")
+@example(data=b"x,y,v\n1,2\n3,4\n")
+@example(data=b"x,y\nx,y\n1,2\n3,4\n")
+@example(data=b"1,2\n")
+def test_numpy_reads_what_the_careful_reader_reads_or_leaves_it_to_that(data: bytes) -> None:
+    fast = csv_file._read_fast(data)
+    if fast is not None:
+        careful = _outcome(lambda: csv_file._read_carefully("a.csv", data))
+        assert _outcome(lambda: fast) == careful
+
+
+@ONE_FOLDER
+@given(data=_files())
+def test_read_waypoints_any_file_is_as_the_careful_reader_has_it(
+    tmp_path: Path, data: bytes
+) -> None:
+    file = _file(tmp_path, data)
+
+    def read() -> NDArray[np.float64]:
+        xy, speed = read_waypoints(file)
+        return xy if speed is None else np.column_stack((xy, speed))
+
+    assert _outcome(read) == _outcome(lambda: csv_file._read_carefully(str(file), data))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "1,2\n3,4\n",
+        "\ufeffx,y\r\n1,2\r\n3,4\r\n",
+        "# two, columns\n\n1 2 # first\n3\t4",
+        "1, 2, 5\n3, 4, 6\n",
+        "x,y,v,surface,\n1,2,5,gravel,\n3,4,6,\u65e5\u672c,nan\n",
+        "1 2 5 gravel\n3 4 6 ice\n",
+    ],
+)
+def test_read_waypoints_plain_file_does_without_the_careful_reader(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: str
+) -> None:
+    monkeypatch.delattr(csv_file, "_read_carefully")
+    xy, _ = read_waypoints(_file(tmp_path, content))
+    assert xy.tolist() == [[1.0, 2.0], [3.0, 4.0]]

@@ -1,12 +1,23 @@
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
+import signal
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from popsteer.files import write_bytes_atomic, write_text_atomic
+from popsteer.files import (
+    check_files,
+    check_folder,
+    write_bytes_atomic,
+    write_files_atomic,
+    write_text_atomic,
+)
 
 posix_only = pytest.mark.skipif(os.name != "posix", reason="needs POSIX files")
 
@@ -114,6 +125,181 @@ def test_write_bytes_through_a_link_keeps_the_link(tmp_path: Path) -> None:
 
 
 @posix_only
+@pytest.mark.parametrize("below", ["", "a.bin"])
+def test_write_bytes_through_a_loop_of_links_is_refused(tmp_path: Path, below: str) -> None:
+    (tmp_path / "one").symlink_to("two")
+    (tmp_path / "two").symlink_to("one")
+    with pytest.raises(OSError, match=r"one") as caught:
+        write_bytes_atomic(tmp_path / "one" / below, b"x")
+    assert caught.value.errno == errno.ELOOP
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["one", "two"]
+
+
+@posix_only
 def test_write_bytes_to_a_device_does_not_replace_it() -> None:
     write_bytes_atomic(os.devnull, b"x")
     assert not Path(os.devnull).is_file()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+def test_write_bytes_to_a_full_device_names_it() -> None:
+    with pytest.raises(OSError, match="No space left") as caught:
+        write_bytes_atomic("/dev/full", b"x")
+    assert caught.value.filename == "/dev/full"
+
+
+def test_write_files_one_refused_writes_none(tmp_path: Path) -> None:
+    (tmp_path / "old").write_bytes(b"old")
+    (tmp_path / "taken").mkdir()
+    files = {tmp_path / "old": b"new", tmp_path / "new": b"new", tmp_path / "taken": b"new"}
+    with pytest.raises(IsADirectoryError) as caught:
+        write_files_atomic(files)
+    assert caught.value.filename == str(tmp_path / "taken")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["old", "taken"]
+    assert (tmp_path / "old").read_bytes() == b"old"
+
+
+@posix_only
+def test_write_files_disk_full_at_the_last_writes_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fdopen = os.fdopen
+    opened: list[int] = []
+
+    def full(descriptor: int, mode: str) -> object:
+        opened.append(descriptor)
+        if len(opened) < 3:
+            return fdopen(descriptor, mode)
+        os.close(descriptor)
+        return Path("/dev/full").open(mode)
+
+    (tmp_path / "a").write_bytes(b"old")
+    monkeypatch.setattr(os, "fdopen", full)
+    with pytest.raises(OSError, match="No space left on device") as caught:
+        write_files_atomic({tmp_path / name: b"new" for name in "abc"})
+    assert caught.value.filename == str(tmp_path / "c")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a"]
+    assert (tmp_path / "a").read_bytes() == b"old"
+
+
+def test_write_files_none_is_nothing() -> None:
+    write_files_atomic({})
+
+
+def test_check_of_what_can_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"old")
+    check_files([tmp_path / "a", tmp_path / "new" / "b", os.devnull])
+    check_folder(tmp_path, ["a", "new/b"])
+    check_folder(tmp_path / "new" / "newer", ["a"])
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a"]
+    assert (tmp_path / "a").read_bytes() == b"old"
+
+
+@posix_only
+def test_check_follows_links_that_lead_nowhere_yet(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_bytes(b"mine")
+    (tmp_path / "good").symlink_to(tmp_path / "there" / "a")
+    (tmp_path / "bad").symlink_to(tmp_path / "taken" / "a")
+    check_files([tmp_path / "good"])
+    check_folder(tmp_path / "good")
+    with pytest.raises(NotADirectoryError) as caught:
+        check_files([tmp_path / "bad"])
+    assert caught.value.filename == str(tmp_path / "bad")
+    with pytest.raises(NotADirectoryError):
+        check_folder(tmp_path / "bad")
+
+
+# Writes one file and stays where its temporary is about to get the name.
+_WRITER = """
+import signal, sys
+from pathlib import Path
+from popsteer.files import write_bytes_atomic
+
+def stay(*_):
+    print("staged", flush=True)
+    signal.pause()
+
+Path.replace = stay
+write_bytes_atomic(sys.argv[1], b"new")
+"""
+
+
+def _temporaries(folder: Path) -> list[str]:
+    return sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".tmp"))
+
+
+@posix_only
+@pytest.mark.parametrize("write", [False, True], ids=["check", "write"])
+def test_temporary_of_a_killed_process_goes_with_the_next_and_of_a_live_one_stays(
+    tmp_path: Path, write: bool
+) -> None:
+    def next_run() -> None:
+        if write:
+            write_bytes_atomic(tmp_path / "b", b"next")
+        else:
+            check_files([tmp_path / "b"])
+
+    line = [sys.executable, "-c", _WRITER, str(tmp_path / "a")]
+    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "staged\n"
+            before = _temporaries(tmp_path)
+            assert len(before) == 1
+            next_run()
+            assert _temporaries(tmp_path) == before
+            process.send_signal(signal.SIGSTOP)
+            next_run()
+            assert _temporaries(tmp_path) == before
+        finally:
+            process.kill()
+    assert _temporaries(tmp_path) == before
+    next_run()
+    assert [entry.name for entry in tmp_path.iterdir()] == (["b"] if write else [])
+
+
+@posix_only
+def test_sweep_leaves_alone_what_is_no_temporary_file(tmp_path: Path) -> None:
+    (tmp_path / "mine").write_bytes(b"mine")
+    os.mkfifo(tmp_path / ".popsteer-pipe.tmp")
+    (tmp_path / ".popsteer-folder.tmp").mkdir()
+    (tmp_path / ".popsteer-link.tmp").symlink_to(tmp_path / "mine")
+    (tmp_path / "popsteer-note.tmp").write_bytes(b"mine")
+    before = sorted(tmp_path.iterdir())
+    (tmp_path / ".popsteer-0123456789abcdef.tmp").write_bytes(b"left by an older version")
+    write_bytes_atomic(tmp_path / "mine", b"new")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@posix_only
+def test_write_bytes_swept_before_it_is_locked_takes_another_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flock = fcntl.flock
+    swept: list[str] = []
+
+    def late(descriptor: int, operation: int) -> None:
+        if not swept:
+            swept.extend(_temporaries(tmp_path))
+            (tmp_path / swept[0]).unlink()
+        flock(descriptor, operation)
+
+    monkeypatch.setattr(fcntl, "flock", late)
+    write_bytes_atomic(tmp_path / "a", b"new")
+    assert len(swept) == 1
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a"]
+    assert (tmp_path / "a").read_bytes() == b"new"
+
+
+@posix_only
+def test_write_bytes_on_a_disk_without_locks_sweeps_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    (tmp_path / ".popsteer-0123456789abcdef.tmp").write_bytes(b"perhaps in use")
+    write_bytes_atomic(tmp_path / "a", b"new")
+    names = sorted(entry.name for entry in tmp_path.iterdir())
+    assert names == [".popsteer-0123456789abcdef.tmp", "a"]

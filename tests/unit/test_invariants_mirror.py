@@ -13,8 +13,10 @@ from typing import Any
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from popsteer.reference.lateral.rollout import Model
 
 import popsteer
+from popsteer.reference.lateral.rollout import Model
 from tests.parity.laws import LATERAL, POP, PURE_PURSUIT, Law
 from tests.parity.strategies import SPOTS, Shape, Spot, Waypoints, fitted, shapes
 
@@ -44,7 +46,8 @@ def _reference_point(controller: Any, step: tuple[float, ...]) -> tuple[float, f
 def _on_the_line(path: Waypoints, controller: Any, step: tuple[float, ...]) -> bool:
     """Whether the vehicle lies exactly on the line of its segment, neither left nor right."""
     x, y = _reference_point(controller, step)
-    segment = controller.path.project(x, y, controller.state.waypoint).segment
+    # Its segment is where it was found, which at a bend need not be the one `Path.project` gives.
+    segment = controller.state.waypoint
     (x0, y0), (x1, y1) = path.xy[segment], path.xy[(segment + 1) % len(path.xy)]
     side: float = (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)
     return side == 0.0
@@ -60,13 +63,25 @@ def _no_side(controller: Any, step: tuple[float, ...], target: tuple[float, floa
 
 
 def _candidate_distance(
-    controller: Any, step: tuple[float, ...], target: Any, steer: float
+    controller: Any, wheel: float, step: tuple[float, ...], target: Any, steer: float
 ) -> float:
-    """How far from the target POP's prediction for `steer` ends, as Algorithm 1 has it."""
+    """How near to the target POP's prediction for `steer` comes, with the wheels at `wheel`."""
     x, y = _reference_point(controller, step)
     *_, yaw, speed, dt = step
-    predicted = popsteer.get_predicted_location(0.0, 0.0, yaw, max(speed, 0.0), steer, dt)
-    return popsteer.get_distance(predicted, (target[0] - x, target[1] - y))
+    speed = max(speed, 0.0)
+    to_target = (target[0] - x, target[1] - y)
+    params = controller.params
+    if params.horizon is None:
+        predicted = popsteer.get_predicted_location(0.0, 0.0, yaw, speed, steer, dt)
+        return popsteer.get_distance(predicted, to_target)
+    model = Model(
+        params.horizon,
+        params.wheelbase,
+        params.understeer,
+        params.steer_lag,
+        controller.reference_offset,
+    )
+    return model.rollout(yaw, speed, wheel, dt).get_least_distance(steer, to_target)
 
 
 @each_law
@@ -84,6 +99,7 @@ def test_law_in_a_mirrored_world_steers_mirrored(
     for spot in spots:
         step = spot.at(path)
         x, y, yaw, speed, dt = step
+        wheel = ours.state.model_steer if law is POP else 0.0
         here, there = ours.step(*step), theirs.step(x, -y, -yaw, speed, dt)
         assume(not _on_the_line(path, ours, step))
         assume(law is not PURE_PURSUIT or not _no_side(ours, step, here.target))
@@ -95,7 +111,7 @@ def test_law_in_a_mirrored_world_steers_mirrored(
             # Two candidates are as good, to the last bit, and the first in the list is taken:
             # the list runs the other way in the mirror. Both are then best in either world.
             distances = {
-                _candidate_distance(ours, step, here.target, steer)
+                _candidate_distance(ours, wheel, step, here.target, steer)
                 for steer in (here.steer, -there.steer)
             }
             assert len(distances) == 1
@@ -103,6 +119,49 @@ def test_law_in_a_mirrored_world_steers_mirrored(
             return
         assert there.steer == -here.steer
         assert there.status is here.status
+
+
+def test_vehicle_beside_a_place_on_its_own_line_has_no_side() -> None:
+    path = Shape("straight", 41, 1.9481172071075352, seed=41).build()
+    ours, theirs = popsteer.PreviewPop(_path(path)), popsteer.PreviewPop(_path(_mirrored(path)))
+    for spot in (Spot(0.0, 1.0), Spot(0.5625, 0.0, math.pi, 0.0), Spot(0.1875)):
+        x, y, yaw, speed, dt = step = spot.at(path)
+        here, there = ours.step(*step), theirs.step(x, -y, -yaw, speed, dt)
+    # 20 m behind its place, which is remembered; `Path.project` gives another segment.
+    assert there.cross_track_error == here.cross_track_error != 0.0
+    assert _on_the_line(path, ours, step)
+
+
+def test_pop_over_a_horizon_with_two_candidates_as_good_takes_the_first() -> None:
+    path = Shape("straight", 17, 100.0, (-1.192092896e-07, -444.46166948652785), True, seed=8967)
+    way = path.build()
+    params: dict[str, Any] = {
+        "horizon": 1.1,
+        "steer_lag": 0.5,
+        "wheelbase": 2.1242318643248375,
+        "max_steer": 1.1459511637564854,
+        "candidate_count": 81,
+        "steer_span": 0.25618226833346414,
+        "min_lookahead": 1e4,
+        "lookahead_gain": 0.9595451116267104,
+        "lookahead_tolerance": 0.00923757370893381,
+        "exact_lookahead": False,
+        "window_ahead": 851994.7258787932,
+        "grid_spacing": 0.0001,
+        "lost_distance": 604199134.8177391,
+    }
+    law = popsteer.PopParams(**fitted(params, way, 100_000))
+    ours, theirs = (popsteer.Pop(_path(each), law) for each in (way, _mirrored(way)))
+    x, y, yaw, speed, dt = step = Spot(
+        0.2748476968606282, 0.0, math.pi, 23.65754418037161, 0.013717976989337799
+    ).at(way)
+    here, there = ours.step(*step), theirs.step(x, -y, -yaw, speed, dt)
+    assert there.steer != -here.steer
+    both = [
+        _candidate_distance(ours, 0.0, step, here.target, steer)
+        for steer in (here.steer, -there.steer)
+    ]
+    assert both[0] == both[1]
 
 
 @given(shape=shapes(), spot=SPOTS, lookahead=st.floats(0.0, 30.0))

@@ -1,4 +1,4 @@
-"""Laws that others would use, to compare with; they drive like a law of your own.
+"""Controllers that others would use, to compare with; they drive like one of your own.
 
 ``mpc``
     A linear time-varying model-predictive controller on osqp. It needs the extra ``mpc``:

@@ -1,63 +1,39 @@
-"""A linear time-varying model-predictive controller on osqp: 20 steps of 50 ms.
+"""A linear time-varying model-predictive controller on osqp: 20 stages of 50 ms.
 
-The model is the kinematic bicycle with understeer and a lag, in coordinates of the path and
-linearised along it. With v the speed, L the wheelbase, K the understeer, τ the lag, d how far the
-reference point lies ahead of the point whose pose is given, κ_k the path's mean curvature over
-stage k, h the length of a stage, δ the command and a the angle that the yaw rate r answers to::
-
-    G = L + K v²            δ_ref = atan(G κ)
-    r ≈ v (κ + (1 + (G κ)²) (a - δ_ref) / G)
-    a[k+1] = α a[k] + (1 - α) δ[k]         α = exp(-h / τ);  its mean over the stage:
-    ā[k] = β a[k] + (1 - β) δ[k]           β = (1 - α) τ / h
-    e[k+1] = e[k] + h v ψ[k] + h² v / 2 (r̄[k] - v κ) + h d r̄[k]
-    ψ[k+1] = ψ[k] + h (r̄[k] - v κ - v κ² e[k])
-
-The cost weighs e², (ψ + d κ)², whose zero is the heading that keeps the reference point on a bend,
-and the squares of δ - δ_ref and of the changes of δ; the last stage's errors count more, for the
-time beyond the horizon. |δ| and the changes of δ keep their limits.
-
-What can be done once is done once: the sparsity, the cost's matrix and the symbolic factorisation.
-Each step writes the new entries into osqp (`Mpc.update`), then starts from the last solution, moved
-on by one stage, and solves (`Mpc.solve`).
+What it is told of the car is its `popsteer.Vehicle`. The commands in flight are rolled through as
+the controllers of popsteer do it, so that the problem begins where the next command reaches the
+wheels; backwards the vehicle is mirrored about its rear axle. `mpc_problem` has the problem itself.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import osqp
-from scipy import sparse
 
+from popsteer._core import Vehicle
+from popsteer.baselines.ahead import Ahead
 from popsteer.baselines.mpc_params import MpcParams
-from popsteer.errors import InputError, PopsteerError
+from popsteer.baselines.mpc_problem import Instant, Problem
+from popsteer.reference import Vehicle as Chain
+from popsteer.reference.vehicle.delay import InFlight
+from popsteer.reference.vehicle.estimator import Corrections
+from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from popsteer import Path
 
 __all__ = ["Mpc", "MpcCommand"]
 
-# Below, the vehicle hardly answers to its wheels, and the problem would be about nothing.
-_LEAST_SPEED = 1.0
-# Farther from the path the linear model says nothing; from there on it is approached as from here.
-_MOST_ERROR, _MOST_HEADING = 3.0, 1.0
-# Of a stage: variables δ[k], e[k+1], ψ[k+1], a[k+1]; rows the equations of e, ψ, a, the limit of δ,
-# the limit of its change.
-_VARIABLES, _ROWS = 4, 5
-# Row and column within the stage, and whether the column is of the stage before, which the first
-# stage has not: what it knows of the time before is in the bounds.
-_KINDS = (
-    (0, 1, 0), (0, 1, 1), (0, 2, 1), (0, 3, 1), (0, 0, 0),
-    (1, 2, 0), (1, 1, 1), (1, 2, 1), (1, 3, 1), (1, 0, 0),
-    (2, 3, 0), (2, 3, 1), (2, 0, 0),
-    (3, 0, 0),
-    (4, 0, 0), (4, 0, 1),
-)  # fmt: skip
-_OWN = [_KINDS.index(kind) for kind in ((0, 1, 0), (1, 2, 0), (2, 3, 0), (4, 0, 1))]
+# Below this speed, in wheelbases a second, the vehicle hardly answers to its wheels, and the
+# problem would be about nothing.
+_LEAST_SPEED = 1.0 / 3.0
+# Farther from the path, in wheelbases, the linear model says nothing; from there on it is
+# approached as from here.
+_MOST_ERROR, _MOST_HEADING = 1.0, 1.0
+_AS_TOLD = Corrections()
 
 
 class MpcCommand(NamedTuple):
@@ -67,65 +43,100 @@ class MpcCommand(NamedTuple):
     """Angle of the front wheels [rad]."""
     status: Status
     """``SATURATED`` where the angle is at its limit."""
+    reverse: bool
+    """Whether the path is driven backwards."""
 
 
 class Mpc:
-    """The controller, for `popsteer.sim.run` a law of one's own.
+    """The controller, for `popsteer.sim.run` one of one's own.
+
+    Its tracked point is the front axle, backwards the point a wheelbase behind the rear axle.
 
     Parameters
     ----------
     path : Path
         What to follow.
+    vehicle : Vehicle, optional
+        What is true of the vehicle, and where the point lies whose pose `step` is given;
+        ``Vehicle()`` by default, and in `popsteer.sim.run` the plant's.
     params : MpcParams, optional
-        Vehicle, weights and limits.
+        Weights and horizon; the defaults scale with the vehicle.
 
     Examples
     --------
     >>> import popsteer
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
-    >>> Mpc(path).step(0.0, 0.5, 0.0, 8.0, 0.05).steer < 0.0
+    >>> car = popsteer.Vehicle(wheelbase=2.7, dead_time=0.1)
+    >>> Mpc(path, car).step(0.0, 0.5, 0.0, 8.0, 0.05).steer < 0.0
     True
     """
 
     name = "mpc"
 
-    def __init__(self, path: Path, params: MpcParams | None = None) -> None:
+    def __init__(
+        self, path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None
+    ) -> None:
         self.path = path
+        self.vehicle_given = vehicle is not None
+        self.vehicle = vehicle = Vehicle() if vehicle is None else vehicle
         self.params = MpcParams() if params is None else params
-        self.reference_offset = self.params.reference_offset
-        self._s, self._heading = _headings(path)
-        stages = self.params.stages
-        self._ends = np.arange(stages + 1) * self.params.stage_time
-        self._entries = np.ones((stages, len(_KINDS)))
-        self._entries[:, _OWN] = -1.0
-        self._q = np.zeros((stages, _VARIABLES))
-        self._low, self._high = np.zeros((stages, _ROWS)), np.zeros((stages, _ROWS))
-        change = self.params.max_steer_rate * self.params.stage_time
-        self._low[:, 3], self._high[:, 3] = -self.params.max_steer, self.params.max_steer
-        self._low[:, 4], self._high[:, 4] = -change, change
+        self.tracked_point = vehicle.front_axle
+        resolved = self.params.resolved(vehicle)
+        # The chain from command to motion has its home in the core and, the same, in the reference.
+        self._chain = Chain(**vehicle.as_dict())
+        self._ahead = Ahead(path)
+        self._ends = resolved.stage_time * np.arange(resolved.stages + 1, dtype=np.float64)
+        self._problem = Problem(vehicle, resolved)
         self.reset()
-        self._set_up()
+
+    def with_vehicle(self, vehicle: Vehicle) -> Mpc:
+        """Give a fresh controller of another vehicle, on the same path.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            The vehicle.
+
+        Returns
+        -------
+        Mpc
+            A new one.
+        """
+        return Mpc(self.path, vehicle, self.params)
 
     def reset(self) -> None:
         """Forget the steps taken so far."""
-        self._segment: int | None = None
-        self._answered = 0.0
-        self._change = 0.0
         self.previous_steer = 0.0
-        stages = self.params.stages
-        self._x, self._y = np.zeros((stages, _VARIABLES)), np.zeros((stages, _ROWS))
+        self._segment: int | None = None
+        self._reverse = False
+        self._in_flight = InFlight.settled(self._chain, 0.0)
+        self._problem.reset()
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> MpcCommand:
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        reverse: bool | None = None,
+    ) -> MpcCommand:
         """Answer a pose and a speed.
 
         Parameters
         ----------
         x, y, yaw : float
-            Pose of the vehicle [m, m, rad].
+            Pose of the vehicle's point [m, m, rad].
         speed : float
-            Speed [m/s].
+            Speed [m/s]; negative while rolling backwards.
         dt : float
             Time since the last step, and until the next [s].
+        reverse : bool, optional
+            Whether the path is driven backwards where the rear axle is. Left out, the direction
+            stays: a controller that is not told does not pass a place where the vehicle turns
+            round.
 
         Returns
         -------
@@ -135,20 +146,31 @@ class Mpc:
         Raises
         ------
         InputError
-            A number is not finite, or `dt` is not positive.
+            A number is not finite or beyond its bound, or `dt` is not positive.
         PopsteerError
             osqp found no solution.
         """
-        steer = self.steer(x, y, yaw, speed, dt)
-        limit = abs(steer) >= self.params.max_steer
-        return MpcCommand(steer, Status.SATURATED if limit else Status.OK)
+        steer = self.steer(x, y, yaw, speed, dt, reverse=reverse)
+        lowest, highest = self._problem.reach
+        limited = not lowest < self._turned(steer) < highest
+        return MpcCommand(steer, Status.SATURATED if limited else Status.OK, self._reverse)
 
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        reverse: bool | None = None,
+    ) -> float:
         """Answer as `step` does, with the angle alone.
 
         Parameters
         ----------
-        x, y, yaw, speed, dt : float
+        x, y, yaw, speed, dt, reverse
             As `step`.
 
         Returns
@@ -161,15 +183,25 @@ class Mpc:
         InputError, PopsteerError
             As `step`.
         """
-        self.update(x, y, yaw, speed, dt)
+        self.update(x, y, yaw, speed, dt, reverse=reverse)
         return self.solve()
 
-    def update(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> None:
+    def update(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        reverse: bool | None = None,
+    ) -> None:
         """Find the vehicle on the path, linearise ahead of it, hand the numbers to osqp.
 
         Parameters
         ----------
-        x, y, yaw, speed, dt : float
+        x, y, yaw, speed, dt, reverse
             As `step`.
 
         Raises
@@ -177,33 +209,40 @@ class Mpc:
         InputError
             As `step`.
         """
-        for field, value in (("x", x), ("y", y), ("yaw", yaw), ("speed", speed)):
-            if not math.isfinite(value):
-                raise InputError(field, value, "finite")
-        if not 0.0 < dt < math.inf:
-            raise InputError("dt", dt, "positive and finite")
-        params = self.params
-        x += self.reference_offset * math.cos(yaw)
-        y += self.reference_offset * math.sin(yaw)
-        path, last = self.path, self._segment
-        start = path.relocalise(x, y, yaw) if last is None else last
-        reach = 2.0 * params.wheelbase + abs(speed) * dt
-        foot = path.locate(x, y, yaw, start, reach)
+        measured = VehicleState(x, y, yaw, speed).checked()
+        dt = checked_dt(dt)
+        segment = self._find(measured, reverse=reverse)
+        # What has come of the last commands by now, and will have when the next one arrives.
+        self._in_flight = self._in_flight.elapse(self._chain, self.previous_steer, dt, 0.0)
+        now = measured.ahead(self._chain.no_slip)
+        state, wheel = self._in_flight.predict(self._chain, now, _AS_TOLD)
+
+        # As a vehicle that drives forward.
+        length, slip = self.vehicle.wheelbase, self._chain.no_slip - self.vehicle.rear_axle
+        yaw, ahead = state.yaw, length - slip
+        if self._reverse:
+            yaw, ahead = math.remainder(yaw + math.pi, math.tau), length + slip
+        x, y = state.x + ahead * math.cos(yaw), state.y + ahead * math.sin(yaw)
+        reach = 2.0 * length + abs(state.speed) * dt
+        foot = self.path.locate(x, y, yaw, segment, reach)
         self._segment = foot.segment
-        speed = max(speed, _LEAST_SPEED)
-        heading = self._headings_ahead(foot.arc_length, speed)
-        # What the command of the last step has come to at the wheels by now.
-        kept = math.exp(-dt / params.lag) if params.lag > 0.0 else 0.0
-        self._answered = kept * self._answered + (1.0 - kept) * self.previous_steer
-        self._change = params.max_steer_rate * dt
-        self._fill(
-            np.diff(heading) / (speed * params.stage_time),
-            speed,
-            _within(foot.cross_track_error, _MOST_ERROR),
-            _within(math.remainder(yaw - float(heading[0]), math.tau), _MOST_HEADING),
+        speed = max(self._turned(state.speed), _LEAST_SPEED * length)
+        heading = self._ahead.headings(foot.segment, foot.arc_length, speed * self._ends)
+        error = math.remainder(yaw - float(heading[0]), math.tau)
+        offset = self.vehicle.steer_offset
+        self._problem.update(
+            Instant(
+                curvature=np.diff(heading) / (speed * self.params.stage_time),
+                speed=speed,
+                ahead=ahead,
+                cross_track=_within(foot.cross_track_error, _MOST_ERROR * length),
+                heading=_within(error, _MOST_HEADING),
+                wheel=self._turned(wheel - offset),
+                offset=self._turned(offset),
+                previous=self._turned(self.previous_steer),
+                dt=dt,
+            )
         )
-        bounds = {"l": self._low.ravel(), "u": self._high.ravel()}
-        self._osqp.update(q=self._q.ravel(), Ax=self._data(), **bounds)
 
     def solve(self) -> float:
         """Solve from the last solution, moved on by one stage.
@@ -218,139 +257,28 @@ class Mpc:
         PopsteerError
             osqp found no solution.
         """
-        self._osqp.warm_start(_moved_on(self._x), _moved_on(self._y))
-        result = self._osqp.solve(raise_error=False)
-        if result.x is None or not np.isfinite(result.x).all():
-            raise PopsteerError(f"osqp found no solution: {result.info.status}")
-        stages = self.params.stages
-        self._x = result.x.reshape(stages, _VARIABLES)
-        self._y = result.y.reshape(stages, _ROWS)
-        # The solver keeps limits to its tolerance; the wheels keep them.
-        change = _within(float(self._x[0, 0]) - self.previous_steer, self._change)
-        self.previous_steer = _within(self.previous_steer + change, self.params.max_steer)
+        self.previous_steer = self._turned(self._problem.solve())
         return self.previous_steer
 
-    def _set_up(self) -> None:
-        """Give osqp the structure; it scales for the numbers that it is set up with."""
-        pattern = _pattern(self.params.stages)
-        self._order = pattern.data.astype(int) - 1
-        self._fill(np.full(self.params.stages, 0.01), 10.0, 0.0, 0.0)
-        matrix = sparse.csc_matrix(
-            (self._data(), pattern.indices, pattern.indptr), shape=pattern.shape
-        )
-        self._osqp: Any = osqp.OSQP()
-        self._osqp.setup(
-            _cost(self.params),
-            self._q.ravel(),
-            matrix,
-            self._low.ravel(),
-            self._high.ravel(),
-            verbose=False,
-            eps_abs=self.params.tolerance,
-            eps_rel=self.params.tolerance,
-        )
+    def _find(self, measured: VehicleState, *, reverse: bool | None) -> int:
+        """Give the segment to look for the vehicle from, and take note of the direction."""
+        segment = self._segment
+        if segment is None:
+            rear = measured.ahead(self.vehicle.rear_axle)
+            segment = self.path.relocalise(rear.x, rear.y, rear.yaw)
+        if reverse is not None:
+            segment = self._ahead.turning(segment, reverse=reverse)
+        backwards = self._ahead.reverse(segment)
+        if backwards is not self._reverse:
+            # The last solution is of the vehicle that was not mirrored, or was.
+            self._problem.reset()
+            self._reverse = backwards
+        return segment
 
-    def _headings_ahead(self, arc: float, speed: float) -> NDArray[np.float64]:
-        """Give the path's heading at the ends of the stages [rad], the turns of a lap included."""
-        ahead = arc + speed * self._ends
-        if not self.path.closed:
-            return np.asarray(np.interp(ahead, self._s, self._heading), dtype=np.float64)
-        laps = np.floor(ahead / self.path.length)
-        turn = self._heading[-1] - self._heading[0]
-        heading = np.interp(ahead - laps * self.path.length, self._s, self._heading)
-        return np.asarray(heading + laps * turn, dtype=np.float64)
-
-    def _fill(
-        self, curvature: NDArray[np.float64], speed: float, cross_track: float, heading: float
-    ) -> None:
-        """Write what has changed into the entries of A, the bounds and q."""
-        p, entries, low, high, q = self.params, self._entries, self._low, self._high, self._q
-        h, d, v = p.stage_time, self.reference_offset, speed
-        base = p.wheelbase + p.understeer * v * v
-        slope = base * curvature
-        reference = np.arctan(slope)
-        gain = v * (1.0 + slope * slope) / base  # of r on a
-        kept = math.exp(-h / p.lag) if p.lag > 0.0 else 0.0
-        mean = (1.0 - kept) * p.lag / h
-        turned = h * gain
-        moved = turned * (0.5 * h * v + d)
-        bend = h * v * curvature * curvature
-        # In the order of _KINDS.
-        entries[:, 2] = h * v
-        entries[:, 3], entries[:, 4] = mean * moved, (1.0 - mean) * moved
-        entries[:, 6] = -bend
-        entries[:, 8], entries[:, 9] = mean * turned, (1.0 - mean) * turned
-        entries[:, 11], entries[:, 12] = kept, 1.0 - kept
-        # What does not depend on the variables: r̄ = v κ - gain δ_ref + gain ā.
-        low[:, 0] = moved * reference - h * d * v * curvature
-        low[:, 1] = turned * reference
-        low[:, 2] = 0.0
-        answered = self._answered
-        low[0, 0] -= cross_track + h * v * heading + mean * moved[0] * answered
-        low[0, 1] -= heading - bend[0] * cross_track + mean * turned[0] * answered
-        low[0, 2] -= kept * answered
-        high[:, :3] = low[:, :3]
-        low[0, 4] = self.previous_steer - self._change
-        high[0, 4] = self.previous_steer + self._change
-        q[:, 0] = -p.steer_weight * reference
-        q[0, 0] -= p.change_weight * self.previous_steer
-        weight = np.full(len(q), p.heading_weight)
-        weight[-1] *= p.last_weight
-        q[:, 2] = weight * d * curvature
-
-    def _data(self) -> NDArray[np.float64]:
-        """Give A's entries in the order of its columns."""
-        data: NDArray[np.float64] = self._entries.ravel()[self._order]
-        return data
-
-
-def _pattern(stages: int) -> sparse.csc_matrix:
-    """Give A with 1, 2, ... for its entries, in the order of stages and `_KINDS`."""
-    entries = [
-        (len(_KINDS) * k + kind + 1, _ROWS * k + row, _VARIABLES * (k - before) + column)
-        for k in range(stages)
-        for kind, (row, column, before) in enumerate(_KINDS)
-        if k >= before
-    ]
-    data, rows, columns = zip(*entries, strict=True)
-    shape = (_ROWS * stages, _VARIABLES * stages)
-    return sparse.csc_matrix((np.array(data, float), (rows, columns)), shape)
-
-
-def _cost(params: MpcParams) -> sparse.csc_matrix:
-    """Give P, its upper half."""
-    stages = params.stages
-    diagonal = np.zeros((stages, _VARIABLES))
-    diagonal[:, 1:3] = params.cross_track_weight, params.heading_weight
-    diagonal[-1, 1:3] *= params.last_weight
-    diagonal[:, 0] = params.steer_weight + 2.0 * params.change_weight
-    diagonal[-1, 0] -= params.change_weight  # nothing changes after the last stage
-    beside = np.zeros((stages, _VARIABLES))
-    beside[:-1, 0] = -params.change_weight
-    above = beside.ravel()[: _VARIABLES * (stages - 1)]
-    return sparse.diags([diagonal.ravel(), above], [0, _VARIABLES], format="csc")
-
-
-def _moved_on(stages: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Drop the first stage, repeat the last."""
-    return np.concatenate((stages[1:], stages[-1:])).ravel()
+    def _turned(self, value: float) -> float:
+        """Give an angle or a speed of the vehicle as that of the mirrored one, and back."""
+        return -value if self._reverse else value
 
 
 def _within(value: float, bound: float) -> float:
     return min(max(value, -bound), bound)
-
-
-def _headings(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give arc lengths, and the path's heading at each [rad], continuous: that of its neighbours.
-
-    A closed path ends with its first waypoint once more, a turn later.
-    """
-    xy = np.column_stack((path.x, path.y))
-    if path.closed:
-        xy = np.vstack((xy[-1:], xy, xy[:2]))
-    along = np.diff(xy, axis=0)
-    yaw = np.unwrap(np.arctan2(along[:, 1], along[:, 0]))
-    between = 0.5 * (yaw[1:] + yaw[:-1])
-    if path.closed:
-        return np.append(path.s, path.length), between
-    return np.array(path.s), np.concatenate((yaw[:1], between, yaw[-1:]))

@@ -10,7 +10,7 @@ from popsteer.errors import ConfigError, PopsteerError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer import Path
+    from popsteer import Path, Vehicle
     from popsteer.sim.steering import OwnLaw
 
 __all__ = ["Baseline", "get", "names"]
@@ -27,19 +27,19 @@ class Baseline(NamedTuple):
     title: str
     """Name as a person reads it, in tables and figures."""
     params: type[MpcParams]
-    """The class of its parameters; its ``for_plant`` gives those for a plant."""
-    controller: Callable[[Path, MpcParams], OwnLaw]
-    """Makes what steers, of path and parameters."""
+    """The class of its parameters."""
+    controller: Callable[[Path, Vehicle | None, MpcParams | None], OwnLaw]
+    """Makes what steers, of path, vehicle and parameters; without a vehicle, of the plant's."""
 
 
-def _mpc(path: Path, params: MpcParams) -> OwnLaw:
+def _mpc(path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None) -> OwnLaw:
     try:
         from popsteer.baselines.mpc import Mpc
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in _MODULES:
             raise
         raise PopsteerError('law mpc needs the extra "mpc": pip install "popsteer[mpc]"') from error
-    return Mpc(path, params)
+    return Mpc(path, vehicle, params)
 
 
 _BASELINES = {"mpc": Baseline("mpc", "MPC", MpcParams, _mpc)}

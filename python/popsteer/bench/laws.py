@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import popsteer
@@ -35,7 +34,6 @@ __all__ = [
 POP_STEP = "pop_step_ns"
 POP_COMMAND = "pop_command_ns"
 PAPER_STEP = "pop_paper_step_ns"
-HORIZON_STEP = "pop_horizon_step_ns"
 PREVIEW_POP_STEP = "preview_pop_step_ns"
 REFERENCE_STEP = "reference_step_ns"
 PAPER_REFERENCE_STEP = "reference_paper_step_ns"
@@ -54,7 +52,6 @@ LABELS = {
     POP_STEP: "POP, angle",
     POP_COMMAND: "POP, command",
     PAPER_STEP: "POP, paper's",
-    HORIZON_STEP: "POP, horizon",
     PREVIEW_POP_STEP: "preview POP",
     "pid_step_ns": "PID",
     "pure_pursuit_step_ns": "pure pursuit",
@@ -71,7 +68,7 @@ LABELS = {
 
 
 class _Law(Protocol):
-    """What all laws have, in Rust and in Python."""
+    """What all controllers have, in Rust and in Python."""
 
     def reset(self) -> None:
         """Forget the steps taken so far."""
@@ -102,7 +99,7 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
     Parameters
     ----------
     drive : Drive
-        Gives the path and the reference points of the laws.
+        Gives the path, and the vehicle that the controllers are told.
 
     Returns
     -------
@@ -111,18 +108,16 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
 
     Notes
     -----
-    ``pop_step_ns`` and the other laws are ``steer``, the angle alone; ``pop_command_ns`` is
+    ``pop_step_ns`` and the other controllers are ``steer``, the angle alone; ``pop_command_ns`` is
     ``step``, which measures the errors besides; ``pop_paper_step_ns`` is POP with the paper's
-    search, ``pop_horizon_step_ns`` POP with a prediction over 0.8 s. ``empty_call_ns`` is a method
-    of `popsteer.Pop` with the signature of ``steer`` that returns at once: what the border between
-    Python and Rust costs by itself.
+    search. ``empty_call_ns`` is a method of `popsteer.Pop` with the signature of ``steer`` that
+    returns at once: what the border between Python and Rust costs by itself.
     """
-    path, front, rear = drive.path, drive.front_offset, drive.rear_offset
-    pop = popsteer.PopParams(reference_offset=front)
-    paper = pop.replace(exact_lookahead=False)
+    path, car = drive.path, drive.vehicle
+    paper = popsteer.PopParams(exact_lookahead=False)
     plain = reference.Path(zip(path.x.tolist(), path.y.tolist(), strict=True), closed=path.closed)
-    plain_pop = reference.PopParams(reference_offset=front)
-    plain_paper = replace(plain_pop, exact_lookahead=False)
+    plain_car = reference.Vehicle(**car.as_dict())
+    plain_paper = reference.PopParams(exact_lookahead=False)
 
     def driver(make: Callable[[], _Law], method: str = "steer") -> Callable[[], Driver]:
         def made() -> Driver:
@@ -132,23 +127,14 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
         return made
 
     return {
-        POP_STEP: driver(lambda: popsteer.Pop(path, pop)),
-        POP_COMMAND: driver(lambda: popsteer.Pop(path, pop), "step"),
-        PAPER_STEP: driver(lambda: popsteer.Pop(path, paper)),
-        HORIZON_STEP: driver(lambda: popsteer.Pop(path, pop.replace(horizon=0.8))),
-        PREVIEW_POP_STEP: driver(
-            lambda: popsteer.PreviewPop(path, popsteer.PreviewPopParams(reference_offset=rear))
-        ),
-        "pid_step_ns": driver(
-            lambda: popsteer.Pid(path, popsteer.PidParams(reference_offset=front))
-        ),
-        "pure_pursuit_step_ns": driver(
-            lambda: popsteer.PurePursuit(path, popsteer.PurePursuitParams(reference_offset=rear))
-        ),
-        "stanley_step_ns": driver(
-            lambda: popsteer.Stanley(path, popsteer.StanleyParams(reference_offset=front))
-        ),
-        EMPTY_CALL: driver(lambda: popsteer.Pop(path, pop), "_empty_call"),
-        REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_pop)),
-        PAPER_REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_paper)),
+        POP_STEP: driver(lambda: popsteer.Pop(path, car)),
+        POP_COMMAND: driver(lambda: popsteer.Pop(path, car), "step"),
+        PAPER_STEP: driver(lambda: popsteer.Pop(path, car, paper)),
+        PREVIEW_POP_STEP: driver(lambda: popsteer.PreviewPop(path, car)),
+        "pid_step_ns": driver(lambda: popsteer.Pid(path, car)),
+        "pure_pursuit_step_ns": driver(lambda: popsteer.PurePursuit(path, car)),
+        "stanley_step_ns": driver(lambda: popsteer.Stanley(path, car)),
+        EMPTY_CALL: driver(lambda: popsteer.Pop(path, car), "_empty_call"),
+        REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_car)),
+        PAPER_REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_car, plain_paper)),
     }

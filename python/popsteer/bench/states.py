@@ -1,4 +1,4 @@
-"""The situations that the benchmark puts the laws in: a drive, state by state."""
+"""The situations that the benchmark puts the controllers in: a drive, state by state."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import popsteer
-from popsteer import _core, tracks
+from popsteer import tracks, vehicles
 from popsteer.errors import PathError
+from popsteer.sim import run
 
 if TYPE_CHECKING:
     import os
@@ -40,17 +41,16 @@ class Drive:
     path : popsteer.Path
         The path that was followed.
     states : list of tuple of float
-        (x, y, yaw, speed) at each control step, DT apart: pose of the point that the vehicle's
-        offsets count from [m, m, rad], and its speed [m/s].
-    front_offset, rear_offset : float
-        How far ahead of that point the laws' front and rear reference points lie [m].
+        (x, y, yaw, speed) at each control step, DT apart: pose of the vehicle's point
+        [m, m, rad], and its speed [m/s].
+    vehicle : popsteer.Vehicle
+        What was driven, and what the controllers are told.
     """
 
     source: str
     path: popsteer.Path
     states: list[tuple[float, float, float, float]]
-    front_offset: float
-    rear_offset: float
+    vehicle: popsteer.Vehicle
 
 
 def at_hand(data: str | os.PathLike[str] | None = None) -> Drive:
@@ -92,16 +92,13 @@ def embedded() -> Drive:
     """
     track = tracks.get("racetrack")
     path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
-    front, rear, _ = _core.plants()[_PLANT]
     along = track.xy[1] - track.xy[0]
     yaw = float(np.arctan2(along[1], along[0]))
-    x, y = track.xy[0] + 2.44 * np.array((-np.sin(yaw), np.cos(yaw)))
-    simulation = _core.Simulation(path, _PLANT, start=(float(x), float(y), yaw))
-    law = popsteer.Pop(path, popsteer.PopParams(reference_offset=front))
-    simulation.drive(law, popsteer.CoupledLongitudinal())
-    records = simulation.records()
-    table = np.column_stack([records[name] for name in ("x", "y", "yaw", "speed")])
-    return Drive("the embedded race track, closed loop", path, _tuples(table), front, rear)
+    x, y = (track.xy[0] + 2.44 * np.array((-np.sin(yaw), np.cos(yaw)))).tolist()
+    vehicle = vehicles.get(_PLANT)
+    driven = run(popsteer.Pop(path, vehicle), _PLANT, start=(x, y, yaw), start_at="front")
+    table = np.column_stack([driven.records[name] for name in ("x", "y", "yaw", "speed")])
+    return Drive("the embedded race track, closed loop", path, _tuples(table), vehicle)
 
 
 def recorded(folder: str | os.PathLike[str]) -> Drive:
@@ -110,7 +107,7 @@ def recorded(folder: str | os.PathLike[str]) -> Drive:
     Parameters
     ----------
     folder : str or os.PathLike
-        Holds ``waypoints.csv``, ``trajectory.csv`` (t, x, y, speed of the front reference) and
+        Holds ``waypoints.csv``, ``trajectory.csv`` (t, x, y, speed of the front axle) and
         ``tracking_error.csv`` (cross-track error, heading error).
 
     Returns
@@ -136,7 +133,8 @@ def recorded(folder: str | os.PathLike[str]) -> Drive:
         raise PathError(
             f"{folder / 'tracking_error.csv'}: has {len(errors)} rows for {len(trajectory)} states"
         )
-    front, rear, _ = _core.plants()[_PLANT]
+    vehicle = vehicles.get(_PLANT)
+    front = vehicle.front_axle
     table = np.empty((len(trajectory), 4))
     nearest = path.nearest_waypoint(*trajectory[0, 1:3])
     for row, (_, x, y, speed), heading_error in zip(table, trajectory, errors[:, 1], strict=True):
@@ -145,7 +143,7 @@ def recorded(folder: str | os.PathLike[str]) -> Drive:
         nearest = path.nearest_waypoint(*place.point)
         yaw = path.path_yaw_behind(nearest) - heading_error
         row[:] = x - front * np.cos(yaw), y - front * np.sin(yaw), yaw, speed
-    return Drive("the authors' recorded run", path, _tuples(table), front, rear)
+    return Drive("the authors' recorded run", path, _tuples(table), vehicle)
 
 
 def _table(file: FilePath, columns: int) -> NDArray[np.float64]:

@@ -12,35 +12,38 @@ from popsteer.cli import bench, compare, dead_time, edges, matrix, simulate, sta
 __all__ = ["app"]
 
 _HELP = """\
-Path-tracking steering laws, driven along a track and measured.
+Path-tracking controllers, driven along a track and measured.
 
-POP, the proximally optimal predictive controller, and the laws it is measured against: PID,
-Pure-Pursuit, Stanley, and bang-bang as the floor. The vehicle is the one identified from the run
-that the paper's authors recorded in CARLA, unless told otherwise, and the track is one that comes
-with popsteer.
+POP, the proximally optimal predictive controller, and those it is measured against: PID,
+Pure-Pursuit, Stanley, and bang-bang as the floor. The plant is the one identified from the run that
+the paper's authors recorded in CARLA, unless told otherwise, and the track is one that comes with
+popsteer. The controllers are told what the plant is, unless --vehicle says otherwise.
 
 \b
 Examples:
-  popsteer compare                       the paper's four laws on the shipped race track
+  popsteer compare                       the paper's four controllers on the shipped race track
   popsteer compare --out out             ... and the figures, records and metrics in out/
   popsteer compare --waypoints mine.csv  ... on a track of your own: x [m], y [m], speed [m/s]
+  popsteer compare --plant car.toml      ... with a car of your own, as popsteer.Vehicle.save
+                                         writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
-  popsteer matrix --out out              laws × plants × tracks: error against step time
+  popsteer matrix --out out              controllers × plants × tracks: error against step time
   popsteer tracks export racetrack racetrack.csv
-  popsteer stability --dead-time 0.1     how far each law's loop is from instability
-  popsteer edges                         crossings, cusps, odd spacings and starts, law by law
-  popsteer dead-time                     late wheels, and the law that sees ahead of them
+  popsteer stability --vehicle car.toml  how far each controller's loop is from instability
+  popsteer edges                         crossings, cusps, odd spacings and starts
+  popsteer dead-time                     steering delay, and controllers that predict through it
   popsteer bench                         how long a control step takes
 
 \b
 What `--out DIR` writes:
-  DIR/metrics.json            the figures of all laws, for programs
-  DIR/runs/LAW.csv            what was measured, a row for each control step
-  DIR/results.png .svg        path, errors and steering over time, a column for each law
-  DIR/overview.png .svg       all laws on one axis, and their mean errors
+  DIR/metrics.json            the figures of all controllers, for programs
+  DIR/runs/CONTROLLER.csv     what was measured, a row for each control step
+  DIR/results.png .svg        path, errors and steering over time, a column for each controller
+  DIR/overview.png .svg       all controllers on one axis, and their mean errors
   DIR/*-dark.png .svg         the same figures for a dark background
 
-Units are SI and radians; degrees are marked. x points forward, y left, angles turn left. Files are
+Units are SI and radians; degrees are marked. x points forward, y left, angles turn left. A pose is
+that of the vehicle's point: where its `rear_axle` counts from. Files are
 written whole or not at all. Whatever is wrong with the input is said in one line on stderr, with
 exit status 2.
 """

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from typing_extensions import Self
 
-__all__ = ["assigned", "listed"]
+__all__ = ["assigned", "assigned_each", "listed"]
 
 _TRUTH = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
@@ -34,7 +34,7 @@ def assigned(params: _P, assignments: Sequence[str], owner: str) -> _P:
     params : any class of parameters
         What is to be changed; it stays as it is.
     assignments : sequence of str
-        ``NAME=VALUE`` each; of two for one name the later counts.
+        ``NAME=VALUE`` each, with ``none`` for None; of two for one name the later counts.
     owner : str
         Whose parameters they are, for messages.
 
@@ -53,26 +53,86 @@ def assigned(params: _P, assignments: Sequence[str], owner: str) -> _P:
     >>> import popsteer
     >>> assigned(popsteer.PopParams(), ["lookahead_gain=0.3"], "pop").lookahead_gain
     0.3
-    >>> assigned(popsteer.PopParams(), ["gain=0.3"], "pop")
+    >>> assigned(popsteer.AdaptParams(), ["gain=0.3"], "pop")
     Traceback (most recent call last):
-    popsteer.errors.ConfigError: unknown parameter of pop 'gain'; known: lookahead_gain, \
-min_lookahead, steer_span, candidate_count, lookahead_tolerance, window_ahead, grid_spacing, \
-wheelbase, reference_offset, max_steer
+    popsteer.errors.ConfigError: unknown parameter of pop 'gain'; known: turn_time, slip_time, \
+min_speed
     """
-    known = params.as_dict()
-    changes: dict[str, Any] = {}
+    (changed,) = assigned_each([params], assignments, owner)
+    found: _P = changed
+    return found
+
+
+def assigned_each(parts: Sequence[Any], assignments: Sequence[str], owner: str) -> list[Any]:
+    """Change several sets of parameters as assignments say: each of those that have a name.
+
+    Parameters
+    ----------
+    parts : sequence of any classes of parameters
+        What is to be changed; they stay as they are. Only what is a number, a truth value or None
+        can be set.
+    assignments : sequence of str
+        ``NAME=VALUE`` each, as `assigned` takes them.
+    owner : str
+        Whose parameters they are, for messages.
+
+    Returns
+    -------
+    list
+        Changed copies; those of which nothing was named are the same objects.
+
+    Raises
+    ------
+    ConfigError
+        A name is not known, or a value is not of its kind or out of its range.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> tuning, adapt = popsteer.PreviewPopParams(), popsteer.AdaptParams()
+    >>> named = ["horizon=2", "min_speed=1"]
+    >>> tuning, adapt = assigned_each([tuning, adapt], named, "preview-pop")
+    >>> tuning.horizon, tuning.min_speed, adapt.min_speed
+    (2.0, 1.0, 1.0)
+    """
+    known = [_settable(params) for params in parts]
+    names = list(dict.fromkeys(name for fields in known for name in fields))
+    changes: list[dict[str, Any]] = [{} for _ in parts]
     for assignment in assignments:
         name, equals, text = (part.strip() for part in assignment.partition("="))
         if not equals:
             raise ConfigError(f"a parameter of {owner}", assignment, "written NAME=VALUE")
-        if name not in known:
-            raise ConfigError.unknown(f"parameter of {owner}", name, known)
-        changes[name] = _value(name, text, known[name])
-    return params.replace(**changes) if changes else params
+        if name not in names:
+            raise ConfigError.unknown(f"parameter of {owner}", name, names)
+        for fields, changed in zip(known, changes, strict=True):
+            if name in fields:
+                changed[name] = _value(name, text, fields[name])
+    return [_replaced(params, changed) for params, changed in zip(parts, changes, strict=True)]
+
+
+def _settable(params: _Params) -> dict[str, Any]:
+    """Give the parameters that a text can be the value of."""
+    fields = params.as_dict()
+    return {k: v for k, v in fields.items() if v is None or isinstance(v, bool | int | float)}
+
+
+def _replaced(params: _P, changes: dict[str, Any]) -> _P:
+    """Give a changed copy; of one that must not be None say so."""
+    if not changes:
+        return params
+    try:
+        return params.replace(**changes)
+    except TypeError:
+        for name, value in changes.items():
+            if value is None:
+                raise ConfigError(name, "none", "a number") from None
+        raise
 
 
 def _value(name: str, text: str, default: object) -> object:
     """Read a value of the kind that the default is of."""
+    if text.lower() == "none":
+        return None
     if isinstance(default, bool):
         if text.lower() not in _TRUTH:
             raise ConfigError(name, text, "true or false")
@@ -84,18 +144,20 @@ def _value(name: str, text: str, default: object) -> object:
         raise ConfigError(name, text, "a whole number" if kind is int else "a number") from None
 
 
-def listed(kind: type[object]) -> str:
+def listed(kind: type[object], without: Sequence[str] = ()) -> str:
     """List the parameters of a class, as its documentation has them.
 
     Parameters
     ----------
     kind : type
         A class of parameters.
+    without : sequence of str, optional
+        Parameters to leave out.
 
     Returns
     -------
     str
-        Two lines for each: name and default, and what it means.
+        Two lines or more for each: name and default, and what it means.
 
     Examples
     --------
@@ -106,4 +168,6 @@ def listed(kind: type[object]) -> str:
     document = inspect.getdoc(kind) or ""
     _, _, rest = document.partition("Parameters\n----------\n")
     entries = re.split(r"\n\n", rest, maxsplit=1)[0]
-    return "\n".join(f"  {line}" for line in entries.splitlines())
+    each = re.split(r"\n(?=\S)", entries)
+    kept = [entry for entry in each if entry.partition(" : ")[0] not in without]
+    return "\n".join(f"  {line}" for entry in kept for line in entry.splitlines())

@@ -44,5 +44,8 @@ def bench(
     from rich.console import Console
 
     from popsteer.bench import latency
+    from popsteer.files import check_files
 
+    if json is not None:
+        check_files([json])
     latency.run(json, Console(), yardsticks_folder=yardsticks)

@@ -1,35 +1,38 @@
-"""``popsteer compare``: several laws on one track."""
+"""``popsteer compare``: several controllers on one track."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from popsteer import baselines, laws, presets, study
+from popsteer import baselines, laws, presets, report, sim, study
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
+from popsteer.files import check_folder
 from popsteer.sim import Settings
-from popsteer.sim.geometry import made
 
 __all__ = ["HELP", "compare"]
 
 HELP = """\
-Drive several laws along one track, and set their figures beside the paper's.
+Drive several controllers along one track, and set their figures beside the paper's.
 
-Errors are measured at each law's own reference point, as the paper did (the rear axle for
+Errors are measured at each controller's own tracked point, as the paper did (the rear axle for
 Pure-Pursuit, the front axle for the others), and once more at the rear axle, one point for all.
-The reference points are those of the plant's axles.
+The controllers are told the plant's vehicle, unless --vehicle or --set-vehicle says otherwise.
 
 \b
 Examples:
   popsteer compare
   popsteer compare --controllers stanley,pop --track figure-eight --out out
-  popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --out out
+  popsteer compare --waypoints waypoints.csv --start=-183.797,79.760,-1.574 --out out
+  popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --start-at front
   popsteer compare --preset paper --plant kinematic-bicycle
   popsteer compare --plant commonroad-mb-2 --constant-speed 14 --start-offset 1
   popsteer compare --laws pop,mpc --step-time
+  popsteer compare --plant car.toml --set-vehicle dead_time=0
+  popsteer compare --vehicle car.toml --plant heavier-car.toml
 """
 
 
@@ -44,42 +47,56 @@ def compare(
             "--controllers",
             "--laws",
             metavar="LAWS",
-            help=f"The laws, of {', '.join(laws.names())}; with the extra 'mpc' also"
+            help=f"The controllers, of {', '.join(laws.names())}; with the extra 'mpc' also"
             f" {', '.join(baselines.names())}.",
         ),
     ] = ",".join(study.DEFAULT_LAWS),
     preset: options.Preset = presets.REPRODUCTION,
     plant: options.Plant = "carla-identified",
+    vehicle: options.Vehicle = None,
+    set_vehicle: options.SetVehicle = None,
+    no_adapt: options.NoAdapt = False,
     start: options.Start = None,
+    start_at: options.StartAt = "pose",
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     step_time: Annotated[
         bool,
-        typer.Option("--step-time", help="Measure how long a control step of each law takes."),
+        typer.Option(
+            "--step-time", help="Measure how long a control step of each controller takes."
+        ),
     ] = False,
     out: options.Out = None,
 ) -> None:
-    """Drive several laws along one track."""
+    """Drive several controllers along one track."""
     names = inputs.names(controllers)
     course = inputs.course(waypoints, track, closed=closed)
-    outputs.check_folder(out)
     with Progress() as progress:
-        vehicle = made(plant)
-        params = study.parameters(names, preset, vehicle)
+        mover = inputs.plant(plant)
+        itself = sim.vehicle_of(mover)
+        told = inputs.believed(vehicle, set_vehicle, itself)
+        begin = inputs.start(course.path, start, start_at, start_offset, itself)
+        params = study.parameters(names, preset)
+        adapt: Literal["auto"] | None = None if no_adapt else "auto"
+        if out is not None:
+            check_folder(out, report.file_names(params))
         comparison = study.compare(
             course.path,
             params,
-            vehicle,
+            mover,
+            vehicle=told,
+            adapt=adapt,
             preset=preset,
-            start=inputs.start(course.path, start, start_offset),
+            start=begin.pose,
+            start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
             settings=Settings(dt=dt),
             progress=progress.update,
         )
-        comparison = replace(comparison, track=course.name)
+        comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         if step_time:
-            comparison = study.time_steps(comparison, params, progress.update)
+            comparison = study.time_steps(comparison, params, progress.update, adapt=adapt)
         outputs.deliver(comparison, out, progress)

@@ -1,4 +1,4 @@
-"""``popsteer dead-time``: late wheels, and laws that see ahead of them."""
+"""``popsteer dead-time``: steering delay, and controllers that predict through it."""
 
 from __future__ import annotations
 
@@ -10,30 +10,36 @@ from popsteer import presets, study
 from popsteer.cli import inputs, options
 from popsteer.cli.outputs import deliver_table
 from popsteer.cli.progress import Progress
-from popsteer.sim.geometry import LEARNING_TIME
+from popsteer.errors import ConfigError
+from popsteer.files import check_files
+from popsteer.sim import CarlaIdentified, KinematicBicycle
 
 __all__ = ["HELP", "dead_time"]
 
 HELP = """\
-Drive the laws with dead time between command and wheels, and with an actuator that predicts it.
+Drive the controllers with dead time between command and wheels, and with a prediction through it.
 
-For each law: without dead time; with it, and nothing done about it; with it, and the law shown the
-vehicle as it will be when its command arrives; and the same with the model's wheelbase 15 % wrong
-and its dead time 50 ms wrong. The plant is the one identified from the run of the paper's authors.
+For each controller: without dead time; with it, and the controller told of none; with it, and told:
+it sees the vehicle as it will be when its command arrives; and the same told that the vehicle turns
+as with a wheelbase 15 % shorter or longer than it does, and told 50 ms less or more.
 
 \b
 Examples:
   popsteer dead-time
   popsteer dead-time --laws pop,stanley --dead-time 0.1
-  popsteer dead-time --learning-time 0
-  popsteer dead-time --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --json dead-time.json
+  popsteer dead-time --no-adapt
+  popsteer dead-time --plant car.toml --track slalom
+  popsteer dead-time --waypoints waypoints.csv --start=-183.797,79.760,-1.574 --json dead-time.json
 """
 
 
 def dead_time(
     *,
     laws: Annotated[
-        str, typer.Option(metavar="LAWS", help=f"The laws, of {', '.join(study.DEAD_TIME_LAWS)}.")
+        str,
+        typer.Option(
+            metavar="LAWS", help=f"The controllers, of {', '.join(study.DEAD_TIME_LAWS)}."
+        ),
     ] = ",".join(study.DEAD_TIME_LAWS),
     dead_time: Annotated[
         float,
@@ -41,22 +47,24 @@ def dead_time(
             metavar="SECONDS", help="Time from a command to its first effect on the wheels."
         ),
     ] = study.DEAD_TIME,
-    learning_time: Annotated[
-        float,
+    no_adapt: options.NoAdapt = False,
+    plant: Annotated[
+        str,
         typer.Option(
-            metavar="SECONDS",
-            help="Time over which the actuator learns how wrong its model is; 0 never.",
+            metavar="NAME|FILE",
+            help="What moves: carla-identified, kinematic-bicycle, or a file *.toml of a vehicle.",
         ),
-    ] = LEARNING_TIME,
+    ] = "carla-identified",
     waypoints: options.Waypoints = None,
     closed: options.Closed = False,
     track: options.Track = None,
     start: options.Start = None,
+    start_at: options.StartAt = "pose",
     preset: options.Preset = presets.REPRODUCTION,
     csv: options.Csv = None,
     json: options.Json = None,
 ) -> None:
-    """Drive the laws with dead time and with an actuator that predicts it."""
+    """Drive the controllers with dead time and with a prediction through it."""
     from popsteer.report.dead_time import (
         dead_time_caption,
         dead_time_csv,
@@ -65,19 +73,32 @@ def dead_time(
     )
 
     course = inputs.course(waypoints, track, closed=closed)
+    check_files(file for file in (csv, json) if file is not None)
+    mover = _plant(plant)
+    begin = inputs.start(course.path, start, start_at, None, mover.vehicle)
     with Progress() as progress:
         rows = study.dead_times(
             course.path,
             inputs.names(laws),
-            start=inputs.start(course.path, start, None),
+            plant=mover,
+            start=begin.pose,
+            start_at=begin.at,
             preset=preset,
             dead_time=dead_time,
-            learning_time=learning_time,
+            adapt=None if no_adapt else "auto",
             progress=progress.update,
         )
     deliver_table(
-        dead_time_caption(rows, course.name),
+        dead_time_caption(rows, course.name, mover),
         dead_time_table(rows),
         csv=(csv, lambda: dead_time_csv(rows)),
-        json=(json, lambda: dead_time_json(rows, course.name)),
+        json=(json, lambda: dead_time_json(rows, course.name, mover)),
     )
+
+
+def _plant(text: str) -> CarlaIdentified | KinematicBicycle:
+    """Give a plant whose vehicle can be given a dead time."""
+    found = inputs.plant(text)
+    if not isinstance(found, CarlaIdentified | KinematicBicycle):
+        raise ConfigError("--plant", text, f"{', '.join(inputs.PLANTS)} or a file *.toml")
+    return found

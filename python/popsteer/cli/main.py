@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import TYPE_CHECKING, Any, NoReturn
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from popsteer.errors import PopsteerError
 
@@ -32,7 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     Raises
     ------
     SystemExit
-        Always: 0 where all went well, 2 with one line on stderr where it did not, 130 after Ctrl-C.
+        Always: 0 where all went well, 2 with one line on stderr where it did not, 130 after Ctrl-C,
+        and 1 where whoever read the output has gone.
 
     Examples
     --------
@@ -40,10 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     Traceback (most recent call last):
     SystemExit: 2
     """
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            # A terminal that has no ψ shows a question mark rather than an error.
-            stream.reconfigure(errors="replace")
+    _set_up_streams()
     try:
         status = _run(arguments)
         sys.stdout.flush()
@@ -54,15 +54,29 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     except PopsteerError as error:
         status = _refuse(str(error))
     except BrokenPipeError:
-        # Whoever read the output has seen enough. What is left in the buffer has nowhere to go.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        status = 1
+        status = 1  # whoever read the output has seen enough: `popsteer tracks | head` is no error
     except OSError as error:
-        where = f"{error.filename}: " if error.filename is not None else ""
-        status = _refuse(f"{where}{error.strerror or error}")
+        where = error.filename
+        if where is None and _drop_what_fails(sys.stdout):
+            where = "standard output"
+        status = _refuse(f"{f'{where}: ' if where else ''}{error.strerror or error}")
     except KeyboardInterrupt:
         status = INTERRUPTED
+    _drop_what_fails(sys.stdout)
     sys.exit(status)
+
+
+def _set_up_streams() -> None:
+    """Make sure that there are streams to write to, or exit."""
+    if sys.stderr is None:  # closed by the shell, `2>&-`; print would take stdout for it
+        # Never closed: it stands in for a stream that lives as long as the process.
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
+    if sys.stdout is None:  # `>&-`; said at once, not after a drive whose table nobody sees
+        sys.exit(_refuse("standard output is closed"))
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            # A terminal that has no ψ shows a question mark rather than an error.
+            stream.reconfigure(errors="replace")
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -88,5 +102,17 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 def _refuse(message: str) -> int:
     """Say in one line on stderr what is wrong."""
-    print(f"popsteer: {' '.join(message.split())}", file=sys.stderr)
+    with suppress(OSError):  # where stderr is full or gone, the status alone tells
+        print(f"popsteer: {' '.join(message.split())}", file=sys.stderr)
+    _drop_what_fails(sys.stderr)
     return REFUSED
+
+
+def _drop_what_fails(stream: TextIO) -> bool:
+    """Empty the buffer, if need be into nowhere: Python would fail on it again as it exits."""
+    try:
+        stream.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        return True
+    return False

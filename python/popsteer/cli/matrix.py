@@ -1,4 +1,4 @@
-"""``popsteer matrix``: laws × plants × tracks."""
+"""``popsteer matrix``: controllers × plants × tracks."""
 
 from __future__ import annotations
 
@@ -9,14 +9,20 @@ from typing import Annotated
 import typer
 
 from popsteer import presets, study
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options
 from popsteer.cli.progress import Progress
-from popsteer.sim import Settings
+from popsteer.files import check_folder
+from popsteer.sim import Settings, vehicle_of
 
 __all__ = ["HELP", "matrix"]
 
+_FILES = (
+    *("matrix.csv", "matrix.md", "matrix.json"),
+    *(f"matrix{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
+)
+
 HELP = """\
-Drive several laws on several plants along several tracks, and time a step of each.
+Drive several controllers on several plants along several tracks, and time a step of each.
 
 Prints a table; with --out also writes it (matrix.csv, matrix.md), all metrics (matrix.json), and a
 figure of the error against the time of a step. A run that does not finish
@@ -27,6 +33,7 @@ Examples:
   popsteer matrix
   popsteer matrix --laws pop,mpc --plants carla-identified,commonroad-mb-2 --constant-speed 10
   popsteer matrix --tracks slalom --start-offset 0
+  popsteer matrix --plants car.toml,loaded-car.toml --vehicle car.toml
   popsteer matrix --tracks racetrack,slalom --waypoints waypoints.csv --out out
 """
 
@@ -34,7 +41,8 @@ Examples:
 def matrix(
     *,
     laws: Annotated[
-        str, typer.Option(metavar="LAWS", help=f"The laws, of {', '.join(study.law_names())}.")
+        str,
+        typer.Option(metavar="LAWS", help=f"The controllers, of {', '.join(study.law_names())}."),
     ] = ",".join(study.DEFAULT_LAWS),
     plants: Annotated[
         str, typer.Option(metavar="PLANTS", help="The plants, as compare's --plant names them.")
@@ -47,6 +55,8 @@ def matrix(
             show_default=False,
         ),
     ] = None,
+    vehicle: options.Vehicle = None,
+    set_vehicle: options.SetVehicle = None,
     waypoints: Annotated[
         list[Path] | None,
         typer.Option(
@@ -61,23 +71,31 @@ def matrix(
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
 ) -> None:
-    """Drive laws on plants along tracks."""
+    """Drive controllers on plants along tracks."""
     from rich.console import Console
 
     from popsteer import report
     from popsteer.report.matrix import matrix_files, matrix_table
+    from popsteer.report.vehicle import differences
 
     files = waypoints or []
     default = None if files else inputs.DEFAULT_TRACK
     shipped = [] if (tracks or default) is None else inputs.names(tracks or default or "")
     courses = [inputs.course(None, name, closed=False) for name in shipped]
     courses += [inputs.course(file, None, closed=False) for file in files]
-    outputs.check_folder(out)
+    if out is not None:
+        check_folder(out, _FILES)
     with Progress() as progress:
+        movers = {name: inputs.plant(name) for name in inputs.names(plants)}
+        told = {
+            name: inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
+            for name, mover in movers.items()
+        }
         found = study.matrix(
             {course.name: course.path for course in courses},
             inputs.names(laws),
-            inputs.names(plants),
+            movers,
+            vehicle=told,
             preset=preset,
             start_offset=start_offset,
             constant_speed=constant_speed,
@@ -94,4 +112,7 @@ def matrix(
     if not console.is_terminal:
         console = Console(width=160)
     console.print(matrix_table(found))
+    for name, believed in told.items():
+        if otherwise := differences(believed, vehicle_of(movers[name])):
+            print(f"{name}{otherwise}")
     print(said)

@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from popsteer import plants, presets, sim, tracks
+from popsteer import plants, presets, sim, tracks, vehicles
 from popsteer.sim import Settings
 
 __all__ = [
@@ -17,13 +17,17 @@ __all__ = [
     "Csv",
     "Dt",
     "Json",
+    "NoAdapt",
     "Out",
     "Plant",
     "Preset",
+    "SetVehicle",
     "Speed",
     "Start",
+    "StartAt",
     "StartOffset",
     "Track",
+    "Vehicle",
     "Waypoints",
 ]
 
@@ -50,29 +54,58 @@ Closed: TypeAlias = Annotated[
 Plant: TypeAlias = Annotated[
     str,
     typer.Option(
-        metavar="NAME",
+        metavar="NAME|FILE",
         help=f"What moves: {', '.join(sim.plant_names())}; with the extra 'plants'"
         " commonroad-MODEL-VEHICLE (MODEL st, std or mb, VEHICLE 1 to 3) and"
-        f" {plants.names()[-1]}.",
+        f" {plants.names()[-1]}; or a file *.toml of a vehicle, of which a kinematic bicycle is"
+        " made.",
     ),
+]
+Vehicle: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE|NAME",
+        help="The vehicle that the controllers are told: a file *.toml as popsteer.Vehicle.save"
+        f" writes it, {', '.join(vehicles.names())}, or a plant's. By default the plant's own.",
+        show_default=False,
+    ),
+]
+SetVehicle: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=VALUE",
+        help="Set a field of that vehicle, such as dead_time=0.1; none for no limit.",
+        show_default=False,
+    ),
+]
+NoAdapt: TypeAlias = Annotated[
+    bool,
+    typer.Option("--no-adapt", help="The controllers estimate nothing of the vehicle."),
 ]
 Preset: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="NAME",
-        help=f"Parameters of the laws: {', '.join(presets.names('pop'))}. Where the paper and its"
-        " authors' code differ, 'paper' and 'published-code' are the two, and 'reproduction' takes"
-        " for each law the reading that comes closest to the paper's table. preview-pop, which is"
-        " not the paper's, is the same in all; mpc has none.",
+        help=f"Tuning of the controllers: {', '.join(presets.names('pop'))}. Where the paper and"
+        " its authors' code differ, 'paper' and 'published-code' are the two, and 'reproduction'"
+        " takes for each controller the reading that comes closest to the paper's table."
+        " preview-pop, which is not the paper's, is the same in all; mpc has none.",
     ),
 ]
 Start: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="X,Y,YAW",
-        help="Pose of the front axle at the start [m, m, rad]; by default"
+        help="Pose at the start [m, m, rad]; by default the front axle is"
         f" {sim.START_OFFSET} m to the right of the first waypoint, looking along the path.",
         show_default=False,
+    ),
+]
+StartAt: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="pose|rear|front",
+        help="Whose pose --start is: that of the vehicle's point, of its rear or its front axle.",
     ),
 ]
 StartOffset: TypeAlias = Annotated[

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ from rich.text import Text
 
 from popsteer import report
 from popsteer.cli.progress import Progress
-from popsteer.files import write_text_atomic
+from popsteer.files import write_files_atomic
 from popsteer.report.table import WIDE, caption, notes
 
 if TYPE_CHECKING:
@@ -22,31 +21,7 @@ if TYPE_CHECKING:
 
     from popsteer.study import Comparison
 
-__all__ = ["check_folder", "deliver", "deliver_table", "show"]
-
-
-def check_folder(out: Path | None) -> None:
-    """Refuse early what cannot become a folder, before anything is driven and drawn.
-
-    Parameters
-    ----------
-    out : pathlib.Path or None
-        The folder to write to.
-
-    Raises
-    ------
-    OSError
-        It, or one above it, is a file, or may not be written to.
-    """
-    if out is None:
-        return
-    standing = out.absolute()
-    while not standing.exists():
-        standing = standing.parent
-    if not standing.is_dir():
-        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(out))
-    if not os.access(standing, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(out))
+__all__ = ["deliver", "deliver_table", "show"]
 
 
 def show(comparison: Comparison) -> None:
@@ -118,16 +93,13 @@ def deliver_table(said: str, table: Table, **files: tuple[Path | None, Callable[
     OSError
         A file cannot be written; nothing was printed then.
     """
-    written = []
-    for file, text in files.values():
-        if file is not None:
-            write_text_atomic(file, text())
-            written.append(f"Written to {file}")
+    content = {file: text().encode() for file, text in files.values() if file is not None}
+    write_files_atomic(content)
     console = Console()
     if not console.is_terminal:
         console = Console(width=WIDE)  # a file or a pipe has room for all columns
     console.print(Text(said, style="bold"), soft_wrap=True)
     console.print()
     console.print(table)
-    for line in written:
-        print(line)
+    for file in content:
+        print(f"Written to {file}")

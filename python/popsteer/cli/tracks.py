@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from popsteer import tracks
+from popsteer.files import check_folder
 
 __all__ = ["app"]
 
@@ -63,5 +64,6 @@ def export_all(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write to.")],
 ) -> None:
     """Write every track as DIR/NAME.csv."""
+    check_folder(folder, [f"{name}.csv" for name in tracks.names()])
     for name in tracks.names():
         export(name, folder / f"{name}.csv")

@@ -9,8 +9,9 @@ They need the extra ``plants``: ``pip install "popsteer[plants]"``.
 ``mujoco-car``
     A four-wheeled car with Ackermann steering in MuJoCo; its model file comes with popsteer.
 
-Each model has limits of its own. A run that comes to one ends there, and says which
-(`PlantLimit`); what a model would say beyond, or a number that is none, is never shown.
+Each says what it is in its `vehicle`: published numbers, where there are any. Each model has limits
+of its own. A run that comes to one ends there, and says which (`PlantLimit`); what a model would
+say beyond, or a number that is none, is never shown.
 
 Examples
 --------
@@ -23,10 +24,10 @@ A plant of your own is any object that has what `PythonPlant` lists:
 >>> import math, popsteer
 >>> from popsteer import sim
 >>> class Unicycle:
-...     name, geometry = "unicycle", plants.Geometry(2.0, 0.0, 2.0)
+...     name, vehicle, reverses = "unicycle", popsteer.Vehicle(wheelbase=2.0, steer_lag=0.0), True
 ...     def reset(self, x, y, yaw, speed):
 ...         self.state = x, y, yaw, speed
-...     def advance(self, steer, throttle, brake, dt, substeps):
+...     def advance(self, steer, throttle, brake, dt, substeps, reverse):
 ...         x, y, yaw, speed = self.state
 ...         for _ in range(substeps):
 ...             x, y = x + speed * math.cos(yaw) * dt, y + speed * math.sin(yaw) * dt
@@ -39,7 +40,7 @@ A plant of your own is any object that has what `PythonPlant` lists:
 """
 
 from popsteer.errors import PlantLimit
-from popsteer.plants.protocol import Geometry, PlantState, PythonPlant
+from popsteer.plants.protocol import PlantState, PythonPlant
 from popsteer.plants.registry import get, names
 
-__all__ = ["Geometry", "PlantLimit", "PlantState", "PythonPlant", "get", "names"]
+__all__ = ["PlantLimit", "PlantState", "PythonPlant", "get", "names"]

@@ -22,7 +22,8 @@ from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
 
 from popsteer.errors import ConfigError, InputError, PlantLimit
 from popsteer.plants.pedals import PedalParams
-from popsteer.plants.protocol import Geometry, PlantState, follow
+from popsteer.plants.protocol import PlantState, follow
+from popsteer.plants.published import published
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,20 +61,25 @@ class CommonRoad:
     model : {"st", "std", "mb"}
         Single-track model with linear tyres; single-track drift model, whose tyres saturate;
         multi-body model with suspension, roll and four tyres.
-    vehicle : {1, 2, 3}
+    number : {1, 2, 3}
         Ford Escort, BMW 320i, VW Vanagon.
     params : PedalParams, optional
         What the pedals do. The model bounds the acceleration by what engine and tyres can do.
+    dead_time : float, default 0.0
+        Time from a command to its first effect on the wheels, which the closed loop adds [s].
+    steer_offset : float, default 0.0
+        Angle of the wheels at the command 0, which the closed loop adds [rad].
 
     Raises
     ------
     ConfigError
-        No model or no vehicle is called like that.
+        No model or no vehicle is called like that, or a number is out of its range.
 
     Notes
     -----
-    The pose is that of the middle of the rear axle; the axles are the published ones. The wheels
-    turn to the angle commanded at up to 0.4 rad/s, the models' own limit.
+    The pose is that of the middle of the rear axle. `vehicle` has the published axles and limits of
+    the steering, 0.8 of the tyres' published grip, and an assumed lag of 0.1 s. The wheels turn to
+    the angle commanded at up to 0.4 rad/s, the models' own limit.
 
     These limits end a run (`PlantLimit`):
 
@@ -84,54 +90,48 @@ class CommonRoad:
     - ``mb``: a speed below 1 m/s, where it does not work, so that it cannot start from rest nor
       roll backwards; and a wheel that leaves the road.
 
-    ``st`` and ``std`` stop at rest and do not roll backwards.
+    ``st`` and ``std`` stop at rest. None of the models drives backwards.
 
     Examples
     --------
     >>> car = CommonRoad("mb", 2)
-    >>> car.name, round(car.geometry.wheelbase, 3)
-    ('commonroad-mb-2', 2.579)
+    >>> car.name, round(car.vehicle.wheelbase, 3), car.vehicle.max_steer_rate
+    ('commonroad-mb-2', 2.579, 0.4)
     >>> car.reset(0.0, 0.0, 0.0, 10.0)
     >>> state = car.advance(0.05, 0.5, 0.0, 0.005, 10)
     >>> round(state.x, 2), round(state.steer, 3)
     (0.5, 0.02)
     """
 
-    def __init__(self, model: str, vehicle: int, params: PedalParams | None = None) -> None:
+    reverses = False
+
+    def __init__(
+        self,
+        model: str,
+        number: int,
+        params: PedalParams | None = None,
+        *,
+        dead_time: float = 0.0,
+        steer_offset: float = 0.0,
+    ) -> None:
         if model not in _MODELS:
             raise ConfigError.unknown("model of CommonRoad", model, _MODELS)
-        if vehicle not in (1, 2, 3):
-            raise ConfigError("vehicle of CommonRoad", vehicle, "1, 2 or 3")
-        self.name = f"commonroad-{model}-{vehicle}"
+        if number not in (1, 2, 3):
+            raise ConfigError("vehicle of CommonRoad", number, "1, 2 or 3")
+        self.name = f"commonroad-{model}-{number}"
         self.params = PedalParams() if params is None else params
-        self._kind, self._model, self._vehicle = model, _MODELS[model], vehicle
-        self._p = setup_vehicle_parameters(vehicle_id=vehicle)
-        wheelbase = self._p.a + self._p.b
-        self.geometry = Geometry(wheelbase, 0.0, wheelbase)
+        self._kind, self._model, self._number = model, _MODELS[model], number
+        self._p = setup_vehicle_parameters(vehicle_id=number)
+        self._grip = float(self._p.tire.p_dy1) * _GRAVITY
+        self.vehicle = published(
+            wheelbase=self._p.a + self._p.b,
+            max_steer=self._p.steering.max,
+            max_steer_rate=self._p.steering.v_max,
+            grip=self._grip,
+            dead_time=dead_time,
+            steer_offset=steer_offset,
+        )
         self._x: list[float] = []
-
-    @property
-    def steer_limits(self) -> tuple[float, float]:
-        """How far and how fast the front wheels turn.
-
-        Returns
-        -------
-        tuple of float
-            Angle [rad] and rate [rad/s].
-        """
-        steering = self._p.steering
-        return steering.max, steering.v_max
-
-    @property
-    def grip(self) -> float:
-        """Largest lateral acceleration of the tyres.
-
-        Returns
-        -------
-        float
-            Their friction times gravity [m/s²].
-        """
-        return float(self._p.tire.p_dy1) * _GRAVITY
 
     def with_params(self, params: PedalParams) -> CommonRoad:
         """Give the same vehicle with other pedals.
@@ -146,7 +146,10 @@ class CommonRoad:
         CommonRoad
             A new one.
         """
-        return CommonRoad(self._kind, self._vehicle, params)
+        dead_time, offset = self.vehicle.dead_time, self.vehicle.steer_offset
+        return CommonRoad(
+            self._kind, self._number, params, dead_time=dead_time, steer_offset=offset
+        )
 
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
         """Put the vehicle into a pose, rolling straight ahead.
@@ -173,7 +176,14 @@ class CommonRoad:
         self._x = [float(value) for value in self._model.initial(core, self._p)]
 
     def advance(
-        self, steer: float, throttle: float, brake: float, dt: float, substeps: int, /
+        self,
+        steer: float,
+        throttle: float,
+        brake: float,
+        dt: float,
+        substeps: int,
+        reverse: bool = False,  # noqa: FBT001, FBT002 - by place, as the protocol has it
+        /,
     ) -> PlantState:
         """Move on under one command.
 
@@ -187,6 +197,8 @@ class CommonRoad:
             Length of a step [s]; the model may take finer ones.
         substeps : int
             How many steps.
+        reverse : bool, default False
+            Whether the throttle drives backwards; these models do not.
 
         Returns
         -------
@@ -195,9 +207,13 @@ class CommonRoad:
 
         Raises
         ------
+        InputError
+            It is to drive backwards.
         PlantLimit
             The model does not reach further.
         """
+        if reverse:
+            raise InputError("reverse", reverse, f"False, as {self.name} does not reverse")
         steering = self._p.steering
         wanted = min(max(steer, steering.min), steering.max)
         for _ in range(substeps):
@@ -241,11 +257,11 @@ class CommonRoad:
         if x[3] < least:
             raise PlantLimit(f"speed {x[3]:.3f} m/s is below the model's {least:g} m/s")
         if self._kind == "st":
-            pull, grip = abs(x[3] * x[5]), self.grip
-            if pull > grip:
+            pull = abs(x[3] * x[5])
+            if pull > self._grip:
                 raise PlantLimit(
                     f"lateral acceleration at {x[3]:.1f} m/s reaches what the tyres hold,"
-                    f" {grip:.1f} m/s²"
+                    f" {self._grip:.1f} m/s²"
                 )
         if self._kind == "mb" and (wheel := self._lifted()) is not None:
             raise PlantLimit(f"the {wheel} wheel leaves the road at {x[3]:.1f} m/s")

@@ -13,7 +13,8 @@ import mujoco
 
 from popsteer.errors import PlantLimit
 from popsteer.plants.pedals import MujocoCarParams
-from popsteer.plants.protocol import Geometry, PlantState, follow
+from popsteer.plants.protocol import PlantState, follow
+from popsteer.plants.published import published
 
 __all__ = ["MujocoCar"]
 
@@ -42,12 +43,22 @@ class MujocoCar:
     ----------
     params : MujocoCarParams, optional
         Pedals, friction, and rate of the steering.
+    dead_time : float, default 0.0
+        Time from a command to its first effect on the wheels, which the closed loop adds [s].
+    steer_offset : float, default 0.0
+        Angle of the wheels at the command 0, which the closed loop adds [rad].
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range.
 
     Notes
     -----
-    The pose is that of the middle of the rear axle. Where the tyres no longer hold, the car slides;
-    a run ends (`PlantLimit`) where it tilts by more than 30°, or where the solver gives up. The
-    steps of MuJoCo are at most 2 ms.
+    The pose is that of the middle of the rear axle. `vehicle` has the axles and the limits of the
+    steering, 0.8 of the friction times gravity, and an assumed lag of 0.1 s. Where the tyres no
+    longer hold, the car slides; a run ends (`PlantLimit`) where it tilts by more than 30°, or where
+    the solver gives up. The steps of MuJoCo are at most 2 ms.
 
     Examples
     --------
@@ -56,12 +67,20 @@ class MujocoCar:
     >>> state = car.advance(0.0, 0.5, 0.0, 0.005, 10)
     >>> abs(state.x - 0.5) < 0.01, abs(state.y) < 1e-3
     (True, True)
+    >>> car.vehicle.wheelbase, car.vehicle.max_steer, car.reverses
+    (2.7, 0.6, True)
     """
 
     name = "mujoco-car"
-    geometry = Geometry(_WHEELBASE, 0.0, _WHEELBASE)
+    reverses = True
 
-    def __init__(self, params: MujocoCarParams | None = None) -> None:
+    def __init__(
+        self,
+        params: MujocoCarParams | None = None,
+        *,
+        dead_time: float = 0.0,
+        steer_offset: float = 0.0,
+    ) -> None:
         self.params = MujocoCarParams() if params is None else params
         model = resources.files("popsteer.plants").joinpath("mujoco_car.xml")
         self._model: Any = mujoco.MjModel.from_xml_string(model.read_text(encoding="utf-8"))
@@ -78,28 +97,14 @@ class MujocoCar:
             mujoco.mj_step(self._model, self._data)
         self._height = float(self._data.qpos[2])
         self._steer = 0.0
-
-    @property
-    def steer_limits(self) -> tuple[float, float]:
-        """How far and how fast the front wheels turn.
-
-        Returns
-        -------
-        tuple of float
-            Angle [rad] and rate [rad/s].
-        """
-        return _MOST_STEER, self.params.steer_rate
-
-    @property
-    def grip(self) -> float:
-        """Largest lateral acceleration of the tyres.
-
-        Returns
-        -------
-        float
-            Their friction times gravity [m/s²].
-        """
-        return self.params.friction * float(-self._model.opt.gravity[2])
+        self.vehicle = published(
+            wheelbase=_WHEELBASE,
+            max_steer=_MOST_STEER,
+            max_steer_rate=self.params.steer_rate,
+            grip=self.params.friction * float(-self._model.opt.gravity[2]),
+            dead_time=dead_time,
+            steer_offset=steer_offset,
+        )
 
     def with_params(self, params: MujocoCarParams) -> MujocoCar:
         """Give a car with other parameters.
@@ -114,7 +119,8 @@ class MujocoCar:
         MujocoCar
             A new one.
         """
-        return MujocoCar(params)
+        dead_time, offset = self.vehicle.dead_time, self.vehicle.steer_offset
+        return MujocoCar(params, dead_time=dead_time, steer_offset=offset)
 
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
         """Put the car into a pose, rolling straight ahead.
@@ -124,7 +130,7 @@ class MujocoCar:
         x, y, yaw : float
             Pose of the rear axle [m, m, rad].
         speed : float
-            Speed [m/s].
+            Speed [m/s]; negative backwards.
         """
         data = self._data
         mujoco.mj_resetData(self._model, data)
@@ -136,7 +142,14 @@ class MujocoCar:
         mujoco.mj_forward(self._model, data)
 
     def advance(
-        self, steer: float, throttle: float, brake: float, dt: float, substeps: int, /
+        self,
+        steer: float,
+        throttle: float,
+        brake: float,
+        dt: float,
+        substeps: int,
+        reverse: bool = False,  # noqa: FBT001, FBT002 - by place, as the protocol has it
+        /,
     ) -> PlantState:
         """Move on under one command.
 
@@ -150,6 +163,8 @@ class MujocoCar:
             Length of a step [s]; MuJoCo may take finer ones.
         substeps : int
             How many steps.
+        reverse : bool, default False
+            Whether the throttle drives backwards.
 
         Returns
         -------
@@ -166,20 +181,20 @@ class MujocoCar:
         step = self._model.opt.timestep = dt / finer
         for _ in range(substeps * finer):
             self._steer += step * follow(wanted, self._steer, self.params.steer_rate, step)
-            self._push(throttle, brake)
+            self._push(throttle, brake, -1.0 if reverse else 1.0)
             mujoco.mj_step(self._model, self._data)
         self._check()
         return self._state()
 
-    def _push(self, throttle: float, brake: float) -> None:
-        """Set the actuators, and the drag."""
+    def _push(self, throttle: float, brake: float, gear: float) -> None:
+        """Set the actuators, and the drag; `gear` is -1 where the throttle drives backwards."""
         data, params = self._data, self.params
         curvature = math.tan(self._steer) / _WHEELBASE
-        drive = params.drive * throttle * self._mass * _RADIUS / 4.0
+        drive = gear * params.drive * throttle * self._mass * _RADIUS / 4.0
         hold = params.braking * brake * self._mass * _RADIUS / 4.0
         rolling = math.hypot(data.qvel[0], data.qvel[1])
         torques = [
-            drive * _within(1.0 - (rate * _RADIUS - rolling) / _MOST_SLIP, 0.0, 1.0)
+            drive * _within(1.0 - (gear * rate * _RADIUS - rolling) / _MOST_SLIP, 0.0, 1.0)
             - hold * _within(rate / _BRAKE_RATE, -1.0, 1.0)
             for rate in data.qvel[self._spin].tolist()
         ]

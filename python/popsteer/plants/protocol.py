@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
-__all__ = ["Geometry", "PlantState", "PythonPlant", "follow"]
+if TYPE_CHECKING:
+    from popsteer._core import Vehicle
 
-
-class Geometry(NamedTuple):
-    """Where the axles lie ahead of the point whose pose the laws are given."""
-
-    front_offset: float
-    """Front axle ahead of that point [m]."""
-    rear_offset: float
-    """Rear axle ahead of that point [m]; negative behind it."""
-    wheelbase: float
-    """Distance of the axles, as the laws take it [m]."""
+__all__ = ["PlantState", "PythonPlant", "follow"]
 
 
 class PlantState(NamedTuple):
     """What a plant reports after a control step."""
 
     x: float
-    """Position along x of the point whose pose the laws are given [m]."""
+    """Position along x of the vehicle's point [m]."""
     y: float
     """Position along y of that point [m]."""
     yaw: float
     """Heading [rad], counter-clockwise from x."""
     speed: float
-    """Speed along the heading [m/s]."""
+    """Speed along the heading [m/s]; negative while rolling backwards."""
     yaw_rate: float
     """Yaw rate [rad/s]."""
     steer: float
@@ -41,6 +33,9 @@ class PythonPlant(Protocol):
 
     It holds its own state. `popsteer.sim.run` and `popsteer.sim.Simulation` take such an object
     wherever they take the name of a plant.
+
+    The closed loop applies `dead_time` and `steer_offset` of the plant's vehicle to the commands
+    before `advance` is given them. Lag, limits and turning are the plant's own.
     """
 
     @property
@@ -49,12 +44,17 @@ class PythonPlant(Protocol):
         ...
 
     @property
-    def geometry(self) -> Geometry:
-        """Where its axles lie."""
+    def vehicle(self) -> Vehicle:
+        """What it is, and where the point lies whose pose it reports."""
+        ...
+
+    @property
+    def reverses(self) -> bool:
+        """Whether it drives backwards when commanded to."""
         ...
 
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
-        """Stand, or roll, in this pose [m, m, rad] at this speed [m/s].
+        """Stand, or roll, in this pose of the vehicle's point [m, m, rad] at this speed [m/s].
 
         Raises
         ------
@@ -64,12 +64,19 @@ class PythonPlant(Protocol):
         ...
 
     def advance(
-        self, steer: float, throttle: float, brake: float, dt: float, substeps: int, /
+        self,
+        steer: float,
+        throttle: float,
+        brake: float,
+        dt: float,
+        substeps: int,
+        reverse: bool,  # noqa: FBT001 - as the closed loop gives it, by place
+        /,
     ) -> PlantState:
         """Move on by `substeps` steps of `dt` [s], or finer ones that take as long.
 
         The command stays the same meanwhile: the angle of the front wheels [rad] that is asked
-        for, and the pedals, 0 to 1.
+        for, the pedals, 0 to 1, and whether the throttle drives backwards.
 
         Raises
         ------

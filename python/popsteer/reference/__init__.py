@@ -1,16 +1,17 @@
-"""The laws once more in plain Python, file for file the mirror of the Rust core.
+"""The controllers once more in plain Python, file for file the mirror of the Rust core.
 
 Written to be read beside the paper, C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal
 Predictive Control Algorithm for Path Tracking of Self-Driving Cars*: Algorithm 1 is
 `lateral.pop`, Equations 1 to 3 are `lateral.pid`, `lateral.pure_pursuit` and `lateral.stanley`,
-Equations 4 to 6 `path.view`, `path.lookahead` and `vehicle.predict`, Equation 7
+Equations 4 to 6 `path.view`, `path.lookahead` and `vehicle.bicycle`, Equation 7
 `longitudinal.coupled`. Names and signatures are those of `popsteer` itself, and on one machine
 the answers are the same to the last bit: the same operations in the same order.
 
-One control step is one walk through the rooms, always in this order::
+One control step passes through the modules once, always in this order::
 
-    pose + speed -> path.locate -> path.lookahead -> lateral law -> steering angle
-    speed + angle -> longitudinal law -> throttle, brake
+    pose, speed -> vehicle.estimator -> vehicle.delay -> path.locate -> path.lookahead
+                -> controller -> limits -> Command
+    speed, angle -> longitudinal controller -> throttle, brake
 
 SI units and radians throughout, x forward, y left, yaw counter-clockwise, positive steering to
 the left. The plain loops visit every point, so a path whose segments are very long for its
@@ -18,10 +19,11 @@ grid spacing takes long, and much memory.
 
 Examples
 --------
->>> from popsteer.reference import Path, Pop
->>> pop = Pop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+>>> from popsteer.reference import Path, Pop, Vehicle
+>>> car = Vehicle(wheelbase=2.7, rear_axle=-1.35)  # poses are of the point amid the axles
+>>> pop = Pop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]), car)
 >>> command = pop.step(0.0, 0.5, 0.0, 5.0, 0.05)
->>> command.cross_track_error, command.status.value
+>>> command.cross_track_error, str(command.status)
 (0.5, 'ok')
 """
 
@@ -31,8 +33,8 @@ from typing import TYPE_CHECKING
 
 from popsteer.reference import math
 from popsteer.reference.error import input_in_range
-from popsteer.reference.lateral import Command
 from popsteer.reference.lateral.bang_bang import BangBang, BangBangParams, BangBangState
+from popsteer.reference.lateral.command import Command
 from popsteer.reference.lateral.pid import Pid, PidParams, PidState
 from popsteer.reference.lateral.pop import Pop, PopParams, PopState
 from popsteer.reference.lateral.preview_pop import (
@@ -56,8 +58,8 @@ from popsteer.reference.path.lookahead import Lookahead
 from popsteer.reference.path.owned import Path
 from popsteer.reference.path.resample import Window
 from popsteer.reference.path.view import MAX_COORDINATE
-from popsteer.reference.vehicle import predict
-from popsteer.reference.vehicle.actuator import Actuator
+from popsteer.reference.vehicle import Vehicle, bicycle
+from popsteer.reference.vehicle.estimator import AdaptParams, Estimate
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
 from popsteer.status import Status
 
@@ -67,13 +69,14 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import Point
 
 __all__ = [
-    "Actuator",
+    "AdaptParams",
     "BangBang",
     "BangBangParams",
     "BangBangState",
     "Command",
     "CoupledLongitudinal",
     "CoupledLongitudinalParams",
+    "Estimate",
     "Lookahead",
     "Path",
     "Pedals",
@@ -97,6 +100,7 @@ __all__ = [
     "StanleyParams",
     "StanleyState",
     "Status",
+    "Vehicle",
     "Window",
     "get_distance",
     "get_predicted_location",
@@ -107,7 +111,7 @@ __all__ = [
 ]
 
 
-# The plain functions, with their arguments checked: what a user calls. The laws call the ones
+# The plain functions, with their arguments checked: what a user calls. The controllers call those
 # behind them, whose arguments they have checked already.
 
 
@@ -146,7 +150,7 @@ def get_distance(a: Point, b: Point, /) -> float:
 def get_predicted_location(
     x: float, y: float, yaw: float, speed: float, steer: float, dt: float, /
 ) -> Point:
-    """Predict the location after `dt` [s]: Equation 6; see `predict.get_predicted_location`.
+    """Predict the location after `dt` [s]: Equation 6; see `bicycle.get_predicted_location`.
 
     Raises
     ------
@@ -158,13 +162,13 @@ def get_predicted_location(
     >>> get_predicted_location(0.0, 0.0, 0.0, 10.0, 0.0, 0.05)
     (0.5, 0.0)
     """
-    return predict.get_predicted_location(*_checked_motion(x, y, yaw, speed, steer, dt))
+    return bicycle.get_predicted_location(*_checked_motion(x, y, yaw, speed, steer, dt))
 
 
 def state_transition(
     state: Sequence[float], control: Sequence[float], steer: float, dt: float, /
 ) -> tuple[float, float, float, float, float]:
-    """Predict the whole state after `dt` [s]: Equation 6; see `predict.state_transition`.
+    """Predict the whole state after `dt` [s]: Equation 6; see `bicycle.state_transition`.
 
     Raises
     ------
@@ -182,7 +186,7 @@ def state_transition(
     yaw_rate = input_in_range("yaw_rate", yaw_rate, -1e6, 1e6)
     longitudinal = input_in_range("longitudinal", longitudinal, -1e6, 1e6)
     lateral = input_in_range("lateral", lateral, -1e6, 1e6)
-    return predict.state_transition(
+    return bicycle.state_transition(
         (x, y, yaw, speed, yaw_rate), (longitudinal, lateral), steer, dt
     )
 
@@ -198,7 +202,7 @@ def kinematic_bicycle(
     dt: float,
     /,
 ) -> tuple[float, float, float, float]:
-    """Move the kinematic bicycle by `dt` [s]; see `predict.kinematic_bicycle`.
+    """Move the kinematic bicycle by `dt` [s]; see `bicycle.kinematic_bicycle`.
 
     Raises
     ------
@@ -213,7 +217,7 @@ def kinematic_bicycle(
     x, y, yaw, speed, steer, dt = _checked_motion(x, y, yaw, speed, steer, dt)
     acceleration = input_in_range("acceleration", acceleration, -1e6, 1e6)
     wheelbase = input_in_range("wheelbase", wheelbase, 1e-3, 1e3)
-    return predict.kinematic_bicycle(x, y, yaw, speed, steer, acceleration, wheelbase, dt)
+    return bicycle.kinematic_bicycle(x, y, yaw, speed, steer, acceleration, wheelbase, dt)
 
 
 def _checked_point(point: Point) -> Point:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from math import inf
 
 from popsteer import errors
 
@@ -10,6 +11,7 @@ __all__ = [
     "config_count",
     "config_in_range",
     "config_odd",
+    "config_optional",
     "in_range",
     "input_below",
     "input_in_range",
@@ -27,6 +29,14 @@ def in_range(value: float, low: float, high: float) -> bool:
     return low <= value <= high
 
 
+def _number(value: float) -> float:
+    """Return `value` as a float; a whole number beyond all floats as an infinity."""
+    try:
+        return float(value)
+    except OverflowError:
+        return inf if value > 0 else -inf
+
+
 def config_in_range(params: object, field: str, low: float, high: float) -> None:
     """Settle one field of new parameters: made a float, and found in [low, high].
 
@@ -42,11 +52,31 @@ def config_in_range(params: object, field: str, low: float, high: float) -> None
     Traceback (most recent call last):
     popsteer.errors.ConfigError: kp must be in [0, 1e+06], got -1.0
     """
-    value = float(getattr(params, field))
+    value = _number(getattr(params, field))
     if not in_range(value, low, high):
         raise errors.ConfigError(field, value, errors.in_range(low, high))
     # Parameters are frozen; this runs inside their construction.
     object.__setattr__(params, field, value)
+
+
+def config_optional(params: object, field: str, low: float, high: float) -> None:
+    """Settle one field of new parameters that may be None: None, or as `config_in_range`.
+
+    Raises
+    ------
+    ConfigError
+        Naming the field, where its value is not.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> config_optional(SimpleNamespace(max_speed=None), "max_speed", 1e-3, 1e4)
+    >>> config_optional(SimpleNamespace(max_speed=0), "max_speed", 1e-3, 1e4)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: max_speed must be in [0.001, 10000], got 0.0
+    """
+    if getattr(params, field) is not None:
+        config_in_range(params, field, low, high)
 
 
 def config_count(params: object, field: str, low: int, high: int) -> None:
@@ -105,7 +135,7 @@ def input_in_range(field: str, value: float, low: float, high: float) -> float:
     Traceback (most recent call last):
     popsteer.errors.InputError: dt must be in [1e-06, 1000], got 0.0
     """
-    value = float(value)
+    value = _number(value)
     if not in_range(value, low, high):
         raise errors.InputError(field, value, errors.in_range(low, high))
     return value

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from popsteer._core import __version__
 from popsteer.report.layout import blank_table, json_text
 from popsteer.report.table import title_of
+from popsteer.sim import plant_name
 from popsteer.study.dead_time import DEAD_TIME_PLANT, DeadTimeRow
 
 if TYPE_CHECKING:
@@ -16,11 +17,11 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from popsteer.sim import Metrics
+    from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics, Plant
 
 __all__ = ["dead_time_caption", "dead_time_csv", "dead_time_json", "dead_time_table", "error_text"]
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the document's layout."""
 _RUNS = tuple(field.name for field in fields(DeadTimeRow) if field.name not in ("law", "dead_time"))
 _HEADS = {
@@ -34,7 +35,9 @@ _HEADS = {
 }
 
 
-def dead_time_caption(rows: Sequence[DeadTimeRow], track: str) -> str:
+def dead_time_caption(
+    rows: Sequence[DeadTimeRow], track: str, plant: Plant = DEAD_TIME_PLANT
+) -> str:
     """Say in one line what was driven.
 
     Parameters
@@ -43,6 +46,8 @@ def dead_time_caption(rows: Sequence[DeadTimeRow], track: str) -> str:
         The runs.
     track : str
         What the path is called.
+    plant : CarlaIdentified or KinematicBicycle, default DEAD_TIME_PLANT
+        What moved.
 
     Returns
     -------
@@ -59,7 +64,7 @@ def dead_time_caption(rows: Sequence[DeadTimeRow], track: str) -> str:
 and its ratio to that without dead time'
     """
     return (
-        f"{track}, plant {DEAD_TIME_PLANT}, dead time {rows[0].dead_time:g} s; mean |cross-track"
+        f"{track}, plant {plant_name(plant)}, dead time {rows[0].dead_time:g} s; mean |cross-track"
         " error| of the whole run, and its ratio to that without dead time"
     )
 
@@ -70,7 +75,7 @@ def error_text(row: DeadTimeRow, found: Metrics) -> str:
     Parameters
     ----------
     row : DeadTimeRow
-        The runs of a law.
+        The runs of a controller.
     found : Metrics
         One of them.
 
@@ -94,7 +99,7 @@ def error_text(row: DeadTimeRow, found: Metrics) -> str:
 
 
 def dead_time_table(rows: Sequence[DeadTimeRow]) -> Table:
-    """Set out the runs, a row for each law.
+    """Set out the runs, a row for each controller.
 
     Parameters
     ----------
@@ -128,7 +133,7 @@ def dead_time_table(rows: Sequence[DeadTimeRow]) -> Table:
 
 
 def dead_time_csv(rows: Sequence[DeadTimeRow]) -> str:
-    """Write the runs as CSV, a row for each law and run.
+    """Write the runs as CSV, a row for each controller and run.
 
     Parameters
     ----------
@@ -163,7 +168,11 @@ def dead_time_csv(rows: Sequence[DeadTimeRow]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def dead_time_json(rows: Sequence[DeadTimeRow], track: str) -> str:
+def dead_time_json(
+    rows: Sequence[DeadTimeRow],
+    track: str,
+    plant: CarlaIdentified | KinematicBicycle = DEAD_TIME_PLANT,
+) -> str:
     """Write the runs as JSON, with all their metrics.
 
     Parameters
@@ -172,6 +181,8 @@ def dead_time_json(rows: Sequence[DeadTimeRow], track: str) -> str:
         The runs.
     track : str
         What the path is called.
+    plant : CarlaIdentified or KinematicBicycle, default DEAD_TIME_PLANT
+        What moved.
 
     Returns
     -------
@@ -191,7 +202,8 @@ def dead_time_json(rows: Sequence[DeadTimeRow], track: str) -> str:
         "schema": SCHEMA,
         "version": __version__,
         "track": track,
-        "plant": DEAD_TIME_PLANT,
+        "plant": plant_name(plant),
+        "plant_vehicle": plant.vehicle.as_dict(),
         "laws": [
             {
                 "law": row.law,

@@ -8,28 +8,55 @@ from typing import TYPE_CHECKING, Any
 from popsteer._core import __version__
 from popsteer.report.layout import blank_table, json_text
 from popsteer.report.table import title_of
-from popsteer.study.edges import EDGE_CHANGES, EDGE_PLANT, MAX_STEER
+from popsteer.report.vehicle import differences
+from popsteer.sim import plant_name, vehicle_of
+from popsteer.study.edges import EDGE_CHANGES, EDGE_PLANT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rich.table import Table
 
+    from popsteer._core import Vehicle
+    from popsteer.sim import Plant
     from popsteer.study.edges import EdgeRun
 
-__all__ = ["EDGES_CAPTION", "edges_csv", "edges_json", "edges_table", "share_text"]
+__all__ = ["edges_caption", "edges_csv", "edges_json", "edges_table", "share_text"]
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the document's layout."""
-EDGES_CAPTION = (
-    f"plant {EDGE_PLANT}, speeds of the paths, largest angle {math.degrees(MAX_STEER):.0f}°; errors"
-    " of the rear axle"
-)
-"""What the runs of the table have in common, in one line."""
+
+
+def edges_caption(plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None) -> str:
+    """Say in one line what the runs of the table have in common.
+
+    Parameters
+    ----------
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
+        What moved.
+    vehicle : Vehicle, optional
+        The vehicle that the controllers were told; the plant's own by default.
+
+    Returns
+    -------
+    str
+        Plant, speeds, largest angle, and what the errors are.
+
+    Examples
+    --------
+    >>> edges_caption()
+    'plant kinematic-bicycle, speeds of the paths, largest angle 34°; errors of the rear axle'
+    """
+    itself = vehicle_of(plant)
+    told = "" if vehicle is None else differences(vehicle, itself)
+    return (
+        f"plant {plant_name(plant)}{told}, speeds of the paths, largest angle"
+        f" {math.degrees(itself.max_steer):.0f}°; errors of the rear axle"
+    )
 
 
 def edges_table(rows: Sequence[EdgeRun]) -> Table:
-    """Set out the runs, a row for each law on each track.
+    """Set out the runs, a row for each controller on each track.
 
     Parameters
     ----------
@@ -71,7 +98,7 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
 
 
 def share_text(row: EdgeRun) -> str:
-    """Say what share of the steps had which status, in whole percent.
+    """Say in what share of the steps each condition held, in whole percent.
 
     Parameters
     ----------
@@ -81,7 +108,8 @@ def share_text(row: EdgeRun) -> str:
     Returns
     -------
     str
-        The most frequent first.
+        The most frequent first; "ok" where none held. The shares of several conditions that held
+        in the same steps add up to more than the whole.
 
     Examples
     --------
@@ -89,16 +117,14 @@ def share_text(row: EdgeRun) -> str:
     >>> share_text(edges(["pop"], edge_tracks()[:1])[0])
     'ok 100 %'
     """
-    total = sum(row.statuses.values())
-    shares = {status: 100.0 * count / total for status, count in row.statuses.items()}
+    shares = {status: 100.0 * count / row.steps for status, count in row.statuses.items()}
     return ", ".join(
-        f"{status.value} {f'{share:.0f}' if share >= 0.5 else '<1'} %"
-        for status, share in shares.items()
+        f"{status} {f'{share:.0f}' if share >= 0.5 else '<1'} %" for status, share in shares.items()
     )
 
 
 def edges_csv(rows: Sequence[EdgeRun]) -> str:
-    """Write the runs as CSV, a row for each law on each track.
+    """Write the runs as CSV, a row for each controller on each track.
 
     Parameters
     ----------
@@ -108,7 +134,8 @@ def edges_csv(rows: Sequence[EdgeRun]) -> str:
     Returns
     -------
     str
-        The text; SI units and radians, and in the last column how many steps had which status.
+        The text; SI units and radians, and in the last column in how many steps each condition
+        held.
 
     Examples
     --------
@@ -121,7 +148,7 @@ def edges_csv(rows: Sequence[EdgeRun]) -> str:
         "track,law,finished,ending,time,max_error,max_jump,statuses",
     ]
     for row in rows:
-        counts = " ".join(f"{status.value}={count}" for status, count in row.statuses.items())
+        counts = " ".join(f"{status}={count}" for status, count in row.statuses.items())
         cells = (
             row.track,
             row.law,
@@ -134,13 +161,19 @@ def edges_csv(rows: Sequence[EdgeRun]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def edges_json(rows: Sequence[EdgeRun]) -> str:
+def edges_json(
+    rows: Sequence[EdgeRun], plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None
+) -> str:
     """Write the runs as JSON.
 
     Parameters
     ----------
     rows : sequence of EdgeRun
         The runs.
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
+        What moved.
+    vehicle : Vehicle, optional
+        The vehicle that the controllers were told; the plant's own by default.
 
     Returns
     -------
@@ -154,11 +187,14 @@ def edges_json(rows: Sequence[EdgeRun]) -> str:
     >>> json.loads(edges_json(edges(["pop"], edge_tracks()[:1])))["runs"][0]["finished"]
     True
     """
+    itself = vehicle_of(plant)
     document = {
         "schema": SCHEMA,
         "version": __version__,
-        "plant": EDGE_PLANT,
-        "max_steer": MAX_STEER,
+        "plant": plant_name(plant),
+        "plant_vehicle": itself.as_dict(),
+        "vehicle": (itself if vehicle is None else vehicle).as_dict(),
+        "max_steer": itself.max_steer,
         "changes": {law: dict(changes) for law, changes in EDGE_CHANGES.items()},
         "runs": [_entry(row) for row in rows],
     }
@@ -166,7 +202,6 @@ def edges_json(rows: Sequence[EdgeRun]) -> str:
 
 
 def _entry(row: EdgeRun) -> dict[str, Any]:
-    statuses = {status.value: count for status, count in row.statuses.items()}
     return {
         "track": row.track,
         "law": row.law,
@@ -175,5 +210,6 @@ def _entry(row: EdgeRun) -> dict[str, Any]:
         "time": row.time,
         "max_error": row.max_error,
         "max_jump": row.max_jump,
-        "statuses": statuses,
+        "steps": row.steps,
+        "statuses": {str(status): count for status, count in row.statuses.items()},
     }

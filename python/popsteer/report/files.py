@@ -7,17 +7,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from popsteer.errors import ConfigError
-from popsteer.files import write_bytes_atomic
+from popsteer.files import write_files_atomic
 from popsteer.report.metrics_json import metrics_json
 from popsteer.report.runs_csv import run_csv
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from popsteer.study import Comparison
 
-__all__ = ["files", "write"]
+__all__ = ["file_names", "files", "write"]
+
+_METRICS = "metrics.json"
 
 
 def files(
@@ -57,26 +59,59 @@ def files(
 
     if not comparison.first.settings.keep_records:
         raise ConfigError("keep_records", value=False, requirement="true where files are wanted")
-    content = {
-        f"runs/{re.sub(r'[^A-Za-z0-9._-]+', '-', name)}.csv": run_csv(run).encode()
-        for name, run in comparison.runs.items()
-    }
+    content = {_record_name(name): run_csv(run).encode() for name, run in comparison.runs.items()}
     wanted = [(figure, theme) for figure in FIGURES for theme in THEMES]
     for done, (figure, theme) in enumerate(wanted):
         if progress is not None:
             progress("figures", done / len(wanted))
-        suffix = "" if theme == "light" else f"-{theme}"
         for kind, data in render(comparison, figure, theme).items():
-            content[f"{figure}{suffix}.{kind}"] = data
+            content[_figure_name(figure, theme, kind)] = data
     if progress is not None:
         progress("figures", 1.0)
     # The last to be written: whoever finds it finds the others too.
-    content["metrics.json"] = metrics_json(comparison).encode()
+    content[_METRICS] = metrics_json(comparison).encode()
     return content
 
 
+def file_names(laws: Iterable[str]) -> list[str]:
+    """Give the names of the files of a comparison before there is one.
+
+    Parameters
+    ----------
+    laws : iterable of str
+        The laws that are to be compared.
+
+    Returns
+    -------
+    list of str
+        The names that `files` will give.
+
+    Examples
+    --------
+    >>> file_names(["pop"])[:3]
+    ['runs/pop.csv', 'results.png', 'results.svg']
+    """
+    from popsteer.report.figures import FIGURES, THEMES
+
+    figures = [
+        _figure_name(figure, theme, kind)
+        for figure in FIGURES
+        for theme in THEMES
+        for kind in ("png", "svg")
+    ]
+    return [*map(_record_name, laws), *figures, _METRICS]
+
+
+def _record_name(law: str) -> str:
+    return f"runs/{re.sub(r'[^A-Za-z0-9._-]+', '-', law)}.csv"
+
+
+def _figure_name(figure: str, theme: str, kind: str) -> str:
+    return f"{figure}{'' if theme == 'light' else f'-{theme}'}.{kind}"
+
+
 def write(content: Mapping[str, bytes], folder: str | os.PathLike[str]) -> list[Path]:
-    """Write files into a folder, each whole or not at all.
+    """Write files into a folder, all or none.
 
     Parameters
     ----------
@@ -93,7 +128,7 @@ def write(content: Mapping[str, bytes], folder: str | os.PathLike[str]) -> list[
     Raises
     ------
     OSError
-        A file cannot be written.
+        A file cannot be written; then none is.
 
     Examples
     --------
@@ -102,9 +137,6 @@ def write(content: Mapping[str, bytes], folder: str | os.PathLike[str]) -> list[
     ...     [file.name for file in write({"note.txt": b"e = 0"}, folder)]
     ['note.txt']
     """
-    written = []
-    for name, data in content.items():
-        file = Path(folder) / name
-        write_bytes_atomic(file, data)
-        written.append(file)
-    return written
+    written = {Path(folder) / name: data for name, data in content.items()}
+    write_files_atomic(written)
+    return list(written)

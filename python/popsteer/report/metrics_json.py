@@ -16,8 +16,11 @@ if TYPE_CHECKING:
 
 __all__ = ["SCHEMA", "metrics_document", "metrics_json"]
 
-SCHEMA = 1
-"""Number of the layout; it grows when a reader of the old layout would be misled."""
+SCHEMA = 2
+"""Number of the layout; it grows when a reader of the old layout would be misled.
+
+2: `start` is the pose of the vehicle's point, no longer that of the front axle.
+"""
 
 _REAR = "rear_axle_"
 
@@ -33,10 +36,11 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
     Returns
     -------
     dict
-        `schema`, `dt` [s], `plant`, `path` with `waypoints` and `length` [m], `controllers` with
-        the metrics of each law in SI units and radians (those of the rear axle under `rear_axle`,
-        the median time of a step under `step_time` [s] where that was measured),
-        and `paper` with the paper's figures. A number that is not finite is None.
+        `schema`, `dt` [s], `plant`, `plant_vehicle` (what it is), `path` with `waypoints` and
+        `length` [m], `start` (pose of the vehicle's point), `controllers` with the metrics of each
+        controller in SI units and radians (those of the rear axle under `rear_axle`, the vehicle
+        that it believed under `vehicle`, the median time of a step under `step_time` [s] where that
+        was measured), and `paper` with the paper's figures. A number that is not finite is None.
 
     Examples
     --------
@@ -45,7 +49,7 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
     >>> document = metrics_document(compare(path, ["pop"]))
     >>> document["schema"], document["dt"], document["path"]["waypoints"]
-    (1, 0.05, 81)
+    (2, 0.05, 81)
     >>> document["controllers"]["pop"]["finished"]
     True
     """
@@ -55,6 +59,7 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
         "version": __version__,
         "dt": comparison.dt,
         "plant": comparison.plant,
+        "plant_vehicle": comparison.vehicle.as_dict(),
         "preset": comparison.preset,
         "path": {
             "name": comparison.track,
@@ -93,16 +98,17 @@ def metrics_json(comparison: Comparison) -> str:
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
     >>> print(metrics_json(compare(path, ["pop"]))[:15])
     {
-      "schema": 1
+      "schema": 2
     """
     document = metrics_document(comparison)
     return json_text(document)
 
 
 def _controller(run: Run) -> dict[str, Any]:
-    """Lay out one run: the metrics, those of the rear axle nested, and the law's parameters."""
+    """Lay out one run: its metrics, and the controller's tuning and vehicle."""
     params = {name: _finite(value) for name, value in run.params.items()}
-    return {**_metrics(run.metrics), "ending": run.ending, "params": params}
+    vehicle = None if run.vehicle is None else run.vehicle.as_dict()
+    return {**_metrics(run.metrics), "ending": run.ending, "params": params, "vehicle": vehicle}
 
 
 def _metrics(metrics: Metrics) -> dict[str, Any]:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.status import Status
+
 if TYPE_CHECKING:
     from popsteer.sim import Run
 
@@ -28,7 +30,7 @@ _UNITS = {
     "rear_heading_error": "rad",
     "target_x": "m",
     "target_y": "m",
-    "status": "0 ok, 1 lookahead lost, 2 saturated",
+    "status": "bits: " + " | ".join(f"{int(each)} {each}" for each in Status if each),
 }
 
 

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
 from popsteer.report.layout import blank_table, json_text
 from popsteer.report.table import title_of
+from popsteer.report.vehicle import differences
 from popsteer.study.linear import lookahead
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from popsteer.laws import Params
     from popsteer.study import Margins, Stability
 
 __all__ = ["NOTE", "stability_caption", "stability_json", "stability_table"]
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the document's layout."""
 NOTE = (
-    "Small signals about straight driving. gain: factor by which the steering may act more"
-    " strongly; phase: lag that may be added; dead time: what may be added to the vehicle's. A"
-    " dash: the loop is unstable as it is."
+    "Small signals about straight driving. gain: gain margin, a factor; phase: phase margin; dead"
+    " time: what may be added to the vehicle's without telling the controller. A dash: the loop is"
+    " unstable as it is."
 )
 """What a reader of the table has to know."""
 
@@ -49,16 +48,18 @@ def stability_caption(result: Stability) -> str:
     'wheelbase 3 m, axles at 3 and 0 m, lag 0.1 s, dead time 0 s, preset default, dt 0.05 s'
     """
     car = result.vehicle
-    understeer = f"understeer {car.understeer:g} s²/m, " if car.understeer else ""
+    length, understeer = car.turning_length(0.0), car.understeer
+    turning = f", turns as {length:g} m" if length != car.wheelbase else ""
+    turning += f", understeer {understeer:g} s²/m" if understeer else ""
     return (
-        f"wheelbase {car.wheelbase:g} m, {understeer}axles at {car.axle('front'):g} and"
-        f" {car.axle('rear'):g} m, lag {car.lag:g} s, dead time {car.dead_time:g} s,"
-        f" preset {result.preset}, dt {result.dt:g} s"
+        f"wheelbase {car.wheelbase:g} m{turning}, axles at {car.front_axle:g} and"
+        f" {car.rear_axle:g} m, lag {car.steer_lag:g} s, dead time {car.dead_time:g} s"
+        f"{differences(result.believed, car)}, preset {result.preset}, dt {result.dt:g} s"
     )
 
 
 def stability_table(result: Stability) -> Table:
-    """Set out margins, a row for each law and speed.
+    """Set out margins, a row for each controller and speed.
 
     Parameters
     ----------
@@ -87,7 +88,7 @@ def stability_table(result: Stability) -> Table:
             table.add_row(
                 title_of(name) if index == 0 else "",
                 f"{speed:g}",
-                *_cells(result.params[name], speed, found),
+                *_cells(_lookahead(result, name, speed), found),
                 end_section=speed == result.speeds[-1],
             )
     return table
@@ -117,28 +118,35 @@ def stability_json(result: Stability) -> str:
     document = {
         "schema": SCHEMA,
         "version": __version__,
-        "vehicle": asdict(result.vehicle),
+        "vehicle": result.believed.as_dict(),
+        "plant_vehicle": result.vehicle.as_dict(),
         "preset": result.preset,
         "dt": result.dt,
         "laws": {
             name: [
-                _entry(result.params[name], speed, found)
+                _entry(speed, _lookahead(result, name, speed), found)
                 for speed, found in zip(result.speeds, rows, strict=True)
             ]
             for name, rows in result.margins.items()
         },
-        "params": {name: params.as_dict() for name, params in result.params.items()},
+        "params": {
+            name: params.resolved(result.believed).as_dict()
+            for name, params in result.params.items()
+        },
     }
     return json_text(document)
 
 
-def _entry(params: Params, speed: float, found: Margins) -> dict[str, Any]:
+def _lookahead(result: Stability, name: str, speed: float) -> float | None:
+    return lookahead(result.params[name], result.believed, speed)
+
+
+def _entry(speed: float, distance: float | None, found: Margins) -> dict[str, Any]:
     figures = {k: v if math.isfinite(v) else None for k, v in found._asdict().items()}
-    return {"speed": speed, "lookahead": lookahead(params, speed), **figures}
+    return {"speed": speed, "lookahead": distance, **figures}
 
 
-def _cells(params: Params, speed: float, found: Margins) -> list[str]:
-    distance = lookahead(params, speed)
+def _cells(distance: float | None, found: Margins) -> list[str]:
     return [
         "" if distance is None else f"{distance:.1f}",
         _number(found.gain, 1.0, 2),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer import baselines, laws
 from popsteer.report.layout import blank_table
+from popsteer.report.vehicle import differences
 from popsteer.study.paper import PAPER, is_authors_path
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def caption(comparison: Comparison) -> str:
     Returns
     -------
     str
-        Track, plant, preset and control period.
+        Track, plant, what the controllers believed otherwise, preset and control period.
 
     Examples
     --------
@@ -69,8 +70,9 @@ def caption(comparison: Comparison) -> str:
     """
     path = comparison.path
     name = f"{comparison.track}, " if comparison.track else ""
+    told = differences(comparison.believed, comparison.vehicle)
     return (
-        f"{name}{len(path)} waypoints, {path.length:.0f} m, plant {comparison.plant}, "
+        f"{name}{len(path)} waypoints, {path.length:.0f} m, plant {comparison.plant}{told}, "
         f"preset {comparison.preset}, dt {comparison.dt:g} s"
     )
 
@@ -97,8 +99,8 @@ def notes(comparison: Comparison) -> list[str]:
     2
     """
     where = (
-        "Errors are measured at each law's own reference point, as the paper did, and at the rear"
-        " axle, one point for all."
+        "Errors are measured at each controller's own tracked point, as the paper did, and at the"
+        " rear axle, one point for all."
     )
     said = [where]
     said += [

@@ -2,37 +2,37 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
 from popsteer import _core, laws
 from popsteer._core import CarlaIdentified, KinematicBicycle, SpeedPid
 from popsteer.errors import ConfigError, PathError, count_in_range
-from popsteer.sim.geometry import plant_name, plant_names, with_offset
-from popsteer.sim.run import default_start
+from popsteer.sim.belief import informed
+from popsteer.sim.geometry import plant_name, plant_names, pose_of, vehicle_of
+from popsteer.sim.run import check_seed, default_start
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from popsteer._core import CoupledLongitudinal, Noise, Settings
-    from popsteer.sim.geometry import CorePlant
-    from popsteer.sim.run import Pose
+    from popsteer._core import CoupledLongitudinal, Noise, Settings, Vehicle
+    from popsteer.sim.geometry import CorePlant, Pose, StartAt
 
 __all__ = ["run_many"]
 
 _PLANTS = (str, CarlaIdentified, KinematicBicycle)
-_MAX_SEED = 2**64 - 1
 _MAX_THREADS = 1024
 
 
 def run_many(  # noqa: PLR0913 - each is one thing that may vary
-    law: laws.Controller | Sequence[laws.Controller],
+    controller: laws.Controller | Sequence[laws.Controller],
     plant: CorePlant | Sequence[CorePlant] = "carla-identified",
     *,
     start: ArrayLike | None = None,
+    start_at: StartAt = "pose",
     speed: ArrayLike = 0.0,
     longitudinal: CoupledLongitudinal | SpeedPid | None = None,
     settings: Settings | None = None,
@@ -41,22 +41,23 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     threads: int | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> dict[str, NDArray[Any]]:
-    """Let laws drive plants along paths, many runs at once, and give what each came to.
+    """Let controllers drive plants along paths, many runs at once, and give what each came to.
 
-    Each run is that of `run`, bit for bit, unless there is noise. `law`, `plant`, `start` and
-    `speed` are each one for all runs or a sequence with one for each. Ctrl-C, or an error that
+    Each run is that of `run`, bit for bit, unless there is noise. `controller`, `plant`, `start`
+    and `speed` are each one for all runs or a sequence with one for each. Ctrl-C, or an error that
     `progress` raises, stops all runs within a control step.
 
     Parameters
     ----------
-    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or a sequence of them
-        What steers, along its own path, from a fresh state; where its parameters leave
-        `reference_offset` open, it is the plant's axle.
-    plant : str or CarlaIdentified or KinematicBicycle or a sequence of them, \
-default "carla-identified"
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or a sequence
+        What steers, along its own path, from a fresh state; one that was given no vehicle takes the
+        plant's.
+    plant : str or CarlaIdentified or KinematicBicycle or a sequence, default "carla-identified"
         What moves.
     start : array of shape (3,) or (N, 3), optional
-        Pose of the front axle at the start, (x, y, yaw) [m, m, rad]; `default_start` by default.
+        Pose at the start, (x, y, yaw) [m, m, rad]; `default_start` by default.
+    start_at : {"pose", "rear", "front"}, default "pose"
+        Whose pose `start` is: that of the vehicle's point, of its rear or of its front axle.
     speed : float or array of shape (N,), default 0.0
         Speed at the start [m/s].
     longitudinal : CoupledLongitudinal or SpeedPid, optional
@@ -64,7 +65,7 @@ default "carla-identified"
     settings : Settings, optional
         Control period, limits and the like; no records are kept in any case.
     noise : Noise, optional
-        How far off the laws see the vehicle; none by default.
+        How far off the controllers see the vehicle; none by default.
     seed : int, default 0
         Where the noise comes from, 0 to 2**64 - 1. Run k draws from a stream of its own: the same
         seed gives the same bits on any number of threads.
@@ -82,13 +83,15 @@ default "carla-identified"
     Raises
     ------
     ConfigError
-        A plant is not known, a number is out of its range, or the sequences differ in length.
+        A plant is not known, a number is out of its range, the sequences differ in length, or a
+        controller's vehicle has its rear axle elsewhere than the plant's.
     InputError
         A start is not finite or beyond its bound; it is named with its run, as ``speed[3]``.
     PathError
-        `SpeedPid` is to follow the reference speeds of a path that has none.
+        `SpeedPid` is to follow the reference speeds of a path that has none, or a path is driven
+        backwards in places and the plant does not reverse.
     TypeError
-        A law is none of popsteer's, or a plant none of the core's; `run` drives those.
+        A controller is none of popsteer's, or a plant none of the core's; `run` drives those.
 
     Examples
     --------
@@ -107,39 +110,45 @@ default "carla-identified"
     >>> runs["max_abs_cross_track_error"]
     array([0.5, 1. , 2. ])
     """
-    several_laws = None if isinstance(law, laws.CONTROLLERS) else list(law)
+    several_controllers = None if isinstance(controller, laws.CONTROLLERS) else list(controller)
     # A name is a sequence too, of letters: the type checker cannot tell them apart.
     one_plant = isinstance(plant, _PLANTS)
     several_plants = None if one_plant else list(cast("Sequence[CorePlant]", plant))
     starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
     speeds = _floats("speed", speed, {(), (None,)})
     count = _common_length(
-        law=several_laws,
+        controller=several_controllers,
         plant=several_plants,
         start=starts if starts is not None and starts.ndim == 2 else None,
         speed=speeds if speeds.ndim == 1 else None,
     )
-    if not 0 <= seed <= _MAX_SEED:
-        raise ConfigError("seed", seed, count_in_range(0, _MAX_SEED))
+    check_seed(seed)
     if threads is not None and not 1 <= threads <= _MAX_THREADS:
         raise ConfigError("threads", threads, count_in_range(1, _MAX_THREADS))
 
-    each_law = [law] * count if several_laws is None else several_laws
+    each = [controller] * count if several_controllers is None else several_controllers
     each_plant = [cast("CorePlant", plant)] * count if several_plants is None else several_plants
     # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
-    known: dict[tuple[int, int], tuple[laws.Controller, Pose]] = {}
+    known: dict[tuple[int, int], _Prepared] = {}
     drivers = []
-    for index, (driver, moved) in enumerate(zip(each_law, each_plant, strict=True)):
+    for index, (driver, moved) in enumerate(zip(each, each_plant, strict=True)):
         key = id(driver), id(moved)
         if key not in known:
             known[key] = _prepared(index, driver, moved, longitudinal)
         drivers.append(known[key])
-    poses = [pose for _, pose in drivers] if starts is None else np.broadcast_to(starts, (count, 3))
+    if starts is None:
+        poses = [driver.start for driver in drivers]
+    else:
+        given = np.broadcast_to(starts, (count, 3)).tolist()
+        poses = [
+            pose_of((x, y, yaw), start_at, driver.vehicle)
+            for (x, y, yaw), driver in zip(given, drivers, strict=True)
+        ]
     states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
     return _core.run_many(
         [
-            (driver, moved, state)
-            for (driver, _), moved, state in zip(drivers, each_plant, states.tolist(), strict=True)
+            (driver.controller, moved, state)
+            for driver, moved, state in zip(drivers, each_plant, states.tolist(), strict=True)
         ],
         longitudinal=longitudinal,
         settings=settings,
@@ -172,18 +181,28 @@ def _common_length(**several: Sequence[object] | NDArray[Any] | None) -> int:
     return next(iter(lengths.values()), 1)
 
 
+class _Prepared(NamedTuple):
+    """What is the same for all runs of a controller on a plant."""
+
+    controller: laws.Controller
+    vehicle: Vehicle
+    start: Pose
+
+
 def _prepared(
     index: int,
-    law: object,
+    controller: object,
     plant: CorePlant,
     longitudinal: CoupledLongitudinal | SpeedPid | None,
-) -> tuple[laws.Controller, Pose]:
-    """Give the law with its reference point, and where it starts by default."""
-    if not isinstance(law, laws.CONTROLLERS):
-        kind = type(law).__name__
-        raise TypeError(f"law {index} must be a controller of popsteer, got {kind}; see run")
-    if isinstance(longitudinal, SpeedPid) and law.path.speed is None:
-        raise PathError(f"the path of law {index} has no reference speeds for SpeedPid to follow")
+) -> _Prepared:
+    """Give the controller with its vehicle, the plant's, and where it starts by default."""
+    if not isinstance(controller, laws.CONTROLLERS):
+        kind = type(controller).__name__
+        raise TypeError(f"controller {index} must be one of popsteer, got {kind}; see run")
+    path = controller.path
+    if isinstance(longitudinal, SpeedPid) and path.speed is None:
+        raise PathError(f"the path of controller {index} has no reference speeds for SpeedPid")
     if (name := plant_name(plant)) not in plant_names():
         raise TypeError(f"plant {index}, {name}, is none of the core's; see run")
-    return with_offset(law, plant), default_start(law.path)
+    vehicle = vehicle_of(plant)
+    return _Prepared(informed(controller, vehicle), vehicle, default_start(path, vehicle=vehicle))

@@ -15,9 +15,9 @@ __all__ = ["Metrics"]
 class Metrics:
     """What a run comes to.
 
-    Errors are those at the law's own reference point, as the paper measured; with the prefix
-    `rear_axle_` they are those at the rear axle, one point for all laws. `settled_` leaves out the
-    settling time at the start. A statistic of no values is NaN, its maximum 0.
+    Errors are those of the point that the controller tracks, as the paper measured; with the prefix
+    `rear_axle_` they are those of the rear axle, one point for all controllers. `settled_` leaves
+    out the settling time at the start. A statistic of no values is NaN, its maximum 0.
 
     Examples
     --------

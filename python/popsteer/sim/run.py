@@ -1,40 +1,36 @@
-"""One law, one plant, one path, from the start to the end."""
+"""One run of a controller on a plant."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from popsteer import laws
-from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams
-from popsteer.errors import ConfigError, PathError, in_range
-from popsteer.parameters import Parameters
+from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams, Vehicle
+from popsteer.errors import ConfigError, PathError, count_in_range, in_range
 from popsteer.ranges import check_in_range
-from popsteer.sim.geometry import Plant, geometry, made, with_offset
+from popsteer.sim.belief import believed, informed
+from popsteer.sim.geometry import Plant, Pose, StartAt, made, pose_of, vehicle_of
 from popsteer.sim.metrics import Metrics
-from popsteer.sim.steering import drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
-    from popsteer._core import Actuator, CoupledLongitudinal
-    from popsteer.sim.steering import OwnLaw
+    from popsteer._core import CoupledLongitudinal, Noise
+    from popsteer.sim.steering import OwnController
 
-__all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "default_start", "run"]
+__all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "check_seed", "default_start", "run"]
 
 START_OFFSET = 2.44
-"""How far to the right of the first waypoint a run starts [m]: as the paper's did."""
+"""How far to the right of the first waypoint a run of a car starts [m]: as the paper's did."""
 
 _KEEPING = SpeedPidParams(kp=1.0, ki=0.5)  # without overshoot also behind a throttle that lags
-
-Pose: TypeAlias = tuple[float, float, float]
-"""Position and heading: x [m], y [m], yaw [rad]."""
+_MAX_SEED = 2**64 - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,16 +44,18 @@ class Run:
     >>> result = run(popsteer.Stanley(path))
     >>> result.law, result.dt, len(result.records["steer"]) == result.metrics.steps
     ('stanley', 0.05, True)
+    >>> result.vehicle == result.plant_vehicle  # the plant's, as none was given
+    True
     """
 
     law: str
-    """Name of the law, as on the command line; of one's own law its `name` or its class."""
+    """Name of the controller, as on the command line; of one's own its `name` or its class."""
     plant: str
     """Name of the plant."""
     path: Path
     """What was to be followed."""
     start: Pose
-    """Pose of the front axle at the start [m, m, rad]."""
+    """Pose of the vehicle's point at the start [m, m, rad]."""
     settings: Settings
     """How the run went."""
     metrics: Metrics
@@ -65,7 +63,12 @@ class Run:
     records: Mapping[str, NDArray[Any]]
     """A column for each quantity, an entry for each step; `Simulation.records` names them."""
     params: Mapping[str, Any]
-    """The law's parameters by name; empty for a law of one's own that has none."""
+    """The controller's parameters by name, with those that scale with its vehicle filled in; empty
+    for one of one's own that has none."""
+    vehicle: Vehicle | None
+    """What the controller believed of the vehicle; None of one of one's own that does not say."""
+    plant_vehicle: Vehicle
+    """What the plant was."""
     ending: str = ""
     """How it ended; `Simulation.ending` lists the ways."""
 
@@ -81,23 +84,26 @@ class Run:
         return self.settings.dt
 
 
-def default_start(path: Path, offset: float = -START_OFFSET) -> Pose:
+def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | None = None) -> Pose:
     """Give the pose that a run starts from unless told otherwise.
 
     The front axle stands beside the first waypoint and looks along the first segment; by default
-    `START_OFFSET` to the right, as in the paper's run.
+    `START_OFFSET` to the right, as in the paper's run, but no more than a wheelbase. Where that
+    segment is driven backwards, the rear axle stands there, and the vehicle looks against it.
 
     Parameters
     ----------
     path : Path
         The path to follow.
-    offset : float, default -2.44
+    offset : float, optional
         How far to the left of the first waypoint [m]; negative to the right.
+    vehicle : Vehicle, optional
+        The vehicle that starts; ``Vehicle()`` by default.
 
     Returns
     -------
     tuple of float
-        Pose of the front axle, (x, y, yaw) [m, m, rad].
+        Pose of the vehicle's point, (x, y, yaw) [m, m, rad].
 
     Raises
     ------
@@ -108,27 +114,34 @@ def default_start(path: Path, offset: float = -START_OFFSET) -> Pose:
     --------
     >>> import popsteer
     >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0)])
-    >>> default_start(path), default_start(path, 1.0)
-    ((0.0, -2.44, 0.0), (0.0, 1.0, 0.0))
+    >>> default_start(path)
+    (-3.0, -2.44, 0.0)
+    >>> default_start(path, 1.0, popsteer.Vehicle(rear_axle=-1.5))
+    (-1.5, 1.0, 0.0)
     """
+    vehicle = Vehicle() if vehicle is None else vehicle
+    offset = -min(START_OFFSET, vehicle.wheelbase) if offset is None else offset
     check_in_range("start_offset", offset, -1e3, 1e3)
     x, y = float(path.x[0]), float(path.y[0])
     yaw = math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)
-    return x - offset * math.sin(yaw), y + offset * math.cos(yaw), yaw
+    x, y = x - offset * math.sin(yaw), y + offset * math.cos(yaw)
+    if _starts_backwards(path):
+        return pose_of((x, y, math.remainder(yaw + math.pi, math.tau)), "rear", vehicle)
+    return pose_of((x, y, yaw), "front", vehicle)
 
 
 def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     """Give what keeps a speed: the path with that reference speed, and a PI law for the pedals.
 
     The PI law has kp = 1 s/m, ki = 0.5 /m on the difference of the speeds, its integral bounded to
-    full pedals.
+    full pedals. Where the path is driven backwards, it still is.
 
     Parameters
     ----------
     path : Path
         What is followed.
     speed : float
-        Speed to keep [m/s].
+        Speed to keep, forwards and backwards [m/s].
 
     Returns
     -------
@@ -150,51 +163,63 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     if not 0.0 <= speed <= 100.0:  # NaN fails too
         raise ConfigError("constant_speed", speed, in_range(0.0, 100.0))
     xy = np.column_stack((path.x, path.y))
-    kept = Path(xy, speed=np.full(len(xy), float(speed)), closed=path.closed)
+    speeds = np.full(len(xy), float(speed))
+    if path.reverse is not None:
+        speeds[path.reverse] *= -1.0
+    kept = Path(xy, speed=speeds, closed=path.closed, reverse=path.reverse)
     return kept, SpeedPid(_KEEPING)
 
 
 def run(  # noqa: PLR0913 - each is one thing that may differ
-    law: laws.Controller | OwnLaw,
+    controller: laws.Controller | OwnController,
     plant: Plant = "carla-identified",
     *,
     path: Path | None = None,
     start: Pose | None = None,
+    start_at: StartAt = "pose",
     speed: float | None = None,
     constant_speed: float | None = None,
     longitudinal: CoupledLongitudinal | SpeedPid | None = None,
     settings: Settings | None = None,
-    steering: Actuator | None = None,
+    noise: Noise | None = None,
+    seed: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Run:
-    """Let a law drive a plant along a path until the end, or until there is no hope of it.
+    """Let a controller drive a plant along a path until the end, or until there is no hope of it.
+
+    What the plant is and what the controller believes are two vehicles: a controller that was given
+    none takes the plant's.
 
     Parameters
     ----------
-    law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or a law of your own
-        What steers. A law of popsteer drives in the core, from a fresh state; where its parameters
-        leave `reference_offset` open, it is the plant's axle. Your own has a method
-        ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it as
-        `steer`; see `OwnLaw` for what else it may have. It is called in the state that it is in,
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
+        What steers. A controller of popsteer drives in the core, from a fresh state. Your own has a
+        method ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it
+        as `steer`; see `OwnLaw` for what else it may have. It is called in the state that it is in,
         and what it raises reaches you.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
         What moves; `popsteer.plants` has those from elsewhere.
     path : Path, optional
-        What is followed; the law's by default.
+        What is followed; the controller's by default.
     start : tuple of float, optional
-        Pose of the front axle at the start, (x, y, yaw) [m, m, rad]; `default_start` by default.
+        Pose at the start, (x, y, yaw) [m, m, rad]; `default_start` by default.
+    start_at : {"pose", "rear", "front"}, default "pose"
+        Whose pose `start` is: that of the vehicle's point, of its rear or of its front axle.
     speed : float, optional
-        Speed at the start [m/s]; by default `constant_speed`, and 0 where there is none.
+        Speed at the start [m/s]; by default `constant_speed` in the direction of the path, and 0
+        where there is none.
     constant_speed : float, optional
         Speed to be kept all the way [m/s]: a PI law works the pedals, and the path's reference
-        speeds do not count.
+        speeds do not count but for their direction.
     longitudinal : CoupledLongitudinal or SpeedPid, optional
         What works the pedals; the paper's coupled law by default.
     settings : Settings, optional
         Control period, limits and the like.
-    steering : Actuator, optional
-        What lies between the commands and the plant's wheels; nothing by default. What a law knows
-        of it is the law's own `actuator`.
+    noise : Noise, optional
+        How far off the controller, and what works the pedals, see the vehicle; none by default.
+        What is recorded and measured is without it.
+    seed : int, default 0
+        Where the noise comes from, 0 to 2**64 - 1; the same seed gives the same bits.
     progress : callable, optional
         Called now and then with the share of the path done, 0 to 1.
 
@@ -206,16 +231,18 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     Raises
     ------
     ConfigError
-        The plant is not known, or both `constant_speed` and `longitudinal` are given.
+        The plant is not known, both `constant_speed` and `longitudinal` are given, or the
+        controller's vehicle has its rear axle elsewhere than the plant's.
     InputError
-        The start, or an angle from your law, is not finite or beyond its bound, or the plant cannot
-        start at this speed.
+        The start, or an angle from your controller, is not finite or beyond its bound, or the plant
+        cannot start at this speed.
     PopsteerError
         The plant needs an extra that is not installed.
     PathError
-        `SpeedPid` is to follow the reference speeds of a path that has none.
+        `SpeedPid` is to follow the reference speeds of a path that has none, or the path is driven
+        backwards in places and the plant does not reverse.
     TypeError
-        Your law carries no path and none is given, or `step` returns no angle.
+        Your controller carries no path and none is given, or `step` returns no angle.
 
     Examples
     --------
@@ -224,7 +251,14 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     >>> run(popsteer.Pop(path)).metrics.finished
     True
 
-    A law of your own:
+    A car that turns less than its controller believes:
+
+    >>> car = popsteer.Vehicle(wheelbase=2.7)
+    >>> heavy = popsteer.sim.KinematicBicycle(car.replace(understeer=0.01))
+    >>> run(popsteer.Pop(path, car), heavy).metrics.finished
+    True
+
+    A controller of your own:
 
     >>> class TowardsZero:
     ...     def step(self, x, y, yaw, speed, dt):
@@ -233,53 +267,88 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     >>> result.law, bool(abs(result.records["y"][-1]) < 0.05)
     ('TowardsZero', True)
     """
-    path = path if path is not None else getattr(law, "path", None)
+    path = path if path is not None else getattr(controller, "path", None)
     if path is None:
-        raise TypeError("the law carries no path: give one as path=...")
+        raise TypeError("the controller carries no path: give one as path=...")
     given = path
     if constant_speed is not None:
         if longitudinal is not None:
             raise ConfigError("constant_speed", constant_speed, "None where longitudinal is given")
         path, longitudinal = at_constant_speed(path, constant_speed)
-        speed = constant_speed if speed is None else speed
+        if speed is None:
+            speed = -constant_speed if _starts_backwards(path) else constant_speed
     if isinstance(longitudinal, SpeedPid) and path.speed is None:
         raise PathError("the path has no reference speeds for SpeedPid to follow")
-    start = default_start(path) if start is None else start
-    speed = 0.0 if speed is None else speed
-    settings = Settings() if settings is None else settings
+    check_seed(seed)
     plant = made(plant)  # refuses an unknown one before anything is asked of it
-    make = partial(
-        Simulation, path, plant, start=start, speed=speed, settings=settings, steering=steering
-    )
-
-    if isinstance(law, laws.CONTROLLERS):
-        name = laws.name_of(type(law))
-        law = with_offset(law, plant)
-        params = law.params.as_dict()
-        offset = law.reference_offset
-        simulation = make(reference_offset=offset)
-        simulation.drive(law, longitudinal, progress)
-        records = simulation.records()
+    vehicle = vehicle_of(plant)
+    controller = informed(controller, vehicle)
+    if start is None:
+        start = default_start(path, vehicle=vehicle)
     else:
-        name = str(getattr(law, "name", type(law).__name__))
-        own_params = getattr(law, "params", None)
-        params = own_params.as_dict() if isinstance(own_params, Parameters) else {}
-        offset = getattr(law, "reference_offset", geometry(plant).front_offset)
-        simulation = make(reference_offset=offset)
-        steps = drive(simulation, law, longitudinal, progress)
-        records = simulation.records()
-        if settings.keep_records:
-            records["target_x"] = np.array([step.target[0] for step in steps], dtype=np.float64)
-            records["target_y"] = np.array([step.target[1] for step in steps], dtype=np.float64)
-            records["status"] = np.array([step.status for step in steps], dtype=np.uint8)
+        start = pose_of(start, start_at, vehicle)
+    settings = Settings() if settings is None else settings
+    simulation = Simulation(
+        path,
+        plant,
+        start=start,
+        speed=0.0 if speed is None else speed,
+        tracked_point=getattr(controller, "tracked_point", None),
+        settings=settings,
+    )
+    simulation.drive(controller, longitudinal, progress, noise=noise, seed=seed)
     return Run(
-        law=name,
+        law=_name(controller),
         plant=simulation.plant,
         path=given,
         start=start,
         settings=settings,
         metrics=Metrics.of(simulation),
-        records=records,
-        params=params,
+        records=simulation.records(),
+        params=_params(controller),
+        vehicle=believed(controller),
+        plant_vehicle=vehicle,
         ending=simulation.ending or "stopped",
     )
+
+
+def check_seed(seed: int) -> None:
+    """Refuse a seed that the generator does not take.
+
+    Parameters
+    ----------
+    seed : int
+        What is to be checked.
+
+    Raises
+    ------
+    ConfigError
+        It is not in [0, 2**64 - 1].
+
+    Examples
+    --------
+    >>> check_seed(-1)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: seed must be a count in [0, 18446744073709551615], got -1
+    """
+    if not 0 <= seed <= _MAX_SEED:
+        raise ConfigError("seed", seed, count_in_range(0, _MAX_SEED))
+
+
+def _starts_backwards(path: Path) -> bool:
+    return path.reverse is not None and bool(path.reverse[0])
+
+
+def _name(controller: laws.Controller | OwnController) -> str:
+    if isinstance(controller, laws.CONTROLLERS):
+        return laws.name_of(type(controller))
+    return str(getattr(controller, "name", type(controller).__name__))
+
+
+def _params(controller: laws.Controller | OwnController) -> dict[str, Any]:
+    """Give the parameters of a controller, with those that scale with its vehicle filled in."""
+    params: Any = getattr(controller, "params", None)
+    vehicle = believed(controller)
+    if vehicle is not None and hasattr(params, "resolved"):
+        params = params.resolved(vehicle)
+    return params.as_dict() if hasattr(params, "as_dict") else {}

@@ -16,7 +16,6 @@ from popsteer.study.stability import (
     stability,
 )
 from popsteer.study.step_time import time_steps
-from popsteer.study.vehicle import Vehicle
 
 __all__ = [
     "DEAD_TIME",
@@ -33,7 +32,6 @@ __all__ = [
     "Matrix",
     "PaperFigures",
     "Stability",
-    "Vehicle",
     "carrot_offset",
     "compare",
     "dead_time_map",

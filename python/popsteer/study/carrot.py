@@ -25,15 +25,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer import sim
+from popsteer import sim, vehicles
 from popsteer._core import Path, Pop, PopParams, SpeedPid
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_in_range
-from popsteer.study.linear import lookahead
-from popsteer.study.vehicle import Vehicle
+from popsteer.study.linear import lookahead, no_slip
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from popsteer._core import Vehicle
 
 __all__ = ["LATERAL", "Carrot", "carrot_curve", "carrot_offset", "driven_offset"]
 
@@ -83,14 +84,14 @@ def carrot_offset(distance: float, radius: float, vehicle: Vehicle, speed: float
 
     Examples
     --------
-    >>> from popsteer.study import Vehicle
+    >>> from popsteer import Vehicle
     >>> round(carrot_offset(8.0, 50.0, Vehicle()), 6) == round(50.0 - (50.0**2 - 8.0**2) ** 0.5, 6)
     True
     """
     check_in_range("radius", radius, 1e-3, 1e6)
     check_in_range("distance", distance, 0.0, 0.999 * radius)
-    ahead = vehicle.axle("front")
-    turning = vehicle.wheelbase + vehicle.understeer * speed * speed
+    ahead = vehicle.front_axle - no_slip(vehicle)
+    turning = vehicle.turning_length(speed)
     front = radius
     for _ in range(100):  # a contraction: η is small and changes little with R_f
         if front <= ahead:
@@ -112,7 +113,7 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     radius : float
         Radius of the circle [m].
     plant : str or CarlaIdentified or KinematicBicycle
-        What moves.
+        What moves; POP is told its vehicle.
     speed : float
         Reference speed [m/s].
 
@@ -138,17 +139,18 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     angle = np.arange(count) * (2.0 * math.pi / count)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
     path = Path(xy, speed=np.full(count, speed), closed=True)
-    params = sim.fitted(PopParams(), plant)
+    pop = Pop(path, sim.vehicle_of(plant))
     result = sim.run(
-        Pop(path, params),
+        pop,
         plant,
         start=(0.0, 0.0, 0.0),
+        start_at="front",
         longitudinal=SpeedPid(),
     )
     records = result.records
     half = records["time"] > 0.5 * records["time"][-1]
-    reach = params.min_lookahead + params.lookahead_gain * records["speed"][half].mean()
-    return float(records["cross_track_error"][half].mean()), float(reach)
+    reach = lookahead(pop.params, pop.vehicle, float(records["speed"][half].mean()))
+    return float(records["cross_track_error"][half].mean()), reach or 0.0
 
 
 def carrot_curve(plant: str) -> Carrot:
@@ -175,10 +177,12 @@ def carrot_curve(plant: str) -> Carrot:
     >>> bool(abs(curve.driven[4] - np.interp(30.0, curve.radii, curve.computed)) < 0.05)
     True
     """
-    vehicle = Vehicle.of(plant)
+    vehicle = vehicles.get(plant)
     radii = np.geomspace(_RADII[0], _RADII[-1], 60)
     speeds = np.sqrt(LATERAL * radii)
-    reach = np.array([lookahead(PopParams(), float(speed)) for speed in speeds], dtype=np.float64)
+    reach = np.array(
+        [lookahead(PopParams(), vehicle, float(speed)) for speed in speeds], dtype=np.float64
+    )
     computed = [
         carrot_offset(float(ld), float(radius), vehicle, float(speed))
         for ld, radius, speed in zip(reach, radii, speeds, strict=True)

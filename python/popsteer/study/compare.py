@@ -1,34 +1,35 @@
-"""Several laws on one plant and one path."""
+"""Several controllers on one plant and one path."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer import baselines, laws, presets
 from popsteer.errors import ConfigError
-from popsteer.sim import fitted, run
+from popsteer.sim import plant_name, run, vehicle_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from typing import Any
 
-    from popsteer._core import CoupledLongitudinal, Path, Settings, SpeedPid
+    from popsteer._core import AdaptParams, CoupledLongitudinal, Path, Settings, SpeedPid, Vehicle
     from popsteer.baselines import MpcParams
     from popsteer.laws import Controller, Params
-    from popsteer.sim import Plant, Run
+    from popsteer.sim import OwnLaw, Plant, Run
+    from popsteer.sim.geometry import StartAt
     from popsteer.sim.run import Pose
-    from popsteer.sim.steering import OwnLaw
 
 __all__ = ["DEFAULT_LAWS", "Comparison", "compare", "controller", "law_names", "parameters"]
 
 DEFAULT_LAWS = ("pid", "pure-pursuit", "stanley", "pop")
-"""The laws of the paper, in the order of its table."""
+"""The controllers of the paper, in the order of its table."""
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Runs of several laws on one plant and one path.
+    """Runs of several controllers on one plant and one path.
 
     Examples
     --------
@@ -40,13 +41,15 @@ class Comparison:
     """
 
     runs: Mapping[str, Run]
-    """The runs by name of the law, in the order to show them; at least one."""
+    """The runs by name of the controller, in the order to show them; at least one."""
     preset: str
-    """Where the laws' parameters come from."""
+    """Where the controllers' tuning comes from."""
+    plant: str
+    """What the plant is called."""
     track: str = ""
     """What the path is called; ``dataclasses.replace`` gives it a name."""
     step_times: Mapping[str, float] = field(default_factory=dict)
-    """What a step of each law takes [s], where that was measured: see `time_steps`."""
+    """What a step of each controller takes [s], where that was measured: see `time_steps`."""
 
     @property
     def first(self) -> Run:
@@ -60,6 +63,28 @@ class Comparison:
         return next(iter(self.runs.values()))
 
     @property
+    def vehicle(self) -> Vehicle:
+        """What the plant is.
+
+        Returns
+        -------
+        Vehicle
+            The same for all runs.
+        """
+        return self.first.plant_vehicle
+
+    @property
+    def believed(self) -> Vehicle:
+        """What the controllers were told of the vehicle.
+
+        Returns
+        -------
+        Vehicle
+            The same for all of them.
+        """
+        return self.first.vehicle or self.vehicle
+
+    @property
     def path(self) -> Path:
         """What was followed.
 
@@ -69,17 +94,6 @@ class Comparison:
             The same for all runs.
         """
         return self.first.path
-
-    @property
-    def plant(self) -> str:
-        """What moved.
-
-        Returns
-        -------
-        str
-            The plant's name.
-        """
-        return self.first.plant
 
     @property
     def dt(self) -> float:
@@ -99,7 +113,7 @@ def law_names() -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        The laws of popsteer, then the baselines.
+        The controllers of popsteer, then the baselines.
 
     Examples
     --------
@@ -109,32 +123,30 @@ def law_names() -> tuple[str, ...]:
     return (*laws.names(), *baselines.names())
 
 
-def parameters(names: Sequence[str], preset: str, plant: Plant) -> dict[str, Params | MpcParams]:
-    """Give the parameters of several laws from a preset, fitted to a plant.
+def parameters(names: Sequence[str], preset: str) -> dict[str, Params | MpcParams]:
+    """Give the tuning of several controllers from a preset.
 
     Parameters
     ----------
     names : sequence of str
-        Names of laws or baselines; those have no presets.
+        Names of controllers or baselines; those have no presets.
     preset : str
         Name of a preset.
-    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
-        The plant whose axles and wheelbase the laws are given.
 
     Returns
     -------
     dict
-        Parameters by name of the law, in the order given.
+        Parameters by name of the controller, in the order given.
 
     Raises
     ------
     ConfigError
-        A law, the preset or the plant is not known, or a preset is given to baselines alone.
+        A controller or the preset is not known, or a preset is given to baselines alone.
 
     Examples
     --------
-    >>> parameters(["pid"], "paper", "carla-identified")["pid"].reference_offset
-    1.06
+    >>> parameters(["pid"], "published-code")["pid"].kp
+    0.12
     """
     if preset != presets.REPRODUCTION and names and set(names) <= set(baselines.names()):
         requirement = f"left out, as it changes nothing about {', '.join(names)}"
@@ -142,15 +154,21 @@ def parameters(names: Sequence[str], preset: str, plant: Plant) -> dict[str, Par
     chosen: dict[str, Params | MpcParams] = {}
     for name in names:
         if name in baselines.names():
-            chosen[name] = baselines.get(name).params.for_plant(plant)
+            chosen[name] = baselines.get(name).params()
         elif name in laws.names():
-            chosen[name] = fitted(presets.get(name, preset), plant)
+            chosen[name] = presets.get(name, preset)
         else:
             raise ConfigError.unknown("law", name, law_names())
     return chosen
 
 
-def controller(name: str, path: Path, params: Params | MpcParams) -> Controller | OwnLaw:
+def controller(
+    name: str,
+    path: Path,
+    vehicle: Vehicle,
+    params: Params | MpcParams,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+) -> Controller | OwnLaw:
     """Make what steers.
 
     Parameters
@@ -159,8 +177,12 @@ def controller(name: str, path: Path, params: Params | MpcParams) -> Controller 
         One of `law_names`.
     path : Path
         What it follows.
-    params : parameters of that law
+    vehicle : Vehicle
+        The vehicle that it is told.
+    params : parameters of that controller
         As `parameters` gives them.
+    adapt : AdaptParams or None, optional
+        How it adapts; None: not at all. Left out: as it does by default. Baselines do not.
 
     Returns
     -------
@@ -170,19 +192,21 @@ def controller(name: str, path: Path, params: Params | MpcParams) -> Controller 
     Raises
     ------
     PopsteerError
-        The law needs an extra that is not installed.
+        The controller needs an extra that is not installed.
 
     Examples
     --------
     >>> import popsteer
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> controller("pop", path, popsteer.PopParams()).steer(0.0, 0.0, 0.0, 5.0, 0.05)
+    >>> pop = controller("pop", path, popsteer.Vehicle(), popsteer.PopParams())
+    >>> pop.steer(0.0, 0.0, 0.0, 5.0, 0.05)
     0.0
     """
     # The registries pair each controller with its parameters.
+    known: Any = params
     if name in baselines.names():
-        return baselines.get(name).controller(path, params)  # type: ignore[arg-type]
-    return laws.get(name).controller(path, params)  # type: ignore[arg-type]
+        return baselines.get(name).controller(path, vehicle, known)
+    return laws.get(name).controller(path, vehicle, known, adapt=adapt)
 
 
 def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
@@ -190,30 +214,39 @@ def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
     names: Sequence[str] | Mapping[str, Params | MpcParams] = DEFAULT_LAWS,
     plant: Plant = "carla-identified",
     *,
+    vehicle: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
     preset: str = presets.REPRODUCTION,
     start: Pose | None = None,
+    start_at: StartAt = "pose",
     speed: float | None = None,
     constant_speed: float | None = None,
     longitudinal: CoupledLongitudinal | SpeedPid | None = None,
     settings: Settings | None = None,
     progress: Callable[[str, float], object] | None = None,
 ) -> Comparison:
-    """Let several laws drive the same plant along the same path, one after the other.
+    """Let several controllers drive the same plant along the same path, one after the other.
 
     Parameters
     ----------
     path : Path
         What they follow.
     names : sequence of str, or mapping of str to parameters
-        The laws, of `law_names`; by default the paper's four. A mapping gives each its parameters,
-        and `preset` then only says what they are called.
+        The controllers, of `law_names`; by default the paper's four. A mapping gives each its
+        tuning, and `preset` then only says what that is called.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
-        What moves. The laws' reference points and wheelbase are its axles'.
+        What moves.
+    vehicle : Vehicle, optional
+        The vehicle that the controllers are told; the plant's own by default.
+    adapt : AdaptParams or None, optional
+        How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
     preset : str, default "reproduction"
-        Where the parameters come from; see `popsteer.presets`.
+        Where the tuning comes from; see `popsteer.presets`.
     start : tuple of float, optional
-        Pose of the front axle at the start, (x, y, yaw) [m, m, rad]; by default 2.44 m to the right
+        Pose at the start, (x, y, yaw) [m, m, rad]; by default the front axle is 2.44 m to the right
         of the first waypoint.
+    start_at : {"pose", "rear", "front"}, default "pose"
+        Whose pose `start` is: the vehicle's point's, or that of an axle.
     speed, constant_speed : float, optional
         Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
     longitudinal : CoupledLongitudinal or SpeedPid, optional
@@ -221,7 +254,7 @@ def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
     settings : Settings, optional
         Control period, limits and the like.
     progress : callable, optional
-        Called now and then with the name of the law and the share of its path done, 0 to 1.
+        Called now and then with the name of the controller and the share of its path done, 0 to 1.
 
     Returns
     -------
@@ -231,7 +264,8 @@ def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
     Raises
     ------
     ConfigError
-        A law, the preset or the plant is not known; nothing was driven then.
+        A controller, the preset or the plant is not known, or `vehicle` puts the pose's point
+        elsewhere than the plant does; nothing was driven then.
     InputError
         The start is not finite or beyond its bound.
 
@@ -243,10 +277,13 @@ def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
     >>> {name: run.metrics.finished for name, run in comparison.runs.items()}
     {'pid': True, 'pure-pursuit': True, 'stanley': True, 'pop': True}
     """
-    chosen = dict(names) if isinstance(names, Mapping) else parameters(names, preset, plant)
-    drivers = {name: controller(name, path, params) for name, params in chosen.items()}
+    chosen = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
+    believed = vehicle_of(plant) if vehicle is None else vehicle
+    drivers = {
+        name: controller(name, path, believed, params, adapt) for name, params in chosen.items()
+    }
     runs: dict[str, Run] = {}
-    for name, law in drivers.items():
+    for name, driver in drivers.items():
 
         def advance(share: float, name: str = name) -> None:
             if progress is not None:
@@ -254,10 +291,11 @@ def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
 
         advance(0.0)
         runs[name] = run(
-            law,
+            driver,
             plant,
             path=path,
             start=start,
+            start_at=start_at,
             speed=speed,
             constant_speed=constant_speed,
             longitudinal=longitudinal,
@@ -265,4 +303,4 @@ def compare(  # noqa: PLR0913 - as `popsteer.sim.run`
             progress=advance,
         )
         advance(1.0)
-    return Comparison(runs=runs, preset=preset)
+    return Comparison(runs=runs, preset=preset, plant=plant_name(plant))

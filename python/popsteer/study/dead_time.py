@@ -1,28 +1,28 @@
-"""What dead time does to the laws, and what it costs to predict through it."""
+"""What dead time does to the controllers, and what it costs to predict through it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer import laws, presets
-from popsteer._core import Actuator
 from popsteer.errors import ConfigError
 from popsteer.ranges import check_in_range
-from popsteer.sim import Metrics, actuator, fitted, run
-from popsteer.sim.geometry import LEARNING_TIME
+from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics, run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+    from typing import Any
 
-    from popsteer._core import Path
+    from popsteer._core import AdaptParams, Path
+    from popsteer.sim.geometry import StartAt
     from popsteer.sim.run import Pose
 
 __all__ = ["DEAD_TIME", "DEAD_TIME_LAWS", "DEAD_TIME_PLANT", "DeadTimeRow", "dead_times"]
 
 DEAD_TIME_LAWS = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
-"""The laws that are driven: all but bang-bang, which holds no line."""
-DEAD_TIME_PLANT = "carla-identified"
+"""The controllers that are driven: all but bang-bang, which holds no line."""
+DEAD_TIME_PLANT = CarlaIdentified()
 """What moves: the plant identified from the run of the paper's authors."""
 DEAD_TIME = 0.2
 """Dead time between command and wheels [s]: four control periods of the paper."""
@@ -30,26 +30,26 @@ DEAD_TIME = 0.2
 
 @dataclass(frozen=True, eq=False)
 class DeadTimeRow:
-    """What dead time did to a law, and what prediction made of it."""
+    """What dead time did to a controller, and what prediction made of it."""
 
     law: str
-    """Name of the law."""
+    """Name of the controller."""
     dead_time: float
     """Dead time between command and wheels [s]."""
     prompt: Metrics
     """Without dead time."""
     late: Metrics
-    """With it, and nothing done about it."""
+    """With it, and the controller told of none."""
     predicted: Metrics
-    """With it, predicted through."""
+    """With it, and the controller told: it predicts through it."""
     short: Metrics
-    """... the model's wheelbase 15 % too short."""
+    """... and told to turn as if the wheelbase were 15 % shorter than it is."""
     long: Metrics
-    """... the model's wheelbase 15 % too long."""
+    """... as if it were 15 % longer."""
     early: Metrics
-    """... its dead time taken to be 50 ms less."""
+    """... and told of 50 ms less."""
     later: Metrics
-    """... its dead time taken to be 50 ms more."""
+    """... of 50 ms more."""
 
     def ratio(self, found: Metrics) -> float:
         """Give the error of a run over that without dead time.
@@ -69,44 +69,50 @@ class DeadTimeRow:
         return found.mean_abs_cross_track_error / self.prompt.mean_abs_cross_track_error
 
 
-def dead_times(
+def dead_times(  # noqa: PLR0913 - as `popsteer.sim.run`
     path: Path,
     names: Iterable[str] = DEAD_TIME_LAWS,
     *,
+    plant: CarlaIdentified | KinematicBicycle = DEAD_TIME_PLANT,
     start: Pose | None = None,
+    start_at: StartAt = "pose",
     preset: str = presets.REPRODUCTION,
     dead_time: float = DEAD_TIME,
-    learning_time: float = LEARNING_TIME,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
     progress: Callable[[str, float], object] | None = None,
 ) -> list[DeadTimeRow]:
-    """Drive laws with and without dead time, and with a prediction through it, right and wrong.
+    """Drive with and without dead time, and with a prediction through it, right and wrong.
 
     Parameters
     ----------
     path : Path
         What is followed.
     names : iterable of str
-        The laws, of `popsteer.laws.names`.
+        The controllers, of `popsteer.laws.names`.
+    plant : CarlaIdentified or KinematicBicycle, default DEAD_TIME_PLANT
+        What moves; its own dead time is replaced.
     start : tuple of float, optional
-        Pose of the front axle at the start [m, m, rad]; as `popsteer.sim.run` has it by default.
+        Pose at the start [m, m, rad]; as `popsteer.sim.run` has it by default.
+    start_at : {"pose", "rear", "front"}, default "pose"
+        Whose pose `start` is: the vehicle's point's, or that of an axle.
     preset : str, default "reproduction"
-        Where the parameters of the laws come from.
+        Where the tuning of the controllers comes from.
     dead_time : float, default 0.2
         Dead time between command and wheels [s], 0.05 to 9.
-    learning_time : float, default 10.0
-        Time over which the actuator learns how wrong its model is [s]; 0 never.
+    adapt : AdaptParams or None, optional
+        How the controllers adapt; None: not at all. Left out: as each does by default.
     progress : callable, optional
         Called now and then with what is being done and the share of all that is done, 0 to 1.
 
     Returns
     -------
     list of DeadTimeRow
-        A row for each law.
+        A row for each controller.
 
     Raises
     ------
     ConfigError
-        There is no law, a law or the preset is not known, or a number is out of its range.
+        There is no controller, one or the preset is not known, or a number is out of its range.
 
     Examples
     --------
@@ -120,27 +126,30 @@ def dead_times(
     if not chosen:
         raise ConfigError("laws", chosen, "at least one")
     check_in_range("dead_time", dead_time, 0.05, 9.0)
-    real = Actuator(dead_time=dead_time)
-    known = actuator(DEAD_TIME_PLANT, dead_time).replace(learning_time=learning_time)
-    models: dict[str, tuple[Actuator | None, Actuator | None]] = {
-        "prompt": (None, None),
-        "late": (real, None),
-        "predicted": (real, known),
-        "short": (real, known.replace(wheelbase=0.85 * known.wheelbase)),
-        "long": (real, known.replace(wheelbase=1.15 * known.wheelbase)),
-        "early": (real, known.replace(dead_time=dead_time - 0.05)),
-        "later": (real, known.replace(dead_time=dead_time + 0.05)),
+    prompt = plant.vehicle.replace(dead_time=0.0)
+    real = prompt.replace(dead_time=dead_time)
+    turning = real.turning_length(0.0)
+    models = {
+        "prompt": (prompt, prompt),
+        "late": (real, prompt),
+        "predicted": (real, real),
+        "short": (real, real.replace(turning_wheelbase=0.85 * turning)),
+        "long": (real, real.replace(turning_wheelbase=1.15 * turning)),
+        "early": (real, real.replace(dead_time=dead_time - 0.05)),
+        "later": (real, real.replace(dead_time=dead_time + 0.05)),
     }
-    params = {name: fitted(presets.get(name, preset), DEAD_TIME_PLANT) for name in chosen}
+    # The registries pair each controller with its parameters; the type checker cannot see that.
+    params: dict[str, Any] = {name: presets.get(name, preset) for name in chosen}
     rows = []
     for index, name in enumerate(chosen):
         found = {}
-        for step, (model, (steering, predicting)) in enumerate(models.items()):
+        for step, (model, (vehicle, believed)) in enumerate(models.items()):
             if progress is not None:
                 progress(f"{name}: {model}", (index + step / len(models)) / len(chosen))
-            controller = laws.get(name).controller
-            law = controller(path, params[name], actuator=predicting)  # type: ignore[arg-type]
-            found[model] = run(law, DEAD_TIME_PLANT, start=start, steering=steering).metrics
+            make = laws.get(name).controller
+            driver = make(path, believed, params[name], adapt=adapt)
+            done = run(driver, plant.replace(vehicle=vehicle), start=start, start_at=start_at)
+            found[model] = done.metrics
         rows.append(DeadTimeRow(law=name, dead_time=dead_time, **found))
     if progress is not None:
         progress("done", 1.0)

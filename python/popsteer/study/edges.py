@@ -1,4 +1,4 @@
-"""The laws on what path trackers fail on: crossings, near misses, cusps, odd spacings, starts."""
+"""Controllers on pathological paths: crossings, near misses, cusps, odd spacings, starts."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer import laws, presets
-from popsteer._core import Path, Settings, SpeedPid, SpeedPidParams
+from popsteer import laws, presets, vehicles
+from popsteer._core import AdaptParams, Path, Settings, SpeedPid, SpeedPidParams
 from popsteer.errors import ConfigError
-from popsteer.sim import fitted, geometry, run
+from popsteer.sim import KinematicBicycle, run, vehicle_of
 from popsteer.status import Status
 from popsteer.tracks import edges as shapes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
+    from typing import Any
 
+    from popsteer._core import Vehicle
     from popsteer.laws import Controller
-    from popsteer.sim import Run
+    from popsteer.sim import Plant, Run
     from popsteer.sim.run import Pose
     from popsteer.tracks.waypoints import Waypoints
 
@@ -30,13 +32,16 @@ __all__ = [
     "EDGE_PLANT",
     "EdgeRun",
     "EdgeTrack",
+    "edge_controller",
     "edge_tracks",
     "edges",
 ]
 
 EDGE_LAWS = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
-"""The laws that drive the edges: all but bang-bang, which holds no line."""
-EDGE_PLANT = "kinematic-bicycle"
+"""The controllers that drive the edges: all but bang-bang, which holds no line."""
+MAX_STEER = 0.6
+"""Largest angle of the wheels [rad]: a car's, which turns on a radius of 4.4 m."""
+EDGE_PLANT = KinematicBicycle(vehicles.get("kinematic-bicycle").replace(max_steer=MAX_STEER))
 """What moves: it drives backwards as well."""
 EDGE_CHANGES: Mapping[str, Mapping[str, float]] = {
     "pop": {"min_lookahead": 3.0},
@@ -45,14 +50,13 @@ EDGE_CHANGES: Mapping[str, Mapping[str, float]] = {
     "pid": {"kd": 0.0},
     "preview-pop": {"min_speed": 1.0},
 }
-"""What each law has other than by default, on all edges alike; `max_steer` besides.
+"""What each controller has other than by default, on all edges alike.
 
 Bends of 6 m radius and speeds of 0.3 m/s are no racetrack: lookaheads shorter than the bends, a
-Stanley that is soft at walking pace, a preview that is not blind there. The wheels of this plant
-turn at once, so that the PID's derivative would answer to its own last command.
+Stanley that is soft at walking pace, a preview that is not blind there and estimates the slip there
+too. The wheels of this plant turn at once, so that the PID's derivative would answer to its own
+last command.
 """
-MAX_STEER = 0.6
-"""Largest angle of the wheels [rad]: a car's, which turns on a radius of 4.4 m."""
 TOP_SPEED = 10.0
 """Speed that no reference speed exceeds [m/s]."""
 TURNING_SPEED = 2.0
@@ -72,17 +76,17 @@ class EdgeTrack(NamedTuple):
     path: Path
     """The path, with reference speeds."""
     start: Pose
-    """Pose of the front axle at the start [m, m, rad]."""
+    """Pose of the rear axle at the start [m, m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeRun:
-    """What a law did on an edge."""
+    """What a controller did on an edge."""
 
     track: str
     """Name of the track."""
     law: str
-    """Name of the law."""
+    """Name of the controller."""
     finished: bool
     """Whether the end was reached."""
     ending: str
@@ -93,8 +97,11 @@ class EdgeRun:
     """Largest distance of the rear axle from the path [m]."""
     max_jump: float
     """Largest change of the commanded angle from one step to the next [rad]."""
+    steps: int
+    """How many steps it took."""
     statuses: Mapping[Status, int]
-    """How many steps had which status; only those that came up, the most frequent first."""
+    """In how many steps each condition held, `Status.OK` where none did; only what came up, the
+    most frequent first. Several conditions may hold in one step."""
 
 
 def edge_tracks() -> tuple[EdgeTrack, ...]:
@@ -116,7 +123,6 @@ def edge_tracks() -> tuple[EdgeTrack, ...]:
     touching = shapes.touching()
     shown_thrice = [np.repeat(part, 3, axis=0) for part in touching[:2]]
     joined = _path(straight, START_SPEED)
-    wheelbase = geometry(EDGE_PLANT).front_offset
     return (
         _track("figure-eight", _path(shapes.figure8())),
         _track("out-and-back", _path(shapes.out_and_back(0.5), TURNING_SPEED)),
@@ -135,9 +141,9 @@ def edge_tracks() -> tuple[EdgeTrack, ...]:
         _track("spacing-100", _path(shapes.polygon(12, 100.0))),
         _track("three-point-turn", _path(shapes.three_point_turn())),
         _track("parallel-parking", _path(shapes.parallel_parking())),
-        EdgeTrack("start-3-m-beside", joined, (wheelbase, 3.0, 0.0)),
-        EdgeTrack("start-90-deg-off", joined, (0.0, wheelbase, 0.5 * math.pi)),
-        EdgeTrack("start-180-deg-off", joined, (-wheelbase, 0.0, math.pi)),
+        EdgeTrack("start-3-m-beside", joined, (0.0, 3.0, 0.0)),
+        EdgeTrack("start-90-deg-off", joined, (0.0, 0.0, 0.5 * math.pi)),
+        EdgeTrack("start-180-deg-off", joined, (0.0, 0.0, math.pi)),
     )
 
 
@@ -150,37 +156,43 @@ def _path(waypoints: Waypoints, top_speed: float = TOP_SPEED) -> Path:
 def _track(name: str, path: Path) -> EdgeTrack:
     """Start with the rear axle on the first waypoint, along the first segment."""
     x, y = float(path.x[0]), float(path.y[0])
-    yaw = math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)
-    ahead = geometry(EDGE_PLANT).front_offset
-    return EdgeTrack(name, path, (x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), yaw))
+    return EdgeTrack(name, path, (x, y, math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)))
 
 
 def edges(
     names: Iterable[str] = EDGE_LAWS,
     tracks: Iterable[EdgeTrack] | None = None,
     *,
+    plant: Plant = EDGE_PLANT,
+    vehicle: Vehicle | None = None,
     progress: Callable[[str, float], object] | None = None,
 ) -> list[EdgeRun]:
-    """Let laws drive the edges, at the paths' reference speeds.
+    """Let controllers drive the edges, at the paths' reference speeds.
 
     Parameters
     ----------
     names : iterable of str
-        The laws, of `popsteer.laws.names`.
+        The controllers, of `popsteer.laws.names`.
     tracks : iterable of EdgeTrack, optional
         The tracks; all of `edge_tracks` by default.
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
+        What moves; only one that reverses drives the tracks with cusps.
+    vehicle : Vehicle, optional
+        The vehicle that the controllers are told; the plant's own by default.
     progress : callable, optional
         Called now and then with what is being done and the share of all that is done, 0 to 1.
 
     Returns
     -------
     list of EdgeRun
-        Track by track, a run of each law.
+        Track by track, a run of each controller.
 
     Raises
     ------
     ConfigError
-        There is no law or track, or a law is not known; nothing was driven then.
+        There is no controller or track, or a controller is not known; nothing was driven then.
+    PathError
+        The plant does not reverse, and a track is driven backwards in places.
 
     Examples
     --------
@@ -194,6 +206,7 @@ def edges(
             raise ConfigError(field, given, "at least one")
     for name in chosen:
         laws.get(name)  # refuses an unknown one
+    believed = vehicle_of(plant) if vehicle is None else vehicle
     total = len(chosen) * len(courses)
     rows: list[EdgeRun] = []
     for track in courses:
@@ -201,9 +214,10 @@ def edges(
             if progress is not None:
                 progress(f"{track.name}: {name}", len(rows) / total)
             done = run(
-                _controller(name, track.path),
-                EDGE_PLANT,
+                edge_controller(name, track.path, believed),
+                plant,
                 start=track.start,
+                start_at="rear",
                 longitudinal=SpeedPid(_PEDALS),
                 settings=_SETTINGS,
             )
@@ -213,19 +227,48 @@ def edges(
     return rows
 
 
-def _controller(name: str, path: Path) -> Controller:
-    """Make a law as it drives the edges."""
-    params = fitted(presets.get(name, "default"), EDGE_PLANT)
-    params = params.replace(max_steer=MAX_STEER, **EDGE_CHANGES.get(name, {}))
+def edge_controller(name: str, path: Path, vehicle: Vehicle) -> Controller:
+    """Make a controller as it drives the edges: with `EDGE_CHANGES`.
+
+    Parameters
+    ----------
+    name : str
+        One of `popsteer.laws.names`.
+    path : Path
+        What it follows.
+    vehicle : Vehicle
+        The vehicle that it is told.
+
+    Returns
+    -------
+    Controller
+        In a fresh state.
+
+    Raises
+    ------
+    ConfigError
+        The controller is not known.
+
+    Examples
+    --------
+    >>> from popsteer import Path, Vehicle
+    >>> edge_controller("pop", Path([(0.0, 0.0), (9.0, 0.0)]), Vehicle()).params.min_lookahead
+    3.0
+    """
+    changes = EDGE_CHANGES.get(name, {})
     # The registry pairs each controller with its parameters; the type checker cannot see that.
-    return laws.get(name).controller(path, params)  # type: ignore[arg-type]
+    params: Any = presets.get(name, "default").replace(**changes)
+    make = laws.get(name).controller
+    if "min_speed" in changes:
+        return make(path, vehicle, params, adapt=AdaptParams(min_speed=changes["min_speed"]))
+    return make(path, vehicle, params)
 
 
 def _row(track: str, done: Run) -> EdgeRun:
     """Sum up a run."""
-    records = done.records
-    codes = tuple(Status)  # in the order of the codes of the records
-    counts = Counter(codes[code] for code in records["status"].tolist())
+    statuses = done.records["status"]
+    counts = Counter({each: int(np.count_nonzero(statuses & each)) for each in Status if each})
+    counts[Status.OK] = int(np.count_nonzero(statuses == Status.OK))
     return EdgeRun(
         track=track,
         law=done.law,
@@ -233,6 +276,7 @@ def _row(track: str, done: Run) -> EdgeRun:
         ending=done.ending,
         time=done.metrics.time,
         max_error=done.metrics.rear_axle_max_abs_cross_track_error,
-        max_jump=float(np.abs(np.diff(records["steer"])).max(initial=0.0)),
-        statuses=dict(counts.most_common()),
+        max_jump=float(np.abs(np.diff(done.records["steer"])).max(initial=0.0)),
+        steps=len(statuses),
+        statuses={each: count for each, count in counts.most_common() if count},
     )

@@ -1,69 +1,62 @@
 """Preview POP in small signals about a straight.
 
 On a straight its step is linear feedback of the errors and of what it remembers: c, the curvature
-that its wheels were told, and a, the curvature that its own model drives by now. With b one period
-back, the gains g from the cost-to-go, and E the decay of the model's lag over a period::
+that its wheels are commanded, a, the curvature that they have come to by its own model, and s, the
+slip that it estimates. With b one period back, the gains g from the cost-to-go, and E the decay of
+the model's lag over a period::
 
-    c = b c - (g_e e + g_p ψ + g_a a + g_c b c + g_t t + g_s s)      δ = (L + K v²) c
+    c = b c - (g_e e + g_p ψ + g_a a + g_c b c + g_s s)      δ = (L + K v²) c
     a = (1 - E) b c / (1 - E b)
 
-Where it learns, t is how much more the vehicle turns than the model says, and s the angle of its
-way to its heading: first-order filters of what was seen less what was foretold. Without a, c, t and
-s, δ is a ratio of polynomials of b.
+Without a and c, δ is a ratio of polynomials of b.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 from numpy.polynomial import Polynomial
 
-from popsteer.reference.lateral.cost_to_go import CostToGo, Travel
 from popsteer.reference.math import decay
-from popsteer.reference.vehicle.predict import steps
 
 if TYPE_CHECKING:
-    from popsteer._core import PreviewPopParams
+    from numpy.typing import NDArray
+
+    from popsteer._core import PreviewPopParams, Vehicle
 
 __all__ = ["PreviewGains", "preview_gains", "preview_pop"]
 
 _BACK = Polynomial([0.0, 1.0])  # b, one period back
-_ONE = Polynomial([1.0])
+_MAX_STEPS = 20  # of the prediction
 
 
 class PreviewGains(NamedTuple):
-    """How much less curvature is told for a unit of each; see the module."""
+    """How much less curvature is commanded for a unit of each; see the module."""
 
     error: float
     """Of the cross-track error [1/m²]."""
     heading: float
     """Of the heading error [1/m]."""
     driven: float
-    """Of the curvature that the model drives [-]."""
-    told: float
-    """Of the curvature that the wheels were told [-]."""
-    turn: float
-    """Of what is learnt of the turning [-]."""
+    """Of the curvature that the wheels have come to [-]."""
+    commanded: float
+    """Of the curvature that was commanded [-]."""
     slip: float
-    """Of what is learnt of the slip [1/m]."""
-
-
-class _Filter(NamedTuple):
-    """What a sample adds to the curvature through what is learnt of it: gain / fade."""
-
-    gain: float
-    fade: Polynomial
+    """Of the slip that is estimated [1/m]."""
 
 
 def preview_pop(
-    params: PreviewPopParams, speed: float, dt: float
-) -> tuple[list[float], list[float], list[float]]:
-    """Linearise the law about straight driving, within its neighbourhood and its limits.
+    params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
+) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Linearise the controller about straight driving, within its neighbourhood and its limits.
 
     Parameters
     ----------
     params : PreviewPopParams
-        Parameters of the law, with its reference point.
+        Tuning of the controller.
+    vehicle : Vehicle
+        The vehicle that it is told.
     speed : float
         Speed [m/s], positive.
     dt : float
@@ -71,61 +64,40 @@ def preview_pop(
 
     Returns
     -------
-    tuple of three lists
-        Weights of the cross-track errors, of the heading errors and of the angles, the latest
-        first, as `popsteer.study.linear.LinearLaw` has them.
+    tuple of four lists
+        Weights of the cross-track errors, of the heading errors, of the angles and of the slip, the
+        latest first, as `popsteer.study.linear.Weights` has them.
 
     Examples
     --------
-    >>> from popsteer import PreviewPopParams
-    >>> params = PreviewPopParams(slip_learning_time=0.0)
-    >>> cross_track, heading, steer = preview_pop(params, 10.0, 0.05)
-    >>> len(cross_track), len(heading), steer[0]
-    (2, 2, 1.0)
+    >>> from popsteer import PreviewPopParams, Vehicle
+    >>> cross_track, heading, steer, slip = preview_pop(PreviewPopParams(), Vehicle(), 10.0, 0.05)
+    >>> len(cross_track), len(heading), len(slip), steer[0]
+    (2, 2, 2, 1.0)
     """
-    gains = preview_gains(params, speed, dt)
-    offset = params.reference_offset or 0.0
-    length = params.wheelbase + params.understeer * speed * speed
-    distance = speed * dt
-    kept = decay(dt, params.steer_lag)
-    swing = params.steer_lag * (1.0 - kept) * speed
-
-    # Everything is multiplied by lag, turn.fade and slip.fade, by which something is divided.
+    gains = preview_gains(params, vehicle, speed, dt)
+    length = vehicle.turning_length(speed)
+    kept = decay(dt, vehicle.steer_lag)
+    # Everything is multiplied by lag, by which a is divided.
     lag = 1.0 - kept * _BACK
     driven = (1.0 - kept) * _BACK  # a · lag, for a unit of c
-    learns = speed >= params.min_speed
-    turn = _filter(gains.turn / distance, params.turn_learning_time if learns else 0.0, dt)
-    slip = _filter(gains.slip / distance, params.slip_learning_time if learns else 0.0, dt)
-    foretold = _BACK * (distance * lag + swing * (driven - lag))  # turn · lag, for a unit of c
-    change = 1.0 - _BACK
-    aside = -offset * change - 0.5 * distance * (1.0 + _BACK)  # for a unit of ψ
-
-    whole = lag * turn.fade * slip.fade
-    cross_track = gains.error * whole + slip.gain * change * lag * turn.fade
-    heading = (
-        gains.heading * whole
-        + turn.gain * change * lag * slip.fade
-        + slip.gain * aside * lag * turn.fade
-    )
-    steer = (
-        (1.0 - (1.0 - gains.told) * _BACK) * whole
-        + gains.driven * driven * turn.fade * slip.fade
-        - turn.gain * foretold * slip.fade
-    )
-    return (
-        (length * cross_track).coef.tolist(),
-        (length * heading).coef.tolist(),
-        steer.coef.tolist(),
-    )
+    steer = (1.0 - (1.0 - gains.commanded) * _BACK) * lag + gains.driven * driven
+    scaled = [length * gain * lag for gain in (gains.error, gains.heading, gains.slip)]
+    cross_track, heading, slip = (each.coef.tolist() for each in scaled)
+    return cross_track, heading, steer.coef.tolist(), slip
 
 
-def preview_gains(params: PreviewPopParams, speed: float, dt: float) -> PreviewGains:
-    """Carry the cost back over the horizon, as the law does in each step.
+def preview_gains(
+    params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
+) -> PreviewGains:
+    """Carry the cost back over the horizon, as the controller does in each step.
 
     Parameters
     ----------
     params : PreviewPopParams
-        Parameters of the law.
+        Tuning of the controller.
+    vehicle : Vehicle
+        The vehicle that it is told.
     speed : float
         Speed [m/s], positive.
     dt : float
@@ -138,45 +110,59 @@ def preview_gains(params: PreviewPopParams, speed: float, dt: float) -> PreviewG
 
     Examples
     --------
-    >>> from popsteer import PreviewPopParams
-    >>> gains = preview_gains(PreviewPopParams(), 10.0, 0.05)
-    >>> gains.error > 0.0, abs(gains.turn - (gains.driven + gains.told)) < 1e-9
-    (True, True)
+    >>> from popsteer import PreviewPopParams, Vehicle
+    >>> gains = preview_gains(PreviewPopParams(), Vehicle(), 10.0, 0.05)
+    >>> gains.error > 0.0, gains.heading > 0.0, gains.slip > 0.0
+    (True, True, True)
     """
-    offset = params.reference_offset or 0.0
-    count, period = steps(params.horizon, dt)
-    step = max(speed, params.min_speed) * period
-    lag = params.steer_lag * speed
-    kept = decay(step, lag)
-    travel = Travel.over(step, lag, kept, offset)
-    length = params.wheelbase + params.understeer * speed * speed
-    move_cost = (params.steer_rate_cost * length / period) ** 2
-    stage = CostToGo.stage(params.heading_cost, offset)
-
-    def first(turn: float, drift: float) -> CostToGo:
-        after = cost = stage
-        for _ in range(count):
-            cost = after.before(travel, turn, drift)
-            after = cost.before_best_move(move_cost, stage)
-        return cost
-
-    cost = first(0.0, 0.0)
-    share = dt / period / (move_cost + cost.cc)
+    params = params.resolved(vehicle)
+    heading_cost, rate_cost, pace = map(
+        float,
+        (params.heading_cost or 0.0, params.steer_rate_cost or 0.0, params.min_speed or 0.0),
+    )
+    count = int(min(max(params.horizon / dt + 1e-6, 1.0), _MAX_STEPS))
+    period = max(params.horizon / count, dt)
+    step = max(speed, pace) * period
+    move_cost = (rate_cost * vehicle.turning_length(speed) / period) ** 2
+    cost, linear = _cost_to_go(step, vehicle.steer_lag * speed, heading_cost, move_cost, count)
+    error, heading, driven, commanded = (dt / period / (move_cost + cost[3, 3]) * cost[3]).tolist()
     return PreviewGains(
-        # The law lets an error count as far as a heading does, so not at all where that does not.
-        error=share * cost.ec if cost.pc > 0.0 else 0.0,
-        heading=share * cost.pc,
-        driven=share * cost.ac,
-        told=share * cost.cc,
-        # A unit of what is learnt turns the path the other way, or carries the vehicle aside.
-        turn=share * first(-step, 0.0).c,
-        slip=share * first(0.0, step).c,
+        # An error counts as far as a heading does, so not at all where that does not.
+        error=error if heading > 0.0 else 0.0,
+        heading=heading,
+        driven=driven,
+        commanded=commanded,
+        slip=float(dt / period / (move_cost + cost[3, 3]) * linear[3]),
     )
 
 
-def _filter(gain: float, time: float, dt: float) -> _Filter:
-    """Learn within a time [s]; 0 for never."""
-    if time <= 0.0:
-        return _Filter(0.0, _ONE)
-    share = min(dt / time, 1.0)
-    return _Filter(gain * share, 1.0 - (1.0 - share) * _BACK)
+def _cost_to_go(
+    step: float, lag: float, heading_cost: float, move_cost: float, count: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give the cost xᵀ P x + 2 pᵀ x before the first step: P, and p for a unit of slip.
+
+    The state holds the cross-track error e, the heading error p, the curvature a that is driven and
+    the curvature c that is commanded; a step of travel is `step` long, and a follows c over the
+    distance `lag`: e' = p + slip, p' = a, a' = (c - a) / lag.
+    """
+    kept = decay(step, lag)
+    turned = lag * (1.0 - kept)  # by an a of 1 before it has died out
+    rest = step - turned
+    model = np.array(
+        [
+            [1.0, step, lag * rest, 0.5 * step * step - lag * rest],
+            [0.0, 1.0, turned, rest],
+            [0.0, 0.0, kept, 1.0 - kept],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+    drift = np.array([step, 0.0, 0.0, 0.0])
+    stage = np.diag([1.0, heading_cost * heading_cost, 0.0, 0.0])
+    after, after_linear = stage, np.zeros(4)
+    cost, linear = stage, after_linear
+    for _ in range(count):
+        cost, linear = model.T @ after @ model, model.T @ (after @ drift + after_linear)
+        # The best move u of c: the least of move_cost u² + (x + u)ᵀ P (x + u) + 2 pᵀ (x + u).
+        share = cost[:, 3] / (move_cost + cost[3, 3])
+        after, after_linear = stage + cost - np.outer(share, cost[3]), linear - share * linear[3]
+    return cost, linear

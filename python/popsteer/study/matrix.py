@@ -1,21 +1,22 @@
-"""Laws × plants × tracks: every combination driven once, in one table."""
+"""Controllers × plants × tracks: every combination driven once, in one table."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from popsteer import presets
 from popsteer.errors import ConfigError
-from popsteer.sim import default_start
+from popsteer.sim import default_start, vehicle_of
 from popsteer.sim.geometry import made, plant_name
 from popsteer.study.compare import compare, parameters
 from popsteer.study.step_time import time_steps
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
-    from popsteer._core import Path, Settings
+    from popsteer._core import Path, Settings, Vehicle
     from popsteer.sim import Plant
     from popsteer.sim.run import Pose
     from popsteer.study.compare import Comparison
@@ -25,7 +26,7 @@ __all__ = ["Matrix", "matrix"]
 
 @dataclass(frozen=True, eq=False)
 class Matrix:
-    """Comparisons of the same laws on several plants and tracks.
+    """Comparisons of the same controllers on several plants and tracks.
 
     Examples
     --------
@@ -39,32 +40,36 @@ class Matrix:
     comparisons: Sequence[Comparison]
     """One for each plant and track, with step times; at least one."""
     constant_speed: float | None
-    """Speed kept all the way [m/s]; None where the paper's law worked the pedals."""
+    """Speed kept all the way [m/s]; None where the paper's coupled law worked the pedals."""
 
 
-def matrix(
+def matrix(  # noqa: PLR0913 - as `compare`
     paths: Mapping[str, Path],
     names: Sequence[str],
-    plants: Sequence[Plant],
+    plants: Sequence[Plant] | Mapping[str, Plant],
     *,
+    vehicle: Vehicle | Mapping[str, Vehicle] | None = None,
     preset: str = presets.REPRODUCTION,
     start_offset: float | None = None,
     constant_speed: float | None = None,
     settings: Settings | None = None,
     progress: Callable[[str, float], object] | None = None,
 ) -> Matrix:
-    """Let several laws drive several plants along several paths, and time their steps.
+    """Let several controllers drive several plants along several paths, and time their steps.
 
     Parameters
     ----------
     paths : mapping of str to Path
         What they follow, by name.
     names : sequence of str
-        The laws, of `popsteer.study.law_names`.
-    plants : sequence of str or plants
-        What moves.
+        The controllers, of `popsteer.study.law_names`.
+    plants : sequence of str or plants, or mapping of str to these
+        What moves; a mapping says what each is called.
+    vehicle : Vehicle or mapping of str to Vehicle, optional
+        The vehicle that the controllers are told, on all plants or by what the plant is called;
+        each plant's own by default.
     preset : str, default "reproduction"
-        Where the parameters of the laws come from; preview-pop is the same in all, and the
+        Where the tuning of the controllers comes from; preview-pop is the same in all, and the
         baselines have none.
     start_offset : float, optional
         How far to the left of the first waypoint the front axle starts [m], as
@@ -84,9 +89,9 @@ def matrix(
     Raises
     ------
     ConfigError
-        There is no path, law or plant, or one is not known; nothing was driven then.
+        There is no path, controller or plant, or one is not known; nothing was driven then.
     PopsteerError
-        A law or a plant needs an extra that is not installed; nothing was driven then.
+        A controller or a plant needs an extra that is not installed; nothing was driven then.
 
     Examples
     --------
@@ -99,17 +104,16 @@ def matrix(
     for field, given in (("tracks", paths), ("laws", names), ("plants", plants)):
         if not given:
             raise ConfigError(field, list(given), "at least one")
-    vehicles = [made(plant) for plant in plants]
-    starts: dict[str, Pose | None] = dict.fromkeys(paths)
-    if start_offset is not None:
-        starts = {track: default_start(path, start_offset) for track, path in paths.items()}
-    prepared = [(vehicle, parameters(names, preset, vehicle)) for vehicle in vehicles]
-    total = len(vehicles) * len(paths) * len(names) * 2  # each law drives, then is timed
+    if not isinstance(plants, Mapping):
+        plants = {plant_name(plant): plant for plant in plants}
+    movers = {name: made(plant) for name, plant in plants.items()}
+    params = parameters(names, preset)
+    total = len(movers) * len(paths) * len(names) * 2  # each controller drives, then is timed
     done = 0
     comparisons = []
-    for vehicle, params in prepared:
+    for name, plant in movers.items():
         for track, path in paths.items():
-            where = f"{plant_name(vehicle)}, {track}"
+            where = f"{name}, {track}"
 
             def advance(what: str, share: float, where: str = where) -> None:
                 nonlocal done
@@ -117,16 +121,20 @@ def matrix(
                     progress(f"{where}: {what}", min((done + share) / total, 1.0))
                 done += share >= 1.0
 
+            start: Pose | None = None
+            if start_offset is not None:
+                start = default_start(path, start_offset, vehicle_of(plant))
             comparison = compare(
                 path,
                 params,
-                vehicle,
+                plant,
+                vehicle=vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle,
                 preset=preset,
-                start=starts[track],
+                start=start,
                 constant_speed=constant_speed,
                 settings=settings,
                 progress=advance,
             )
-            comparison = replace(comparison, track=track)
+            comparison = replace(comparison, track=track, plant=name)
             comparisons.append(time_steps(comparison, params, advance))
     return Matrix(comparisons, constant_speed)

@@ -1,17 +1,17 @@
-"""How far the steering loop of a law is from instability, at each speed."""
+"""How far the steering loop of a controller is from instability, at each speed."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from popsteer import presets
+from popsteer._core import AdaptParams, PreviewPopParams, Vehicle
 from popsteer.study.linear import Loop, linearised
-from popsteer.study.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,9 +32,9 @@ __all__ = [
 ]
 
 LINEAR_LAWS = ("pid", "pure-pursuit", "stanley", "pop", "preview-pop")
-"""The laws that have a linear loop: all but bang-bang."""
+"""The controllers that have a linear loop: all but bang-bang."""
 DEFAULT_SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
-"""Speeds that are looked at unless told otherwise [m/s]."""
+"""Speeds that are looked at by default [m/s]."""
 
 _LONGEST = 20.0  # dead time beyond which the margin counts as infinite [s]
 
@@ -48,7 +48,7 @@ class Margins(NamedTuple):
     stable: bool
     """Whether the loop is stable as it is."""
     gain: float
-    """Factor by which the steering may act more strongly; infinite where there is none."""
+    """Gain margin: the least factor above 1 on the steering; infinite where there is none."""
     phase: float
     """Phase that the loop may lag more [rad]; infinite where its gain never falls through 1."""
     dead_time: float
@@ -57,7 +57,7 @@ class Margins(NamedTuple):
 
 @dataclass(frozen=True)
 class Stability:
-    """Margins of several laws on one vehicle over a range of speeds.
+    """Margins of several controllers on one vehicle over a range of speeds.
 
     Examples
     --------
@@ -67,21 +67,30 @@ class Stability:
     """
 
     params: Mapping[str, Params]
-    """Parameters of the laws by name, in the order to show them."""
+    """Tuning of the controllers by name, in the order to show them."""
     margins: Mapping[str, list[Margins]]
-    """The margins of each law at each of the speeds."""
+    """The margins of each controller at each of the speeds."""
     vehicle: Vehicle
-    """The vehicle."""
+    """The vehicle as it is."""
+    believed: Vehicle
+    """The vehicle that the controllers are told."""
     speeds: tuple[float, ...]
     """The speeds [m/s]."""
     dt: float
     """Control period [s]."""
     preset: str
-    """Where the laws' parameters come from."""
+    """Where the tuning comes from."""
 
 
 def margins(
-    params: Params, vehicle: Vehicle, speed: float, dt: float = 0.05, *, frequencies: int = 3000
+    params: Params,
+    vehicle: Vehicle,
+    speed: float,
+    dt: float = 0.05,
+    *,
+    believed: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+    frequencies: int = 3000,
 ) -> Margins:
     """Measure how far a loop is from instability.
 
@@ -94,13 +103,19 @@ def margins(
     Parameters
     ----------
     params : PopParams or PurePursuitParams or StanleyParams or PidParams or PreviewPopParams
-        Parameters of the law, with its reference point; see `Vehicle.fitted`.
+        Tuning of the controller.
     vehicle : Vehicle
-        The vehicle.
+        The vehicle as it is.
     speed : float
         Speed [m/s], positive.
     dt : float, default 0.05
         Control period [s].
+    believed : Vehicle, optional
+        The vehicle that the controller is told; `vehicle` by default. A controller that is told a
+        dead time predicts through it.
+    adapt : AdaptParams or None, optional
+        How the controller adapts; None: not at all. Left out: as it does by default. The slip
+        counts here; gain, steering offset and dead time are taken as constants.
     frequencies : int, default 3000
         How finely the frequency response is looked at.
 
@@ -112,16 +127,33 @@ def margins(
     Raises
     ------
     ConfigError
-        The law has no linear loop, or a number is out of its range.
+        The controller has no linear loop, or a number is out of its range.
 
     Examples
     --------
     >>> from popsteer import PopParams
-    >>> found = margins(PopParams(reference_offset=3.0), Vehicle(), 10.0)
+    >>> found = margins(PopParams(), Vehicle(), 10.0)
     >>> found.stable, 0.15 < found.dead_time < 0.25
     (True, True)
+
+    A dead time that nobody told the controller:
+
+    >>> late = Vehicle(dead_time=0.25)
+    >>> margins(PopParams(), late, 10.0, believed=Vehicle()).stable
+    False
+    >>> margins(PopParams(), late, 10.0).stable
+    True
     """
-    loop = Loop(linearised(params, speed, dt), vehicle, speed, dt, frequencies)
+    believed = vehicle if believed is None else believed
+    loop = Loop(
+        linearised(params, believed, speed, dt),
+        vehicle,
+        speed,
+        dt,
+        believed=believed,
+        slip_time=_slip_time(params, believed, adapt, speed),
+        frequencies=frequencies,
+    )
     if not loop.is_stable():
         return Margins(stable=False, gain=math.nan, phase=math.nan, dead_time=math.nan)
     response = loop.gain()
@@ -142,27 +174,46 @@ def margins(
     )
 
 
+def _slip_time(
+    params: Params, believed: Vehicle, adapt: AdaptParams | Literal["auto"] | None, speed: float
+) -> float:
+    """Time over which a controller estimates the slip at a speed [s]; 0 where it does not."""
+    if adapt == "auto":
+        predicts = isinstance(params, PreviewPopParams) or believed.dead_time > 0.0
+        adapt = AdaptParams() if predicts else None
+    if adapt is None:
+        return 0.0
+    least = 5.0 / 3.0 * believed.wheelbase if adapt.min_speed is None else adapt.min_speed
+    return adapt.slip_time if speed >= least else 0.0
+
+
 def stability(
     names: Iterable[str] | Mapping[str, Params] = LINEAR_LAWS,
     vehicle: Vehicle | None = None,
     speeds: Iterable[float] = DEFAULT_SPEEDS,
     *,
+    believed: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
     preset: str = "default",
     dt: float = 0.05,
 ) -> Stability:
-    """Measure the margins of several laws at several speeds.
+    """Measure the margins of several controllers at several speeds.
 
     Parameters
     ----------
     names : iterable of str, or mapping of str to parameters
-        The laws; by default all that have a linear loop. A mapping gives each its parameters, and
-        `preset` then only says what they are called.
+        The controllers; by default all that have a linear loop. A mapping gives each its tuning,
+        and `preset` then only says what that is called.
     vehicle : Vehicle, optional
-        The vehicle; its axles are given to the laws of a preset.
+        The vehicle as it is; ``Vehicle()`` by default.
     speeds : iterable of float
         Speeds [m/s], positive.
+    believed : Vehicle, optional
+        The vehicle that the controllers are told; `vehicle` by default.
+    adapt : AdaptParams or None, optional
+        How the controllers adapt, as `margins` has it.
     preset : str, default "default"
-        Where the parameters come from; see `popsteer.presets`.
+        Where the tuning comes from; see `popsteer.presets`.
     dt : float, default 0.05
         Control period [s].
 
@@ -174,28 +225,34 @@ def stability(
     Raises
     ------
     ConfigError
-        A law or the preset is not known, has no linear loop, or a number is out of its range.
+        A controller or the preset is not known, has no linear loop, or a number is out of its
+        range.
 
     Examples
     --------
-    >>> result = stability(["stanley", "pop"], Vehicle(lag=0.1), [5.0, 20.0])
+    >>> result = stability(["stanley", "pop"], Vehicle(steer_lag=0.1), [5.0, 20.0])
     >>> [margins.stable for margins in result.margins["stanley"]]
     [True, True]
     """
     vehicle = Vehicle() if vehicle is None else vehicle
+    believed = vehicle if believed is None else believed
     chosen: dict[str, Params]
     if isinstance(names, Mapping):
         chosen = dict(names)
     else:
-        chosen = {name: vehicle.fitted(presets.get(name, preset)) for name in names}
+        chosen = {name: presets.get(name, preset) for name in names}
     speeds = tuple(speeds)
     return Stability(
         params=chosen,
         margins={
-            name: [margins(params, vehicle, speed, dt) for speed in speeds]
+            name: [
+                margins(params, vehicle, speed, dt, believed=believed, adapt=adapt)
+                for speed in speeds
+            ]
             for name, params in chosen.items()
         },
         vehicle=vehicle,
+        believed=believed,
         speeds=speeds,
         dt=dt,
         preset=preset,
@@ -208,21 +265,25 @@ def dead_time_map(
     speeds: Iterable[float],
     distances: Iterable[float],
     dt: float = 0.05,
+    *,
+    believed: Vehicle | None = None,
 ) -> NDArray[np.float64]:
-    """Find the dead-time margin of a law over speeds and lookahead distances.
+    """Find the dead-time margin of a controller over speeds and lookahead distances.
 
     Parameters
     ----------
     params : PopParams or PurePursuitParams
-        Parameters of the law, with its reference point; its lookahead is replaced.
+        Tuning of the controller; its lookahead is replaced.
     vehicle : Vehicle
-        The vehicle.
+        The vehicle as it is.
     speeds : iterable of float
         Speeds [m/s].
     distances : iterable of float
         Lookahead distances [m].
     dt : float, default 0.05
         Control period [s].
+    believed : Vehicle, optional
+        The vehicle that the controller is told; `vehicle` by default.
 
     Returns
     -------
@@ -237,7 +298,7 @@ def dead_time_map(
     Examples
     --------
     >>> from popsteer import PopParams
-    >>> found = dead_time_map(PopParams(reference_offset=3.0), Vehicle(), [10.0], [4.0, 8.0])
+    >>> found = dead_time_map(PopParams(), Vehicle(), [10.0], [4.0, 8.0])
     >>> found.shape, bool(found[0, 0] < found[1, 0])
     ((2, 1), True)
     """
@@ -245,7 +306,11 @@ def dead_time_map(
     rows = []
     for distance in distances:
         fixed = params.replace(lookahead_gain=0.0, min_lookahead=distance)
-        rows.append([margins(fixed, vehicle, v, dt, frequencies=800).dead_time for v in speeds])
+        found = [
+            margins(fixed, vehicle, speed, dt, believed=believed, frequencies=800)
+            for speed in speeds
+        ]
+        rows.append([each.dead_time for each in found])
     return np.array(rows)
 
 

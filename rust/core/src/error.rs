@@ -85,6 +85,13 @@ pub enum PathError {
         /// The index of the second: 0 where a closed path repeats its start.
         next: usize,
     },
+    /// A grid over a window of the path that would not fit into memory.
+    GridTooLarge {
+        /// How many points it would have.
+        points: usize,
+        /// How many are made at most.
+        most: usize,
+    },
 }
 
 impl fmt::Display for ConfigError {
@@ -133,6 +140,9 @@ impl fmt::Display for PathError {
             }
             Self::Coinciding { index, next } => {
                 write!(f, "waypoints {index} and {next} coincide")
+            }
+            Self::GridTooLarge { points, most } => {
+                write!(f, "the grid would have {points} points, more than {most}")
             }
         }
     }

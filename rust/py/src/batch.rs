@@ -1,25 +1,26 @@
 //! Many vehicles, one step at a time: arrays in, arrays out.
 
 use numpy::{PyArray1, PyArrayMethods};
-use popsteer_core::VehicleState;
 use popsteer_core::error::{ConfigError, Requirement};
+use popsteer_core::{Command, VehicleState};
+use popsteer_sim::batch::OnError;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyList, PyTuple};
 
 use crate::arrays::column;
-use crate::commands::{PyCommandBatch, Row};
+use crate::commands::PyCommandBatch;
 use crate::errors::{OrRaise, unknown};
-use crate::params::Count;
-use crate::vehicles::{Vehicles, each};
+use crate::params::{Count, Number};
+use crate::vehicles::{Recipe, Vehicles, each};
 
 /// More copies of one controller than this are a mistake, not a batch.
 const MAX_COUNT: usize = 10_000_000;
 
-/// Many vehicles under one law, stepped together on all cores.
+/// Many vehicles under controllers of one class, stepped together on all cores.
 ///
-/// Each vehicle has the parameters, the path and the present state of its controller; the state
-/// is a copy, and the controllers are left alone. A vehicle's answers are those of its
+/// Each vehicle has all that its controller has, the present state as well; that is a copy, and the
+/// controllers are left alone. A vehicle's answers are those of its
 /// controller, bit for bit. The interpreter's lock is released meanwhile; batches of up to 256
 /// vehicles stay on the calling thread. The environment variable RAYON_NUM_THREADS, read at the
 /// first large batch, limits the number of threads. One thread at a time may use a batch.
@@ -54,13 +55,17 @@ const MAX_COUNT: usize = 10_000_000;
 /// Each with parameters of its own:
 ///
 /// >>> gains = [popsteer.PidParams(kp=kp) for kp in (0.1, 0.2, 0.3)]
-/// >>> batch = popsteer.Batch([popsteer.Pid(path, params) for params in gains])
+/// >>> batch = popsteer.Batch([popsteer.Pid(path, params=params) for params in gains])
 /// >>> batch.step(x, y, yaw, speed, 0.05).status
-/// array([0, 0, 0], dtype=uint8)
+/// array([0, 0, 0], dtype=uint32)
 #[pyclass(name = "Batch", module = "popsteer")]
 #[derive(Debug)]
 pub(crate) struct PyBatch {
     vehicles: Vehicles,
+    /// What makes the controllers that the batch was made of.
+    recipes: Vec<Recipe>,
+    /// How many copies of the one controller, where it was made of one.
+    copies: Option<usize>,
     /// Kept from step to step, to spare its allocation.
     inputs: Vec<VehicleState>,
 }
@@ -70,20 +75,24 @@ impl PyBatch {
     #[new]
     #[pyo3(signature = (controllers, count=None))]
     fn new(py: Python<'_>, controllers: &Bound<'_, PyAny>, count: Option<Count>) -> PyResult<Self> {
-        let vehicles = if let Ok(several) = controllers.try_iter() {
+        let (gathered, copies) = if let Ok(several) = controllers.try_iter() {
             if count.is_some() {
                 return Err(PyTypeError::new_err(
                     "count goes with a single controller, not with a sequence",
                 ));
             }
             let several = several.collect::<PyResult<Vec<_>>>()?;
-            Vehicles::gather(&several, 1)?
+            (Vehicles::gather(&several, 1)?, None)
         } else {
             let count = checked_count(count).or_raise(py)?;
-            Vehicles::gather(std::slice::from_ref(controllers), count)?
+            let one = std::slice::from_ref(controllers);
+            (Vehicles::gather(one, count)?, Some(count))
         };
+        let (vehicles, recipes) = gathered;
         Ok(Self {
             vehicles,
+            recipes,
+            copies,
             inputs: Vec::new(),
         })
     }
@@ -93,17 +102,21 @@ impl PyBatch {
     /// Parameters
     /// ----------
     /// x, y : array of shape (N,)
-    ///     Positions of the rear axles [m]. Float64 of any stride is read as it is; what numpy
+    ///     Positions of the vehicles' points [m]. Float64 of any stride is read as it is; what numpy
     ///     calls a safe cast, such as that of float32 and of integers, is converted first.
     /// yaw : array of shape (N,)
     ///     Headings [rad], counter-clockwise from x.
     /// speed : array of shape (N,)
-    ///     Forward speeds [m/s].
+    ///     Speeds [m/s], negative while rolling backwards.
     /// dt : float
     ///     Time since the last step [s], 1e-6 to 1e3.
-    /// on_error : {"raise", "nan"}, default "raise"
+    /// on_error : {"raise", "nan", "hold"}, default "raise"
     ///     What a number that is not finite or beyond its bound leads to: an error, with no
-    ///     vehicle stepped; or NaN for its vehicle, which keeps its state, while the rest go on.
+    ///     vehicle stepped; or NaN for its vehicle, which keeps its state; or the last command of
+    ///     its vehicle, as `step_or_hold` of a controller. The rest go on.
+    /// hold_limit : int, default 10
+    ///     With "hold", how many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the
+    ///     status is the fault ``Status.INPUT_LOST``.
     ///
     /// Returns
     /// -------
@@ -113,11 +126,12 @@ impl PyBatch {
     /// Raises
     /// ------
     /// InputError
-    ///     If an array has another length or no numbers, `dt` is out of its range, or, with
-    ///     "raise", a number is; it is named with its place, as ``speed[3]``.
+    ///     If an array has another length or no numbers; if `dt` is out of its range, except with
+    ///     "hold"; or, with "raise", if a number is, named with its place, as ``speed[3]``.
     /// ConfigError
-    ///     If `on_error` is neither.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise"))]
+    ///     If `on_error` is none of them.
+    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
+    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
     fn steer<'py>(
         &mut self,
         py: Python<'py>,
@@ -125,10 +139,11 @@ impl PyBatch {
         y: &Bound<'py, PyAny>,
         yaw: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        dt: f64,
+        dt: Number,
         on_error: &str,
+        hold_limit: Count,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let skip = skips_refused(py, on_error)?;
+        let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         self.read(x, y, yaw, speed)?;
         let angles = PyArray1::<f64>::zeros(py, self.inputs.len(), false);
         {
@@ -137,7 +152,7 @@ impl PyBatch {
             let inputs = &self.inputs;
             self.vehicles.work(
                 py,
-                |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, skip, out)),
+                |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, on_error, out)),
             )?;
         }
         Ok(angles)
@@ -148,16 +163,19 @@ impl PyBatch {
     /// Parameters
     /// ----------
     /// x, y : array of shape (N,)
-    ///     Positions of the rear axles [m]. Float64 of any stride is read as it is; what numpy
+    ///     Positions of the vehicles' points [m]. Float64 of any stride is read as it is; what numpy
     ///     calls a safe cast, such as that of float32 and of integers, is converted first.
     /// yaw : array of shape (N,)
     ///     Headings [rad], counter-clockwise from x.
     /// speed : array of shape (N,)
-    ///     Forward speeds [m/s].
+    ///     Speeds [m/s], negative while rolling backwards.
     /// dt : float
     ///     Time since the last step [s], 1e-6 to 1e3.
-    /// on_error : {"raise", "nan"}, default "raise"
-    ///     As for `steer`; a vehicle refused has the status 255.
+    /// on_error : {"raise", "nan", "hold"}, default "raise"
+    ///     As for `steer`. With "nan" a vehicle refused has ``Status.INPUT_HELD`` and the direction
+    ///     of its last command, and NaN for all else.
+    /// hold_limit : int, default 10
+    ///     As for `steer`.
     ///
     /// Returns
     /// -------
@@ -170,7 +188,8 @@ impl PyBatch {
     ///     As for `steer`.
     /// ConfigError
     ///     As for `steer`.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise"))]
+    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
+    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
     fn step<'py>(
         &mut self,
         py: Python<'py>,
@@ -178,19 +197,21 @@ impl PyBatch {
         y: &Bound<'py, PyAny>,
         yaw: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        dt: f64,
+        dt: Number,
         on_error: &str,
+        hold_limit: Count,
     ) -> PyResult<PyCommandBatch> {
-        let skip = skips_refused(py, on_error)?;
+        let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         self.read(x, y, yaw, speed)?;
-        let mut rows = vec![Row::REFUSED; self.inputs.len()];
-        let (inputs, out) = (&self.inputs, rows.as_mut_slice());
-        let write = |row: &mut Row, answer| *row = Row::new(answer);
+        let mut commands = vec![None; self.inputs.len()];
+        let (inputs, out) = (&self.inputs, commands.as_mut_slice());
+        let write = |place: &mut Option<Command>, command| *place = Some(command);
         self.vehicles.work(
             py,
-            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, skip, out, write)),
+            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, on_error, out, write)),
         )?;
-        PyCommandBatch::new(py, &rows)
+        let commands: Vec<Command> = commands.into_iter().flatten().collect();
+        PyCommandBatch::new(py, &commands)
     }
 
     /// Forget all steps, those of the controllers before the batch was made too.
@@ -198,7 +219,7 @@ impl PyBatch {
         each!(&mut self.vehicles, batch => batch.reset());
     }
 
-    /// What each vehicle's law remembers, as a new ``list`` of copies.
+    /// What each vehicle's controller remembers, as a new ``list`` of copies.
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         self.vehicles.states(py)
@@ -206,6 +227,26 @@ impl PyBatch {
 
     fn __len__(&self) -> usize {
         self.vehicles.len()
+    }
+
+    /// The controllers that it was made of, before their first steps; and how many copies.
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let mut controllers = self.recipes.iter().map(|recipe| recipe.make(py));
+        match (self.copies, controllers.next()) {
+            (Some(copies), Some(one)) => (one?, copies).into_pyobject(py),
+            (_, first) => {
+                let all = first.into_iter().chain(controllers);
+                (PyList::new(py, all.collect::<PyResult<Vec<_>>>()?)?,).into_pyobject(py)
+            }
+        }
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        self.states(py)
+    }
+
+    fn __setstate__(&mut self, states: &Bound<'_, PyList>) -> PyResult<()> {
+        self.vehicles.set_states(states)
     }
 
     fn __repr__(&self) -> String {
@@ -251,11 +292,12 @@ fn checked_count(count: Option<Count>) -> Result<usize, ConfigError> {
     }
 }
 
-/// Whether `on_error` says to go on.
-fn skips_refused(py: Python<'_>, on_error: &str) -> PyResult<bool> {
+/// What is to be done about an input that is refused.
+fn on_error_of(py: Python<'_>, on_error: &str, hold_limit: Count) -> PyResult<OnError> {
     match on_error {
-        "raise" => Ok(false),
-        "nan" => Ok(true),
-        _ => Err(unknown(py, "on_error", on_error, &["raise", "nan"])),
+        "raise" => Ok(OnError::Raise),
+        "nan" => Ok(OnError::Mark),
+        "hold" => Ok(OnError::Hold(hold_limit.saturated())),
+        _ => Err(unknown(py, "on_error", on_error, &["raise", "nan", "hold"])),
     }
 }

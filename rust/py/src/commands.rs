@@ -1,94 +1,130 @@
 //! What a step of a batch answers.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use popsteer_core::{Command, InputError};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use popsteer_core::Command;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
-use crate::command::status_code;
-
-/// The status of a vehicle that was refused.
-const REFUSED: u8 = 255;
-
-/// What a step answers to one vehicle.
-#[derive(Clone, Copy)]
-pub(crate) struct Row {
-    steer: f64,
-    cross_track_error: f64,
-    heading_error: f64,
-    target: [f64; 2],
-    reverse: bool,
-    status: u8,
-}
-
-impl Row {
-    /// Of a vehicle that was refused.
-    pub(crate) const REFUSED: Self = Self {
-        steer: f64::NAN,
-        cross_track_error: f64::NAN,
-        heading_error: f64::NAN,
-        target: [f64::NAN; 2],
-        reverse: false,
-        status: REFUSED,
-    };
-
-    /// The row of an answer.
-    pub(crate) fn new(answer: Result<Command, InputError>) -> Self {
-        answer.map_or(Self::REFUSED, |command| Self {
-            steer: command.steer,
-            cross_track_error: command.cross_track_error,
-            heading_error: command.heading_error,
-            target: [command.target.x, command.target.y],
-            reverse: command.reverse,
-            status: status_code(command.status),
-        })
-    }
-}
+type Column = Py<PyArray1<f64>>;
 
 /// What one step of a batch answers: `Command` in columns, an entry a vehicle.
 ///
-/// Attributes
+/// Parameters
 /// ----------
 /// steer : ndarray of shape (N,)
-///     Angles of the front wheels [rad], positive to the left.
+///     Angles to command [rad], positive to the left.
 /// cross_track_error : ndarray of shape (N,)
-///     Offsets of the law's reference point from the path [m], positive left of it.
+///     Offsets of the tracked points from the path [m], positive left of it.
 /// heading_error : ndarray of shape (N,)
 ///     Yaw less direction of the path [rad], in [-pi, pi].
+/// predicted_cross_track_error : ndarray of shape (N,)
+///     Cross-track errors of the vehicles as they will be when the commands reach the wheels [m].
+/// predicted_heading_error : ndarray of shape (N,)
+///     Heading errors of those [rad].
 /// target : ndarray of shape (N, 2)
 ///     The points aimed at, (x, y) [m].
-/// status : ndarray of shape (N,) of uint8
-///     0 ok, 1 lookahead lost, 2 saturated; 255 a vehicle that was refused, whose other entries
-///     are NaN.
+/// reverse : ndarray of shape (N,) of bool
+///     Whether the path is driven backwards there.
+/// status : ndarray of shape (N,) of uint32
+///     How the steps went, as the bits of `Status`.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+/// >>> batch = popsteer.Batch(popsteer.BangBang(path), 2)
+/// >>> x, y = np.array([5.0, 99.0]), np.array([0.5, -0.5])
+/// >>> commands = batch.step(x, y, np.zeros(2), np.full(2, 5.0), 0.05)
+/// >>> commands.steer, (commands.status & popsteer.Status.END_OF_PATH) > 0
+/// (array([-0.122,  0.122]), array([False,  True]))
 #[pyclass(frozen, name = "CommandBatch", module = "popsteer")]
 #[derive(Debug)]
 pub(crate) struct PyCommandBatch {
-    steer: Py<PyArray1<f64>>,
-    cross_track_error: Py<PyArray1<f64>>,
-    heading_error: Py<PyArray1<f64>>,
+    steer: Column,
+    cross_track_error: Column,
+    heading_error: Column,
+    predicted_cross_track_error: Column,
+    predicted_heading_error: Column,
     target: Py<PyArray2<f64>>,
     reverse: Py<PyArray1<bool>>,
-    status: Py<PyArray1<u8>>,
+    status: Py<PyArray1<u32>>,
     count: usize,
 }
 
 #[pymethods]
 impl PyCommandBatch {
-    /// Angles of the front wheels [rad], positive to the left.
+    #[new]
+    #[pyo3(signature = (
+        *, steer, cross_track_error, heading_error, predicted_cross_track_error,
+        predicted_heading_error, target, reverse, status
+    ))]
+    fn made_of(
+        py: Python<'_>,
+        steer: Column,
+        cross_track_error: Column,
+        heading_error: Column,
+        predicted_cross_track_error: Column,
+        predicted_heading_error: Column,
+        target: Py<PyArray2<f64>>,
+        reverse: Py<PyArray1<bool>>,
+        status: Py<PyArray1<u32>>,
+    ) -> PyResult<Self> {
+        let count = steer.bind(py).len();
+        let lengths = [
+            cross_track_error.bind(py).len(),
+            heading_error.bind(py).len(),
+            predicted_cross_track_error.bind(py).len(),
+            predicted_heading_error.bind(py).len(),
+            reverse.bind(py).len(),
+            status.bind(py).len(),
+        ];
+        if lengths != [count; 6] || target.bind(py).shape() != [count, 2] {
+            return Err(PyValueError::new_err(
+                "the columns of a CommandBatch must be equally long, and the target of shape (N, 2)",
+            ));
+        }
+        Ok(Self {
+            steer,
+            cross_track_error,
+            heading_error,
+            predicted_cross_track_error,
+            predicted_heading_error,
+            target,
+            reverse,
+            status,
+            count,
+        })
+    }
+
+    /// Angles to command [rad], positive to the left.
     #[getter]
-    fn steer(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+    fn steer(&self, py: Python<'_>) -> Column {
         self.steer.clone_ref(py)
     }
 
-    /// Offsets of the law's reference point from the path [m], positive left of it.
+    /// Offsets of the tracked points from the path [m], positive left of it.
     #[getter]
-    fn cross_track_error(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+    fn cross_track_error(&self, py: Python<'_>) -> Column {
         self.cross_track_error.clone_ref(py)
     }
 
     /// Yaw less direction of the path [rad], in [-pi, pi].
     #[getter]
-    fn heading_error(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+    fn heading_error(&self, py: Python<'_>) -> Column {
         self.heading_error.clone_ref(py)
+    }
+
+    /// Cross-track errors of the vehicles as they will be when the commands reach the wheels [m].
+    #[getter]
+    fn predicted_cross_track_error(&self, py: Python<'_>) -> Column {
+        self.predicted_cross_track_error.clone_ref(py)
+    }
+
+    /// Heading errors of those [rad].
+    #[getter]
+    fn predicted_heading_error(&self, py: Python<'_>) -> Column {
+        self.predicted_heading_error.clone_ref(py)
     }
 
     /// The points aimed at, (x, y) [m].
@@ -103,9 +139,9 @@ impl PyCommandBatch {
         self.reverse.clone_ref(py)
     }
 
-    /// How the steps went: 0 ok, 1 lookahead lost, 2 saturated, 255 refused.
+    /// How the steps went, as the bits of `Status`.
     #[getter]
-    fn status(&self, py: Python<'_>) -> Py<PyArray1<u8>> {
+    fn status(&self, py: Python<'_>) -> Py<PyArray1<u32>> {
         self.status.clone_ref(py)
     }
 
@@ -116,22 +152,47 @@ impl PyCommandBatch {
     fn __repr__(&self) -> String {
         format!("<CommandBatch of {} vehicles>", self.count)
     }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        let columns = PyDict::new(py);
+        columns.set_item("steer", &self.steer)?;
+        columns.set_item("cross_track_error", &self.cross_track_error)?;
+        columns.set_item("heading_error", &self.heading_error)?;
+        columns.set_item(
+            "predicted_cross_track_error",
+            &self.predicted_cross_track_error,
+        )?;
+        columns.set_item("predicted_heading_error", &self.predicted_heading_error)?;
+        columns.set_item("target", &self.target)?;
+        columns.set_item("reverse", &self.reverse)?;
+        columns.set_item("status", &self.status)?;
+        Ok((PyTuple::empty(py), columns))
+    }
 }
 
 impl PyCommandBatch {
-    /// The rows in columns.
-    pub(crate) fn new(py: Python<'_>, rows: &[Row]) -> PyResult<Self> {
-        let column =
-            |field: fn(&Row) -> f64| PyArray1::from_iter(py, rows.iter().map(field)).unbind();
-        let target = PyArray1::from_iter(py, rows.iter().flat_map(|row| row.target));
+    /// The commands in columns.
+    pub(crate) fn new(py: Python<'_>, commands: &[Command]) -> PyResult<Self> {
+        let column = |field: fn(&Command) -> f64| {
+            PyArray1::from_iter(py, commands.iter().map(field)).unbind()
+        };
+        let targets = commands.iter().map(|command| command.target);
+        let target = PyArray1::from_iter(py, targets.flat_map(|target| [target.x, target.y]));
+        let reverse = commands.iter().map(|command| command.reverse);
+        let status = commands.iter().map(|command| command.status.bits());
         Ok(Self {
-            steer: column(|row| row.steer),
-            cross_track_error: column(|row| row.cross_track_error),
-            heading_error: column(|row| row.heading_error),
-            target: target.reshape([rows.len(), 2])?.unbind(),
-            reverse: PyArray1::from_iter(py, rows.iter().map(|row| row.reverse)).unbind(),
-            status: PyArray1::from_iter(py, rows.iter().map(|row| row.status)).unbind(),
-            count: rows.len(),
+            steer: column(|command| command.steer),
+            cross_track_error: column(|command| command.cross_track_error),
+            heading_error: column(|command| command.heading_error),
+            predicted_cross_track_error: column(|command| command.predicted_cross_track_error),
+            predicted_heading_error: column(|command| command.predicted_heading_error),
+            target: target.reshape([commands.len(), 2])?.unbind(),
+            reverse: PyArray1::from_iter(py, reverse).unbind(),
+            status: PyArray1::from_iter(py, status).unbind(),
+            count: commands.len(),
         })
     }
 }

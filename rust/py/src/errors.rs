@@ -125,6 +125,9 @@ impl IntoPyErr for PathError {
                     (field, index, value, worded(py, requirement)?),
                 ),
                 Self::Coinciding { index, next } => class.call_method1("coinciding", (index, next)),
+                Self::GridTooLarge { points, most } => {
+                    class.call_method1("grid_too_large", (points, most))
+                }
             }
         };
         made().map_or_else(|error| error, PyErr::from_value)

@@ -3,7 +3,7 @@
 use popsteer_core::error::{InputError, input_in_range as checked};
 use popsteer_core::math::PI;
 use popsteer_core::path::view::{self, MAX_COORDINATE};
-use popsteer_core::vehicle::predict;
+use popsteer_core::vehicle::bicycle;
 use popsteer_core::vehicle::state::{MAX_YAW, checked_dt};
 use popsteer_core::{Point, VehicleState, math};
 use pyo3::prelude::*;
@@ -156,7 +156,7 @@ pub(crate) fn get_predicted_location(
     dt: f64,
 ) -> PyResult<(f64, f64)> {
     let vehicle = checked_vehicle(x, y, yaw, speed, steer, dt).or_raise(py)?;
-    let location = predict::get_predicted_location(vehicle, steer, dt);
+    let location = bicycle::get_predicted_location(vehicle, steer, dt);
     Ok((location.x, location.y))
 }
 
@@ -207,7 +207,7 @@ pub(crate) fn state_transition(
     ] {
         checked(field, value, -1e6, 1e6).or_raise(py)?;
     }
-    let next = predict::state_transition(
+    let next = bicycle::state_transition(
         [x, y, yaw, speed, yaw_rate].into(),
         [control.0, control.1].into(),
         steer,
@@ -273,6 +273,6 @@ pub(crate) fn kinematic_bicycle(
     let vehicle = checked_vehicle(x, y, yaw, speed, steer, dt).or_raise(py)?;
     checked("acceleration", acceleration, -1e6, 1e6).or_raise(py)?;
     checked("wheelbase", wheelbase, 1e-3, 1e3).or_raise(py)?;
-    let next = predict::kinematic_bicycle(vehicle, steer, acceleration, wheelbase, dt);
+    let next = bicycle::kinematic_bicycle(vehicle, steer, acceleration, wheelbase, dt);
     Ok((next.x, next.y, next.yaw, next.speed))
 }

@@ -9,7 +9,6 @@
     reason = "doc comments are numpydoc for Python users, and signatures are Python's"
 )]
 
-mod actuator;
 mod arrays;
 mod batch;
 mod command;
@@ -24,8 +23,10 @@ mod params;
 mod path;
 mod pool;
 mod projection;
+mod python_driver;
 mod python_plant;
 mod sim;
+mod vehicle;
 mod vehicles;
 
 use pyo3::prelude::*;
@@ -34,8 +35,6 @@ use pyo3::prelude::*;
 mod _core {
     use pyo3::prelude::*;
 
-    #[pymodule_export]
-    use crate::actuator::PyActuator;
     #[pymodule_export]
     use crate::batch::PyBatch;
     #[pymodule_export]
@@ -66,6 +65,8 @@ mod _core {
     use crate::projection::{PyLookahead, PyProjection};
     #[pymodule_export]
     use crate::sim::{PyCarlaIdentified, PyKinematicBicycle, PySettings, PySimulation, plants};
+    #[pymodule_export]
+    use crate::vehicle::{PyAdaptParams, PyEstimate, PyVehicle};
 
     /// Names the version and the profile that this module was built with.
     #[pymodule_init]

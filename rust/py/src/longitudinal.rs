@@ -14,6 +14,7 @@ params! {
     /// Parameters of `CoupledLongitudinal`; the paper's Table 2 by default.
     PyCoupledLongitudinalParams(CoupledLongitudinalParams)
     named "CoupledLongitudinalParams" in "popsteer",
+    shown as "(*, cutoff=0.5, steer_limit=1.22, speed_limit=69.44)",
     defaults CoupledLongitudinalParams::DEFAULT, checked by CoupledLongitudinal::new,
     cutoff: f64, "float, default 0.5",
         "Cutoff constant k_tau, 0 to 1: offset and aggressiveness of the command.";
@@ -26,6 +27,7 @@ params! {
 params! {
     /// Parameters of `SpeedPid`.
     PySpeedPidParams(SpeedPidParams) named "SpeedPidParams" in "popsteer",
+    shown as "(*, kp=0.5, ki=0.1, kd=0.0)",
     defaults SpeedPidParams::DEFAULT, checked by SpeedPid::new,
     kp: f64, "float, default 0.5",
         "Proportional gain [s/m].";

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use numpy::PyArray1;
 use popsteer_core::VehicleState;
-use popsteer_sim::many::{self, Noise, Run, Watch};
-use popsteer_sim::{Drive, Metrics, Settings};
+use popsteer_sim::many::{self, Run, Watch};
+use popsteer_sim::{Drive, Metrics, Noise, Settings};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -21,7 +21,7 @@ use crate::pool;
 use crate::sim::{PySettings, plant_of};
 
 params! {
-    /// How far off the laws see the vehicle: standard deviations of normal noise.
+    /// How far off a controller sees the vehicle: standard deviations of normal noise.
     ///
     /// Drawn anew at every control step, independent of one another. The vehicle itself, and what
     /// is measured of it, are without noise.

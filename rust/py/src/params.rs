@@ -1,8 +1,47 @@
 //! Parameter classes, made from the core's structs: one macro, so that a field has one home.
 
 use popsteer_core::ConfigError;
+use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyFloat, PyInt};
+
+/// A number from Python. A whole number beyond all floats becomes infinite, and the core refuses it
+/// by name like any other that is out of range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Number(pub(crate) f64);
+
+impl<'py> FromPyObject<'_, 'py> for Number {
+    type Error = PyErr;
+
+    #[inline]
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract::<f64>() {
+            Ok(number) => Ok(Self(number)),
+            Err(error) => Self::beyond(object, error),
+        }
+    }
+}
+
+impl Number {
+    #[cold]
+    fn beyond(object: Borrowed<'_, '_, PyAny>, error: PyErr) -> PyResult<Self> {
+        if error.is_instance_of::<PyOverflowError>(object.py()) {
+            let infinite = f64::INFINITY;
+            return Ok(Self(if object.lt(0)? { -infinite } else { infinite }));
+        }
+        Err(error)
+    }
+}
+
+impl<'py> IntoPyObject<'py> for Number {
+    type Target = PyFloat;
+    type Output = Bound<'py, PyFloat>;
+    type Error = std::convert::Infallible;
+
+    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
+        self.0.into_pyobject(py)
+    }
+}
 
 /// A whole number from Python, of any size: one that does not fit becomes the nearest that does,
 /// and the core refuses it by name.
@@ -15,9 +54,7 @@ impl<'py> FromPyObject<'_, 'py> for Count {
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         match object.extract::<i64>() {
             Ok(count) => Ok(Self(count)),
-            Err(error)
-                if error.is_instance_of::<pyo3::exceptions::PyOverflowError>(object.py()) =>
-            {
+            Err(error) if error.is_instance_of::<PyOverflowError>(object.py()) => {
                 Ok(Self(if object.lt(0)? { i64::MIN } else { i64::MAX }))
             }
             Err(error) => Err(error),
@@ -26,12 +63,19 @@ impl<'py> FromPyObject<'_, 'py> for Count {
 }
 
 impl<'py> IntoPyObject<'py> for Count {
-    type Target = pyo3::types::PyInt;
-    type Output = Bound<'py, Self::Target>;
+    type Target = PyInt;
+    type Output = Bound<'py, PyInt>;
     type Error = std::convert::Infallible;
 
     fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
         self.0.into_pyobject(py)
+    }
+}
+
+impl Count {
+    /// The nearest count that the core can hold: 0 for a negative one.
+    pub(crate) fn saturated(self) -> usize {
+        usize::try_from(self.0.max(0)).unwrap_or(usize::MAX)
     }
 }
 
@@ -49,22 +93,47 @@ pub(crate) trait Field: Copy {
     }
 }
 
-macro_rules! plain_fields {
-    ($($kind:ty),+) => {$(
-        impl Field for $kind {
-            type Argument = $kind;
-            fn from_argument(argument: $kind) -> $kind { argument }
-            fn argument(self) -> $kind { self }
-        }
-    )+};
+impl Field for f64 {
+    type Argument = Number;
+
+    fn from_argument(argument: Number) -> f64 {
+        argument.0
+    }
+
+    fn argument(self) -> Number {
+        Number(self)
+    }
 }
-plain_fields!(f64, bool, Option<f64>);
+
+impl Field for Option<f64> {
+    type Argument = Option<Number>;
+
+    fn from_argument(argument: Option<Number>) -> Option<f64> {
+        argument.map(|number| number.0)
+    }
+
+    fn argument(self) -> Option<Number> {
+        self.map(Number)
+    }
+}
+
+impl Field for bool {
+    type Argument = bool;
+
+    fn from_argument(argument: bool) -> bool {
+        argument
+    }
+
+    fn argument(self) -> bool {
+        self
+    }
+}
 
 impl Field for usize {
     type Argument = Count;
 
     fn from_argument(argument: Count) -> usize {
-        usize::try_from(argument.0.max(0)).unwrap_or(usize::MAX)
+        argument.saturated()
     }
 
     fn argument(self) -> Count {
@@ -92,13 +161,17 @@ pub(crate) fn as_given(mut error: ConfigError, given: &[(&str, Option<f64>)]) ->
 
 /// A frozen, keyword-only class around a struct of the core, validated by `$check`.
 ///
-/// The text of each field is its documentation in the class and on the attribute.
+/// The text of each field is its documentation in the class and on the attribute; `$shown` is the
+/// signature with its defaults, which a test holds against the real ones.
 macro_rules! params {
     (
         $(#[doc = $about:literal])+
         $class:ident($core:ident) named $name:literal in $module:literal,
+        $(shown as $shown:literal,)?
         defaults $defaults:expr, checked by $check:expr,
         $($field:ident: $kind:ty, $words:literal, $text:literal;)+
+        $(@examples { $(#[doc = $example:literal])+ })?
+        $(@extra { $($extra:item)* })?
     ) => {
         $(#[doc = $about])+
         ///
@@ -113,6 +186,12 @@ macro_rules! params {
         /// ------
         /// ConfigError
         ///     If a parameter is out of its range; names it and its value.
+        $(
+            ///
+            /// Examples
+            /// --------
+            $(#[doc = $example])+
+        )?
         #[pyclass(frozen, eq, name = $name, module = $module)]
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub(crate) struct $class(pub(crate) $core);
@@ -120,7 +199,10 @@ macro_rules! params {
         #[pymethods]
         impl $class {
             #[new]
-            #[pyo3(signature = (*, $($field = $crate::params::Field::argument($defaults.$field)),+))]
+            #[pyo3(
+                signature = (*, $($field = $crate::params::Field::argument($defaults.$field)),+)
+                $(, text_signature = $shown)?
+            )]
             fn new(
                 py: Python<'_>,
                 $($field: <$kind as $crate::params::Field>::Argument),+
@@ -156,7 +238,7 @@ macro_rules! params {
                 Ok(fields)
             }
 
-            /// The same parameters but for the ones given by name.
+            /// The same but for the parameters given by name.
             #[pyo3(signature = (**changes))]
             fn replace<'py>(
                 &self,
@@ -180,6 +262,8 @@ macro_rules! params {
             ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
                 Ok((PyTuple::empty(py), self.as_dict(py)?))
             }
+
+            $($($extra)*)?
         }
     };
 }

@@ -1,16 +1,16 @@
 //! The path: arrays in, geometry out.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
 use popsteer_core::path::lookahead;
+use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
 use popsteer_core::path::{Foot, Path, PathView, distinct_waypoints, locate};
 use popsteer_core::vehicle::state::MAX_YAW;
 use popsteer_core::{Point, math};
-use popsteer_sim::PathIndex;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
@@ -51,31 +51,11 @@ use crate::projection::{PyLookahead, PyProjection};
 /// 0.5
 #[pyclass(frozen, name = "Path", module = "popsteer")]
 #[derive(Debug)]
-pub(crate) struct PyPath(pub(crate) Arc<Path>, OnceLock<PathIndex>);
+pub(crate) struct PyPath(pub(crate) Arc<Path>);
 
 impl PyPath {
     fn view(&self) -> PathView<'_> {
         self.0.view()
-    }
-
-    /// The segment where a vehicle is found after a jump, with the index, which is built now if it
-    /// is not yet.
-    pub(crate) fn relocalised(
-        &self,
-        py: Python<'_>,
-        x: f64,
-        y: f64,
-        yaw: f64,
-    ) -> Result<usize, InputError> {
-        let position = checked_point(x, y)?;
-        checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
-        let view = self.view();
-        let index = match self.1.get() {
-            Some(index) => index,
-            // Other threads go on meanwhile; those that ask for the index too wait for this one.
-            None => py.detach(|| self.1.get_or_init(|| PathIndex::new(&view))),
-        };
-        Ok(index.relocalise(&view, position, yaw))
     }
 
     /// A waypoint to go on from, by default the nearest of all.
@@ -104,21 +84,20 @@ impl PyPath {
         }
     }
 
+    /// The grid around a waypoint, where it is not too large to visit all of it.
     fn grid(
         &self,
+        py: Python<'_>,
         nearest: usize,
         fields: (&'static str, &'static str),
         ahead: f64,
         spacing: f64,
-    ) -> Result<Grid<'_>, InputError> {
-        checked(fields.0, ahead, 1e-3, 1e6)?;
-        checked(fields.1, spacing, 1e-4, 1e3)?;
+    ) -> PyResult<Grid<'_>> {
+        checked(fields.0, ahead, 1e-3, 1e6).or_raise(py)?;
+        checked(fields.1, spacing, 1e-4, 1e3).or_raise(py)?;
         let view = self.view();
-        Ok(Grid::new(
-            view,
-            resample::window(&view, nearest, ahead),
-            spacing,
-        ))
+        let window = resample::window(&view, nearest, ahead);
+        Grid::new(view, window, spacing).checked().or_raise(py)
     }
 }
 
@@ -195,7 +174,7 @@ impl PyPath {
         if let Some(reverse) = reverse {
             path = path.with_reverse(&reverse).or_raise(py)?;
         }
-        Ok(Self(Arc::new(path), OnceLock::new()))
+        Ok(Self(Arc::new(path)))
     }
 
     /// Read a path from a CSV file.
@@ -340,8 +319,8 @@ impl PyPath {
     ///
     /// Of the segments from the one at `waypoint` until more than `reach` of arc before and behind
     /// it, each that is no farther off than the one before it and nearer than the one after it is
-    /// a candidate; the one of least distance counts, each distance with up to 10 m more the less
-    /// the path leads along `yaw`. Other branches of the path are not seen, and where it is
+    /// a candidate; the one of least distance counts, each distance with up to
+    /// `opposite_distance` more the less the path leads along `yaw`. Other branches of the path are not seen, and where it is
     /// driven in both directions neither is what lies beyond the place where the vehicle turns
     /// round. All laws find their place so.
     ///
@@ -355,6 +334,9 @@ impl PyPath {
     ///     The waypoint at which the segment of the last foot starts.
     /// reach : float
     ///     How far along the path to look [m].
+    /// opposite_distance : float, default 10.0
+    ///     How much farther off the path counts where it leads against `yaw` [m]; controllers take
+    ///     10/3 of their wheelbase.
     ///
     /// Returns
     /// -------
@@ -373,6 +355,7 @@ impl PyPath {
     /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 0.5), (0.0, 0.5)])
     /// >>> path.locate(7.0, 0.4, 0.0, 0, 6.0).segment, path.locate(7.0, 0.4, 3.0, 0, 6.0).segment
     /// (0, 2)
+    #[pyo3(signature = (x, y, yaw, waypoint, reach, *, opposite_distance=10.0))]
     fn locate(
         &self,
         py: Python<'_>,
@@ -381,15 +364,18 @@ impl PyPath {
         yaw: f64,
         waypoint: Count,
         reach: f64,
+        opposite_distance: f64,
     ) -> PyResult<PyProjection> {
         let found = || {
             let position = checked_point(x, y)?;
             let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
             let waypoint = self.index("waypoint", waypoint)?;
             let reach = checked("reach", reach, 0.0, 1e9)?;
+            let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
             let heading = Point::new(math::cos(yaw), math::sin(yaw));
             let view = self.view();
-            Ok(locate::locate(&view, waypoint, position, heading, reach).projection(&view))
+            let foot = locate::locate(&view, waypoint, position, heading, reach, opposite);
+            Ok(foot.projection(&view))
         };
         found()
             .map(PyProjection)
@@ -452,13 +438,13 @@ impl PyPath {
 
     /// Find the waypoint to go on from after a jump: the nearest where the direction fits.
     ///
-    /// The segment of least distance counts, each distance with up to 10 m more the less a vehicle
-    /// that looks along `yaw` would drive along it; the first of several. The heading thus tells
+    /// The segment of least distance counts, each distance with up to `opposite_distance` more the
+    /// less a vehicle that looks along `yaw` would drive along it; the first of several. The heading thus tells
     /// branches apart that cross or lie alongside. Where the path is driven backwards the vehicle
     /// looks against it.
     ///
-    /// The first call builds a spatial index of the path, which its controllers share; from then
-    /// on a call takes O(log N) where few waypoints are as near.
+    /// A call takes microseconds where few waypoints are as near, and visits all of them at worst,
+    /// as at the centre of a circle.
     ///
     /// Parameters
     /// ----------
@@ -466,6 +452,9 @@ impl PyPath {
     ///     Position [m].
     /// yaw : float
     ///     Heading [rad]; need not be wrapped.
+    /// opposite_distance : float, default 10.0
+    ///     How much farther off a segment counts that leads the opposite way [m]; controllers take
+    ///     10/3 of their wheelbase.
     ///
     /// Returns
     /// -------
@@ -482,8 +471,22 @@ impl PyPath {
     /// >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])
     /// >>> path.relocalise(0.5, 0.9, 0.1), path.relocalise(0.5, 0.9, 3.1)
     /// (0, 2)
-    fn relocalise(&self, py: Python<'_>, x: f64, y: f64, yaw: f64) -> PyResult<usize> {
-        self.relocalised(py, x, y, yaw).or_raise(py)
+    #[pyo3(signature = (x, y, yaw, *, opposite_distance=10.0))]
+    fn relocalise(
+        &self,
+        py: Python<'_>,
+        x: f64,
+        y: f64,
+        yaw: f64,
+        opposite_distance: f64,
+    ) -> PyResult<usize> {
+        let found = || {
+            let position = checked_point(x, y)?;
+            let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
+            let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
+            Ok(relocalise(&self.view(), position, yaw, opposite))
+        };
+        found().map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
     }
 
     /// Project a position exactly onto the segments at a waypoint.
@@ -623,6 +626,8 @@ impl PyPath {
     /// ------
     /// InputError
     ///     If `nearest` is no waypoint, or a length is out of range.
+    /// PathError
+    ///     If the grid would have more than 10,000,000 points.
     #[pyo3(signature = (nearest, ahead=20.0, spacing=0.01))]
     fn resample<'py>(
         &self,
@@ -632,11 +637,10 @@ impl PyPath {
         spacing: f64,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let nearest = self.index("nearest", nearest).or_raise(py)?;
-        let grid = self
-            .grid(nearest, ("ahead", "spacing"), ahead, spacing)
-            .or_raise(py)?;
-        let rows: Vec<Vec<f64>> = grid.points().map(|point| vec![point.x, point.y]).collect();
-        Ok(PyArray2::from_vec2(py, &rows)?)
+        let grid = self.grid(py, nearest, ("ahead", "spacing"), ahead, spacing)?;
+        let flat: Vec<f64> = grid.points().flat_map(|point| [point.x, point.y]).collect();
+        let points = flat.len() / 2;
+        PyArray1::from_vec(py, flat).reshape([points, 2])
     }
 
     /// Search the re-discretised window for the lookahead point.
@@ -669,6 +673,8 @@ impl PyPath {
     /// ------
     /// InputError
     ///     If `nearest` is no waypoint, or a number is out of range.
+    /// PathError
+    ///     If the grid would have more than 10,000,000 points.
     #[pyo3(signature = (
         x, y, lookahead, *, nearest=None, tolerance=0.01, window_ahead=20.0, grid_spacing=0.01
     ))]
@@ -683,20 +689,14 @@ impl PyPath {
         window_ahead: f64,
         grid_spacing: f64,
     ) -> PyResult<PyLookahead> {
-        let found = || {
-            let position = checked_point(x, y)?;
-            let nearest = self.start("nearest", nearest, position)?;
-            checked("lookahead", lookahead, 0.0, 1e6)?;
-            checked("tolerance", tolerance, 1e-9, 1e3)?;
-            let names = ("window_ahead", "grid_spacing");
-            let grid = self.grid(nearest, names, window_ahead, grid_spacing)?;
-            Ok(lookahead::get_lookahead_point(
-                &grid, position, lookahead, tolerance,
-            ))
-        };
-        found()
-            .map(PyLookahead)
-            .map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
+        let position = checked_point(x, y).or_raise(py)?;
+        let nearest = self.start("nearest", nearest, position).or_raise(py)?;
+        checked("lookahead", lookahead, 0.0, 1e6).or_raise(py)?;
+        checked("tolerance", tolerance, 1e-9, 1e3).or_raise(py)?;
+        let names = ("window_ahead", "grid_spacing");
+        let grid = self.grid(py, nearest, names, window_ahead, grid_spacing)?;
+        let found = lookahead::get_lookahead_point(&grid, position, lookahead, tolerance);
+        Ok(PyLookahead(found))
     }
 
     /// Search the re-discretised window for the lookahead point; give its index alone.

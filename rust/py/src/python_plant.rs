@@ -1,21 +1,30 @@
 //! A plant written in Python, driven by the same closed loop as the core's.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use popsteer_core::VehicleState;
-use popsteer_sim::{Control, Geometry, Plant, PlantState};
+use popsteer_core::{Vehicle, VehicleState};
+use popsteer_sim::{Control, Plant, PlantState};
+use pyo3::PyVisit;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 use crate::errors::{OrRaise, module};
+use crate::vehicle::PyVehicle;
 
-/// An object with `name`, `geometry`, `reset` and `advance`; `popsteer.plants` says what they do.
+/// An object with `name`, `vehicle`, `reset` and `advance`; `popsteer.plants` says what they do.
 #[derive(Debug)]
 pub(crate) struct PythonPlant {
-    object: Py<PyAny>,
+    /// None once the garbage collector has broken a cycle.
+    object: Mutex<Option<Py<PyAny>>>,
     name: String,
-    geometry: Geometry,
+    vehicle: Vehicle,
+    reverses: bool,
     /// What the object raised, until the closed loop takes it: the plant stands still from then on.
     fault: Mutex<Option<PyErr>>,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl PythonPlant {
@@ -26,47 +35,76 @@ impl PythonPlant {
                 return Ok(None);
             }
         }
-        let (front_offset, rear_offset, wheelbase) = object.getattr("geometry")?.extract()?;
+        let vehicle = object.getattr("vehicle")?;
+        let vehicle = vehicle.cast::<PyVehicle>()?.get().0;
+        let reverses = match object.getattr_opt("reverses")? {
+            Some(reverses) => reverses.extract()?,
+            None => false,
+        };
         Ok(Some(Self {
-            object: object.clone().unbind(),
+            object: Mutex::new(Some(object.clone().unbind())),
             name: object.getattr("name")?.extract()?,
-            geometry: Geometry {
-                front_offset,
-                rear_offset,
-                wheelbase,
-            },
+            vehicle,
+            reverses,
             fault: Mutex::new(None),
         }))
+    }
+
+    /// The object.
+    pub(crate) fn object(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        match &*locked(&self.object) {
+            Some(object) => Ok(object.clone_ref(py)),
+            None => Err(PyRuntimeError::new_err("the plant is gone")),
+        }
     }
 
     /// Puts the vehicle where a run begins.
     pub(crate) fn reset(&self, py: Python<'_>, start: VehicleState) -> PyResult<()> {
         let VehicleState { x, y, yaw, speed } = start;
-        self.object
+        self.object(py)?
             .call_method1(py, "reset", (x, y, yaw, speed))
             .map(drop)
     }
 
     /// What the object raised since this was last asked.
     pub(crate) fn take_fault(&self) -> Option<PyErr> {
-        let mut fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
-        fault.take()
+        locked(&self.fault).take()
     }
 
-    fn moved(
-        &self,
-        control: Control,
-        dt: f64,
-        substeps: usize,
-    ) -> PyResult<(VehicleState, f64, f64)> {
+    /// Shows the object to the garbage collector.
+    pub(crate) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), pyo3::PyTraverseError> {
+        match self.object.try_lock() {
+            Ok(object) => visit.call(&*object),
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// Lets go of the object.
+    pub(crate) fn clear(&self) {
+        let object = locked(&self.object).take();
+        drop(object);
+    }
+
+    fn moved(&self, control: Control, dt: f64, substeps: usize) -> PyResult<PlantState> {
         Python::attach(|py| {
-            let pedals = (control.throttle, control.brake);
-            let arguments = (control.steer, pedals.0, pedals.1, dt, substeps);
-            let state = self.object.call_method1(py, "advance", arguments)?;
-            let (x, y, yaw, speed, yaw_rate, _wheel): (f64, f64, f64, f64, f64, f64) =
+            let arguments = (
+                control.steer,
+                control.throttle,
+                control.brake,
+                dt,
+                substeps,
+                control.reverse,
+            );
+            let state = self.object(py)?.call_method1(py, "advance", arguments)?;
+            let (x, y, yaw, speed, yaw_rate, wheel): (f64, f64, f64, f64, f64, f64) =
                 state.extract(py)?;
             let vehicle = VehicleState { x, y, yaw, speed };
-            Ok((vehicle.checked().or_raise(py)?, yaw_rate, control.throttle))
+            Ok(PlantState {
+                vehicle: vehicle.checked().or_raise(py)?,
+                yaw_rate,
+                wheel,
+                throttle: control.throttle,
+            })
         })
     }
 }
@@ -76,23 +114,21 @@ impl Plant for PythonPlant {
         &self.name
     }
 
-    fn geometry(&self) -> Geometry {
-        self.geometry
+    fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
+    }
+
+    fn reverses(&self) -> bool {
+        self.reverses
     }
 
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
+        if locked(&self.fault).is_some() {
+            return;
+        }
         match self.moved(control, dt, substeps) {
-            Ok((vehicle, yaw_rate, throttle)) => {
-                *state = PlantState {
-                    vehicle,
-                    yaw_rate,
-                    throttle,
-                };
-            }
-            Err(error) => {
-                let mut fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
-                *fault = Some(error);
-            }
+            Ok(moved) => *state = moved,
+            Err(error) => *locked(&self.fault) = Some(error),
         }
     }
 }

@@ -1,65 +1,163 @@
 //! Plants, settings and the simulation.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use numpy::{PyArray1, PyArrayMethods};
-use popsteer_core::vehicle::Actuator;
+use numpy::{PyArray1, PyReadonlyArray1};
 use popsteer_core::{InputError, Point, Status, VehicleState};
 use popsteer_sim::plant::{self, CarlaIdentified, KinematicBicycle};
-use popsteer_sim::{Control, Drive, Plant, Record, Settings, Simulation, closed_loop};
+use popsteer_sim::simulation::axle;
+use popsteer_sim::{
+    Control, Controller, Drive, Perception, Plant, Record, Saved, Settings, Simulation, closed_loop,
+};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyTuple};
+use pyo3::{PyTraverseError, PyVisit};
 
-use crate::actuator::PyActuator;
-use crate::command::status_code;
 use crate::errors::{OrRaise, argument_error, unknown};
 use crate::lateral::law_of;
 use crate::longitudinal::drive_of;
+use crate::many::PyNoise;
 use crate::metrics::figures;
 use crate::params::params;
 use crate::path::PyPath;
+use crate::python_driver::PythonDriver;
 use crate::python_plant::{PythonPlant, limit_of};
+use crate::vehicle::PyVehicle;
 
-params! {
+/// A plant class of the core: a vehicle, and parameters of its own.
+macro_rules! plant {
+    (
+        $(#[doc = $about:literal])+
+        $class:ident($core:ident) named $name:literal, vehicle $vehicle:literal,
+        $($field:ident, $words:literal, $text:literal;)+
+    ) => {
+        $(#[doc = $about])+
+        ///
+        /// Parameters
+        /// ----------
+        /// vehicle : Vehicle, optional
+        #[doc = concat!("    What it is; by default ", $vehicle, ".")]
+        $(
+            #[doc = concat!(stringify!($field), " : ", $words)]
+            #[doc = concat!("    ", $text)]
+        )+
+        ///
+        /// Raises
+        /// ------
+        /// ConfigError
+        ///     If a parameter is out of its range; names it and its value.
+        #[pyclass(frozen, eq, hash, name = $name, module = "popsteer.sim")]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub(crate) struct $class(pub(crate) $core);
+
+        impl std::hash::Hash for $class {
+            fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+                PyVehicle(self.0.vehicle).hash(state);
+                $((self.0.$field + 0.0).to_bits().hash(state);)+
+            }
+        }
+
+        #[pymethods]
+        impl $class {
+            #[new]
+            #[pyo3(signature = (vehicle=None, *, $($field = $core::DEFAULT.$field),+))]
+            fn new(
+                py: Python<'_>,
+                vehicle: Option<Py<PyVehicle>>,
+                $($field: f64),+
+            ) -> PyResult<Self> {
+                let vehicle = vehicle.map_or($core::VEHICLE, |vehicle| vehicle.get().0);
+                let plant = $core { vehicle, $($field),+ };
+                plant.checked().map(Self).or_raise(py)
+            }
+
+            /// What it is.
+            #[getter]
+            fn vehicle(&self) -> PyVehicle {
+                PyVehicle(self.0.vehicle)
+            }
+
+            $(
+                #[doc = $text]
+                #[getter]
+                fn $field(&self) -> f64 {
+                    self.0.$field
+                }
+            )+
+
+            /// The vehicle and the parameters by name, as a new ``dict``.
+            fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                let fields = PyDict::new(py);
+                fields.set_item("vehicle", self.vehicle())?;
+                $(fields.set_item(stringify!($field), self.0.$field)?;)+
+                Ok(fields)
+            }
+
+            /// The same plant but for what is given by name.
+            #[pyo3(signature = (**changes))]
+            fn replace<'py>(
+                &self,
+                py: Python<'py>,
+                changes: Option<&Bound<'py, PyDict>>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let fields = self.as_dict(py)?;
+                if let Some(changes) = changes {
+                    fields.update(changes.as_mapping())?;
+                }
+                py.get_type::<Self>().call((), Some(&fields))
+            }
+
+            fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+                $crate::params::repr($name, &self.as_dict(py)?)
+            }
+
+            fn __getnewargs_ex__<'py>(
+                &self,
+                py: Python<'py>,
+            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+                Ok((PyTuple::empty(py), self.as_dict(py)?))
+            }
+        }
+    };
+}
+
+plant! {
     /// The vehicle identified from the paper authors' CARLA run.
     ///
     /// Single-track steady-state yaw response with a lag, and a longitudinal model with throttle
-    /// lag, drag and loss in bends. The recorded run holds no braking: `braking` is an assumption.
-    PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified" in "popsteer.sim",
-    defaults CarlaIdentified::DEFAULT, checked by CarlaIdentified::checked,
-    wheelbase: f64, "float, default 3.553",
-        "Effective wheelbase [m].";
-    understeer: f64, "float, default 2.9e-4",
-        "Understeer coefficient [s^2/m].";
-    yaw_lag: f64, "float, default 0.1",
-        "Time constant of the yaw rate [s].";
-    throttle_lag: f64, "float, default 0.25",
+    /// lag, drag and loss in bends. The vehicle's `steer_lag` acts on the yaw rate here. The
+    /// recorded run holds no braking: `braking` is an assumption.
+    PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified",
+    vehicle "``popsteer.vehicles.get('carla-identified')``",
+    throttle_lag, "float, default 0.25",
         "Time constant of the throttle [s].";
-    drive: f64, "float, default 6.0",
-        "Acceleration at full throttle [m/s^2].";
-    drag: f64, "float, default 0.28",
+    drive, "float, default 6.0",
+        "Acceleration at full throttle [m/s²].";
+    drag, "float, default 0.28",
         "Drag linear in speed [1/s].";
-    air_drag: f64, "float, default 0.001",
+    air_drag, "float, default 0.001",
         "Drag quadratic in speed [1/m].";
-    bend_loss: f64, "float, default 0.11",
+    bend_loss, "float, default 0.11",
         "Loss in bends.";
-    braking: f64, "float, default 9.0",
-        "Deceleration at full brake [m/s^2].";
+    braking, "float, default 9.0",
+        "Deceleration at full brake [m/s²].";
 }
 
-params! {
-    /// The plain kinematic bicycle about its rear axle, with an engine, brakes and linear drag.
-    PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle" in "popsteer.sim",
-    defaults KinematicBicycle::DEFAULT, checked by KinematicBicycle::checked,
-    wheelbase: f64, "float, default 3.0",
-        "Distance of the axles [m].";
-    drive: f64, "float, default 6.0",
-        "Acceleration at full throttle [m/s^2].";
-    drag: f64, "float, default 0.28",
+plant! {
+    /// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag.
+    ///
+    /// It does what its vehicle says: dead time, lag, rate, largest angle and offset of the wheels,
+    /// turning wheelbase and understeer, the point that does not slip, `drive_lag` and `max_speed`.
+    PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle",
+    vehicle "``popsteer.vehicles.get('kinematic-bicycle')``, whose wheels turn at once",
+    drive, "float, default 6.0",
+        "Acceleration at full throttle [m/s²].";
+    drag, "float, default 0.28",
         "Drag linear in speed [1/s].";
-    braking: f64, "float, default 9.0",
-        "Deceleration at full brake [m/s^2].";
+    braking, "float, default 9.0",
+        "Deceleration at full brake [m/s²].";
 }
 
 params! {
@@ -118,16 +216,19 @@ fn any_plant(object: &Bound<'_, PyAny>) -> PyResult<AnyPlant> {
 /// plant : str or CarlaIdentified or KinematicBicycle, default "carla-identified"
 ///     What moves; or a plant in Python, as `popsteer.plants` has them, which is reset to the start.
 /// start : tuple of float
-///     Pose of the front axle at the start, (x, y, yaw) [m, m, rad].
+///     Pose of the vehicle's point at the start, (x, y, yaw) [m, m, rad].
 /// speed : float, default 0.0
 ///     Speed at the start [m/s].
-/// reference_offset : float, optional
-///     Where errors are measured, ahead of the point whose pose `vehicle` gives [m]; by default
-///     the plant's front axle. They are measured at the rear axle besides.
+/// tracked_point : float, optional
+///     Where errors are measured, ahead of the vehicle's point [m]; by default the plant's front
+///     axle. They are measured at the rear axle besides.
 /// settings : Settings, optional
 ///     How the run goes.
-/// steering : Actuator, optional
-///     What lies between the commands and the plant's wheels; nothing by default.
+///
+/// Notes
+/// -----
+/// Dead time and steering offset of the plant's vehicle lie between the commands and any plant;
+/// lag, rate and limits are the plant's own.
 ///
 /// Raises
 /// ------
@@ -153,6 +254,8 @@ pub(crate) struct PySimulation {
     simulation: Simulation,
     owner: Py<PyPath>,
     python_plant: Option<Arc<PythonPlant>>,
+    start: (f64, f64, f64, f64),
+    tracked_point: f64,
     /// What kept the plant from going on.
     limit: Option<String>,
 }
@@ -161,16 +264,15 @@ pub(crate) struct PySimulation {
 impl PySimulation {
     #[new]
     #[pyo3(signature = (
-        path, plant=None, *, start, speed=0.0, reference_offset=None, settings=None, steering=None
+        path, plant=None, *, start, speed=0.0, tracked_point=None, settings=None
     ))]
     fn new(
         path: Py<PyPath>,
         plant: Option<&Bound<'_, PyAny>>,
         start: (f64, f64, f64),
         speed: f64,
-        reference_offset: Option<f64>,
+        tracked_point: Option<f64>,
         settings: Option<Py<PySettings>>,
-        steering: Option<Py<PyActuator>>,
         py: Python<'_>,
     ) -> PyResult<Self> {
         let (plant, python_plant) = match plant {
@@ -183,28 +285,115 @@ impl PySimulation {
             yaw: start.2,
             speed,
         };
-        let offset = reference_offset.unwrap_or(plant.geometry().front_offset);
-        let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
-        let simulation = Simulation::new(Arc::clone(&path.get().0), plant, start, offset, settings)
-            .or_raise(py)?;
-        let steering = match steering {
-            None => None,
-            Some(steering) => Some(Actuator::new(steering.get().0).or_raise(py)?),
-        };
+        let simulation = begun(py, &path, &plant, start, tracked_point, settings)?;
         if let Some(plant) = &python_plant {
-            plant.reset(py, simulation.vehicle())?;
+            plant.reset(py, start)?;
         }
+        let VehicleState { x, y, yaw, speed } = start;
         Ok(Self {
-            simulation: simulation.with_steering(steering),
+            simulation,
             owner: path,
+            start: (x, y, yaw, speed),
+            tracked_point: tracked_point.unwrap_or(plant.vehicle().front_axle()),
             python_plant,
             limit: None,
         })
     }
 
-    /// The pose that a law is given, and the speed: (x, y, yaw, speed) [m, m, rad, m/s].
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.owner)?;
+        match &self.python_plant {
+            Some(plant) => plant.traverse(&visit),
+            None => Ok(()),
+        }
+    }
+
+    fn __clear__(&mut self) {
+        if let Some(plant) = &self.python_plant {
+            plant.clear();
+        }
+    }
+
+    /// The state of a copy, or of one that is restored from a file.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let this = slf.try_borrow()?;
+        let plant = this.plant_object(py)?;
+        let settings = PySettings(*this.simulation.settings());
+        let saved = this.simulation.save();
+        let records: Vec<f64> = saved
+            .records
+            .iter()
+            .flat_map(|record| record.numbers())
+            .collect();
+        let state = (
+            PyArray1::from_vec(py, saved.numbers),
+            saved.commands,
+            PyArray1::from_vec(py, records),
+            this.limit.clone(),
+        );
+        let begin = (
+            this.owner.clone_ref(py),
+            plant,
+            this.start,
+            this.tracked_point,
+            settings,
+        );
+        let restore = slf.get_type().getattr("_restored")?;
+        (restore, (begin, state)).into_pyobject(py)
+    }
+
+    /// The simulation that `__reduce__` took apart. The plant goes on as it is.
+    #[staticmethod]
+    #[pyo3(name = "_restored")]
+    fn restored(
+        py: Python<'_>,
+        begin: (
+            Py<PyPath>,
+            Bound<'_, PyAny>,
+            (f64, f64, f64, f64),
+            f64,
+            Py<PySettings>,
+        ),
+        state: (
+            PyReadonlyArray1<'_, f64>,
+            Vec<(f64, f64)>,
+            PyReadonlyArray1<'_, f64>,
+            Option<String>,
+        ),
+    ) -> PyResult<Self> {
+        let (path, plant, start, tracked_point, settings) = begin;
+        let (plant, python_plant) = any_plant(&plant)?;
+        let (x, y, yaw, speed) = start;
+        let beginning = VehicleState { x, y, yaw, speed };
+        let simulation = begun(
+            py,
+            &path,
+            &plant,
+            beginning,
+            Some(tracked_point),
+            Some(settings),
+        )?;
+        let (numbers, commands, records, limit) = state;
+        let (records, _) = records.as_slice()?.as_chunks();
+        let saved = Saved {
+            numbers: numbers.as_slice()?.to_vec(),
+            commands,
+            records: records.iter().copied().map(Record::of).collect(),
+        };
+        Ok(Self {
+            simulation: simulation.restored(saved),
+            owner: path,
+            python_plant,
+            start,
+            tracked_point,
+            limit,
+        })
+    }
+
+    /// The pose of the vehicle's point, and the speed: (x, y, yaw, speed) [m, m, rad, m/s].
     #[getter]
-    fn vehicle(&self) -> (f64, f64, f64, f64) {
+    fn state(&self) -> (f64, f64, f64, f64) {
         let VehicleState { x, y, yaw, speed } = self.simulation.vehicle();
         (x, y, yaw, speed)
     }
@@ -231,6 +420,18 @@ impl PySimulation {
     #[getter]
     fn time(&self) -> f64 {
         self.simulation.time()
+    }
+
+    /// What moves is: the vehicle of the plant.
+    #[getter]
+    fn vehicle(&self) -> PyVehicle {
+        PyVehicle(*self.simulation.plant().vehicle())
+    }
+
+    /// Whether the path is driven backwards where the rear axle is.
+    #[getter]
+    fn reverse(&self) -> bool {
+        self.simulation.reverse()
     }
 
     /// Share of the path behind the front axle, or behind the rear axle where the path is driven
@@ -320,32 +521,45 @@ impl PySimulation {
             reverse,
         };
         self.simulation
-            .step(control, nowhere, Status::Ok)
+            .step(control, nowhere, Status::OK)
             .or_raise(py)?;
         self.look_at_plant(py)
     }
 
-    /// Let a law drive until the run is over.
+    /// Let a controller drive until the run is over.
     ///
     /// Parameters
     /// ----------
-    /// law : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang
-    ///     Its parameters drive, from a fresh state; the object's own state is left alone.
+    /// controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or your own
+    ///     One of popsteer drives from a fresh state; the object's own state is left alone. Your own
+    ///     has a method ``step(x, y, yaw, speed, dt)``, which returns an angle [rad] or an object
+    ///     with `steer` and, if it likes, `target`, `status` and `reverse`. If it has a parameter
+    ///     `reverse`, it is told whether the path is driven backwards where the rear axle is.
     /// longitudinal : CoupledLongitudinal or SpeedPid, optional
-    ///     The pedals; by default the paper's law.
+    ///     The pedals; by default the paper's controller.
     /// progress : callable, optional
-    ///     Called now and then with the share of the path done, 0 to 1.
-    #[pyo3(signature = (law, longitudinal=None, progress=None))]
+    ///     Called ten times a second with the share of the path done, 0 to 1.
+    /// noise : Noise, optional
+    ///     How far off the controllers see the vehicle; none by default.
+    /// seed : int, default 0
+    ///     Where the noise comes from.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If an angle is not finite or beyond its bound.
+    /// TypeError
+    ///     If the object has no `step`, or that returns no angle. What `step` raises reaches you.
+    #[pyo3(signature = (controller, longitudinal=None, progress=None, *, noise=None, seed=0))]
     fn drive(
         &mut self,
         py: Python<'_>,
-        law: &Bound<'_, PyAny>,
+        controller: &Bound<'_, PyAny>,
         longitudinal: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
+        noise: Option<Py<PyNoise>>,
+        seed: u64,
     ) -> PyResult<()> {
-        let (law, _) = law_of(law).ok_or_else(|| {
-            PyTypeError::new_err("law must be a controller of popsteer; use step for your own")
-        })?;
         let drive = match longitudinal {
             None => Drive::default(),
             Some(longitudinal) => drive_of(longitudinal).ok_or_else(|| {
@@ -355,32 +569,51 @@ impl PySimulation {
         if self.limit.is_some() {
             return Ok(());
         }
+        let noise = noise.map_or(popsteer_sim::Noise::DEFAULT, |noise| noise.get().0);
+        let perception = Perception::new(noise, seed, 0);
         let python_plant = self.python_plant.clone();
         let mut fault = None;
         let progress = progress.map(|progress| progress.clone().unbind());
-        let simulation = &mut self.simulation;
         let mut interrupted: PyResult<()> = Ok(());
-        let outcome: Result<(), InputError> = py.detach(|| {
-            let mut steps = 0_usize;
-            closed_loop::run(simulation, &law, &drive, |simulation| {
-                steps += 1;
-                fault = python_plant.as_ref().and_then(|plant| plant.take_fault());
-                if fault.is_some() {
-                    return false;
+        let mut looked = Instant::now();
+        let go_on = |simulation: &Simulation| {
+            fault = python_plant.as_ref().and_then(|plant| plant.take_fault());
+            if fault.is_some() {
+                return false;
+            }
+            if looked.elapsed() < Self::LOOK_EVERY {
+                return true;
+            }
+            interrupted = Python::attach(|py| {
+                py.check_signals()?;
+                if let Some(progress) = &progress {
+                    progress.call1(py, (simulation.progress(),))?;
                 }
-                if !steps.is_multiple_of(Self::STEPS_PER_LOOK) {
-                    return true;
-                }
-                interrupted = Python::attach(|py| {
-                    py.check_signals()?;
-                    if let Some(progress) = &progress {
-                        progress.call1(py, (simulation.progress(),))?;
-                    }
-                    Ok(())
+                Ok(())
+            });
+            looked = Instant::now();
+            interrupted.is_ok()
+        };
+        let simulation = &mut self.simulation;
+        let mut raised = None;
+        let outcome: Result<(), InputError> = match law_of(controller) {
+            Some((tracker, _)) => py.detach(|| {
+                simulation.track(*tracker.follow());
+                let mut driver = Controller::new(&tracker);
+                closed_loop::run(simulation, &mut driver, &drive, perception, go_on)
+            }),
+            None => {
+                let mut driver = PythonDriver::of(controller)?;
+                let outcome = py.detach(|| {
+                    closed_loop::run(simulation, &mut driver, &drive, perception, go_on)
                 });
-                interrupted.is_ok()
-            })
-        });
+                raised = driver.take_fault();
+                outcome
+            }
+        };
+        if let Some(error) = raised {
+            return Err(error);
+        }
         interrupted?;
         outcome.or_raise(py)?;
         self.take_note(py, fault)
@@ -400,24 +633,18 @@ impl PySimulation {
 
     /// What was measured step by step: an array of shape (steps,) for each column.
     ///
-    /// Columns: time [s]; x, y, yaw, speed of the pose that the laws are given; steer [rad],
-    /// throttle, brake; reference_x, reference_y of the law's reference point [m];
-    /// cross_track_error [m] and heading_error [rad] there, as the paper measured;
-    /// rear_cross_track_error and rear_heading_error at the rear axle; target_x, target_y [m];
-    /// status (0 ok, 1 lookahead lost, 2 saturated, 3 end of path, 4 off path).
+    /// Columns: time [s]; x, y, yaw, speed of the vehicle's point; steer [rad], throttle, brake;
+    /// reference_x, reference_y of the tracked point [m]; cross_track_error [m] and heading_error
+    /// [rad] there, as the paper measured; rear_cross_track_error and rear_heading_error at the
+    /// rear axle; target_x, target_y [m]; status, the bits of `popsteer.Status` (uint32).
     fn records<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let records = self.simulation.records();
         let columns = PyDict::new(py);
         for (name, column) in COLUMNS {
             columns.set_item(name, PyArray1::from_iter(py, records.iter().map(*column)))?;
         }
-        let status = PyArray1::<u8>::zeros(py, records.len(), false);
-        {
-            let mut codes = status.try_readwrite()?;
-            for (code, record) in codes.as_slice_mut()?.iter_mut().zip(records) {
-                *code = status_code(record.status);
-            }
-        }
+        let status = records.iter().map(|record| record.status.bits());
+        let status = PyArray1::from_iter(py, status);
         columns.set_item("status", status)?;
         Ok(columns)
     }
@@ -433,8 +660,25 @@ impl PySimulation {
 }
 
 impl PySimulation {
-    /// How many steps run between two looks at signals and progress: about a millisecond.
-    const STEPS_PER_LOOK: usize = 256;
+    /// How often signals and progress are seen to, however long a step takes.
+    const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+    /// The plant as Python knows it.
+    fn plant_object(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        if let Some(plant) = &self.python_plant {
+            return plant.object(py);
+        }
+        let plant: &dyn std::any::Any = self.simulation.plant().as_ref();
+        if let Some(plant) = plant.downcast_ref::<CarlaIdentified>() {
+            return Ok(Py::new(py, PyCarlaIdentified(*plant))?.into_any());
+        }
+        if let Some(plant) = plant.downcast_ref::<KinematicBicycle>() {
+            return Ok(Py::new(py, PyKinematicBicycle(*plant))?.into_any());
+        }
+        Err(PyTypeError::new_err(
+            "the plant is of no class of popsteer.sim",
+        ))
+    }
 
     /// Raises what a plant in Python raised; a limit of it ends the run instead.
     fn look_at_plant(&mut self, py: Python<'_>) -> PyResult<()> {
@@ -479,24 +723,34 @@ const COLUMNS: &[Column] = &[
     ("target_y", |record| record.target.y),
 ];
 
-/// The names of the plants, and where their axles lie.
+/// A simulation at its start.
+fn begun(
+    py: Python<'_>,
+    path: &Py<PyPath>,
+    plant: &Arc<dyn Plant>,
+    start: VehicleState,
+    tracked_point: Option<f64>,
+    settings: Option<Py<PySettings>>,
+) -> PyResult<Simulation> {
+    let vehicle = plant.vehicle();
+    let ahead = tracked_point.map_or(vehicle.wheelbase, |point| point - vehicle.rear_axle);
+    let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
+    let (path, plant) = (Arc::clone(&path.get().0), Arc::clone(plant));
+    let tracked = axle(plant.vehicle(), ahead);
+    Simulation::new(path, plant, start, tracked, settings).or_raise(py)
+}
+
+/// The names of the plants, and what they are.
 ///
 /// Returns
 /// -------
 /// dict
-///     For each name (front_offset, rear_offset, wheelbase) [m]: how far ahead of the point whose
-///     pose the laws are given the axles lie, and what the laws take for their distance.
+///     For each name its `Vehicle`.
 #[pyfunction]
 pub(crate) fn plants(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let named = PyDict::new(py);
     for plant in plant::NAMES.iter().filter_map(|name| plant::by_name(name)) {
-        let geometry = plant.geometry();
-        let offsets = (
-            geometry.front_offset,
-            geometry.rear_offset,
-            geometry.wheelbase,
-        );
-        named.set_item(plant.name(), offsets)?;
+        named.set_item(plant.name(), PyVehicle(*plant.vehicle()))?;
     }
     Ok(named)
 }

@@ -1,27 +1,44 @@
 //! The vehicles of a batch.
 
-use popsteer_core::lateral::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley, Tracker};
+use popsteer_core::lateral::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
 use popsteer_sim::batch::{Batch, BatchError, CHUNK};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
 use crate::errors::{IntoPyErr, entry_error};
 use crate::lateral::{
     PyBangBang, PyBangBangState, PyPid, PyPidState, PyPop, PyPopState, PyPreviewPop,
     PyPreviewPopState, PyPurePursuit, PyPurePursuitState, PyStanley, PyStanleyState, StateClass,
+    as_given,
 };
 use crate::pool;
 
 /// The vehicles, of one law each time: a batch of mixed ones would be as wide as the widest state.
 #[derive(Debug)]
 pub(crate) enum Vehicles {
-    Pop(Batch<Tracker<Pop>>),
-    PreviewPop(Batch<Tracker<PreviewPop>>),
-    Pid(Batch<Tracker<Pid>>),
-    PurePursuit(Batch<Tracker<PurePursuit>>),
-    Stanley(Batch<Tracker<Stanley>>),
-    BangBang(Batch<Tracker<BangBang>>),
+    Pop(Batch<Pop>),
+    PreviewPop(Batch<PreviewPop>),
+    Pid(Batch<Pid>),
+    PurePursuit(Batch<PurePursuit>),
+    Stanley(Batch<Stanley>),
+    BangBang(Batch<BangBang>),
+}
+
+/// What makes a controller anew, but for its state: its class and the arguments for it.
+#[derive(Debug)]
+pub(crate) struct Recipe {
+    class: Py<PyType>,
+    arguments: Py<PyTuple>,
+    options: Py<PyDict>,
+}
+
+impl Recipe {
+    /// A new controller, before its first step.
+    pub(crate) fn make<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let class = self.class.bind(py);
+        class.call(self.arguments.bind(py), Some(self.options.bind(py)))
+    }
 }
 
 /// The same expression for the batch of any law.
@@ -39,25 +56,66 @@ macro_rules! each {
 }
 pub(crate) use each;
 
+/// The same expression for the batch of any law, with the class of its states.
+macro_rules! each_state {
+    ($vehicles:expr, $batch:ident of $state:ident => $body:expr) => {
+        match $vehicles {
+            Vehicles::Pop($batch) => {
+                type $state = PyPopState;
+                $body
+            }
+            Vehicles::PreviewPop($batch) => {
+                type $state = PyPreviewPopState;
+                $body
+            }
+            Vehicles::Pid($batch) => {
+                type $state = PyPidState;
+                $body
+            }
+            Vehicles::PurePursuit($batch) => {
+                type $state = PyPurePursuitState;
+                $body
+            }
+            Vehicles::Stanley($batch) => {
+                type $state = PyStanleyState;
+                $body
+            }
+            Vehicles::BangBang($batch) => {
+                type $state = PyBangBangState;
+                $body
+            }
+        }
+    };
+}
+
 impl Vehicles {
-    /// `repeat` copies of each controller; all are of the class of the first.
-    pub(crate) fn gather(controllers: &[Bound<'_, PyAny>], repeat: usize) -> PyResult<Self> {
+    /// `repeat` copies of each controller, and what makes each controller; all are of the class of
+    /// the first.
+    pub(crate) fn gather(
+        controllers: &[Bound<'_, PyAny>],
+        repeat: usize,
+    ) -> PyResult<(Self, Vec<Recipe>)> {
         let Some(first) = controllers.first() else {
-            return Ok(Self::Pop(Batch::new([])));
+            return Ok((Self::Pop(Batch::new([])), Vec::new()));
         };
         macro_rules! try_each {
             ($($law:ident($class:ty)),+) => {$(
                 if first.cast_exact::<$class>().is_ok() {
-                    let mut vehicles = Vec::with_capacity(controllers.len() * repeat);
+                    let mut batch = Batch::new([]);
+                    let mut recipes = Vec::with_capacity(controllers.len());
                     for (index, controller) in controllers.iter().enumerate() {
                         let controller = controller.cast_exact::<$class>().map_err(|_| {
                             let wanted = concat!("of the first's class ", stringify!($law));
                             wrong_class(index, wanted, controller)
                         })?;
-                        let vehicle = controller.try_borrow()?.vehicle();
-                        vehicles.extend(std::iter::repeat_n(vehicle, repeat));
+                        let class = controller.get_type().unbind();
+                        let controller = controller.try_borrow()?;
+                        batch.add(controller.member(), repeat);
+                        let (arguments, options) = controller.__getnewargs_ex__(first.py())?;
+                        let (arguments, options) = (arguments.unbind(), options.unbind());
+                        recipes.push(Recipe { class, arguments, options });
                     }
-                    return Ok(Self::$law(Batch::resume(vehicles)));
+                    return Ok((Self::$law(batch), recipes));
                 }
             )+};
         }
@@ -78,20 +136,36 @@ impl Vehicles {
 
     /// The states, in order.
     pub(crate) fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        match self {
-            Self::Pop(batch) => PyList::new(py, batch.states().map(PyPopState::from_core)),
-            Self::PreviewPop(batch) => {
-                PyList::new(py, batch.states().map(PyPreviewPopState::from_core))
-            }
-            Self::Pid(batch) => PyList::new(py, batch.states().map(PyPidState::from_core)),
-            Self::PurePursuit(batch) => {
-                PyList::new(py, batch.states().map(PyPurePursuitState::from_core))
-            }
-            Self::Stanley(batch) => PyList::new(py, batch.states().map(PyStanleyState::from_core)),
-            Self::BangBang(batch) => {
-                PyList::new(py, batch.states().map(PyBangBangState::from_core))
-            }
+        each_state!(self, batch of State => {
+            PyList::new(py, batch.states().map(|state| State::from_core(&state)))
+        })
+    }
+
+    /// Puts all states, in order, or none.
+    pub(crate) fn set_states(&mut self, states: &Bound<'_, PyList>) -> PyResult<()> {
+        let py = states.py();
+        if states.len() != self.len() {
+            let (given, wanted) = (states.len(), self.len());
+            let words = format!("a batch of {wanted} vehicles has {wanted} states, got {given}");
+            return Err(PyValueError::new_err(words));
         }
+        each_state!(self, batch of State => {
+            let mut restored = Vec::with_capacity(batch.len());
+            for (member, state) in batch.members().zip(states) {
+                let state: PyRef<'_, State> = state.extract()?;
+                let made = state.to_core(&member.tracker).and_then(|made| {
+                    member.tracker.check_state(&member.path.view(), &made).map(|()| made)
+                });
+                match made {
+                    Ok(made) => restored.push(made),
+                    Err(error) => {
+                        return Err(as_given(error, &state.as_dict(py)?)?.into_py_err(py));
+                    }
+                }
+            }
+            batch.set_states(restored);
+        });
+        Ok(())
     }
 
     /// Does `work` on the vehicles without the interpreter's lock; `work` is given the vehicles.

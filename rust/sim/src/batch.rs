@@ -2,27 +2,143 @@
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::TrackerState;
+use popsteer_core::lateral::tracker::Answer;
+use popsteer_core::lateral::{Handover, TrackerState};
+use popsteer_core::vehicle::Estimator;
 use popsteer_core::vehicle::state::checked_dt;
-use popsteer_core::{Command, InputError, LateralLaw, Path, Tracker, VehicleState};
+use popsteer_core::{Command, InputError, LateralLaw, Path, Point, Status, Tracker, VehicleState};
 use rayon::prelude::*;
 
 /// Vehicles a thread takes at a time: enough to outweigh handing them over. A batch of no more is
 /// stepped on the thread that asks for it.
 pub const CHUNK: usize = 256;
 
-/// Vehicles under controllers of one kind, each with a vehicle, parameters, path and state of its
+/// Vehicles under controllers of one kind, each with vehicle, parameters, path and state of its
 /// own.
 #[derive(Clone, Debug)]
 pub struct Batch<L: LateralLaw> {
-    vehicles: Vec<Driver<L>>,
+    members: Vec<Kept<L>>,
 }
 
+/// One vehicle of a batch: who steers it, along which path, and what is remembered of it.
 #[derive(Clone, Debug)]
-struct Driver<L: LateralLaw> {
-    law: Tracker<L>,
+pub struct Member<L: LateralLaw> {
+    /// Who steers.
+    pub tracker: Tracker<L>,
+    /// Along which path.
+    pub path: Arc<Path>,
+    /// What is remembered; a state that [`Tracker::check_state`] accepts.
+    pub state: TrackerState<L::State>,
+}
+
+/// A member as a batch keeps it: 10,000,000 of them are to fit the memory.
+#[derive(Clone, Debug)]
+struct Kept<L: LateralLaw> {
+    tracker: Tracker<L>,
     path: Arc<Path>,
-    state: TrackerState<L::State>,
+    state: KeptState<L::State>,
+}
+
+/// A state, without the 3 kB for commands in flight where there are none.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "most are short, and there are many"
+)]
+#[derive(Clone, Debug)]
+enum KeptState<S> {
+    Whole(Box<TrackerState<S>>),
+    Short(Short<S>),
+}
+
+/// A state without commands in flight.
+#[derive(Clone, Debug)]
+struct Short<S> {
+    law: S,
+    waypoint: Option<usize>,
+    measured_waypoint: Option<usize>,
+    steer: f64,
+    handover: Option<Handover>,
+    held: usize,
+    answer: Option<Answer>,
+    estimator: Estimator,
+}
+
+/// A larger state of a law costs more to be moved at each step than it saves [bytes].
+const SHORT: usize = 256;
+
+impl<S: Clone> KeptState<S> {
+    fn new(state: TrackerState<S>) -> Self {
+        if state.in_flight.is_some() || size_of::<S>() > SHORT {
+            Self::Whole(Box::new(state))
+        } else {
+            Self::Short(Short::of(&state))
+        }
+    }
+
+    /// What `change` comes to with the state.
+    #[inline]
+    fn with<T>(&mut self, change: impl FnOnce(&mut TrackerState<S>) -> T) -> T {
+        match self {
+            Self::Whole(state) => change(state),
+            Self::Short(short) => {
+                let mut state = short.whole();
+                let answer = change(&mut state);
+                *short = Short::of(&state);
+                answer
+            }
+        }
+    }
+
+    fn whole(&self) -> TrackerState<S> {
+        match self {
+            Self::Whole(state) => TrackerState::clone(state),
+            Self::Short(short) => short.whole(),
+        }
+    }
+}
+
+impl<S: Clone> Short<S> {
+    #[inline]
+    fn of(state: &TrackerState<S>) -> Self {
+        Self {
+            law: state.law.clone(),
+            waypoint: state.waypoint,
+            measured_waypoint: state.measured_waypoint,
+            steer: state.steer,
+            handover: state.handover,
+            held: state.held,
+            answer: state.answer,
+            estimator: state.estimator,
+        }
+    }
+
+    #[inline]
+    fn whole(&self) -> TrackerState<S> {
+        TrackerState {
+            law: self.law.clone(),
+            waypoint: self.waypoint,
+            measured_waypoint: self.measured_waypoint,
+            steer: self.steer,
+            handover: self.handover,
+            held: self.held,
+            answer: self.answer,
+            in_flight: None,
+            estimator: self.estimator,
+        }
+    }
+}
+
+/// What an input that is refused leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnError {
+    /// An error; no vehicle has moved then.
+    Raise,
+    /// No angle, and no numbers, for its vehicle, which keeps its state; the others go on. A bad
+    /// `dt` is an error.
+    Mark,
+    /// The last command of its vehicle, as [`Tracker::step_or_hold`] with this limit; the others
+    /// go on. A bad `dt` holds all of them.
+    Hold(usize),
 }
 
 /// A vehicle whose input is refused.
@@ -34,62 +150,123 @@ pub struct BatchError {
     pub error: InputError,
 }
 
+impl<L: LateralLaw> Kept<L> {
+    fn new(member: Member<L>) -> Self {
+        let Member {
+            tracker,
+            path,
+            state,
+        } = member;
+        let state = KeptState::new(state);
+        Self {
+            tracker,
+            path,
+            state,
+        }
+    }
+
+    /// One step. The command of a refused input has no numbers, and the direction of the last one.
+    fn step(&mut self, input: VehicleState, dt: f64, on_error: OnError) -> Command {
+        let (tracker, path) = (&self.tracker, self.path.view());
+        if let OnError::Hold(limit) = on_error {
+            let step = |state: &mut _| tracker.step_or_hold(&path, state, input, dt, limit);
+            return self.state.with(step);
+        }
+        self.state.with(|state| {
+            let answer = tracker.step(&path, state, input, dt);
+            answer.unwrap_or_else(|_| marked(state.answer))
+        })
+    }
+
+    /// The angle of [`step`](Self::step).
+    fn steer(&mut self, input: VehicleState, dt: f64, on_error: OnError) -> f64 {
+        if matches!(on_error, OnError::Hold(_)) {
+            return self.step(input, dt, on_error).steer;
+        }
+        let (tracker, path) = (&self.tracker, self.path.view());
+        let steer = |state: &mut _| tracker.steer(&path, state, input, dt);
+        self.state.with(steer).unwrap_or(f64::NAN)
+    }
+}
+
+/// The command of a refused input after this answer.
+fn marked(last: Option<Answer>) -> Command {
+    let nan = f64::NAN;
+    Command {
+        steer: nan,
+        cross_track_error: nan,
+        heading_error: nan,
+        predicted_cross_track_error: nan,
+        predicted_heading_error: nan,
+        target: Point::new(nan, nan),
+        reverse: last.is_some_and(|answer| answer.reverse),
+        status: Status::INPUT_HELD,
+    }
+}
 impl<L> Batch<L>
 where
     L: LateralLaw + Clone + Send + Sync,
     L::State: Send + Sync,
 {
-    /// One vehicle for each law and path, in its initial state.
-    pub fn new(laws: impl IntoIterator<Item = (Tracker<L>, Arc<Path>)>) -> Self {
-        Self::resume(laws.into_iter().map(|(law, path)| {
-            let state = law.initial_state();
-            (law, path, state)
-        }))
+    /// One vehicle for each of these.
+    pub fn new(members: impl IntoIterator<Item = Member<L>>) -> Self {
+        Self {
+            members: members.into_iter().map(Kept::new).collect(),
+        }
     }
 
-    /// One vehicle for each law, path and state; the state is one that [`Tracker::check_state`]
-    /// accepts.
-    pub fn resume(
-        vehicles: impl IntoIterator<Item = (Tracker<L>, Arc<Path>, TrackerState<L::State>)>,
-    ) -> Self {
-        let drivers = vehicles
-            .into_iter()
-            .map(|(law, path, state)| Driver { law, path, state });
-        Self {
-            vehicles: drivers.collect(),
-        }
+    /// Takes in so many more vehicles that are like `member`.
+    pub fn add(&mut self, member: Member<L>, count: usize) {
+        let kept = Kept::new(member);
+        self.members.extend(std::iter::repeat_n(kept, count));
     }
 
     /// How many vehicles.
     pub fn len(&self) -> usize {
-        self.vehicles.len()
+        self.members.len()
     }
 
     /// Whether there is no vehicle.
     pub fn is_empty(&self) -> bool {
-        self.vehicles.is_empty()
+        self.members.is_empty()
+    }
+
+    /// The vehicles, in order, as they are now.
+    pub fn members(&self) -> impl ExactSizeIterator<Item = Member<L>> {
+        self.members.iter().map(|member| Member {
+            tracker: member.tracker.clone(),
+            path: Arc::clone(&member.path),
+            state: member.state.whole(),
+        })
     }
 
     /// Takes every vehicle back to its initial state.
     pub fn reset(&mut self) {
-        for vehicle in &mut self.vehicles {
-            vehicle.state = vehicle.law.initial_state();
+        for member in &mut self.members {
+            member.state = KeptState::new(member.tracker.initial_state());
         }
     }
 
     /// The states, in order.
-    pub fn states(&self) -> impl ExactSizeIterator<Item = &TrackerState<L::State>> {
-        self.vehicles.iter().map(|vehicle| &vehicle.state)
+    pub fn states(&self) -> impl ExactSizeIterator<Item = TrackerState<L::State>> {
+        self.members.iter().map(|member| member.state.whole())
     }
 
-    /// Steps every vehicle: `write` is given each place in `out`, and what [`Tracker::step`]
-    /// of that vehicle's law answers to its input.
+    /// Puts the states, in order; each is one that [`Tracker::check_state`] accepts.
+    pub fn set_states(&mut self, states: impl IntoIterator<Item = TrackerState<L::State>>) {
+        for (member, state) in self.members.iter_mut().zip(states) {
+            member.state = KeptState::new(state);
+        }
+    }
+
+    /// Steps every vehicle: `write` is given each place in `out`, and the command for it, that of
+    /// [`Tracker::step`]. Where an input is refused under [`OnError::Mark`] the command has no
+    /// numbers, the direction of the last one, and [`Status::INPUT_HELD`].
     ///
     /// # Errors
     ///
-    /// [`BatchError`] for the first vehicle whose input is refused, unless `skip_refused`; no
-    /// vehicle has moved then. With `skip_refused` such a vehicle keeps its state, `write` is
-    /// given its error, and the others go on. A bad `dt` is refused in any case.
+    /// [`BatchError`] for a bad `dt`, and for the first vehicle whose input is refused, as
+    /// `on_error` says.
     ///
     /// # Panics
     ///
@@ -98,13 +275,12 @@ where
         &mut self,
         inputs: &[VehicleState],
         dt: f64,
-        skip_refused: bool,
+        on_error: OnError,
         out: &mut [T],
-        write: impl Fn(&mut T, Result<Command, InputError>) + Sync,
+        write: impl Fn(&mut T, Command) + Sync,
     ) -> Result<(), BatchError> {
-        self.drive(inputs, dt, skip_refused, out, |driver, input, place| {
-            let path = driver.path.view();
-            write(place, driver.law.step(&path, &mut driver.state, input, dt));
+        self.drive(inputs, dt, on_error, out, |member, input, place| {
+            write(place, member.step(input, dt, on_error));
         })
     }
 
@@ -112,7 +288,7 @@ where
     ///
     /// # Errors
     ///
-    /// As [`step`](Self::step); a vehicle refused under `skip_refused` is given NaN.
+    /// As [`step`](Self::step).
     ///
     /// # Panics
     ///
@@ -121,13 +297,11 @@ where
         &mut self,
         inputs: &[VehicleState],
         dt: f64,
-        skip_refused: bool,
+        on_error: OnError,
         out: &mut [f64],
     ) -> Result<(), BatchError> {
-        self.drive(inputs, dt, skip_refused, out, |driver, input, angle| {
-            let path = driver.path.view();
-            let steered = driver.law.steer(&path, &mut driver.state, input, dt);
-            *angle = steered.unwrap_or(f64::NAN);
+        self.drive(inputs, dt, on_error, out, |member, input, angle| {
+            *angle = member.steer(input, dt, on_error);
         })
     }
 
@@ -135,17 +309,19 @@ where
         &mut self,
         inputs: &[VehicleState],
         dt: f64,
-        skip_refused: bool,
+        on_error: OnError,
         out: &mut [T],
-        one: impl Fn(&mut Driver<L>, VehicleState, &mut T) + Sync,
+        one: impl Fn(&mut Kept<L>, VehicleState, &mut T) + Sync,
     ) -> Result<(), BatchError> {
         assert_eq!(inputs.len(), self.len(), "one input for each vehicle");
         assert_eq!(out.len(), self.len(), "one place for each vehicle");
-        checked_dt(dt).map_err(|error| BatchError {
-            vehicle: None,
-            error,
-        })?;
-        if !skip_refused {
+        if !matches!(on_error, OnError::Hold(_)) {
+            checked_dt(dt).map_err(|error| BatchError {
+                vehicle: None,
+                error,
+            })?;
+        }
+        if on_error == OnError::Raise {
             let refused = inputs.iter().enumerate().find_map(|(vehicle, input)| {
                 let error = input.checked().err()?;
                 Some(BatchError {
@@ -156,17 +332,17 @@ where
             refused.map_or(Ok(()), Err)?;
         }
         if self.len() <= CHUNK {
-            for ((driver, &input), place) in self.vehicles.iter_mut().zip(inputs).zip(out) {
-                one(driver, input, place);
+            for ((member, &input), place) in self.members.iter_mut().zip(inputs).zip(out) {
+                one(member, input, place);
             }
             return Ok(());
         }
-        self.vehicles
+        self.members
             .par_iter_mut()
             .zip(inputs.par_iter())
             .zip(out.par_iter_mut())
             .with_min_len(CHUNK)
-            .for_each(|((driver, &input), place)| one(driver, input, place));
+            .for_each(|((member, &input), place)| one(member, input, place));
         Ok(())
     }
 }
@@ -180,13 +356,17 @@ mod tests {
     fn batch(count: usize) -> (Batch<Pop>, Tracker<Pop>, Arc<Path>) {
         let x: Vec<f64> = (0..300).map(f64::from).collect();
         let y: Vec<f64> = x.iter().map(|x| 5.0 * (x / 20.0).sin()).collect();
-        let path = Arc::new(Path::new(&x, &y, None, false).unwrap());
-        let law = Tracker::of(Pop::new(Vehicle::PAPER, PopParams::default()).unwrap());
-        (
-            Batch::new((0..count).map(|_| (law, Arc::clone(&path)))),
-            law,
-            path,
-        )
+        let path = Path::new(&x, &y, None, false).unwrap();
+        let reverse: Vec<bool> = (0..300).map(|k| k > 200).collect();
+        let path = Arc::new(path.with_reverse(&reverse).unwrap());
+        let tracker = Tracker::of(Pop::new(Vehicle::DEFAULT, PopParams::default()).unwrap());
+        let member = || Member {
+            tracker,
+            path: Arc::clone(&path),
+            state: tracker.initial_state(),
+        };
+        let batch = Batch::new(std::iter::repeat_with(member).take(count));
+        (batch, tracker, path)
     }
 
     fn inputs(count: u32) -> Vec<VehicleState> {
@@ -201,18 +381,53 @@ mod tests {
 
     #[test]
     fn test_batch_steps_are_single_steps_bit_for_bit() {
-        let (mut batch, law, path) = batch(2000);
-        let inputs = inputs(2000);
-        let mut angles = vec![0.0; 2000];
-        let mut states: Vec<_> = (0..2000).map(|_| law.initial_state()).collect();
+        let (mut batch, tracker, path) = batch(600);
+        let inputs = inputs(600);
+        let mut angles = vec![0.0; 600];
+        let mut states: Vec<_> = (0..600).map(|_| tracker.initial_state()).collect();
         for _ in 0..5 {
-            batch.steer(&inputs, 0.05, false, &mut angles).unwrap();
+            batch
+                .steer(&inputs, 0.05, OnError::Raise, &mut angles)
+                .unwrap();
             for ((state, &input), angle) in states.iter_mut().zip(&inputs).zip(&angles) {
-                let single = law.steer(&path.view(), state, input, 0.05).unwrap();
+                let single = tracker.steer(&path.view(), state, input, 0.05).unwrap();
                 assert_eq!(single.to_bits(), angle.to_bits());
             }
         }
-        assert!(batch.states().eq(states.iter()));
+        assert!(batch.states().eq(states));
+    }
+
+    #[test]
+    fn test_batch_keeps_little_of_a_vehicle_that_is_not_modelled() {
+        assert!(size_of::<Kept<Pop>>() < 1024, "{}", size_of::<Kept<Pop>>());
+        let (mut batch, tracker, path) = batch(2);
+        let late = Vehicle {
+            dead_time: 0.1,
+            ..Vehicle::DEFAULT
+        };
+        let late = Tracker::of(Pop::new(late, PopParams::default()).unwrap());
+        let member = |tracker: Tracker<Pop>| Member {
+            tracker,
+            path: Arc::clone(&path),
+            state: tracker.initial_state(),
+        };
+        let mut mixed = Batch::new([member(tracker), member(late)]);
+        let (mut angles, mut others) = ([0.0_f64; 2], [0.0_f64; 2]);
+        let step = |batch: &mut Batch<Pop>, angles: &mut [f64]| {
+            batch
+                .steer(&inputs(2), 0.05, OnError::Raise, angles)
+                .unwrap();
+        };
+        step(&mut mixed, &mut angles);
+        step(&mut batch, &mut others);
+        assert_eq!(angles[0].to_bits(), others[0].to_bits());
+        let states: Vec<_> = mixed.states().collect();
+        assert!(states[0].in_flight.is_none() && states[1].in_flight.is_some());
+        step(&mut mixed, &mut angles);
+        mixed.set_states(states.clone());
+        assert!(mixed.states().eq(states.clone()));
+        mixed.reset();
+        assert!(!mixed.states().eq(states));
     }
 
     #[test]
@@ -221,13 +436,50 @@ mod tests {
         let mut inputs = inputs(5);
         inputs[3].speed = f64::NAN;
         let mut angles = vec![0.0; 5];
-        let before: Vec<_> = batch.states().copied().collect();
-        let refused = batch.steer(&inputs, 0.05, false, &mut angles).unwrap_err();
+        let before: Vec<_> = batch.states().collect();
+        let refused = batch
+            .steer(&inputs, 0.05, OnError::Raise, &mut angles)
+            .unwrap_err();
         assert_eq!((refused.vehicle, refused.error.field), (Some(3), "speed"));
-        assert!(batch.states().eq(before.iter()));
-        batch.steer(&inputs, 0.05, true, &mut angles).unwrap();
+        assert!(batch.states().eq(before));
+        batch
+            .steer(&inputs, 0.05, OnError::Mark, &mut angles)
+            .unwrap();
         let nan: Vec<bool> = angles.iter().map(|angle| angle.is_nan()).collect();
         assert_eq!(nan, [false, false, false, true, false]);
-        assert!(batch.steer(&inputs, -1.0, true, &mut angles).is_err());
+        let bad_dt = batch.steer(&inputs, -1.0, OnError::Mark, &mut angles);
+        assert!(bad_dt.is_err());
+    }
+
+    #[test]
+    fn test_batch_refused_vehicle_keeps_its_direction_or_all_of_its_command() {
+        let (mut batch, ..) = batch(2);
+        let good = VehicleState {
+            x: 230.0,
+            y: -4.0,
+            yaw: std::f64::consts::PI,
+            speed: -3.0,
+        };
+        let bad = VehicleState {
+            x: f64::NAN,
+            ..good
+        };
+        let mut step = |input, on_error| {
+            let mut out = [None; 2];
+            let write = |place: &mut Option<Command>, command| *place = Some(command);
+            batch
+                .step(&[good, input], 0.05, on_error, &mut out, write)
+                .unwrap();
+            out.map(Option::unwrap)
+        };
+        let [_, last] = step(good, OnError::Raise);
+        assert!(last.reverse && last.status != Status::INPUT_HELD);
+        let [other, marked] = step(bad, OnError::Mark);
+        assert!(marked.steer.is_nan() && marked.reverse && !other.steer.is_nan());
+        assert_eq!(marked.status, Status::INPUT_HELD);
+        for status in [Status::INPUT_HELD, Status::INPUT_LOST] {
+            let [_, held] = step(bad, OnError::Hold(1));
+            assert_eq!(held, Command { status, ..last });
+        }
     }
 }

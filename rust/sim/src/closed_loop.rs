@@ -54,6 +54,11 @@ impl<'a, L: LateralLaw> Controller<'a, L> {
             tracker,
         }
     }
+
+    /// What the controller remembers by now.
+    pub fn state(&self) -> &TrackerState<L::State> {
+        &self.state
+    }
 }
 
 impl<L: LateralLaw> Driver for Controller<'_, L> {

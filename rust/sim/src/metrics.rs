@@ -64,6 +64,15 @@ impl Accumulator {
         self.max = self.max.max(error);
     }
 
+    fn visit(&mut self, visit: &mut impl FnMut(&mut f64)) {
+        let mut count = popsteer_core::math::from_count(self.count);
+        visit(&mut count);
+        self.count = popsteer_core::math::to_count(count);
+        visit(&mut self.sum);
+        visit(&mut self.squares);
+        visit(&mut self.max);
+    }
+
     fn stats(&self) -> ErrorStats {
         let count = popsteer_core::math::from_count(self.count);
         ErrorStats {
@@ -90,6 +99,13 @@ impl ErrorAccumulator {
             self.settled_cross_track.push(cross_track);
             self.settled_heading.push(heading);
         }
+    }
+
+    fn visit(&mut self, visit: &mut impl FnMut(&mut f64)) {
+        self.cross_track.visit(visit);
+        self.settled_cross_track.visit(visit);
+        self.heading.visit(visit);
+        self.settled_heading.visit(visit);
     }
 
     fn errors(&self) -> Errors {
@@ -132,6 +148,21 @@ impl Gatherer {
         self.max_abs_steer = self.max_abs_steer.max(record.steer.abs());
         self.speed_sum += record.speed;
         self.steps += 1;
+    }
+
+    /// Shows every number, to be read or replaced; a missing one is NaN.
+    pub(crate) fn visit(&mut self, visit: &mut impl FnMut(&mut f64)) {
+        self.reference.visit(visit);
+        self.rear_axle.visit(visit);
+        self.steer_rate.visit(visit);
+        let mut previous = self.previous_steer.unwrap_or(f64::NAN);
+        visit(&mut previous);
+        self.previous_steer = (!previous.is_nan()).then_some(previous);
+        visit(&mut self.max_abs_steer);
+        visit(&mut self.speed_sum);
+        let mut steps = popsteer_core::math::from_count(self.steps);
+        visit(&mut steps);
+        self.steps = popsteer_core::math::to_count(steps);
     }
 
     pub(crate) fn metrics(&self, time: f64, finished: bool) -> Metrics {

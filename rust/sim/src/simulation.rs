@@ -114,9 +114,9 @@ pub struct Record {
 
 /// A point of the vehicle, followed along the path.
 #[derive(Clone, Copy, Debug)]
-struct Follower {
+pub(crate) struct Follower {
     follow: Follow,
-    waypoint: Option<usize>,
+    pub(crate) waypoint: Option<usize>,
 }
 
 impl Follower {
@@ -145,23 +145,23 @@ impl Follower {
 /// A vehicle on a path, moved one control step at a time and measured.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    path: Arc<Path>,
+    pub(crate) path: Arc<Path>,
     plant: Arc<dyn Plant>,
     settings: Settings,
-    state: PlantState,
-    reference: Follower,
-    rear: Follower,
+    pub(crate) state: PlantState,
+    pub(crate) reference: Follower,
+    pub(crate) rear: Follower,
     /// Whether the path is driven backwards where the rear axle is.
-    reverse: bool,
-    leading: Follower,
-    leading_arc: f64,
-    delay: Delay,
-    travelled: f64,
-    steps: usize,
-    finished: bool,
-    lost: bool,
-    gatherer: Gatherer,
-    records: Vec<Record>,
+    pub(crate) reverse: bool,
+    pub(crate) leading: Follower,
+    pub(crate) leading_arc: f64,
+    pub(crate) delay: Delay,
+    pub(crate) travelled: f64,
+    pub(crate) steps: usize,
+    pub(crate) finished: bool,
+    pub(crate) lost: bool,
+    pub(crate) gatherer: Gatherer,
+    pub(crate) records: Vec<Record>,
 }
 
 impl Simulation {
@@ -227,6 +227,14 @@ impl Simulation {
     /// The path driven.
     pub fn path(&self) -> &Arc<Path> {
         &self.path
+    }
+
+    /// Measures errors at the point that `tracked` follows from now on.
+    pub fn track(&mut self, tracked: Follow) {
+        self.reference = Follower {
+            waypoint: self.reference.waypoint,
+            ..Follower::new(tracked)
+        };
     }
 
     /// The plant that moves.
@@ -388,9 +396,11 @@ pub fn axle(vehicle: &Vehicle, ahead: f64) -> Follow {
     Follow {
         base: vehicle.rear_axle,
         reference_offset: ahead,
+        rear_axle: vehicle.rear_axle,
         search_distance: 2.0 * vehicle.wheelbase,
         lost_distance: f64::INFINITY,
         arrival_distance: 0.05 * vehicle.wheelbase,
+        opposite_distance: vehicle.wheelbase * 10.0 / 3.0,
     }
 }
 

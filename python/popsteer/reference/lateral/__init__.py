@@ -1,80 +1,71 @@
-"""The steering laws, one a file, all behind `LateralLaw`.
+"""The lateral controllers, one a file, behind `LateralLaw`, and `Tracker`, which steps them.
 
-A law is its validated parameters; what it remembers between steps is a state of its own, a
-small frozen value that can be copied, compared and restored.
+A law decides an angle for a located vehicle; it is a vehicle, validated parameters and a small
+frozen state. A `Tracker` is all of a step around it: estimate, predict, locate, limit.
 """
 
 from __future__ import annotations
 
+import enum
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from math import nan
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
-from popsteer.reference.error import config_in_range, input_below, input_in_range
-from popsteer.reference.math import wrap
+from popsteer.reference.error import config_optional, input_in_range
+from popsteer.reference.lateral.command import Command
 from popsteer.reference.path.follow import Follow, Located
-from popsteer.reference.path.lookahead import Lookahead, get_crossing, get_lookahead_point
-from popsteer.reference.path.resample import grid, window
+from popsteer.reference.vehicle.estimator import AdaptParams
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+    from typing_extensions import Self
 
     from popsteer.reference.path.view import PathView, Point
-    from popsteer.reference.vehicle.state import VehicleState
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimator import Corrections
 
-__all__ = ["Command", "LateralLaw"]
+__all__ = ["Belief", "Command", "Decision", "LateralLaw"]
 
 
 @dataclass(frozen=True)
-class Command:
-    """What one step answers.
+class Decision:
+    """What a law decides, for the vehicle as one that drives forward.
 
     Attributes
     ----------
     steer : float
-        Angle of the front wheels [rad], positive to the left.
-    cross_track_error : float
-        Offset of the law's reference point from the path [m], positive left of it.
-    heading_error : float
-        Yaw of the vehicle less direction of the path [rad], in [-π, π].
+        Angle of the front wheels that is wanted [rad], within the vehicle's `max_steer`.
     target : tuple of float
-        The point aimed at: the lookahead point, or the foot on the path, (x, y) [m].
-    reverse : bool
-        Whether the path is driven backwards here.
+        The point aimed at: the lookahead point, or the projection onto the path, (x, y) [m].
     status : Status
-        How the step went.
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path, Stanley
-    >>> command = Stanley(Path([(0.0, 0.0), (9.0, 0.0)])).step(1.0, 0.5, 0.0, 5.0, 0.05)
-    >>> command.cross_track_error, command.heading_error, command.target, command.status.value
-    (0.5, 0.0, (4.0, 0.0), 'ok')
+        Saturated or lookahead lost, where that is so.
     """
 
     steer: float
-    cross_track_error: float
-    heading_error: float
     target: Point
-    reverse: bool
     status: Status
 
 
-class BodyParams(Protocol):
-    """The parameters that every law has."""
+@dataclass(frozen=True)
+class Belief:
+    """What a law may know of the vehicle beyond its own figures, in the vehicle's own frame.
 
-    @property
-    def wheelbase(self) -> float:
-        """Distance of the axles [m]."""
+    Attributes
+    ----------
+    wheel : float
+        Angle of the wheels when the command to be decided reaches them, without the estimated
+        offset [rad].
+    estimate : Corrections
+        What the motion has shown.
+    """
 
-    @property
-    def reference_offset(self) -> float | None:
-        """Reference point ahead of the rear axle [m]; None is the law's default."""
+    wheel: float
+    estimate: Corrections
 
-    @property
-    def max_steer(self) -> float:
-        """Steering limit [rad]."""
+
+class Params(Protocol):
+    """What the parameters of every law have."""
 
     @property
     def search_distance(self) -> float | None:
@@ -84,106 +75,22 @@ class BodyParams(Protocol):
     def lost_distance(self) -> float | None:
         """From where on the vehicle is lost [m]; None is ten wheelbases."""
 
-
-class SearchParams(Protocol):
-    """The parameters of the laws that search for a lookahead point."""
-
-    @property
-    def exact_lookahead(self) -> bool:
-        """Whether the first crossing of the circle counts, instead of the paper's search."""
-
-    @property
-    def lookahead_tolerance(self) -> float:
-        """Threshold of the search [m]."""
-
-    @property
-    def window_ahead(self) -> float:
-        """Arc ahead of the vehicle that is searched [m]."""
-
-    @property
-    def grid_spacing(self) -> float:
-        """Greatest distance of neighbours on the re-discretised path [m]."""
+    def resolved(self, vehicle: Vehicle) -> Self:
+        """Return the parameters with the defaults that scale with `vehicle` filled in."""
 
 
-def check_body(params: BodyParams) -> None:
-    """Settle the parameters that every law has."""
-    config_in_range(params, "wheelbase", 1e-3, 1e3)
-    if params.reference_offset is not None:
-        config_in_range(params, "reference_offset", -1e3, 1e3)
-    config_in_range(params, "max_steer", 1e-3, 1.57)
-    if params.search_distance is not None:
-        config_in_range(params, "search_distance", 0.0, 1e6)
-    if params.lost_distance is not None:
-        config_in_range(params, "lost_distance", 1e-3, 1e9)
-
-
-def check_search(params: SearchParams) -> None:
-    """Settle the parameters of a law that searches for a lookahead point."""
-    config_in_range(params, "lookahead_gain", 0.0, 1e3)
-    config_in_range(params, "min_lookahead", 0.0, 1e4)
-    config_in_range(params, "lookahead_tolerance", 1e-9, 1e3)
-    config_in_range(params, "window_ahead", 1e-3, 1e6)
-    config_in_range(params, "grid_spacing", 1e-4, 1e3)
-
-
-def find(path: PathView, at: Located, lookahead: float, params: SearchParams) -> Lookahead:
-    """Find the lookahead point at distance `lookahead` [m] from a located vehicle."""
-    if params.exact_lookahead:
-        point, found = get_crossing(path, at.foot, at.position, lookahead)
-        return Lookahead(0, point, found)
-    nearest = at.foot.nearest_waypoint(path)
-    waypoints = grid(path, window(path, nearest, params.window_ahead), params.grid_spacing)
-    return get_lookahead_point(waypoints, at.position, lookahead, params.lookahead_tolerance)
-
-
-def check_waypoint(path: PathView, waypoint: int | None) -> int | None:
-    """Return a remembered waypoint, where it is one of `path`."""
-    return None if waypoint is None else input_below("waypoint", waypoint, len(path))
-
-
-def check_steer(field: str, steer: float, max_steer: float) -> float:
-    """Return a remembered angle [rad], where it is within the limit."""
-    return input_in_range(field, steer, -max_steer, max_steer)
-
-
-def command(at: Located, steer: float, target: Point, status: Status) -> Command:
-    """Make the command of the turned vehicle's angle, with the errors at the reference point."""
-    if at.off_path:
-        status = Status.OFF_PATH
-    elif at.past_end:
-        status = Status.END_OF_PATH
-    return Command(
-        steer=at.turn(steer),
-        cross_track_error=at.foot.cross_track_error(),
-        heading_error=wrap(at.vehicle.yaw - at.foot.path_yaw()),
-        target=target,
-        reverse=at.reverse,
-        status=status,
-    )
-
-
-ParamsT = TypeVar("ParamsT", bound=BodyParams)
-StateT = TypeVar("StateT", bound="DataclassInstance")
+ParamsT = TypeVar("ParamsT", bound=Params)
+StateT = TypeVar("StateT")
 
 
 class LateralLaw(ABC, Generic[ParamsT, StateT]):
-    """A steering law on a path: validated parameters that step a state."""
+    """A steering law: a vehicle and validated parameters that decide an angle."""
 
-    def __init__(self, path: PathView, params: ParamsT, default_offset: float) -> None:
-        wheelbase = params.wheelbase
-        offset, search, lost = (
-            params.reference_offset,
-            params.search_distance,
-            params.lost_distance,
-        )
+    def __init__(self, path: PathView, vehicle: Vehicle, params: ParamsT) -> None:
         self._path = path
+        self._vehicle = vehicle
         self._params = params
-        self._follow = Follow(
-            reference_offset=default_offset if offset is None else offset,
-            search_distance=2.0 * wheelbase if search is None else search,
-            lost_distance=10.0 * wheelbase if lost is None else lost,
-            arrival_distance=0.05 * wheelbase,
-        )
+        self._resolved = params.resolved(vehicle)
 
     @property
     def path(self) -> PathView:
@@ -191,25 +98,40 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         return self._path
 
     @property
-    def params(self) -> ParamsT:
-        """The parameters."""
-        return self._params
+    def vehicle(self) -> Vehicle:
+        """The vehicle that is steered."""
+        return self._vehicle
 
     @property
-    def reference_offset(self) -> float:
-        """How far ahead of the rear axle the law's reference point lies [m].
-
-        Where the path is driven backwards, how far behind it.
-        """
-        return self._follow.reference_offset
+    def params(self) -> ParamsT:
+        """The parameters, as given."""
+        return self._params
 
     @abstractmethod
     def initial_state(self) -> StateT:
-        """Return the state before the first step."""
+        """Return the state before the first step, with nothing remembered."""
+
+    def predicts(self) -> bool:
+        """Tell whether the law reads the `Belief`: its wheels are then modelled at every step."""
+        return False
 
     @abstractmethod
-    def check_state(self, state: StateT) -> StateT:
-        """Return `state`, where it is one that this law could have on its path.
+    def decide(self, at: Located, belief: Belief) -> Decision:
+        """Decide the angle for a located vehicle, and remember what is to be remembered."""
+
+    def restore(self, state: StateT) -> StateT:
+        """Return `state`, where what the law remembers in it can be put together at all.
+
+        Raises
+        ------
+        InputError
+            Naming the field that cannot.
+        """
+        return state
+
+    @abstractmethod
+    def check_law_state(self, state: StateT) -> StateT:
+        """Return `state`, where what the law remembers in it is what this law could remember.
 
         Raises
         ------
@@ -217,15 +139,78 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
             Naming the field that is not.
         """
 
-    def _locate(self, last: int | None, vehicle: VehicleState, dt: float) -> Located:
-        """Where am I? The place of the reference point of a checked vehicle."""
-        return self._follow.locate(self._path, last, vehicle, dt)
+    def forget_path(self, state: StateT) -> StateT:
+        """Forget what was measured against the path: another one is followed from now on."""
+        return state
 
-    def _limit(self, steer: float) -> tuple[float, Status]:
-        """Bring an angle within the limit, and tell whether it had to be."""
-        max_steer = self._params.max_steer
-        if steer > max_steer:
-            return max_steer, Status.SATURATED
-        if steer < -max_steer:
-            return -max_steer, Status.SATURATED
-        return steer, Status.OK
+    def set_steer(self, state: StateT, _steer: float) -> tuple[StateT, bool]:
+        """Take note of the angle that the wheels were given instead of the law's answer.
+
+        Returns the state, and whether the law's next answer goes on from it.
+        """
+        return state, False
+
+    def default_adapt(self) -> AdaptParams | None:
+        """Return how the law adapts unless it is told otherwise.
+
+        At all where an estimate counts: in a law that predicts and where commands are in flight.
+        """
+        return AdaptParams() if self.predicts() or self._vehicle.dead_time > 0.0 else None
+
+
+class Tracked(enum.Enum):
+    """Which point of the vehicle a law steers by."""
+
+    FRONT_AXLE = enum.auto()
+    REAR_AXLE = enum.auto()
+    NO_SLIP_POINT = enum.auto()
+
+    def follow(self, vehicle: Vehicle, params: Params) -> Follow:
+        """Return how the point is followed, with the distances of resolved parameters."""
+        wheelbase = vehicle.wheelbase
+        if self is Tracked.FRONT_AXLE:
+            base, reference_offset = vehicle.rear_axle, wheelbase
+        elif self is Tracked.REAR_AXLE:
+            base, reference_offset = vehicle.rear_axle, 0.0
+        else:
+            base, reference_offset = vehicle.no_slip, 0.0
+        return Follow(
+            base=base,
+            reference_offset=reference_offset,
+            rear_axle=vehicle.rear_axle,
+            search_distance=resolved(params.search_distance),
+            lost_distance=resolved(params.lost_distance),
+            arrival_distance=0.05 * wheelbase,
+            # 10 m at the paper's wheelbase, to the last bit.
+            opposite_distance=wheelbase * 10.0 / 3.0,
+        )
+
+
+def check_follow(params: Params) -> None:
+    """Settle the parameters that every law has."""
+    config_optional(params, "search_distance", 0.0, 1e6)
+    config_optional(params, "lost_distance", 1e-3, 1e9)
+
+
+def limit_steer(vehicle: Vehicle, steer: float) -> tuple[float, Status]:
+    """Bring an angle [rad] within `max_steer`, and tell the status of that."""
+    if steer > vehicle.max_steer:
+        return vehicle.max_steer, Status.SATURATED
+    if steer < -vehicle.max_steer:
+        return -vehicle.max_steer, Status.SATURATED
+    return steer, Status.OK
+
+
+def or_scaled(given: float | None, default: float) -> float:
+    """Return a parameter that is given, or its default for the vehicle."""
+    return default if given is None else given
+
+
+def resolved(given: float | None) -> float:
+    """Return a parameter after its defaults were filled in."""
+    return nan if given is None else given
+
+
+def check_steer(field: str, steer: float, max_steer: float) -> float:
+    """Return a remembered angle [rad], where it is within the limit."""
+    return input_in_range(field, steer, -max_steer, max_steer)

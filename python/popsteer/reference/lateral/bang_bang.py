@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.error import config_in_range
-from popsteer.reference.lateral import Command, check_body, check_waypoint, command
+from popsteer.reference.lateral import (
+    Belief,
+    Decision,
+    Tracked,
+    check_follow,
+    limit_steer,
+    or_scaled,
+)
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
 
 if TYPE_CHECKING:
+    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle.actuator import Actuator
-    from popsteer.reference.vehicle.state import VehicleState
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["BangBang", "BangBangParams", "BangBangState"]
 
@@ -24,15 +32,10 @@ class BangBangParams:
     Attributes
     ----------
     amplitude : float
-        The angle that is switched [rad]; at most `max_steer` of it is used.
+        The angle that is switched [rad]; at most the vehicle's `max_steer` of it is used. The
+        published code takes a tenth of its limit.
     deadband : float
         Cross-track errors up to this leave the wheels straight [m].
-    wheelbase : float
-        Distance of the axles [m].
-    reference_offset : float or None
-        Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
-    max_steer : float
-        Steering limit δ_max [rad].
     search_distance : float or None
         How far along the path from the last place the vehicle is looked for [m], beside what it
         travels in a step; None is two wheelbases.
@@ -53,21 +56,33 @@ class BangBangParams:
 
     amplitude: float = 0.122
     deadband: float = 0.0
-    wheelbase: float = 3.0
-    reference_offset: float | None = None
-    max_steer: float = 1.22
     search_distance: float | None = None
     lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         config_in_range(self, "amplitude", 0.0, 1.57)
         config_in_range(self, "deadband", 0.0, 1e6)
-        check_body(self)
+        check_follow(self)
+
+    def resolved(self, vehicle: Vehicle) -> BangBangParams:
+        """Return the parameters with the defaults that scale with `vehicle` filled in.
+
+        Examples
+        --------
+        >>> from popsteer.reference import Vehicle
+        >>> BangBangParams().resolved(Vehicle(wheelbase=2.5)).search_distance
+        5.0
+        """
+        return replace(
+            self,
+            search_distance=or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
+            lost_distance=or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
 class BangBangState(TrackerState):
-    """What `BangBang` remembers.
+    """What `BangBang` remembers: what a `TrackerState` has.
 
     Examples
     --------
@@ -83,36 +98,40 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
     ----------
     path : Path
         The path to follow.
+    vehicle : Vehicle, optional
+        What is steered; `Vehicle()` without.
     params : BangBangParams, optional
-        The parameters.
-    actuator : Actuator, optional
-        What lies between the commands and the wheels; nothing by default.
+        The parameters; those of the published code without.
+    adapt : AdaptParams or None, optional
+        How the controller adapts to its vehicle; None for not at all. Without, as by default
+        where an estimate counts: with a dead time.
 
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> law = BangBang(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
-    >>> law.steer(0.0, 0.5, 0.0, 5.0, 0.05)  # left of the path: steer right
+    >>> controller = BangBang(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> controller.steer(0.0, 0.5, 0.0, 5.0, 0.05)  # left of the path: steer right
     -0.122
     """
+
+    TRACKED = Tracked.FRONT_AXLE
 
     def __init__(
         self,
         path: PathView,
+        vehicle: Vehicle | None = None,
         params: BangBangParams | None = None,
         *,
-        actuator: Actuator | None = None,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
-        params = BangBangParams() if params is None else params
-        super().__init__(path, params, params.wheelbase, actuator)
+        super().__init__(path, vehicle, BangBangParams() if params is None else params, adapt)
 
     def initial_state(self) -> BangBangState:
-        """Return the state before the first step."""
+        """Return the state before the first step, with nothing remembered."""
         return BangBangState()
 
-    def decide(self, vehicle: VehicleState, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer."""
-        at = self._locate(self.state.waypoint, vehicle, dt)
+    def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
+        """Decide the angle for a located vehicle."""
         error = at.foot.cross_track_error()
         if error > self.params.deadband:
             wanted = -self.params.amplitude
@@ -120,10 +139,9 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
             wanted = self.params.amplitude
         else:
             wanted = 0.0
-        steer, status = self._limit(wanted)
-        self._state = replace(self.state, waypoint=at.foot.segment)
-        return command(at, steer, at.foot.point, status)
+        steer, status = limit_steer(self.vehicle, wanted)
+        return Decision(steer, at.foot.point, status)
 
-    def check_state(self, state: BangBangState) -> BangBangState:
-        """Return `state`, where it is one that this law could have on its path."""
-        return replace(state, waypoint=check_waypoint(self.path, state.waypoint))
+    def check_law_state(self, state: BangBangState) -> BangBangState:
+        """Return `state`: there is nothing of its own in it."""
+        return state

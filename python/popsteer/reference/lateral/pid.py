@@ -4,24 +4,33 @@ from __future__ import annotations
 
 import operator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer import errors
-from popsteer.reference.error import config_count, config_in_range, input_in_range
-from popsteer.reference.lateral import Command, check_body, check_waypoint, command
+from popsteer.reference.error import config_count, config_optional, input_in_range
+from popsteer.reference.lateral import (
+    Belief,
+    Decision,
+    Tracked,
+    check_follow,
+    limit_steer,
+    or_scaled,
+    resolved,
+)
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
 
 if TYPE_CHECKING:
+    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle.actuator import Actuator
-    from popsteer.reference.vehicle.state import VehicleState
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["Pid", "PidParams", "PidState"]
 
 CAPACITY = 1000
 """The longest buffer."""
 BOUND = 1e16
-"""The largest error, term of the integral and sum of terms of a state to restore."""
+"""More than any error, term or sum of them can come to [m], [m s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,23 +39,19 @@ class PidParams:
 
     Attributes
     ----------
-    kp : float
-        Proportional gain k_P [rad/m].
-    ki : float
-        Integral gain k_I [rad/(m s)]; [rad/m] without `integral_with_dt`.
-    kd : float
-        Derivative gain k_D [rad s/m].
+    kp : float or None
+        Proportional gain k_P [rad/m]; None is 0.25 at the paper's wheelbase, like the others
+        inversely proportional to it at others.
+    ki : float or None
+        Integral gain k_I [rad/(m s)]; [rad/m] without `integral_with_dt`. None is 0.01 at the
+        paper's wheelbase.
+    kd : float or None
+        Derivative gain k_D [rad s/m]; None is 0.2 at the paper's wheelbase.
     buffer_length : int
         How many of the last errors the integral sums, against wind-up.
     integral_with_dt : bool
         Whether the integral weighs each error with its Δt, as the published code does; the
         paper's equation sums the bare errors.
-    wheelbase : float
-        Distance of the axles [m].
-    reference_offset : float or None
-        Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
-    max_steer : float
-        Steering limit δ_max [rad].
     search_distance : float or None
         How far along the path from the last place the vehicle is looked for [m], beside what it
         travels in a step; None is two wheelbases.
@@ -66,23 +71,39 @@ class PidParams:
     popsteer.errors.ConfigError: buffer_length must be a count in [1, 1000], got 0
     """
 
-    kp: float = 0.25
-    ki: float = 0.01
-    kd: float = 0.2
+    kp: float | None = None
+    ki: float | None = None
+    kd: float | None = None
     buffer_length: int = 500
     integral_with_dt: bool = True
-    wheelbase: float = 3.0
-    reference_offset: float | None = None
-    max_steer: float = 1.22
     search_distance: float | None = None
     lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         config_count(self, "buffer_length", 1, CAPACITY)
-        config_in_range(self, "kp", 0.0, 1e6)
-        config_in_range(self, "ki", 0.0, 1e6)
-        config_in_range(self, "kd", 0.0, 1e6)
-        check_body(self)
+        config_optional(self, "kp", 0.0, 1e6)
+        config_optional(self, "ki", 0.0, 1e6)
+        config_optional(self, "kd", 0.0, 1e6)
+        check_follow(self)
+
+    def resolved(self, vehicle: Vehicle) -> PidParams:
+        """Return the parameters with the defaults that scale with `vehicle` filled in.
+
+        Examples
+        --------
+        >>> from popsteer.reference import Vehicle
+        >>> PidParams().resolved(Vehicle()).kp, PidParams(kp=0.1).resolved(Vehicle()).kp
+        (0.25, 0.1)
+        """
+        wheelbase = vehicle.wheelbase
+        return replace(
+            self,
+            kp=or_scaled(self.kp, 0.75 / wheelbase),
+            ki=or_scaled(self.ki, 0.03 / wheelbase),
+            kd=or_scaled(self.kd, 0.6 / wheelbase),
+            search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
+            lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,58 +173,64 @@ class Pid(Tracker[PidParams, PidState]):
     ----------
     path : Path
         The path to follow.
+    vehicle : Vehicle, optional
+        What is steered; `Vehicle()` without.
     params : PidParams, optional
         The parameters; the paper's without.
-    actuator : Actuator, optional
-        What lies between the commands and the wheels; nothing by default.
+    adapt : AdaptParams or None, optional
+        How the controller adapts to its vehicle; None for not at all. Without, as by default
+        where an estimate counts: with a dead time.
 
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> law = Pid(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
-    >>> law.steer(0.0, 0.5, 0.0, 5.0, 0.05)  # left of the path: steer right
+    >>> controller = Pid(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> controller.steer(0.0, 0.5, 0.0, 5.0, 0.05)  # left of the path: steer right
     -0.12525
     """
+
+    TRACKED = Tracked.FRONT_AXLE
 
     def __init__(
         self,
         path: PathView,
+        vehicle: Vehicle | None = None,
         params: PidParams | None = None,
         *,
-        actuator: Actuator | None = None,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
-        params = PidParams() if params is None else params
-        super().__init__(path, params, params.wheelbase, actuator)
+        super().__init__(path, vehicle, PidParams() if params is None else params, adapt)
+        self._kp = resolved(self._resolved.kp)
+        self._ki = resolved(self._resolved.ki)
+        self._kd = resolved(self._resolved.kd)
 
     def initial_state(self) -> PidState:
-        """Return the state before the first step."""
+        """Return the state before the first step, with nothing remembered."""
         return PidState()
 
-    def decide(self, vehicle: VehicleState, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer."""
-        at = self._locate(self.state.waypoint, vehicle, dt)
+    def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
+        """Decide the angle for a located vehicle."""
         error = at.foot.cross_track_error()
         state = self.state
         if at.turned or at.off_path:
-            state = self.leave_path(state)
+            state = self.forget_path(state)
         # At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0:
             term = error * at.dt if self.params.integral_with_dt else error
             state = push(state, term, self.params.buffer_length)
         previous = state.previous_error
         rate = 0.0 if previous is None else (error - previous) / at.dt
-        kp, ki, kd = self.params.kp, self.params.ki, self.params.kd
-        wanted = -(kp * error + ki * state.sum + kd * rate)
-        steer, status = self._limit(wanted)
-        self._state = replace(state, waypoint=at.foot.segment, previous_error=error)
-        return command(at, steer, at.foot.point, status)
+        wanted = -(self._kp * error + self._ki * state.sum + self._kd * rate)
+        steer, status = limit_steer(self.vehicle, wanted)
+        self._state = replace(state, previous_error=error)
+        return Decision(steer, at.foot.point, status)
 
-    def leave_path(self, state: PidState) -> PidState:
+    def forget_path(self, state: PidState) -> PidState:
         """Forget what was measured against the path."""
-        return replace(state, waypoint=None, previous_error=None, terms=(), next=0, sum=0.0)
+        return replace(state, previous_error=None, terms=(), next=0, sum=0.0)
 
-    def check_state(self, state: PidState) -> PidState:
-        """Return `state`, where it is one that this law could have on its path."""
+    def restore(self, state: PidState) -> PidState:
+        """Return `state`, where a buffer of this law could hold its terms so."""
         length = self.params.buffer_length
         held = len(state.terms)
         if held > length:
@@ -215,15 +242,11 @@ class Pid(Tracker[PidParams, PidState]):
             raise errors.InputError("next", following, errors.count_in_range(low, high))
         terms = tuple(input_in_range("terms", term, -BOUND, BOUND) for term in state.terms)
         total = input_in_range("sum", state.sum, -BOUND, BOUND)
-        waypoint = check_waypoint(self.path, state.waypoint)
+        return replace(state, terms=terms, next=following, sum=total)
+
+    def check_law_state(self, state: PidState) -> PidState:
+        """Return `state`, where what is remembered in it is what this law could remember."""
         previous = state.previous_error
         if previous is not None:
             previous = input_in_range("previous_error", previous, -BOUND, BOUND)
-        return replace(
-            state,
-            waypoint=waypoint,
-            previous_error=previous,
-            terms=terms,
-            next=following,
-            sum=total,
-        )
+        return replace(state, previous_error=previous)

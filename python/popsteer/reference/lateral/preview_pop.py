@@ -3,42 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import copysign
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
-from popsteer.reference.error import config_in_range, input_in_range
+from popsteer.reference.error import config_in_range, config_optional
 from popsteer.reference.lateral import (
-    Command,
-    check_body,
+    Belief,
+    Decision,
+    Tracked,
+    check_follow,
     check_steer,
-    check_waypoint,
-    command,
+    limit_steer,
+    or_scaled,
+    resolved,
 )
 from popsteer.reference.lateral.cost_to_go import CostToGo, Travel
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
-from popsteer.reference.math import PI, atan, cos, decay, saturate, sin, tan, wrap
+from popsteer.reference.math import PI, atan, decay, saturate, tan, wrap
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.path.view import MAX_COORDINATE
-from popsteer.reference.vehicle.predict import steps
-from popsteer.reference.vehicle.state import MAX_YAW
-from popsteer.status import Status
+from popsteer.reference.vehicle.bicycle import steps
 
 if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle.actuator import Actuator
-    from popsteer.reference.vehicle.state import VehicleState
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["PreviewPop", "PreviewPopParams", "PreviewPopState"]
-
-LEAST_TRAVEL = 1e-8
-"""The shortest way that teaches anything [m]; a step of the law goes at least ten times as far."""
-MAX_TURN_OFFSET = 0.05
-"""The largest turn that is learnt [1/m]."""
-MAX_SLIP = 0.15
-"""The largest slip that is learnt [rad]."""
-BEND = 0.01
-"""Curvature at which a half of what is learnt is laid to the bend [1/m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,49 +37,30 @@ class PreviewPopParams:
 
     Attributes
     ----------
-    steer_span : float
-        Optimization range δ_nbd [rad]: an angle lies at most this far from the last one.
-    max_steer_rate : float
-        Fastest the wheels are told to turn [rad/s]; at a control period of 50 ms, 60°/s are the
-        paper's 3° a step.
-    max_lateral_acceleration : float
-        Largest lateral acceleration that an angle may ask for [m/s²]. Less: a vehicle that is too
-        fast for a bend runs wide instead of sliding.
+    steer_span_rate : float or None
+        Optimization range δ_nbd over the control period [rad/s]: an angle lies at most this times
+        Δt from the last one. The vehicle's `max_steer_rate` by default; 60°/s, the paper's 3° in
+        50 ms, where it has none.
     horizon : float
         How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
-        seen through; shorter than the lag and the way back to the path, the vehicle swings.
-    heading_cost : float
-        How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]. More:
-        the path is joined more gently, and offsets take longer to vanish.
-    steer_rate_cost : float
+        seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
+    heading_cost : float or None
+        How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; None is
+        a wheelbase. More: the path is joined more gently, and offsets take longer to vanish.
+    steer_rate_cost : float or None
         How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
-        [m s/rad]. More: calmer wheels, less noise passed on, wider bends where the model is wrong.
+        [m s/rad]; None is a tenth of the wheelbase. More: calmer wheels, less noise passed on,
+        wider bends where the model is wrong.
     approach_angle : float
         Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
         a sharper manoeuvre.
-    min_speed : float
-        Below this speed [m/s] the wheels turn in proportion to the way travelled, and the
-        prediction looks as far as at this speed; at rest they keep their angle.
-    smoothing_length : float
-        Length of path over which its direction is taken [m]. More: less of the waypoints' noise
-        is steered, and bends shorter than this are cut.
-    turn_learning_time : float
-        Time in which the law learns how much more the vehicle turns than the model says [s]; 0
-        never. Shorter: sooner right, and more noise of the heading passed on.
-    slip_learning_time : float
-        Time in which it learns at what angle to its heading the vehicle travels, straight on and
-        in bends [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.
-    wheelbase : float
-        Effective wheelbase of the model [m].
-    understeer : float
-        Understeer of the model [s²/m]: curvature = tan δ / (wheelbase + understeer v²).
-    steer_lag : float
-        Time constant with which the curvature follows the angle [s].
-    reference_offset : float or None
-        Reference point ahead of the rear axle [m], which is taken not to slip; None is the rear
-        axle.
-    max_steer : float
-        Steering limit δ_max [rad].
+    min_speed : float or None
+        Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
+        prediction looks as far as at this speed; at rest they keep their angle. None is 5/3
+        wheelbases a second.
+    smoothing_length : float or None
+        Length of path over which its direction is taken [m]; None is 2/3 of the wheelbase. More:
+        less of the waypoints' noise is steered, and bends shorter than this are cut.
     search_distance : float or None
         How far along the path from the last place the vehicle is looked for [m], beside what it
         travels in a step; None is two wheelbases.
@@ -106,45 +77,55 @@ class PreviewPopParams:
     --------
     >>> PreviewPopParams(horizon=2).horizon
     2.0
-    >>> PreviewPopParams(steer_lag=-0.1)
+    >>> PreviewPopParams(heading_cost=-1)
     Traceback (most recent call last):
-    popsteer.errors.ConfigError: steer_lag must be in [0, 10], got -0.1
+    popsteer.errors.ConfigError: heading_cost must be in [0, 1000], got -1.0
     """
 
-    steer_span: float = 12.0 * (PI / 180.0)
-    max_steer_rate: float = 60.0 * (PI / 180.0)
-    max_lateral_acceleration: float = 15.0
+    steer_span_rate: float | None = None
     horizon: float = 1.0
-    heading_cost: float = 3.0
-    steer_rate_cost: float = 0.25
+    heading_cost: float | None = None
+    steer_rate_cost: float | None = None
     approach_angle: float = 0.25
-    min_speed: float = 5.0
-    smoothing_length: float = 2.0
-    turn_learning_time: float = 0.0
-    slip_learning_time: float = 5.0
-    wheelbase: float = 3.0
-    understeer: float = 0.0
-    steer_lag: float = 0.1
-    reference_offset: float | None = None
-    max_steer: float = 1.22
+    min_speed: float | None = None
+    smoothing_length: float | None = None
     search_distance: float | None = None
     lost_distance: float | None = None
 
     def __post_init__(self) -> None:
-        config_in_range(self, "steer_span", 1e-6, PI)
-        config_in_range(self, "max_steer_rate", 1e-3, 1e3)
-        config_in_range(self, "max_lateral_acceleration", 1e-3, 1e6)
+        config_optional(self, "steer_span_rate", 1e-3, 1e6)
         config_in_range(self, "horizon", 0.05, 100.0)
-        config_in_range(self, "heading_cost", 0.0, 1e3)
-        config_in_range(self, "steer_rate_cost", 1e-3, 1e3)
+        config_optional(self, "heading_cost", 0.0, 1e3)
+        config_optional(self, "steer_rate_cost", 1e-5, 1e3)
         config_in_range(self, "approach_angle", 1e-3, 0.5 * PI)
-        config_in_range(self, "min_speed", 0.1, 1e3)
-        config_in_range(self, "smoothing_length", 0.0, 1e3)
-        config_in_range(self, "turn_learning_time", 0.0, 1e6)
-        config_in_range(self, "slip_learning_time", 0.0, 1e6)
-        config_in_range(self, "understeer", 0.0, 1e3)
-        config_in_range(self, "steer_lag", 0.0, 10.0)
-        check_body(self)
+        config_optional(self, "min_speed", 1e-3, 1e4)
+        config_optional(self, "smoothing_length", 0.0, 1e3)
+        check_follow(self)
+
+    def resolved(self, vehicle: Vehicle) -> PreviewPopParams:
+        """Return the parameters with the defaults that scale with `vehicle` filled in.
+
+        Examples
+        --------
+        >>> from popsteer.reference import Vehicle
+        >>> params = PreviewPopParams().resolved(Vehicle())
+        >>> params.heading_cost, params.steer_rate_cost, params.min_speed, params.smoothing_length
+        (3.0, 0.3, 5.0, 2.0)
+        """
+        wheelbase = vehicle.wheelbase
+        rate = vehicle.max_steer_rate
+        return replace(
+            self,
+            steer_span_rate=or_scaled(
+                self.steer_span_rate, 60.0 * (PI / 180.0) if rate is None else rate
+            ),
+            heading_cost=or_scaled(self.heading_cost, wheelbase),
+            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 10.0),
+            min_speed=or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
+            smoothing_length=or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
+            search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
+            lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,23 +136,6 @@ class PreviewPopState(TrackerState):
     ----------
     previous_steer : float
         The last angle δ_prev [rad].
-    curvature : float
-        Curvature that the vehicle drives by now, by the model [1/m].
-    previous_x, previous_y : float
-        Where the vehicle was seen at the last step [m].
-    previous_yaw : float
-        Its heading then [rad].
-    travel : float
-        How far it was to come since then [m]; 0 where nothing is to be learnt from it.
-    turn : float
-        How much it was to turn since then by the model [rad].
-    turn_offset : float
-        How much more the vehicle turns than the model says, as learnt [1/m].
-    slip : float
-        Angle of the way it travels to its heading, straight on, as learnt [rad].
-    slip_length : float
-        How much that angle grows with the curvature, as learnt [m]: so much farther ahead of the
-        point that does not slip lies the reference point than the model says.
 
     Examples
     --------
@@ -180,15 +144,6 @@ class PreviewPopState(TrackerState):
     """
 
     previous_steer: float = 0.0
-    curvature: float = 0.0
-    previous_x: float = 0.0
-    previous_y: float = 0.0
-    previous_yaw: float = 0.0
-    travel: float = 0.0
-    turn: float = 0.0
-    turn_offset: float = 0.0
-    slip: float = 0.0
-    slip_length: float = 0.0
 
 
 class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
@@ -206,128 +161,83 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     ----------
     path : Path
         The path to follow.
+    vehicle : Vehicle, optional
+        What is steered; `Vehicle()` without.
     params : PreviewPopParams, optional
-        The parameters.
-    actuator : Actuator, optional
-        What lies between the commands and the wheels; nothing by default.
+        The parameters; those of a middling car without.
+    adapt : AdaptParams or None, optional
+        How the controller adapts to its vehicle; None for not at all. Without, as by default
+        where an estimate counts: here always.
 
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> law = PreviewPop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
-    >>> law.steer(0.0, 0.5, 0.0, 5.0, 0.05) < 0.0  # left of the path: steer right
+    >>> controller = PreviewPop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> controller.steer(0.0, 0.5, 0.0, 5.0, 0.05) < 0.0  # left of the path: steer right
     True
     """
+
+    TRACKED = Tracked.NO_SLIP_POINT
 
     def __init__(
         self,
         path: PathView,
+        vehicle: Vehicle | None = None,
         params: PreviewPopParams | None = None,
         *,
-        actuator: Actuator | None = None,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
-        params = PreviewPopParams() if params is None else params
-        super().__init__(path, params, 0.0, actuator)
+        super().__init__(path, vehicle, PreviewPopParams() if params is None else params, adapt)
+        self._steer_span_rate = resolved(self._resolved.steer_span_rate)
+        self._heading_cost = resolved(self._resolved.heading_cost)
+        self._steer_rate_cost = resolved(self._resolved.steer_rate_cost)
+        self._min_speed = resolved(self._resolved.min_speed)
+        self._smoothing_length = resolved(self._resolved.smoothing_length)
 
     def initial_state(self) -> PreviewPopState:
-        """Return the state before the first step."""
+        """Return the state before the first step, with nothing remembered."""
         return PreviewPopState()
 
-    def decide(self, vehicle: VehicleState, dt: float) -> Command:
-        """Locate, learn, predict, choose, remember."""
-        at = self._locate(self.state.waypoint, vehicle, dt)
-        state = self._learn(_turned(self.state, at), at)
-        state = replace(state, waypoint=at.foot.segment)
-        steer, status = self._choose(state, at)
-        self._state = _turned(self._remember(state, at, steer), at)
-        return command(at, steer, at.foot.point, status)
+    def predicts(self) -> bool:
+        """Tell whether the law reads the `Belief`: it does."""
+        return True
 
-    def set_waypoint(self, state: PreviewPopState, waypoint: int | None) -> PreviewPopState:
-        """Put the remembered waypoint; nothing is to be learnt of a jump."""
-        return replace(state, waypoint=waypoint, travel=0.0)
+    def decide(self, at: Located, belief: Belief) -> Decision:
+        """Decide the angle for a located vehicle."""
+        wanted = self._choose(at.turn(self.state.previous_steer), at, belief)
+        steer, status = limit_steer(self.vehicle, wanted)
+        self._state = replace(self.state, previous_steer=at.turn(steer))
+        return Decision(steer, at.foot.point, status)
 
     def set_steer(self, state: PreviewPopState, steer: float) -> tuple[PreviewPopState, bool]:
         """Take note of the angle; the next neighbourhood is its own."""
         return replace(state, previous_steer=steer), True
 
-    def _turning_length(self, speed: float) -> float:
-        """Length that turns an angle into a curvature, tan δ / length [m]."""
-        return self.params.wheelbase + self.params.understeer * speed * speed
-
-    def _learn(self, state: PreviewPopState, at: Located) -> PreviewPopState:
-        """Return the state with what the way since the last step teaches."""
-        vehicle = at.vehicle
-        if state.travel < LEAST_TRAVEL or at.turned:
-            return state
-        turned = wrap(vehicle.yaw - state.previous_yaw)
-        turn_offset = _learnt(
-            state.turn_offset,
-            (turned - state.turn) / state.travel,
-            at.dt,
-            self.params.turn_learning_time,
-            MAX_TURN_OFFSET,
-        )
-        slip, slip_length = 0.0, 0.0
-        if self.params.slip_learning_time > 0.0:
-            heading = state.previous_yaw + 0.5 * turned
-            aside = (vehicle.y - state.previous_y) * cos(heading) - (
-                vehicle.x - state.previous_x
-            ) * sin(heading)
-            start = at.foot.arc_length(self.path) - state.travel
-            preview = Preview(
-                self.path, self.params.smoothing_length, at.foot.segment, start, state.travel
-            )
-            _, (turn,) = preview.turns(start, state.travel, 1)
-            slip, slip_length = self._learn_slip(
-                state, aside / state.travel, turn / state.travel, at.dt
-            )
-        return replace(state, turn_offset=turn_offset, slip=slip, slip_length=slip_length)
-
-    def _learn_slip(
-        self, state: PreviewPopState, sample: float, bend: float, dt: float
-    ) -> tuple[float, float]:
-        """Return the slip, straight on and by curvature, after a period in which it was `sample`.
-
-        Normalised least mean squares. The curvature is the path's, `bend` [1/m]. The vehicle's own
-        answers to the errors of the position, which are in the sample too, and would be taken for
-        slip.
-        """
-        time, most = self.params.slip_learning_time, self.params.wheelbase
-        share = dt / time if dt < time else 1.0
-        sample = saturate(sample, -4.0 * MAX_SLIP, 4.0 * MAX_SLIP)
-        missed = sample - (state.slip + state.slip_length * bend)
-        gain = share * missed / (BEND * BEND + bend * bend)
-        return (
-            saturate(state.slip + gain * (BEND * BEND), -MAX_SLIP, MAX_SLIP),
-            saturate(state.slip_length + gain * bend, -most, most),
-        )
-
-    def _choose(self, state: PreviewPopState, at: Located) -> tuple[float, Status]:
-        """Find the best angle of the neighbourhood."""
-        params, foot = self.params, at.foot
-        offset = self.reference_offset + state.slip_length
+    def _choose(self, previous_steer: float, at: Located, belief: Belief) -> float:
+        """Find the best angle of the neighbourhood; both angles are of the mirrored vehicle."""
+        params, vehicle, estimate, foot = self.params, self.vehicle, belief.estimate, at.foot
         speed = at.vehicle.forward_speed()
         count, period = steps(params.horizon, at.dt)
-        pace = speed if speed > params.min_speed else params.min_speed
+        pace = speed if speed > self._min_speed else self._min_speed
         step = pace * period
-        lag = params.steer_lag * speed
+        lag = vehicle.steer_lag * speed
         kept = decay(step, lag)
+        # In a bend the point that moves where the vehicle looks lies elsewhere by this much.
+        offset = at.turn(estimate.slip_length)
         travel = Travel.over(step, lag, kept, offset)
-        length = self._turning_length(speed)
-        move_cost = params.steer_rate_cost * length / period
+        length = vehicle.turning_length(speed) / estimate.gain
+        move_cost = self._steer_rate_cost * length / period
         move_cost = move_cost * move_cost
 
         arc_length = foot.arc_length(self.path)
-        preview = Preview(
-            self.path, params.smoothing_length, foot.segment, arc_length, count * step
-        )
+        distance = count * step
+        preview = Preview(self.path, self._smoothing_length, foot.segment, arc_length, distance)
         path_yaw, turns = preview.turns(arc_length, step, count)
-        gained = step * state.turn_offset
-        drift = step * state.slip
-        stage = CostToGo.stage(params.heading_cost, offset)
+        drift = step * estimate.slip
+        stage = CostToGo.stage(self._heading_cost, offset)
         after = cost = stage
         for turn in reversed(turns):
-            cost = after.before(travel, turn - gained, drift)
+            cost = after.before(travel, turn, drift)
             after = cost.before_best_move(move_cost, stage)
 
         # From afar the error counts only as far as it calls for the approach angle.
@@ -335,97 +245,20 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         most = params.approach_angle * cost.pc
         most = most if most > 0.0 else 0.0
         pull = saturate(foot.cross_track_error() * cost.ec, -most, most)
-        told = tan(state.previous_steer) / length
-        slope = pull + heading_error * cost.pc + state.curvature * cost.ac + told * cost.cc + cost.c
+        wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
+        driven = tan(at.turn(wheel)) / length
+        told = tan(previous_steer) / length
+        slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c
         # The lowest point of the parabola; a control period may be a part of the step.
         wanted = told - slope / (move_cost + cost.cc) * (at.dt / period)
-        return self._within(state.previous_steer, wanted, length, speed, at.dt)
 
-    def _within(
-        self, previous_steer: float, wanted: float, length: float, speed: float, dt: float
-    ) -> tuple[float, Status]:
-        """Turn a curvature into an angle within the limits and the neighbourhood."""
-        params = self.params
-        status = Status.OK
-        if abs(wanted) * speed * speed > params.max_lateral_acceleration:
-            wanted = copysign(params.max_lateral_acceleration / (speed * speed), wanted)
-            status = Status.SATURATED
-        span = params.max_steer_rate * dt
-        if span > params.steer_span:
-            span = params.steer_span
-        if speed < params.min_speed:
-            span *= speed / params.min_speed
-        steer = saturate(atan(wanted * length), previous_steer - span, previous_steer + span)
-        steer, limited = self._limit(steer)
-        return steer, limited if limited is Status.SATURATED else status
+        span = self._steer_span_rate * at.dt
+        if speed < self._min_speed:
+            span *= speed / self._min_speed
+        return saturate(atan(wanted * length), previous_steer - span, previous_steer + span)
 
-    def _remember(self, state: PreviewPopState, at: Located, steer: float) -> PreviewPopState:
-        """Carry the model over the period that begins, under the angle decided on."""
-        speed = at.vehicle.forward_speed()
-        told = tan(steer) / self._turning_length(speed)
-        lag = self.params.steer_lag
-        kept = decay(at.dt, lag)
-        excess = state.curvature - told
-        distance = speed * at.dt
-        teaches = speed >= self.params.min_speed
-        return replace(
-            state,
-            previous_steer=steer,
-            travel=distance if teaches else 0.0,
-            turn=told * distance + excess * (lag * (1.0 - kept) * speed),
-            curvature=told + excess * kept,
-            previous_x=at.vehicle.x,
-            previous_y=at.vehicle.y,
-            previous_yaw=at.vehicle.yaw,
-        )
-
-    def check_state(self, state: PreviewPopState) -> PreviewPopState:
-        """Return `state`, where it is one that this law could have on its path."""
-        checked: dict[str, Any] = {
-            "waypoint": check_waypoint(self.path, state.waypoint),
-            "previous_steer": check_steer(
-                "previous_steer", state.previous_steer, self.params.max_steer
-            ),
-        }
-        for field, bound in (
-            ("curvature", 1e7),
-            ("previous_x", MAX_COORDINATE),
-            ("previous_y", MAX_COORDINATE),
-            ("previous_yaw", MAX_YAW + PI),
-            ("turn", 1e15),
-            ("turn_offset", MAX_TURN_OFFSET),
-            ("slip", MAX_SLIP),
-            ("slip_length", self.params.wheelbase),
-        ):
-            checked[field] = input_in_range(field, getattr(state, field), -bound, bound)
-        checked["travel"] = input_in_range("travel", state.travel, 0.0, 1e7)
-        return replace(state, **checked)
-
-
-def _turned(state: PreviewPopState, at: Located) -> PreviewPopState:
-    """Turn the state of the turned vehicle into that of the vehicle itself, or the other way round.
-
-    Its wheels, and what it turns, are to the other side, and ahead is behind. Place and way are
-    those seen.
-    """
-    return replace(
-        state,
-        previous_steer=at.turn(state.previous_steer),
-        curvature=at.turn(state.curvature),
-        turn_offset=at.turn(state.turn_offset),
-        slip_length=at.turn(state.slip_length),
-    )
-
-
-def _learnt(value: float, sample: float, dt: float, time: float, bound: float) -> float:
-    """Return `value` after a period `dt` [s] in which `sample` was seen.
-
-    `time` [s] to learn, 0 for never. A sample counts up to four times the bound and the value
-    keeps within it, so that neither a jump of the localisation nor a fault that cannot be learnt
-    winds it up.
-    """
-    if time <= 0.0:
-        return 0.0
-    share = dt / time if dt < time else 1.0
-    sample = saturate(sample, -4.0 * bound, 4.0 * bound)
-    return saturate(value + share * (sample - value), -bound, bound)
+    def check_law_state(self, state: PreviewPopState) -> PreviewPopState:
+        """Return `state`, where what is remembered in it is what this law could remember."""
+        max_steer = self.vehicle.max_steer
+        previous_steer = check_steer("previous_steer", state.previous_steer, max_steer)
+        return replace(state, previous_steer=previous_steer)

@@ -4,26 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import copysign
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.lateral import (
-    Command,
-    check_body,
-    check_search,
+    Belief,
+    Decision,
+    Tracked,
+    check_follow,
     check_steer,
-    check_waypoint,
-    command,
-    find,
+    limit_steer,
+    or_scaled,
 )
+from popsteer.reference.lateral.search import Search, check_search
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
 from popsteer.reference.math import PI, acos, atan2, divide, sin
 from popsteer.reference.path.view import get_distance
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle.actuator import Actuator
-    from popsteer.reference.vehicle.state import VehicleState
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["PurePursuit", "PurePursuitParams", "PurePursuitState"]
 
@@ -36,8 +38,9 @@ class PurePursuitParams:
     ----------
     lookahead_gain : float
         Velocity constant k_v [s]: ld = max(ld_min, k_v v).
-    min_lookahead : float
-        Least lookahead ld_min [m]; the published code's 10 m, the paper's equation has 0.
+    min_lookahead : float or None
+        Least lookahead ld_min [m]; None is 10/3 wheelbases, the published code's 10 m at the
+        paper's car. The paper's equation has 0.
     alpha_by_arccos : bool
         Whether α is taken as the published code does, acos(heading · line / ld), instead of as
         the angle between heading and line. The grid point lies up to ε inside the circle, so
@@ -47,18 +50,13 @@ class PurePursuitParams:
         Whether the lookahead point is the path's first crossing of the circle ahead of the
         vehicle, `get_crossing`, instead of what the paper's search finds; with it, a point behind
         the vehicle is turned to as one abeam.
-    lookahead_tolerance : float
-        Threshold ε of the paper's search [m].
-    window_ahead : float
-        Arc ahead of the vehicle that the paper's search looks at [m].
-    grid_spacing : float
-        Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
-    wheelbase : float
-        Distance of the axles L [m].
-    reference_offset : float or None
-        Reference point ahead of the rear axle [m]; None is the rear axle, 0.
-    max_steer : float
-        Steering limit δ_max [rad].
+    lookahead_tolerance : float or None
+        Threshold ε of the paper's search [m]; None is 1/300 of the wheelbase.
+    window_ahead : float or None
+        Arc ahead of the vehicle that the paper's search looks at [m]; None is 20/3 wheelbases.
+    grid_spacing : float or None
+        Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
+        None is 1/300 of the wheelbase.
     search_distance : float or None
         How far along the path from the last place the vehicle is looked for [m], beside what it
         travels in a step; None is two wheelbases.
@@ -73,26 +71,43 @@ class PurePursuitParams:
 
     Examples
     --------
-    >>> PurePursuitParams(wheelbase=2.5).wheelbase
-    2.5
+    >>> PurePursuitParams(min_lookahead=5).min_lookahead
+    5.0
     """
 
     lookahead_gain: float = 0.9
-    min_lookahead: float = 10.0
+    min_lookahead: float | None = None
     alpha_by_arccos: bool = False
     exact_lookahead: bool = True
-    lookahead_tolerance: float = 0.01
-    window_ahead: float = 20.0
-    grid_spacing: float = 0.01
-    wheelbase: float = 3.0
-    reference_offset: float | None = None
-    max_steer: float = 1.22
+    lookahead_tolerance: float | None = None
+    window_ahead: float | None = None
+    grid_spacing: float | None = None
     search_distance: float | None = None
     lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         check_search(self)
-        check_body(self)
+        check_follow(self)
+
+    def resolved(self, vehicle: Vehicle) -> PurePursuitParams:
+        """Return the parameters with the defaults that scale with `vehicle` filled in.
+
+        Examples
+        --------
+        >>> from popsteer.reference import Vehicle
+        >>> PurePursuitParams().resolved(Vehicle()).min_lookahead
+        10.0
+        """
+        wheelbase = vehicle.wheelbase
+        return replace(
+            self,
+            min_lookahead=or_scaled(self.min_lookahead, 10.0 / 3.0 * wheelbase),
+            lookahead_tolerance=or_scaled(self.lookahead_tolerance, wheelbase / 300.0),
+            window_ahead=or_scaled(self.window_ahead, 20.0 / 3.0 * wheelbase),
+            grid_spacing=or_scaled(self.grid_spacing, wheelbase / 300.0),
+            search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
+            lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,73 +139,75 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
     ----------
     path : Path
         The path to follow.
+    vehicle : Vehicle, optional
+        What is steered; `Vehicle()` without.
     params : PurePursuitParams, optional
-        The parameters.
-    actuator : Actuator, optional
-        What lies between the commands and the wheels; nothing by default.
+        The parameters; the paper's, with the published code's least lookahead, without.
+    adapt : AdaptParams or None, optional
+        How the controller adapts to its vehicle; None for not at all. Without, as by default
+        where an estimate counts: with a dead time.
 
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> law = PurePursuit(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
-    >>> round(law.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
+    >>> controller = PurePursuit(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> round(controller.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
     -0.029991
     """
+
+    TRACKED = Tracked.REAR_AXLE
 
     def __init__(
         self,
         path: PathView,
+        vehicle: Vehicle | None = None,
         params: PurePursuitParams | None = None,
         *,
-        actuator: Actuator | None = None,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
-        params = PurePursuitParams() if params is None else params
-        super().__init__(path, params, 0.0, actuator)
+        super().__init__(path, vehicle, PurePursuitParams() if params is None else params, adapt)
+        self._search = Search.of(self._resolved)
 
     def initial_state(self) -> PurePursuitState:
-        """Return the state before the first step."""
+        """Return the state before the first step, with nothing remembered."""
         return PurePursuitState()
 
-    def decide(self, vehicle: VehicleState, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer."""
-        at = self._locate(self.state.waypoint, vehicle, dt)
-        scheduled = self.params.lookahead_gain * at.vehicle.forward_speed()
-        if scheduled > self.params.min_lookahead:
+    def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
+        """Decide the angle for a located vehicle."""
+        wheelbase = self.vehicle.wheelbase
+        scheduled = self._search.lookahead_gain * at.vehicle.forward_speed()
+        if scheduled > self._search.min_lookahead:
             lookahead = scheduled
         else:
-            lookahead = self.params.min_lookahead
+            lookahead = self._search.min_lookahead
         # -0.0, a lookahead of nothing on the other side, becomes 0.0.
         lookahead = lookahead + 0.0
-        target = find(self.path, at, lookahead, self.params)
+        target = self._search.find(self.path, at, lookahead)
         to = (target.point[0] - at.position[0], target.point[1] - at.position[1])
         cosine, sine = at.heading
         ahead = to[0] * cosine + to[1] * sine
         left = to[1] * cosine - to[0] * sine
         # atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
-        alpha = self.state.previous_alpha
         if self.params.alpha_by_arccos:
-            alpha = _alpha_by_arccos(ahead, left, lookahead, alpha)
-            wanted = atan2(2.0 * self.params.wheelbase * sin(alpha), lookahead)
+            alpha = _alpha_by_arccos(ahead, left, lookahead, self.state.previous_alpha)
+            self._state = replace(self.state, previous_alpha=alpha)
+            wanted = atan2(2.0 * wheelbase * sin(alpha), lookahead)
         else:
             # sin(alpha) is left / distance, with the distance on the other side.
             distance = get_distance(at.position, target.point)
             # Towards a point behind the circle would lead away from it, straight behind for good.
-            behind = self.params.exact_lookahead and ahead < 0.0
+            behind = self._search.exact_lookahead and ahead < 0.0
             aside = copysign(distance, left) if behind else left
-            wanted = atan2(2.0 * self.params.wheelbase * aside, lookahead * distance)
-        steer, status = self._limit(wanted)
-        self._state = replace(self.state, waypoint=at.foot.segment, previous_alpha=alpha)
+            wanted = atan2(2.0 * wheelbase * aside, lookahead * distance)
+        steer, status = limit_steer(self.vehicle, wanted)
         if not target.found:
-            status = Status.LOOKAHEAD_LOST
-        return command(at, steer, target.point, status)
+            status |= Status.LOOKAHEAD_LOST
+        return Decision(steer, target.point, status)
 
-    def check_state(self, state: PurePursuitState) -> PurePursuitState:
-        """Return `state`, where it is one that this law could have on its path."""
-        return replace(
-            state,
-            waypoint=check_waypoint(self.path, state.waypoint),
-            previous_alpha=check_steer("previous_alpha", state.previous_alpha, PI),
-        )
+    def check_law_state(self, state: PurePursuitState) -> PurePursuitState:
+        """Return `state`, where what is remembered in it is what this law could remember."""
+        alpha = check_steer("previous_alpha", state.previous_alpha, PI)
+        return replace(state, previous_alpha=alpha)
 
 
 def _alpha_by_arccos(ahead: float, left: float, lookahead: float, previous: float) -> float:

@@ -1,20 +1,29 @@
-"""The Stanley law, the paper's Equation 3."""
+"""The Stanley controller, the paper's Equation 3."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
-from popsteer.reference.error import config_in_range
-from popsteer.reference.lateral import Command, check_body, check_waypoint, command
+from popsteer.reference.error import config_in_range, config_optional
+from popsteer.reference.lateral import (
+    Belief,
+    Decision,
+    Tracked,
+    check_follow,
+    limit_steer,
+    or_scaled,
+    resolved,
+)
 from popsteer.reference.lateral.tracker import Tracker, TrackerState
 from popsteer.reference.math import atan, wrap
 from popsteer.reference.path.locate import path_yaw_behind
 
 if TYPE_CHECKING:
+    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle.actuator import Actuator
-    from popsteer.reference.vehicle.state import VehicleState
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["Stanley", "StanleyParams", "StanleyState"]
 
@@ -29,17 +38,12 @@ class StanleyParams:
         Crosstrack error constant k_χ [1/s].
     speed_gain : float
         Velocity constant k_v.
-    softening : float
-        Softening constant k_s [m/s], which keeps the quotient finite at rest.
+    softening : float or None
+        Softening constant k_s [m/s], which keeps the quotient finite at rest; None is 1e-5 at the
+        paper's wheelbase, in proportion at others.
     heading_behind : bool
         Whether the path's heading is that of the segment behind the nearest waypoint, as in the
-        published code, instead of that at the foot.
-    wheelbase : float
-        Distance of the axles [m].
-    reference_offset : float or None
-        Reference point ahead of the rear axle [m]; None is the front axle, `wheelbase`.
-    max_steer : float
-        Steering limit δ_max [rad].
+        published code, instead of that at the projection.
     search_distance : float or None
         How far along the path from the last place the vehicle is looked for [m], beside what it
         travels in a step; None is two wheelbases.
@@ -61,24 +65,37 @@ class StanleyParams:
 
     cross_track_gain: float = 1.5
     speed_gain: float = 1.3
-    softening: float = 1e-5
+    softening: float | None = None
     heading_behind: bool = False
-    wheelbase: float = 3.0
-    reference_offset: float | None = None
-    max_steer: float = 1.22
     search_distance: float | None = None
     lost_distance: float | None = None
 
     def __post_init__(self) -> None:
         config_in_range(self, "cross_track_gain", 0.0, 1e6)
         config_in_range(self, "speed_gain", 0.0, 1e6)
-        config_in_range(self, "softening", 1e-9, 1e6)
-        check_body(self)
+        config_optional(self, "softening", 1e-9, 1e6)
+        check_follow(self)
+
+    def resolved(self, vehicle: Vehicle) -> StanleyParams:
+        """Return the parameters with the defaults that scale with `vehicle` filled in.
+
+        Examples
+        --------
+        >>> from popsteer.reference import Vehicle
+        >>> round(StanleyParams().resolved(Vehicle(wheelbase=0.3)).softening, 12)
+        1e-06
+        """
+        return replace(
+            self,
+            softening=or_scaled(self.softening, 1e-5 / 3.0 * vehicle.wheelbase),
+            search_distance=or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
+            lost_distance=or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
 class StanleyState(TrackerState):
-    """What `Stanley` remembers.
+    """What `Stanley` remembers: what a `TrackerState` has.
 
     Examples
     --------
@@ -97,47 +114,51 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     ----------
     path : Path
         The path to follow.
+    vehicle : Vehicle, optional
+        What is steered; `Vehicle()` without.
     params : StanleyParams, optional
         The parameters; the paper's without.
-    actuator : Actuator, optional
-        What lies between the commands and the wheels; nothing by default.
+    adapt : AdaptParams or None, optional
+        How the controller adapts to its vehicle; None for not at all. Without, as by default
+        where an estimate counts: with a dead time.
 
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> law = Stanley(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
-    >>> round(law.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
+    >>> controller = Stanley(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> round(controller.steer(0.0, 0.5, 0.0, 5.0, 0.05), 6)  # left of the path: steer right
     -0.114876
     """
+
+    TRACKED = Tracked.FRONT_AXLE
 
     def __init__(
         self,
         path: PathView,
+        vehicle: Vehicle | None = None,
         params: StanleyParams | None = None,
         *,
-        actuator: Actuator | None = None,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
-        params = StanleyParams() if params is None else params
-        super().__init__(path, params, params.wheelbase, actuator)
+        super().__init__(path, vehicle, StanleyParams() if params is None else params, adapt)
+        self._softening = resolved(self._resolved.softening)
 
     def initial_state(self) -> StanleyState:
-        """Return the state before the first step."""
+        """Return the state before the first step, with nothing remembered."""
         return StanleyState()
 
-    def decide(self, vehicle: VehicleState, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer."""
-        at = self._locate(self.state.waypoint, vehicle, dt)
-        softened = self.params.softening + self.params.speed_gain * at.vehicle.forward_speed()
-        pull = atan(self.params.cross_track_gain * at.foot.cross_track_error() / softened)
+    def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
+        """Decide the angle for a located vehicle."""
+        speed = self._softening + self.params.speed_gain * at.vehicle.forward_speed()
+        pull = atan(self.params.cross_track_gain * at.foot.cross_track_error() / speed)
         if self.params.heading_behind:
             path_yaw = path_yaw_behind(self.path, at.foot.nearest_waypoint(self.path))
         else:
             path_yaw = at.foot.path_yaw()
         heading_error = wrap(at.vehicle.yaw - path_yaw)
-        steer, status = self._limit(-(heading_error + pull))
-        self._state = replace(self.state, waypoint=at.foot.segment)
-        return command(at, steer, at.foot.point, status)
+        steer, status = limit_steer(self.vehicle, -(heading_error + pull))
+        return Decision(steer, at.foot.point, status)
 
-    def check_state(self, state: StanleyState) -> StanleyState:
-        """Return `state`, where it is one that this law could have on its path."""
-        return replace(state, waypoint=check_waypoint(self.path, state.waypoint))
+    def check_law_state(self, state: StanleyState) -> StanleyState:
+        """Return `state`: there is nothing of its own in it."""
+        return state

@@ -1,31 +1,99 @@
-"""A law as a vehicle takes it: actuator, hand-over from a driver, an answer to every input."""
+"""A control step whole: estimate, predict, locate, decide, limit.
+
+A `Tracker` is a law as a vehicle takes it. It shows the law the vehicle as it will be when the next
+command reaches the wheels, keeps the commands within what the vehicle does, goes on from a driver's
+angle without a jump, and answers every input.
+"""
 
 from __future__ import annotations
 
 import operator
-from abc import abstractmethod
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Generic, TypeVar
+from math import copysign
+from typing import TYPE_CHECKING, ClassVar, Generic, Literal, NamedTuple, TypeVar
 
 from popsteer.errors import InputError
-from popsteer.reference.error import input_in_range
-from popsteer.reference.lateral import BodyParams, Command, LateralLaw, check_steer
-from popsteer.reference.math import saturate
-from popsteer.reference.path.follow import find_anew
-from popsteer.reference.vehicle import actuator as chain
-from popsteer.reference.vehicle.learning import Learnt
-from popsteer.reference.vehicle.state import VehicleState, checked_dt
+from popsteer.reference.error import input_below, input_in_range
+from popsteer.reference.lateral import (
+    Belief,
+    Command,
+    LateralLaw,
+    Params,
+    Tracked,
+    check_steer,
+)
+from popsteer.reference.math import atan, atan2, divide, saturate, wrap
+from popsteer.reference.path.preview import Preview
+from popsteer.reference.path.relocalise import relocalise
+from popsteer.reference.path.view import MAX_COORDINATE, Point
+from popsteer.reference.vehicle import Vehicle
+from popsteer.reference.vehicle.delay import Commands, InFlight
+from popsteer.reference.vehicle.estimator import AdaptParams, Corrections, Estimate, Estimator
+from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle.actuator import Actuator, UnderWay
-    from popsteer.reference.vehicle.learning import Lesson
 
-__all__ = ["HANDOVER_TIME", "Tracker", "TrackerState"]
+__all__ = ["HANDOVER_TIME", "Answer", "Seen", "Tracker", "TrackerState"]
 
 HANDOVER_TIME = 1.0
 """How long the difference to a driver's angle takes to fade [s]."""
+
+
+class Seen(NamedTuple):
+    """Where the tracked point was seen at the last step, for as long as an input is held."""
+
+    cross_track_error: float
+    """Cross-track error [m]."""
+    yaw: float
+    """Heading of the vehicle, mirrored where it drives backwards [rad]."""
+    along_x: float
+    """Along the path [m]."""
+    along_y: float
+
+    @classmethod
+    def of(cls, at: Located) -> Seen:
+        """Take it from a located vehicle."""
+        along = at.foot.along
+        return cls(at.foot.cross_track_error(), at.vehicle.yaw, along[0], along[1])
+
+    def heading_error(self) -> float:
+        """Yaw less direction of the path [rad], in [-π, π]."""
+        return wrap(self.yaw - atan2(self.along_y, self.along_x))
+
+    def checked(self) -> Seen:
+        """Return the same, as floats, where each is within its bound."""
+        most = 4.0 * MAX_COORDINATE
+        return Seen(
+            input_in_range("answer", self.cross_track_error, -most, most),
+            input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW),
+            input_in_range("answer", self.along_x, -most, most),
+            input_in_range("answer", self.along_y, -most, most),
+        )
+
+
+class Answer(NamedTuple):
+    """What the last step answered besides its angle."""
+
+    measured: Seen
+    """The measured vehicle."""
+    predicted: Seen
+    """The predicted one."""
+    target: Point
+    """The point aimed at [m]."""
+    reverse: bool
+    """Whether the path was driven backwards."""
+
+    def checked(self) -> Answer:
+        """Return the same, as floats, where each is within its bound."""
+        measured, predicted = Seen(*self.measured).checked(), Seen(*self.predicted).checked()
+        most = 4.0 * MAX_COORDINATE
+        x, y = self.target
+        x = input_in_range("answer", x, -most, most)
+        y = input_in_range("answer", y, -most, most)
+        return Answer(measured, predicted, (x, y), self.reverse)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +103,10 @@ class TrackerState:
     Attributes
     ----------
     waypoint : int or None
-        The waypoint at which the segment of the last foot starts; None before the first step.
+        The segment of the last projection of the predicted vehicle, by the waypoint at which it
+        starts; None before the first step.
+    measured_waypoint : int or None
+        The same of the measured vehicle, where there is a dead time.
     steer : float
         The angle last commanded [rad].
     handover_offset : float or None
@@ -45,90 +116,147 @@ class TrackerState:
     held : int
         How many inputs in a row were refused.
     wheel : float or None
-        Angle of the wheels [rad]; None without an actuator.
-    under_way : tuple of tuple of float
+        Angle of the wheels by the vehicle's own figures [rad]; None where the vehicle is not
+        modelled.
+    commands_in_flight : tuple of tuple of float
         Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
     seen : tuple of float or None
-        Heading [rad] and speed [m/s] at the last step, where the actuator learns.
-    learnt : tuple of float
-        What the actuator has learnt: acceleration, expected, measured, turn, change and delay of
-        `Learnt`.
+        x [m], y [m], yaw [rad] and speed [m/s] of the point that does not slip as it was last seen;
+        None where the motion since shows nothing.
+    turn_turn, turn_offset, offset_offset : float
+        Sums over the turns expected and those of a radian of steering offset [rad²], [rad], [1];
+        see `Estimator`.
+    turn_measured, offset_measured : float
+        Sums of these times the turns measured [rad²], [rad].
+    turn : float
+        The turn expected for the last period [rad].
+    change : float
+        Rates at which the expected turns changed, squared [rad²/s²].
+    gain : float
+        How many times more the vehicle turns than its figures say.
+    steer_offset : float
+        Angle of the wheels at the command 0, beyond the vehicle's [rad].
+    longer_dead_time : float
+        How much longer the dead time is than the vehicle's [s].
+    slip : float
+        Angle of the motion of the point that does not slip to the heading, straight on [rad].
+    slip_length : float
+        How much that angle grows with the curvature [m].
+    acceleration : float
+        Acceleration [m/s²].
+    answer : tuple or None
+        What the last step answered besides its angle: cross-track error [m], yaw [rad] and
+        direction of the path (x, y) [m] of the measured vehicle, and of the predicted one; the
+        target (x, y) [m]; and whether the path was driven backwards. None before the first step.
     """
 
     waypoint: int | None = None
+    measured_waypoint: int | None = None
     steer: float = 0.0
     handover_offset: float | None = None
     handover_left: float = 0.0
     held: int = 0
     wheel: float | None = None
-    under_way: UnderWay = ()
-    seen: tuple[float, float] | None = None
-    learnt: Lesson = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    commands_in_flight: Commands = ()
+    seen: tuple[float, float, float, float] | None = None
+    turn_turn: float = 0.0
+    turn_offset: float = 0.0
+    offset_offset: float = 0.0
+    turn_measured: float = 0.0
+    offset_measured: float = 0.0
+    turn: float = 0.0
+    change: float = 0.0
+    gain: float = 1.0
+    steer_offset: float = 0.0
+    longer_dead_time: float = 0.0
+    slip: float = 0.0
+    slip_length: float = 0.0
+    acceleration: float = 0.0
+    answer: Answer | None = None
 
 
-ParamsT = TypeVar("ParamsT", bound=BodyParams)
+ParamsT = TypeVar("ParamsT", bound=Params)
 StateT = TypeVar("StateT", bound=TrackerState)
 
 
 class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
-    """A law on a path, and the actuator that its commands go through.
+    """A law on a path, its vehicle, and how it adapts to that.
 
-    With an actuator the law is shown the vehicle as it will be when its command arrives, and the
-    errors of its `Command` are those of that vehicle; commands keep the actuator's rate. A law
-    that starts from a driver's angle, or on another path, goes on from the present angle: the
-    difference to what the law itself wants fades evenly over `HANDOVER_TIME`; POP, whose next
-    angle lies in the neighbourhood of the last, needs no fading.
+    With a dead time the law is shown the vehicle as it will be when its command reaches the wheels.
+    Commands keep the vehicle's angle, rate and lateral acceleration. A law that starts from a
+    driver's angle, or on another path, goes on from the present angle: the difference to what the
+    law itself wants fades evenly over `HANDOVER_TIME`; POP, whose next angle lies in the
+    neighbourhood of the last, needs no fading.
     """
 
+    TRACKED: ClassVar[Tracked]
+
     def __init__(
-        self, path: PathView, params: ParamsT, default_offset: float, actuator: Actuator | None
+        self,
+        path: PathView,
+        vehicle: Vehicle | None,
+        params: ParamsT,
+        adapt: AdaptParams | Literal["auto"] | None,
     ) -> None:
-        super().__init__(path, params, default_offset)
-        self._actuator = actuator
-        self._state = self._settled(self.initial_state(), 0.0)
+        super().__init__(path, Vehicle() if vehicle is None else vehicle, params)
+        self._vehicle_given = vehicle is not None
+        self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
+        self._adapt = self.default_adapt() if adapt == "auto" else adapt
+        # Whether wheels and motion of the vehicle are modelled.
+        self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
+        # Whether the law's angle is the command as it is.
+        offset = self._vehicle.steer_offset
+        self._bare = (
+            not self._models
+            and self._vehicle.max_steer_rate is None
+            and self._vehicle.max_lateral_acceleration is None
+            and offset == 0.0
+            and copysign(1.0, offset) > 0.0
+        )
+        self._state = self._before_first_step()
 
     @property
-    def actuator(self) -> Actuator | None:
-        """What the commands go through on their way to the wheels; None for nothing."""
-        return self._actuator
+    def vehicle_given(self) -> bool:
+        """Whether the vehicle was given, and is not the default one."""
+        return self._vehicle_given
+
+    @property
+    def adapt(self) -> AdaptParams | None:
+        """How the controller adapts to its vehicle; None where it does not."""
+        return self._adapt
+
+    @property
+    def tracked_point(self) -> float:
+        """How far ahead of the pose's point the tracked point lies [m], driving forward."""
+        return self._follow.base + self._follow.reference_offset
+
+    @property
+    def estimate(self) -> Estimate:
+        """What is known of the vehicle: its own figures, corrected by what its motion has shown."""
+        return _estimator(self._state).estimate.of(self._vehicle)
 
     @property
     def state(self) -> StateT:
-        """What the law remembers; may be set to a state saved before.
+        """What the controller remembers; may be set to a state saved before.
 
         Raises
         ------
         InputError
-            Where it is no state that this law could have; the state is then unchanged.
+            Where it is no state that this controller could have; the state is then unchanged.
         """
         return self._state
 
     @state.setter
     def state(self, state: StateT) -> None:
-        checked = self.check_state(state)
-        held = max(0, operator.index(state.held))
-        line, wheel, learnt = self._restored_line(state)
-        steer = check_steer("steer", state.steer, self.params.max_steer)
-        offset, left = state.handover_offset, state.handover_left
-        # No offset and no time left is no hand-over; NaN is one, and refused.
-        if not (offset is None and left == 0.0):
-            if offset is not None:
-                offset = check_steer("handover_offset", offset, 2.0 * self.params.max_steer)
-            left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
-        self._state = replace(
-            checked,
-            steer=steer,
-            handover_offset=offset,
-            handover_left=left,
-            held=held,
-            wheel=wheel,
-            under_way=line,
-            seen=learnt.seen,
-            learnt=learnt.lesson,
-        )
+        self._state = self._checked(state)
 
     def reset(self, *, steer: float | None = None) -> None:
-        """Forget all steps; go on from a driver's angle `steer` [rad], where one is given.
+        """Forget all steps; go on from a driver's angle, where one is given.
+
+        Parameters
+        ----------
+        steer : float, optional
+            The angle of the wheels as a driver leaves them [rad].
 
         Raises
         ------
@@ -136,26 +264,27 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             Where the angle is not within `max_steer`; the state is then unchanged.
         """
         if steer is None:
-            self._state = self._settled(self.initial_state(), 0.0)
+            self._state = self._before_first_step()
             return
-        steer = check_steer("steer", steer, self.params.max_steer)
-        self._state = self._settled(self._take_over(self.initial_state(), steer), steer)
+        steer = check_steer("steer", steer, self._vehicle.max_steer)
+        self._state = self._take_over(self._before_first_step(steer), steer)
 
     def set_path(self, path: PathView) -> None:
         """Follow another path from the next step on, without a jump of the angle."""
         self._path = path
-        self._state = self._take_over(self.leave_path(self._state), self._state.steer)
+        state = replace(self._state, waypoint=None, measured_waypoint=None)
+        self._state = self._take_over(self.forget_path(state), state.steer)
 
     def relocalise(self, x: float, y: float, yaw: float) -> None:
         """Find the vehicle's place on the path anew, after a jump.
 
-        Puts the remembered waypoint to `relocalise` of the rear axle; the next step goes on from
-        there. The rest of the state stays.
+        Puts the remembered waypoint to `relocalise` of the rear axle, or of the point that does not
+        slip; the next step goes on from there. The rest of the state stays.
 
         Parameters
         ----------
         x, y : float
-            Position of the middle of the rear axle [m].
+            Position of the vehicle's point [m].
         yaw : float
             Heading [rad]; tells branches apart that cross or lie alongside.
 
@@ -166,21 +295,24 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             unchanged.
         """
         vehicle = VehicleState(x, y, yaw, speed=0.0).checked()
-        self._state = self.set_waypoint(self._state, find_anew(self._path, vehicle))
+        base = vehicle.ahead(self._follow.base)
+        waypoint = relocalise(self._path, (base.x, base.y), yaw, self._follow.opposite_distance)
+        # Nothing is learnt of the motion until then.
+        self._state = replace(self._state, waypoint=waypoint, measured_waypoint=None, seen=None)
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
-        """Locate the vehicle on the path, aim, steer: one control step.
+        """Estimate, predict, locate, decide, limit: one control step.
 
         Parameters
         ----------
         x, y : float
-            Position of the middle of the rear axle [m].
+            Position of the vehicle's point [m].
         yaw : float
             Heading [rad]; need not be wrapped.
         speed : float
-            Speed [m/s]; negative while rolling backwards.
+            Forward speed [m/s], negative while rolling backwards.
         dt : float
-            Control period [s].
+            Time since the last step [s].
 
         Returns
         -------
@@ -193,21 +325,39 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             Naming the first argument that is not finite or beyond its bound; the state is then
             unchanged.
         """
-        seen = VehicleState(x, y, yaw, speed).checked()
+        vehicle = VehicleState(x, y, yaw, speed).checked()
         dt = checked_dt(dt)
-        state, learnt = self._state, self._known
-        if self._actuator is not None and state.wheel is not None:
-            under_way, wheel, known = state.under_way, state.wheel, learnt
-            learnt = chain.learn(self._actuator, under_way, wheel, known, state.steer, seen, dt)
-            # What was given is good, so what comes of it is not refused.
-            seen = chain.predict(
-                self._actuator, under_way, wheel, known, state.steer, seen, dt, learnt
-            ).bounded()
-        command = self.decide(seen, dt)
-        steer, limited = self._give(command.steer, dt, learnt)
-        if limited and command.status is Status.OK:
-            return replace(command, steer=steer, status=Status.SATURATED)
-        return replace(command, steer=steer)
+        seen, belief = self._predict(vehicle, dt)
+
+        at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
+        self._state = replace(self._state, waypoint=at.foot.segment)
+        here = at
+        if self._vehicle.dead_time > 0.0:
+            here = self._follow.locate(self._path, self._state.measured_waypoint, vehicle, dt)
+            self._state = replace(self._state, measured_waypoint=here.foot.segment)
+        if self._adapt is not None:
+            estimator = self._observe_slip(self._adapt, here, vehicle, dt)
+            self._state = _with_estimator(self._state, estimator)
+            belief = replace(belief, estimate=estimator.estimate)
+
+        decision = self.decide(at, belief)
+        steer = at.turn(decision.steer)
+        self._state = replace(self._state, held=0)
+        limited = False
+        if self._bare and not _hands_over(self._state):
+            self._state = replace(self._state, steer=steer)
+        else:
+            limited = self._limit(steer, at.vehicle.speed, dt, belief.estimate)
+        answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse)
+        self._state = replace(self._state, answer=answer)
+        status = decision.status
+        if limited:
+            status |= Status.SATURATED
+        if at.past_end:
+            status |= Status.END_OF_PATH
+        if at.off_path:
+            status |= Status.OFF_PATH
+        return _command(self._state.steer, answer, status)
 
     def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
         """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
@@ -218,53 +368,36 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     ) -> Command:
         """Take one control step, and answer whatever comes in.
 
-        Where `step` would raise `InputError`, the last angle is held, with the status
-        `Status.INPUT_HELD` for up to `hold_limit` inputs in a row and `Status.INPUT_LOST` beyond.
-        The errors and the target of such a command are 0; the law's state stays.
+        Where `step` would raise `InputError`, the last command is held, its angle, direction,
+        errors and target, with the status `Status.INPUT_HELD` for up to `hold_limit` inputs in a
+        row and `Status.INPUT_LOST` beyond. The law's state stays; commands in flight go on.
         """
         try:
             return self.step(x, y, yaw, speed, dt)
         except InputError:
-            held = self._state.held + 1
-        self._state = replace(self._state, held=held)
-        try:
-            # The angle held goes on its way like any other.
-            self._elapse(checked_dt(dt), self._known)
-        except InputError:
-            pass
-        self._state = replace(self._state, seen=None)
-        return Command(
-            steer=self._state.steer,
-            cross_track_error=0.0,
-            heading_error=0.0,
-            target=(0.0, 0.0),
-            reverse=False,
-            status=Status.INPUT_LOST if held > max(0, hold_limit) else Status.INPUT_HELD,
-        )
+            state = replace(self._state, held=self._state.held + 1)
+        in_flight = _in_flight(state)
+        if in_flight is not None:
+            # The angle that is held goes on its way like any other.
+            try:
+                in_flight = in_flight.elapse(self._vehicle, state.steer, checked_dt(dt), 0.0)
+            except InputError:
+                pass
+            state = replace(_with_in_flight(state, in_flight), seen=None)
+        self._state = state
+        nowhere = Seen(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
+        answer = state.answer
+        if answer is None:
+            answer = Answer(nowhere, nowhere, target=(0.0, 0.0), reverse=False)
+        lost = state.held > max(0, hold_limit)
+        return _command(state.steer, answer, Status.INPUT_LOST if lost else Status.INPUT_HELD)
 
-    @abstractmethod
-    def decide(self, vehicle: VehicleState, dt: float) -> Command:
-        """Take the law's own step with a checked input."""
-
-    def leave_path(self, state: StateT) -> StateT:
-        """Forget what was measured against the path: another one is followed from now on."""
-        return self.set_waypoint(state, None)
-
-    def set_waypoint(self, state: StateT, waypoint: int | None) -> StateT:
-        """Put the remembered waypoint; the rest stays as it is."""
-        return replace(state, waypoint=waypoint)
-
-    def set_steer(self, state: StateT, _steer: float) -> tuple[StateT, bool]:
-        """Take note of the angle that the wheels were given instead of the law's answer.
-
-        Returns the state, and whether the law's next answer goes on from it.
-        """
-        return state, False
-
-    def _settled(self, state: StateT, steer: float) -> StateT:
-        if self._actuator is None:
-            return state
-        return replace(state, wheel=steer, under_way=chain.settled(self._actuator, steer))
+    def _before_first_step(self, steer: float = 0.0) -> StateT:
+        """Return the state before the first step, with the wheels at the angle `steer` [rad]."""
+        state = self.initial_state()
+        if self._models:
+            return _with_in_flight(state, InFlight.settled(self._vehicle, steer))
+        return state
 
     def _take_over(self, state: StateT, steer: float) -> StateT:
         """Let a law without a neighbourhood of its own fade from `steer`."""
@@ -272,57 +405,232 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         left = 0.0 if goes_on else HANDOVER_TIME
         return replace(state, steer=steer, handover_offset=None, handover_left=left)
 
-    @property
-    def _known(self) -> Learnt:
-        return Learnt.of(self._state.seen, self._state.learnt)
+    def _predict(self, vehicle: VehicleState, dt: float) -> tuple[VehicleState, Belief]:
+        """Return the vehicle as the law is to see it.
 
-    def _give(self, wanted: float, dt: float, learnt: Learnt) -> tuple[float, bool]:
-        """Return the angle to command where the law wants `wanted`, and whether it is limited."""
-        state = replace(self._state, held=0)
-        fading = state.handover_offset is not None or state.handover_left > 0.0
-        if self._actuator is None and not fading:
-            self._state = replace(state, steer=wanted)
-            return wanted, False
-        faded = wanted
-        if fading:
-            offset, left = state.handover_offset, state.handover_left
-            if offset is None:
-                offset = state.steer - wanted
-            else:
-                left -= dt
-            faded = wanted + saturate(left / HANDOVER_TIME, 0.0, 1.0) * offset
-            if left <= 0.0:
-                offset, left = None, 0.0
-            state = replace(state, handover_offset=offset, handover_left=left)
-        self._state = state
-        max_steer = self.params.max_steer
-        faded = saturate(faded, -max_steer, max_steer)
-        steer = faded
-        if self._actuator is not None:
-            self._elapse(dt, learnt)
-            steer = chain.limit(self._actuator, state.steer, faded, dt)
-        state, _ = self.set_steer(self._state, steer)
+        Before, its motion since the last step is observed, and the last command takes flight.
+        """
+        car, state = self._vehicle, self._state
+        in_flight = _in_flight(state)
+        if in_flight is None:
+            return vehicle, Belief(state.steer, Corrections())
+        estimator = _estimator(state)
+        now = vehicle.ahead(car.no_slip)
+        before = estimator.estimate.longer_dead_time
+        if self._adapt is not None:
+            reached = in_flight.reaching(car, state.steer, dt)
+            estimator = estimator.observe_turn(self._adapt, car, now, reached, dt)
+        estimate = estimator.estimate
+        in_flight = in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before)
+        self._state = _with_in_flight(_with_estimator(state, estimator), in_flight)
+        if car.dead_time > 0.0:
+            predicted, wheel = in_flight.predict(car, now, estimate)
+            # What was given is good, so what comes of it is not refused.
+            seen = predicted.bounded().ahead(-car.no_slip).bounded()
+            return seen, Belief(wheel, estimate)
+        return vehicle, Belief(in_flight.wheel, estimate)
+
+    def _observe_slip(
+        self, adapt: AdaptParams, here: Located, vehicle: VehicleState, dt: float
+    ) -> Estimator:
+        """Observe the slip of a vehicle that is measured at `here`.
+
+        Nothing is learnt across a change of the direction.
+        """
+        car, path = self._vehicle, self._path
+        estimator = _estimator(self._state)
+        now = vehicle.ahead(car.no_slip)
+        if here.turned or here.vehicle.speed <= 0.0:
+            return replace(estimator, seen=now)
+
+        def curvature(travel: float) -> float:
+            travel = abs(travel)
+            # The tracked point lies ahead of the one that slips by about this much.
+            start = here.foot.arc_length(path) - self._follow.reference_offset - travel
+            smoothing = 2.0 / 3.0 * car.wheelbase
+            preview = Preview(path, smoothing, here.foot.segment, start, travel)
+            _, (turn,) = preview.turns(start, travel, 1)
+            return here.turn(turn / travel)
+
+        estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
+        return replace(estimator, seen=now)
+
+    def _limit(self, wanted: float, speed: float, dt: float, estimate: Corrections) -> bool:
+        """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
+
+        Tells whether it had to be limited.
+        """
+        car, before = self._vehicle, self._state.steer
+        offset = car.steer_offset + estimate.steer_offset
+        wanted = self._fade(wanted - offset, dt)
+        wheel = car.at_wheels(wanted + offset)
+        wheel = _limit_lateral_acceleration(car, wheel, speed, estimate.gain)
+        steer = saturate(wheel - offset, -car.max_steer, car.max_steer)
+        if car.max_steer_rate is not None:
+            reach = car.max_steer_rate * dt
+            steer = saturate(steer, before - reach, before + reach)
+        state, _ = self.set_steer(self._state, car.at_wheels(steer + offset))
         self._state = replace(state, steer=steer)
-        return steer, steer != faded
+        # The offset is put off and on again, which rounds.
+        return abs(steer - wanted) > 1e-12
 
-    def _elapse(self, dt: float, learnt: Learnt) -> None:
-        """Let `dt` [s] pass for what is under way."""
+    def _fade(self, wanted: float, dt: float) -> float:
+        """Return the command of a hand-over: the difference to the last one fades."""
         state = self._state
-        if self._actuator is None or state.wheel is None:
-            return
-        line, wheel = chain.elapse(
-            self._actuator, state.under_way, state.wheel, self._known, state.steer, dt, learnt
-        )
-        self._state = replace(
-            state, under_way=line, wheel=wheel, seen=learnt.seen, learnt=learnt.lesson
+        if not _hands_over(state):
+            return wanted
+        offset, left = state.handover_offset, state.handover_left
+        if offset is None:
+            offset = state.steer - wanted
+        else:
+            left -= dt
+        share = saturate(left / HANDOVER_TIME, 0.0, 1.0)
+        if left <= 0.0:
+            self._state = replace(state, handover_offset=None, handover_left=0.0)
+        else:
+            self._state = replace(state, handover_offset=offset, handover_left=left)
+        return wanted + share * offset
+
+    def _checked(self, state: StateT) -> StateT:
+        """Return `state`, where it is one that this tracker could have on its path.
+
+        Raises
+        ------
+        InputError
+            Naming the field that is not.
+        """
+        car = self._vehicle
+        state = self.restore(state)
+        in_flight = self._restored_in_flight(state)
+        state = self.check_law_state(state)
+        waypoint = _check_waypoint("waypoint", self._path, state.waypoint)
+        measured = _check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
+        steer = check_steer("steer", state.steer, car.max_steer)
+        offset, left = state.handover_offset, state.handover_left
+        # No offset and no time left is no hand-over; NaN is one, and refused.
+        if _hands_over(state):
+            if offset is not None:
+                offset = check_steer("handover_offset", offset, 2.0 * car.max_steer)
+            left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
+        else:
+            left = 0.0
+        answer = None if state.answer is None else Answer(*state.answer).checked()
+        estimator = _estimator(state).checked(car)
+        if in_flight is not None:
+            in_flight = in_flight.checked(car, estimator.estimate.longer_dead_time)
+        state = _with_in_flight(_with_estimator(state, estimator), in_flight)
+        return replace(
+            state,
+            waypoint=waypoint,
+            measured_waypoint=measured,
+            steer=steer,
+            handover_offset=offset,
+            handover_left=left,
+            held=max(0, operator.index(state.held)),
+            answer=answer,
         )
 
-    def _restored_line(self, state: StateT) -> tuple[UnderWay, float | None, Learnt]:
-        """Return what is under way in a state to restore, the wheels, and what was learnt."""
-        if self._actuator is None:
-            return (), None, Learnt()
-        if state.wheel is None:
-            # Of a state from before an actuator was there the wheels follow at once.
-            return chain.settled(self._actuator, state.steer), state.steer, Learnt()
-        learnt = Learnt.of(state.seen, state.learnt)
-        return chain.restore(self._actuator, state.under_way, state.wheel, learnt)
+    def _restored_in_flight(self, state: StateT) -> InFlight | None:
+        """Return the commands in flight of a state to restore."""
+        if not self._models:
+            return None
+        in_flight = _in_flight(state)
+        if in_flight is None:
+            # Of a state that knows nothing of the wheels they are at rest under the last command.
+            return InFlight.settled(self._vehicle, state.steer)
+        longer = state.longer_dead_time
+        return InFlight.restore(self._vehicle, in_flight.commands, in_flight.wheel, longer)
+
+
+# A state is flat, as the binding shows it; what goes together in it is taken out and put back here.
+
+
+def _hands_over(state: TrackerState) -> bool:
+    """Tell whether a hand-over is not over."""
+    return not (state.handover_offset is None and state.handover_left == 0.0)
+
+
+def _in_flight(state: TrackerState) -> InFlight | None:
+    """Return the commands in flight; None where the vehicle is not modelled."""
+    return None if state.wheel is None else InFlight(state.commands_in_flight, state.wheel)
+
+
+def _with_in_flight(state: StateT, in_flight: InFlight | None) -> StateT:
+    if in_flight is None:
+        return replace(state, wheel=None, commands_in_flight=())
+    return replace(state, wheel=in_flight.wheel, commands_in_flight=in_flight.commands)
+
+
+def _estimator(state: TrackerState) -> Estimator:
+    """Return what the motion of the vehicle has shown."""
+    return Estimator(
+        seen=None if state.seen is None else VehicleState(*state.seen),
+        turn_turn=state.turn_turn,
+        turn_offset=state.turn_offset,
+        offset_offset=state.offset_offset,
+        turn_measured=state.turn_measured,
+        offset_measured=state.offset_measured,
+        turn=state.turn,
+        change=state.change,
+        estimate=Corrections(
+            gain=state.gain,
+            steer_offset=state.steer_offset,
+            longer_dead_time=state.longer_dead_time,
+            slip=state.slip,
+            slip_length=state.slip_length,
+            acceleration=state.acceleration,
+        ),
+    )
+
+
+def _with_estimator(state: StateT, estimator: Estimator) -> StateT:
+    seen, estimate = estimator.seen, estimator.estimate
+    return replace(
+        state,
+        seen=None if seen is None else (seen.x, seen.y, seen.yaw, seen.speed),
+        turn_turn=estimator.turn_turn,
+        turn_offset=estimator.turn_offset,
+        offset_offset=estimator.offset_offset,
+        turn_measured=estimator.turn_measured,
+        offset_measured=estimator.offset_measured,
+        turn=estimator.turn,
+        change=estimator.change,
+        gain=estimate.gain,
+        steer_offset=estimate.steer_offset,
+        longer_dead_time=estimate.longer_dead_time,
+        slip=estimate.slip,
+        slip_length=estimate.slip_length,
+        acceleration=estimate.acceleration,
+    )
+
+
+def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:
+    """Bring the angle `wheel` [rad] within `max_lateral_acceleration` at `speed` [m/s].
+
+    For a vehicle that turns `gain` times more than its figures say.
+    """
+    most = car.max_lateral_acceleration
+    if most is None:
+        return wheel
+    square, length = speed * speed * gain, car.turning_length(speed)
+    widest = atan(divide(most * length, square))
+    return saturate(wheel, -widest, widest)
+
+
+def _command(steer: float, answer: Answer, status: Status) -> Command:
+    """Make the command of an answer."""
+    return Command(
+        steer=steer,
+        cross_track_error=answer.measured.cross_track_error,
+        heading_error=answer.measured.heading_error(),
+        predicted_cross_track_error=answer.predicted.cross_track_error,
+        predicted_heading_error=answer.predicted.heading_error(),
+        target=answer.target,
+        reverse=answer.reverse,
+        status=status,
+    )
+
+
+def _check_waypoint(field: str, path: PathView, waypoint: int | None) -> int | None:
+    """Return a remembered waypoint, where it is one of `path`."""
+    return None if waypoint is None else input_below(field, waypoint, len(path))

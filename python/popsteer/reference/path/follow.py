@@ -12,15 +12,17 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from popsteer.reference.math import PI, cos, sin, sqrt
+from popsteer.reference.path.index import STEP_BUDGET
 from popsteer.reference.path.locate import locate
-from popsteer.reference.path.relocalise import relocalise
+from popsteer.reference.path.relocalise import relocalise_within
 
 if TYPE_CHECKING:
+    from popsteer.reference.path.index import Found
     from popsteer.reference.path.locate import Foot
     from popsteer.reference.path.view import PathView, Point
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Follow", "Located", "find_anew"]
+__all__ = ["Follow", "Located"]
 
 
 @dataclass(frozen=True)
@@ -70,8 +72,14 @@ class Follow:
 
     Attributes
     ----------
+    base : float
+        How far ahead of the pose's point the vehicle is mirrored where it drives backwards [m]:
+        the rear axle, or the point that does not slip.
     reference_offset : float
-        How far ahead of the rear axle the point lies, in the direction of driving [m].
+        How far ahead of `base` the followed point lies, in the direction of driving [m].
+    rear_axle : float
+        How far ahead of the pose's point the rear axle lies, in the vehicle's own frame [m]: 0 for
+        a pose of the rear axle, negative for one farther forward, whichever way it drives.
     search_distance : float
         How far along the path from its last place the point is looked for [m], beside what the
         vehicle travels in a step.
@@ -80,25 +88,41 @@ class Follow:
         whole of it [m].
     arrival_distance : float
         The rear axle has come to where the vehicle turns round when it is this near [m].
+    opposite_distance : float
+        How much farther off the path counts where it leads the opposite way [m].
     """
 
+    base: float
     reference_offset: float
+    rear_axle: float
     search_distance: float
     lost_distance: float
     arrival_distance: float
+    opposite_distance: float
 
     def locate(
         self, path: PathView, waypoint: int | None, vehicle: VehicleState, dt: float
     ) -> Located:
-        """Find the point of a checked vehicle that was last at `waypoint`."""
-        start = find_anew(path, vehicle) if waypoint is None else path.segment_at(waypoint)
+        """Find the point of a checked vehicle that was last at `waypoint`.
+
+        On the whole path where that is None. A search of the whole path that runs out of
+        `STEP_BUDGET` gives the best place it has found. A first step goes on from there; a vehicle
+        that is lost only where it is no longer lost there, else from its last place.
+        """
+        if waypoint is None:
+            start = self._find_anew(path, vehicle).segment
+        else:
+            start = path.segment_at(waypoint)
         at = self._locate_from(path, start, vehicle, dt)
-        following = self._next_section(path, at.foot, vehicle)
+        following = self._next_section(path, at, vehicle)
         if following is not None:
             at = self._locate_from(path, following, vehicle, dt)
-        if at.foot.squared_distance > self.lost_distance * self.lost_distance:
-            anew = self._locate_from(path, find_anew(path, vehicle), vehicle, dt)
-            if anew.foot.squared_distance < at.foot.squared_distance:
+        squared_lost = self.lost_distance * self.lost_distance
+        if at.foot.squared_distance > squared_lost:
+            found = self._find_anew(path, vehicle)
+            anew = self._locate_from(path, found.segment, vehicle, dt)
+            is_found = found.is_exact or anew.foot.squared_distance <= squared_lost
+            if is_found and anew.foot.squared_distance < at.foot.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
         turned = waypoint is not None and at.reverse != path.is_reverse(start)
@@ -112,12 +136,11 @@ class Follow:
         if reverse:
             vehicle = replace(vehicle, yaw=vehicle.yaw + PI, speed=-vehicle.speed)
         heading = (cos(vehicle.yaw), sin(vehicle.yaw))
-        position = (
-            vehicle.x + self.reference_offset * heading[0],
-            vehicle.y + self.reference_offset * heading[1],
-        )
+        base = -self.base if reverse else self.base
+        ahead = self.reference_offset + base
+        position = (vehicle.x + ahead * heading[0], vehicle.y + ahead * heading[1])
         reach = self.search_distance + abs(vehicle.speed) * dt
-        foot = locate(path, segment, position, heading, reach)
+        foot = locate(path, segment, position, heading, reach, self.opposite_distance)
         return Located(
             position=position,
             foot=foot,
@@ -128,14 +151,17 @@ class Follow:
             past_end=foot.fraction > 1.0 and path.next_segment(foot.segment) is None,
         )
 
-    def _next_section(self, path: PathView, foot: Foot, vehicle: VehicleState) -> int | None:
+    def _next_section(self, path: PathView, at: Located, vehicle: VehicleState) -> int | None:
         """Return the segment to go on with where the vehicle turns round, once it is there.
 
-        That is one event for all that follow the vehicle, wherever their own point is: the foot
-        of each only has to be near enough to tell which end is meant.
+        That is one event for all that follow the vehicle, wherever their own point and that of
+        the pose are: the closest point of each only has to be near enough to tell which end is
+        meant.
         """
-        behind = -self.reference_offset if self.reference_offset < 0.0 else 0.0
-        near = behind + 4.0 * self.arrival_distance
+        foot = at.foot
+        # How far the followed point lies behind the rear axle, in the direction of driving.
+        behind = at.turn(self.rear_axle - self.base) - self.reference_offset
+        near = (behind if behind > 0.0 else 0.0) + 4.0 * self.arrival_distance
         last = foot.segment
         rest = (1.0 - foot.fraction) * path.segment_length(last)
         for _ in range(path.segments):
@@ -155,12 +181,14 @@ class Follow:
             return None
         start, end = path.segment(last)
         along = (end[0] - start[0], end[1] - start[1])
-        to = (end[0] - vehicle.x, end[1] - vehicle.y)
+        rear_axle = vehicle.point_ahead(self.rear_axle)
+        to = (end[0] - rear_axle[0], end[1] - rear_axle[1])
         length = sqrt(along[0] * along[0] + along[1] * along[1])
         left = (to[0] * along[0] + to[1] * along[1]) / length
         return after if left <= self.arrival_distance else None
 
-
-def find_anew(path: PathView, vehicle: VehicleState) -> int:
-    """Find the segment of the vehicle after a jump, by the place of its rear axle."""
-    return relocalise(path, (vehicle.x, vehicle.y), vehicle.yaw)
+    def _find_anew(self, path: PathView, vehicle: VehicleState) -> Found:
+        """Find the vehicle on the whole path, by the place of its `base`."""
+        base = vehicle.ahead(self.base)
+        position = (base.x, base.y)
+        return relocalise_within(path, position, vehicle.yaw, self.opposite_distance, STEP_BUDGET)

@@ -26,7 +26,11 @@ __all__ = [
 ]
 
 OPPOSITE = 10.0
-"""How much farther off a foot counts where the path leads the opposite way [m]."""
+"""How much farther off a closest point counts where the path leads the opposite way [m].
+
+Unless another distance is given; right for a wheelbase of 3 m. Larger values hold on to the branch
+of the heading farther off; smaller ones take a nearer branch that leads elsewhere.
+"""
 
 
 @dataclass(frozen=True)
@@ -140,12 +144,12 @@ class Foot:
         following = path.next(self.segment)
         return following if self.fraction > 0.5 and following is not None else self.segment
 
-    def cost(self, heading: Point) -> float:
-        """Return the distance [m], and up to `OPPOSITE` more the less the path leads along."""
+    def cost(self, heading: Point, opposite_distance: float) -> float:
+        """Return the distance [m], plus up to `opposite_distance` where the path leads against."""
         along = (heading[0] * self.along[0] + heading[1] * self.along[1]) / sqrt(
             self.squared_length
         )
-        return sqrt(self.squared_distance) + 0.5 * OPPOSITE * (1.0 - along)
+        return sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
 
 
 def find_foot(path: PathView, segment: int, position: Point) -> Foot:
@@ -184,13 +188,20 @@ def find_foot_between(
     )
 
 
-def locate(path: PathView, waypoint: int, position: Point, heading: Point, reach: float) -> Foot:
+def locate(
+    path: PathView,
+    waypoint: int,
+    position: Point,
+    heading: Point,
+    reach: float,
+    opposite_distance: float = OPPOSITE,
+) -> Foot:
     """Find the foot of `position` near the segment at `waypoint`.
 
     Of the segments from the one at `waypoint` until more than `reach` [m] of arc before and
     behind it, each segment that is no farther off than the one before it and nearer than the one
     after it is a candidate. The candidate of least distance counts, each distance with up to
-    `OPPOSITE` more the less the path leads along `heading`; of several the first.
+    `opposite_distance` [m] more the less the path leads along `heading`; of several the first.
 
     The stretch ends where an open path does, where the vehicle has to change its direction, and
     once around a closed path. So the foot cannot leap to another branch: farther along the path
@@ -214,7 +225,7 @@ def locate(path: PathView, waypoint: int, position: Point, heading: Point, reach
         behind = feet[k - 1].squared_distance if k > 0 else inf
         ahead = feet[k + 1].squared_distance if k + 1 < len(feet) else inf
         if behind >= foot.squared_distance < ahead:
-            cost = foot.cost(heading)
+            cost = foot.cost(heading, opposite_distance)
             if cost < least:
                 best, least = foot, cost
     return best

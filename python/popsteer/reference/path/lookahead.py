@@ -9,7 +9,7 @@ from popsteer.reference.math import saturate, sqrt
 from popsteer.reference.path.view import Point, get_distance, squared_distance
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable
 
     from popsteer.reference.path.locate import Foot
     from popsteer.reference.path.view import PathView
@@ -42,7 +42,7 @@ class Lookahead:
 
 
 def get_lookahead_point_index(
-    waypoints: Sequence[Point], position: Point, lookahead: float, tolerance: float
+    waypoints: Iterable[Point], position: Point, lookahead: float, tolerance: float
 ) -> int:
     """Find the first waypoint almost at the lookahead distance, else the last: Equation 5.
 
@@ -51,7 +51,7 @@ def get_lookahead_point_index(
 
     Parameters
     ----------
-    waypoints : sequence of points
+    waypoints : iterable of points
         The waypoints w, a fine grid [m].
     position : tuple of float
         The vehicle's reference point [m].
@@ -70,16 +70,13 @@ def get_lookahead_point_index(
     >>> get_lookahead_point_index([(0.0, 0.0), (5.0, 0.0), (9.0, 0.0)], (0.0, 0.0), 5.0, 0.01)
     1
     """
-    for i, waypoint in enumerate(waypoints):
-        if abs(get_distance(position, waypoint) - lookahead) <= tolerance:
-            return i
-    return len(waypoints) - 1
+    return get_lookahead_point(waypoints, position, lookahead, tolerance).index
 
 
 def get_lookahead_point(
-    waypoints: Sequence[Point], position: Point, lookahead: float, tolerance: float
+    waypoints: Iterable[Point], position: Point, lookahead: float, tolerance: float
 ) -> Lookahead:
-    """Return the waypoint that `get_lookahead_point_index` finds, and whether it fits.
+    """Find that waypoint, and whether it fits, in one pass that stores nothing.
 
     Parameters
     ----------
@@ -96,10 +93,11 @@ def get_lookahead_point(
     >>> get_lookahead_point([(0.0, 0.0), (5.0, 0.0)], (0.0, 0.0), 50.0, 0.01)
     Lookahead(index=1, point=(5.0, 0.0), found=False)
     """
-    index = get_lookahead_point_index(waypoints, position, lookahead, tolerance)
-    point = waypoints[index]
-    found = abs(get_distance(position, point) - lookahead) <= tolerance
-    return Lookahead(index, point, found)
+    i, waypoint = 0, position
+    for i, waypoint in enumerate(waypoints):
+        if abs(get_distance(position, waypoint) - lookahead) <= tolerance:
+            return Lookahead(i, waypoint, found=True)
+    return Lookahead(i, waypoint, found=False)
 
 
 def get_crossing(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from popsteer.reference.error import input_below, input_in_range
 from popsteer.reference.math import cos, sin
 from popsteer.reference.path import locate, relocalise, resample
+from popsteer.reference.path.locate import OPPOSITE
 from popsteer.reference.path.lookahead import get_crossing, get_lookahead_point
 from popsteer.reference.path.view import MAX_COORDINATE, PathView
 from popsteer.reference.vehicle.state import MAX_YAW
@@ -60,14 +61,25 @@ class Path(PathView):
         """Find the waypoint nearest to (x, y) [m] of all; the first of several."""
         return locate.nearest_waypoint(self, _position(x, y))
 
-    def locate(self, x: float, y: float, yaw: float, waypoint: int, reach: float) -> Projection:
+    def locate(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        waypoint: int,
+        reach: float,
+        *,
+        opposite_distance: float = OPPOSITE,
+    ) -> Projection:
         """Find the foot of (x, y) [m] near the segment at `waypoint`; see `locate.locate`."""
         position = _position(x, y)
         yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
         waypoint = input_below("waypoint", waypoint, len(self))
         reach = input_in_range("reach", reach, 0.0, 1e9)
+        opposite = input_in_range("opposite_distance", opposite_distance, 0.0, 1e9)
         heading = (cos(yaw), sin(yaw))
-        return locate.locate(self, waypoint, position, heading, reach).projection(self)
+        foot = locate.locate(self, waypoint, position, heading, reach, opposite)
+        return foot.projection(self)
 
     def get_crossing(
         self, x: float, y: float, lookahead: float, segment: int
@@ -79,11 +91,14 @@ class Path(PathView):
         foot = locate.find_foot(self, segment, position)
         return get_crossing(self, foot, position, lookahead)
 
-    def relocalise(self, x: float, y: float, yaw: float) -> int:
+    def relocalise(
+        self, x: float, y: float, yaw: float, *, opposite_distance: float = OPPOSITE
+    ) -> int:
         """Find the segment to go on from after a jump to (x, y) [m] with heading `yaw` [rad]."""
         position = _position(x, y)
         yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
-        return relocalise.relocalise(self, position, yaw)
+        opposite = input_in_range("opposite_distance", opposite_distance, 0.0, 1e9)
+        return relocalise.relocalise(self, position, yaw, opposite)
 
     def project(self, x: float, y: float, nearest: int | None = None) -> Projection:
         """Project (x, y) [m] exactly onto the two segments at waypoint `nearest`."""
@@ -108,7 +123,7 @@ class Path(PathView):
         """Cut the window around waypoint `nearest` into points at most `spacing` [m] apart."""
         window = self.window(nearest, ahead)
         spacing = input_in_range("spacing", spacing, 1e-4, 1e3)
-        return resample.grid(self, window, spacing)
+        return list(resample.checked_grid(self, window, spacing))
 
     def get_lookahead_point_index(
         self,
@@ -181,7 +196,7 @@ class Path(PathView):
         window_ahead = input_in_range("window_ahead", window_ahead, 1e-3, 1e6)
         grid_spacing = input_in_range("grid_spacing", grid_spacing, 1e-4, 1e3)
         window = resample.window(self, nearest, window_ahead)
-        grid = resample.grid(self, window, grid_spacing)
+        grid = resample.checked_grid(self, window, grid_spacing)
         return get_lookahead_point(grid, position, lookahead, tolerance)
 
     def _near(self, nearest: int | None, position: Point) -> int:

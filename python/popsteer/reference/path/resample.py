@@ -8,13 +8,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from popsteer.errors import PathError
 from popsteer.reference.math import ceil
 from popsteer.reference.path.view import get_distance
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from popsteer.reference.path.view import PathView, Point
 
-__all__ = ["Window", "grid", "segment_grid", "window"]
+__all__ = ["MAX_GRID_POINTS", "Window", "checked_grid", "grid", "segment_grid", "window"]
+
+MAX_GRID_POINTS = 10_000_000
+"""The most points that a grid may have where all of them are stored or visited."""
 
 
 class Window(NamedTuple):
@@ -64,7 +70,7 @@ def window(path: PathView, nearest: int, ahead: float) -> Window:
     return Window(first, segments)
 
 
-def segment_grid(path: PathView, segment: int, spacing: float) -> list[Point]:
+def segment_grid(path: PathView, segment: int, spacing: float) -> Iterator[Point]:
     """Cut one segment evenly, no two neighbours farther apart than `spacing` [m].
 
     Its start is the first point; its end is left to the next segment.
@@ -72,30 +78,45 @@ def segment_grid(path: PathView, segment: int, spacing: float) -> list[Point]:
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> segment_grid(Path([(0.0, 0.0), (1.0, 0.0)]), 0, 0.25)
+    >>> list(segment_grid(Path([(0.0, 0.0), (1.0, 0.0)]), 0, 0.25))
     [(0.0, 0.0), (0.25, 0.0), (0.5, 0.0), (0.75, 0.0)]
     """
     (start_x, start_y), (end_x, end_y) = start, end = path.segment(segment)
     along_x, along_y = end_x - start_x, end_y - start_y
     count = ceil(get_distance(start, end) / spacing)
-    points = []
     for index in range(count):
         fraction = index / count
-        points.append((start_x + fraction * along_x, start_y + fraction * along_y))
-    return points
+        yield (start_x + fraction * along_x, start_y + fraction * along_y)
 
 
-def grid(path: PathView, window: Window, spacing: float) -> list[Point]:
+def grid(path: PathView, window: Window, spacing: float) -> Iterator[Point]:
     """Make the fine grid over a window: the points of each segment, then the last waypoint.
+
+    Nothing is stored: the points are made one after the other, as far as they are asked for.
 
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> grid(Path([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]), Window(0, 2), 0.5)
+    >>> list(grid(Path([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]), Window(0, 2), 0.5))
     [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0)]
     """
-    points = []
     for k in range(window.segments):
-        points += segment_grid(path, (window.first + k) % len(path), spacing)
-    points.append(path.waypoint((window.first + window.segments) % len(path)))
-    return points
+        yield from segment_grid(path, (window.first + k) % len(path), spacing)
+    yield path.waypoint((window.first + window.segments) % len(path))
+
+
+def checked_grid(path: PathView, window: Window, spacing: float) -> Iterator[Point]:
+    """Make the grid where it has at most `MAX_GRID_POINTS`.
+
+    Raises
+    ------
+    PathError
+        Where it would have more.
+    """
+    points = 1
+    for k in range(window.segments):
+        start, end = path.segment((window.first + k) % len(path))
+        points += ceil(get_distance(start, end) / spacing)
+    if points > MAX_GRID_POINTS:
+        raise PathError.grid_too_large(points, MAX_GRID_POINTS)
+    return grid(path, window, spacing)

@@ -9,9 +9,12 @@ from popsteer import errors
 from popsteer.errors import PathError
 from popsteer.reference.error import in_range
 from popsteer.reference.math import sqrt
+from popsteer.reference.path.index import build
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from popsteer.reference.path.index import Bounds
 
 __all__ = [
     "COINCIDING",
@@ -116,6 +119,7 @@ class PathView:
             if given is not None and len(given) == count:
                 given = tuple(given[index] for index in kept)
         self._s, self._length = _measure(self._x, self._y, self._speed, closed=self._closed)
+        self._index = build(self._x, self._y, closed=self._closed)
         if given is not None:
             if len(given) != len(self._x):
                 raise PathError.length_mismatch("reverse", len(given), len(self._x))
@@ -162,6 +166,11 @@ class PathView:
     def closed(self) -> bool:
         """Whether the last waypoint leads back to the first."""
         return self._closed
+
+    @property
+    def index(self) -> tuple[Bounds, ...] | None:
+        """The boxes of its index, where it has one."""
+        return self._index
 
     @property
     def segments(self) -> int:

@@ -20,7 +20,7 @@ MAX_DT = 1e3
 
 @dataclass(frozen=True)
 class VehicleState:
-    """Pose of the middle of the rear axle, and speed.
+    """Pose of the vehicle's point, and speed.
 
     Attributes
     ----------
@@ -70,15 +70,28 @@ class VehicleState:
             speed=saturate(self.speed, -MAX_SPEED, MAX_SPEED),
         )
 
+    def ahead(self, offset: float) -> VehicleState:
+        """Return the same vehicle by the pose of a point `offset` [m] farther ahead.
+
+        Examples
+        --------
+        >>> VehicleState(1.0, 2.0, 0.0, 5.0).ahead(3.0)
+        VehicleState(x=4.0, y=2.0, yaw=0.0, speed=5.0)
+        """
+        if abs(offset) <= 0.0:
+            return self
+        x, y = self.point_ahead(offset)
+        return VehicleState(x, y, self.yaw, self.speed)
+
     def point_ahead(self, offset: float) -> Point:
-        """Return the point `offset` [m] ahead of the rear axle along the heading."""
+        """Return the point `offset` [m] ahead along the heading."""
         return (
             self.x + offset * cos(self.yaw),
             self.y + offset * sin(self.yaw),
         )
 
     def forward_speed(self) -> float:
-        """Return the speed while rolling forward, else 0 [m/s]: what laws steer by."""
+        """Return the speed while rolling forward, else 0 [m/s]: what controllers steer by."""
         return self.speed if self.speed > 0.0 else 0.0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
@@ -27,7 +28,7 @@ _COSTS = (0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 _POP = "POP, over its lookahead [m]"
 _MODELS = {
     "preview POP, over its steer_rate_cost [m s/rad]": (1.0, "o"),
-    "preview POP, the wheelbase of its model 15 % too long": (1.15, "^"),
+    "preview POP that does not adapt, told a wheelbase 15 % too long": (1.15, "^"),
     "preview POP, 15 % too short (offset to the outside)": (0.85, "v"),
 }
 _MARKED = {_POP: (1.0, 3.0, 6.0, 9.0), next(iter(_MODELS)): (0.02, 0.25, 2.0)}
@@ -49,14 +50,13 @@ def choice_curves(result: Stability) -> dict[str, Choice]:
     pop, preview = result.params.get("pop"), result.params.get("preview-pop")
     if not (isinstance(pop, PopParams) and isinstance(preview, PreviewPopParams)):
         return {}
-    curves = {_POP: (pop, _DISTANCES)} | {
-        said: (preview.replace(wheelbase=share * preview.wheelbase), _COSTS)
-        for said, (share, _) in _MODELS.items()
-    }
-    return {
-        said: choice(params, result.vehicle, values, radius=_RADIUS, speed=_SPEED, dt=result.dt)
-        for said, (params, values) in curves.items()
-    }
+    vehicle, believed = result.vehicle, result.believed
+    bend = partial(choice, vehicle=vehicle, radius=_RADIUS, speed=_SPEED, dt=result.dt)
+    curves = {_POP: bend(pop, values=_DISTANCES, believed=believed)}
+    for said, (share, _) in _MODELS.items():
+        told = believed.replace(turning_wheelbase=share * believed.turning_length(0.0))
+        curves[said] = bend(preview, values=_COSTS, believed=told, adapt=None)
+    return curves
 
 
 def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme) -> Figure:

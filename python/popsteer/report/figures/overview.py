@@ -77,7 +77,7 @@ def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], them
     panel.set_xlim(0.0, comparison.path.length)
     panel.set_xlabel("distance along the path [m]")
     panel.set_ylabel("cross-track error [m]")
-    panel.set_title("cross-track error at each law's reference point", fontsize=10.5)
+    panel.set_title("cross-track error at each controller's tracked point", fontsize=10.5)
     panel.legend(loc="upper right", ncols=len(comparison.runs), fontsize=9, handlelength=1.6)
 
 

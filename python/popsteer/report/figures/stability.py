@@ -46,17 +46,17 @@ def stability_figures(
     Parameters
     ----------
     result : Stability
-        Laws and vehicle; the figures have a range of speeds of their own.
+        Controllers and vehicle; the figures have a range of speeds of their own.
     progress : callable, optional
         Called now and then with what is being made and the share of it that is done.
 
     Returns
     -------
     dict
-        Content of each PNG file by its name: ``stability-margins``, the margins of all laws over
-        speed; ``stability-map``, where a law has a lookahead, the dead-time margin over speed and
-        lookahead; ``carrot-offset``, by how much POP cuts bends on the plants of popsteer;
-        ``preview-choice``, with POP and preview POP among the laws, what margin costs in a bend.
+        Content of each PNG file by its name: ``stability-margins``, the margins of all controllers
+        over speed; ``stability-map``, where one has a lookahead, the dead-time margin over speed
+        and lookahead; ``carrot-offset``, by how much POP cuts bends on the plants of popsteer;
+        ``preview-choice``, with POP and preview POP among them, what margin costs in a bend.
     """
 
     def tell(share: float) -> None:
@@ -65,12 +65,22 @@ def stability_figures(
 
     tell(0.0)
     fine = stability(
-        result.params, result.vehicle, _SPEEDS.tolist(), preset=result.preset, dt=result.dt
+        result.params,
+        result.vehicle,
+        _SPEEDS.tolist(),
+        believed=result.believed,
+        preset=result.preset,
+        dt=result.dt,
     )
     tell(0.2)
     maps = {
         name: dead_time_map(
-            params, result.vehicle, _SPEEDS.tolist(), _DISTANCES.tolist(), result.dt
+            params,
+            result.vehicle,
+            _SPEEDS.tolist(),
+            _DISTANCES.tolist(),
+            result.dt,
+            believed=result.believed,
         )
         for name, params in result.params.items()
         if isinstance(params, PopParams | PurePursuitParams)
@@ -110,9 +120,12 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
             cmap=colours.cmap,
             extend="max",
         )
-        line = [lookahead(result.params[name], float(speed)) or math.nan for speed in _SPEEDS]
+        params = result.params[name]
+        line = [lookahead(params, result.believed, float(speed)) or math.nan for speed in _SPEEDS]
         panel.plot(_SPEEDS, line, color="#ffffff", linewidth=4.0)
-        panel.plot(_SPEEDS, line, color="#d1242f", linewidth=2.0, label="lookahead of the law")
+        panel.plot(
+            _SPEEDS, line, color="#d1242f", linewidth=2.0, label="lookahead of the controller"
+        )
         panel.set_yscale("log")
         panel.set_yticks([1, 2, 5, 10, 20], minor=False)
         panel.yaxis.set_major_formatter("{x:g}")

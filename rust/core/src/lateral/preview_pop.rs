@@ -16,8 +16,9 @@ use crate::vehicle::bicycle::{MAX_STEPS, steps};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPopParams {
     /// Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most this
-    /// times `dt` from the last one; 60 degrees/s are the paper's 3 degrees in 50 ms.
-    pub steer_span_rate: f64,
+    /// times `dt` from the last one. The vehicle's `max_steer_rate` by default; 60 degrees/s, the
+    /// paper's 3 degrees in 50 ms, where it has none.
+    pub steer_span_rate: Option<f64>,
     /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
     /// seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
     pub horizon: f64,
@@ -26,7 +27,7 @@ pub struct PreviewPopParams {
     /// vanish.
     pub heading_cost: Option<f64>,
     /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad];
-    /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
+    /// a tenth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
     /// bends where the model is wrong.
     pub steer_rate_cost: Option<f64>,
     /// Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
@@ -50,7 +51,7 @@ pub struct PreviewPopParams {
 impl PreviewPopParams {
     /// The defaults: the neighbourhood of POP, and a middling car.
     pub const DEFAULT: Self = Self {
-        steer_span_rate: 60.0 * (PI / 180.0),
+        steer_span_rate: None,
         horizon: 1.0,
         heading_cost: None,
         steer_rate_cost: None,
@@ -64,9 +65,11 @@ impl PreviewPopParams {
     /// The parameters with the defaults that scale with `vehicle` filled in.
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         let wheelbase = vehicle.wheelbase;
+        let rate = vehicle.max_steer_rate.unwrap_or(60.0 * (PI / 180.0));
         Self {
+            steer_span_rate: or_scaled(self.steer_span_rate, rate),
             heading_cost: or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 12.0),
+            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 10.0),
             min_speed: or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
             smoothing_length: or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
             search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
@@ -124,7 +127,7 @@ impl PreviewPop {
             config_in_range(field, resolved(value), low, high)
         };
         Ok(Self {
-            steer_span_rate: within("steer_span_rate", Some(params.steer_span_rate), 1e-3, 1e3)?,
+            steer_span_rate: within("steer_span_rate", params.steer_span_rate, 1e-3, 1e6)?,
             horizon: within("horizon", Some(params.horizon), 0.05, 100.0)?,
             heading_cost: within("heading_cost", params.heading_cost, 0.0, 1e3)?,
             steer_rate_cost: within("steer_rate_cost", params.steer_rate_cost, 1e-5, 1e3)?,

@@ -8,8 +8,9 @@ use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
 use crate::math::{atan, atan2, from_count, saturate, wrap};
-use crate::path::follow::{Follow, Located, find_anew};
+use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
+use crate::path::relocalise::relocalise;
 use crate::path::view::{MAX_COORDINATE, PathView};
 use crate::vehicle::state::{MAX_YAW, checked_dt};
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
@@ -79,10 +80,10 @@ impl Seen {
 
     fn checked(self) -> Result<Self, InputError> {
         let most = 4.0 * MAX_COORDINATE;
-        input_in_range("seen", self.cross_track_error, -most, most)?;
-        input_in_range("seen", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
-        input_in_range("seen", self.along.x, -most, most)?;
-        input_in_range("seen", self.along.y, -most, most)?;
+        input_in_range("answer", self.cross_track_error, -most, most)?;
+        input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
+        input_in_range("answer", self.along.x, -most, most)?;
+        input_in_range("answer", self.along.y, -most, most)?;
         Ok(self)
     }
 }
@@ -336,7 +337,8 @@ impl<L: LateralLaw> Tracker<L> {
 
     /// After a jump of the vehicle, of its localisation or along the path: finds the place that
     /// the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest
-    /// of `state` stays.
+    /// of `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
+    /// at worst.
     ///
     /// # Errors
     ///
@@ -352,7 +354,11 @@ impl<L: LateralLaw> Tracker<L> {
     ) -> Result<(), InputError> {
         let speed = 0.0;
         let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
-        state.set_waypoint(find_anew(path, vehicle.ahead(self.follow().base)));
+        let follow = self.follow();
+        let base = vehicle.ahead(follow.base);
+        let position = Point::new(base.x, base.y);
+        let segment = relocalise(path, position, yaw, follow.opposite_distance);
+        state.set_waypoint(segment);
         Ok(())
     }
 
@@ -381,8 +387,8 @@ impl<L: LateralLaw> Tracker<L> {
             answer.measured.checked()?;
             answer.predicted.checked()?;
             let most = 4.0 * MAX_COORDINATE;
-            input_in_range("target", answer.target.x, -most, most)?;
-            input_in_range("target", answer.target.y, -most, most)?;
+            input_in_range("answer", answer.target.x, -most, most)?;
+            input_in_range("answer", answer.target.y, -most, most)?;
         }
         state.estimator.checked(vehicle)?;
         match (self.models, &state.in_flight) {
@@ -757,6 +763,27 @@ mod tests {
             assert!((command.steer - limit).abs() < 1e-15, "{command:?}");
             assert_eq!(command.status, Status::SATURATED);
         }
+    }
+
+    #[test]
+    fn test_conditions_stand_side_by_side_in_a_status() {
+        let path = straight();
+        let tracker = stanley(Vehicle::PAPER);
+        let mut state = tracker.initial_state();
+        let lost = VehicleState {
+            x: 140.0,
+            y: 50.0,
+            yaw: -1.5,
+            speed: 5.0,
+        };
+        let command = tracker.step(&path.view(), &mut state, lost, 0.05).unwrap();
+        let all = Status::OFF_PATH | Status::END_OF_PATH;
+        assert_eq!(command.status, all);
+        let turned = VehicleState { yaw: 1.5, ..lost };
+        let command = tracker
+            .step(&path.view(), &mut state, turned, 0.05)
+            .unwrap();
+        assert_eq!(command.status, all | Status::SATURATED);
     }
 
     #[test]

@@ -6,8 +6,9 @@
 //! negated. So the laws are written for driving forward only: [`Follow::locate`] hands them the
 //! mirrored vehicle where the path is driven backwards, and they negate what they answer.
 
+use super::index::{Found, STEP_BUDGET};
 use super::locate::{Foot, locate};
-use super::relocalise::relocalise;
+use super::relocalise::relocalise_within;
 use super::view::PathView;
 use crate::Point;
 use crate::math::{PI, cos, sin, sqrt};
@@ -21,14 +22,19 @@ pub struct Follow {
     pub base: f64,
     /// How far ahead of `base` the followed point lies, in the direction of driving [m].
     pub reference_offset: f64,
+    /// How far ahead of the pose's point the rear axle lies, in the vehicle's own frame [m]: 0 for
+    /// a pose of the rear axle, negative for one farther forward, whichever way it drives.
+    pub rear_axle: f64,
     /// How far along the path from its last place the point is looked for [m], beside what the
     /// vehicle travels in a step.
     pub search_distance: f64,
     /// Farther than this from its place on the path the vehicle is lost, and looked for on the
     /// whole of it [m].
     pub lost_distance: f64,
-    /// `base` has come to where the vehicle turns round when it is this near [m].
+    /// The rear axle has come to where the vehicle turns round when it is this near [m].
     pub arrival_distance: f64,
+    /// How much farther off the path counts where it leads the opposite way [m].
+    pub opposite_distance: f64,
 }
 
 /// Where the followed point is, with the vehicle as one that drives forward.
@@ -61,6 +67,10 @@ pub struct Located {
 impl Follow {
     /// Finds the point of a checked vehicle that was last at `waypoint`, on the whole path where
     /// that is none.
+    ///
+    /// A search of the whole path that runs out of [`STEP_BUDGET`] gives the best place it has
+    /// found. A first step goes on from there; a vehicle that is lost only where it is no longer
+    /// lost there, else from its last place.
     #[inline]
     pub fn locate(
         &self,
@@ -71,18 +81,20 @@ impl Follow {
     ) -> Located {
         let start = match waypoint {
             Some(waypoint) => path.segment_at(waypoint),
-            None => find_anew(path, vehicle.ahead(self.base)),
+            None => self.find_anew(path, vehicle).segment,
         };
         let mut at = self.locate_from(path, start, vehicle, dt);
         if path.reverse().is_some()
-            && let Some(next) = self.next_section(path, &at.foot, vehicle)
+            && let Some(next) = self.next_section(path, &at, vehicle)
         {
             at = self.locate_from(path, next, vehicle, dt);
         }
-        if at.foot.squared_distance > self.lost_distance * self.lost_distance {
-            let anew = find_anew(path, vehicle.ahead(self.base));
-            let anew = self.locate_from(path, anew, vehicle, dt);
-            if anew.foot.squared_distance < at.foot.squared_distance {
+        let squared_lost = self.lost_distance * self.lost_distance;
+        if at.foot.squared_distance > squared_lost {
+            let found = self.find_anew(path, vehicle);
+            let anew = self.locate_from(path, found.segment, vehicle, dt);
+            let is_found = found.is_exact || anew.foot.squared_distance <= squared_lost;
+            if is_found && anew.foot.squared_distance < at.foot.squared_distance {
                 at = anew;
             }
             at.off_path = true;
@@ -114,7 +126,14 @@ impl Follow {
         let ahead = self.reference_offset + base;
         let position = Point::new(vehicle.x + ahead * heading.x, vehicle.y + ahead * heading.y);
         let reach = self.search_distance + vehicle.speed.abs() * dt;
-        let foot = locate(path, segment, position, heading, reach);
+        let foot = locate(
+            path,
+            segment,
+            position,
+            heading,
+            reach,
+            self.opposite_distance,
+        );
         Located {
             position,
             foot,
@@ -128,21 +147,21 @@ impl Follow {
         }
     }
 
-    /// The segment to go on with where the vehicle turns round, once its `base` is there.
+    /// The segment to go on with where the vehicle turns round, once its rear axle is there.
     ///
-    /// That is one event for all that follow the vehicle, wherever their own point is: the foot
-    /// of each only has to be near enough to tell which end is meant.
+    /// That is one event for all that follow the vehicle, wherever their own point and that of
+    /// the pose are: the closest point of each only has to be near enough to tell which end is
+    /// meant.
     fn next_section(
         &self,
         path: &PathView<'_>,
-        foot: &Foot,
+        at: &Located,
         vehicle: VehicleState,
     ) -> Option<usize> {
-        let behind = if self.reference_offset < 0.0 {
-            -self.reference_offset
-        } else {
-            0.0
-        };
+        let foot = &at.foot;
+        // How far the followed point lies behind the rear axle, in the direction of driving.
+        let behind = at.turn(self.rear_axle - self.base) - self.reference_offset;
+        let behind = if behind > 0.0 { behind } else { 0.0 };
         let near = behind + 4.0 * self.arrival_distance;
         let mut last = foot.segment;
         let mut rest = (1.0 - foot.fraction) * path.segment_length(last);
@@ -159,22 +178,25 @@ impl Follow {
         None
     }
 
-    /// The segment after `last`, at whose end the vehicle turns round, once its `base` is there.
+    /// The segment after `last`, at whose end the vehicle turns round, once its rear axle is there.
     fn turn_round(&self, path: &PathView<'_>, last: usize, vehicle: VehicleState) -> Option<usize> {
         let next = path.next_segment(last)?;
         let (start, end) = path.segment(last);
         let along = end - start;
-        let to = end - vehicle.point_ahead(self.base);
+        let to = end - vehicle.point_ahead(self.rear_axle);
         let length = sqrt(along.x * along.x + along.y * along.y);
         let left = (to.x * along.x + to.y * along.y) / length;
         (left <= self.arrival_distance).then_some(next)
     }
-}
 
-/// The segment where a vehicle is found after a jump, by the pose of its `base`.
-#[cold]
-pub fn find_anew(path: &PathView<'_>, vehicle: VehicleState) -> usize {
-    relocalise(path, Point::new(vehicle.x, vehicle.y), vehicle.yaw)
+    /// Where the vehicle is found on the whole path, by the place of its `base`.
+    #[cold]
+    fn find_anew(&self, path: &PathView<'_>, vehicle: VehicleState) -> Found {
+        let base = vehicle.ahead(self.base);
+        let position = Point::new(base.x, base.y);
+        let opposite_distance = self.opposite_distance;
+        relocalise_within(path, position, vehicle.yaw, opposite_distance, STEP_BUDGET)
+    }
 }
 
 impl Located {
@@ -196,9 +218,11 @@ mod tests {
     const FOLLOW: Follow = Follow {
         base: 0.0,
         reference_offset: 3.0,
+        rear_axle: 0.0,
         search_distance: 6.0,
         lost_distance: 30.0,
         arrival_distance: 0.15,
+        opposite_distance: 10.0,
     };
 
     /// 20 m forward along x, 10 m back, 20 m forward again.
@@ -239,31 +263,6 @@ mod tests {
     }
 
     #[test]
-    fn test_follow_goes_by_the_base_whichever_point_the_pose_is_of() {
-        let shuttle = shuttle();
-        // There, and back 3 m beside.
-        let x = [-30.0, -10.0, 10.0, 30.0, 30.0, 10.0, -10.0, -30.0];
-        let y = [0.0, 0.0, 0.0, 0.0, 3.0, 3.0, 3.0, 3.0];
-        let beside = Path::new(&x, &y, None, false).unwrap();
-        for base in [0.0, -1.35, -3.0, 0.8] {
-            let follow = Follow { base, ..FOLLOW };
-            let turned = |x: f64| {
-                let pose = at(x, 0.5, 0.3).ahead(-base);
-                let found = follow.locate(&shuttle.view(), Some(1), pose, 0.05);
-                found.turned
-            };
-            assert!(!turned(19.8) && turned(19.9));
-            // Across both, nearer to the first.
-            let across = VehicleState {
-                yaw: 0.5 * PI,
-                ..at(0.0, 1.0, 0.3)
-            };
-            let found = follow.locate(&beside.view(), None, across.ahead(-base), 0.05);
-            assert_eq!(found.foot.segment, 1);
-        }
-    }
-
-    #[test]
     fn test_follow_turns_round_at_one_place_whatever_point_is_followed() {
         // 4 m forward and back in steps of 0.1 m: what is near lies on several segments.
         let there: Vec<f64> = (0..=40).map(|k| 0.1 * f64::from(k)).collect();
@@ -284,6 +283,43 @@ mod tests {
                 let last = crate::math::to_count((x + reference_offset).clamp(0.0, 3.9) / 0.1);
                 let found = follow.locate(&path.view(), Some(last), at(x, 0.2, 0.3), 0.05);
                 assert_eq!(found.turned, turned, "{reference_offset} {x}");
+            }
+        }
+    }
+
+    #[test]
+    fn test_follow_turns_round_by_the_rear_axle_whatever_point_the_pose_is_of() {
+        // 40 m along x, 40 m back, 40 m along x again.
+        let x: Vec<f64> = (0..=120)
+            .map(|k| 40.0 - f64::from((k % 80_i32 - 40).abs()))
+            .collect();
+        let backwards: Vec<bool> = (0..=120).map(|k| (40..80).contains(&k)).collect();
+        let path = Path::new(&x, &[0.0; 121], None, false).unwrap();
+        let path = path.with_reverse(&backwards).unwrap();
+        let view = path.view();
+        for rear_axle in [0.0, -1.35, -4.0, 2.0] {
+            for reference_offset in [3.0, 0.0, -1.5] {
+                let follow = Follow {
+                    reference_offset,
+                    rear_axle,
+                    ..FOLLOW
+                };
+                let turned = |last: usize, rear: f64, yaw: f64, speed: f64| {
+                    let pose = VehicleState {
+                        x: rear - rear_axle * cos(yaw),
+                        y: 0.2 - rear_axle * sin(yaw),
+                        yaw,
+                        speed,
+                    };
+                    let last = last.min(view.segments() - 1);
+                    follow.locate(&view, Some(last), pose, 0.05).turned
+                };
+                for yaw in [-0.1, 0.0, 0.2] {
+                    for (rear, is_there) in [(39.7, false), (39.84, false), (39.86, true)] {
+                        assert_eq!(turned(38, rear, yaw, 0.3), is_there, "{rear} {rear_axle}");
+                        assert_eq!(turned(78, 40.0 - rear, yaw, -0.3), is_there, "{rear}");
+                    }
+                }
             }
         }
     }
@@ -320,5 +356,44 @@ mod tests {
         assert!(found.off_path && found.foot.segment == 2);
         let lost = FOLLOW.locate(&path.view(), Some(0), at(40.0, 31.0, 5.0), 0.05);
         assert!(lost.off_path && lost.foot.segment == 0);
+    }
+
+    /// Once round a circle of 100,000 m, a waypoint each metre.
+    fn circle() -> Path {
+        let angle = |k| core::f64::consts::TAU * f64::from(k) / 1e5;
+        let radius = 1e5 / core::f64::consts::TAU;
+        let (x, y): (Vec<_>, Vec<_>) = (0..100_000)
+            .map(|k| (radius * cos(angle(k)), radius * sin(angle(k))))
+            .unzip();
+        Path::new(&x, &y, None, true).unwrap()
+    }
+
+    #[test]
+    fn test_follow_lost_at_the_centre_of_a_circle_keeps_its_place() {
+        let path = circle();
+        let centre = at(0.0, 0.0, 5.0);
+        for last in [0, 31_000, 99_999] {
+            let lost = FOLLOW.locate(&path.view(), Some(last), centre, 0.05);
+            assert!(lost.off_path);
+            let arc = lost.foot.arc_length(&path.view()) - f64::from(u32::try_from(last).unwrap());
+            assert!(arc.abs() <= 8.0 || arc.abs() >= 1e5 - 8.0, "{last} {arc}");
+        }
+        let first = FOLLOW.locate(&path.view(), None, centre, 0.05);
+        assert!(first.off_path && !first.turned);
+    }
+
+    #[test]
+    fn test_follow_lost_on_many_laps_is_found_where_the_search_comes_near() {
+        // 400 laps of 1,000 m: more boxes are near than a step visits.
+        let lap = |k: u32| core::f64::consts::TAU * f64::from(k) / 1e3;
+        let (x, y): (Vec<_>, Vec<_>) = (0..400_000)
+            .map(|k| (160.0 * cos(lap(k)), 160.0 * sin(lap(k))))
+            .unzip();
+        let path = Path::new(&x, &y, None, true).unwrap();
+        let vehicle = at(-160.0, 0.5, 5.0);
+        let found = FOLLOW.find_anew(&path.view(), vehicle);
+        assert!(!found.is_exact);
+        let place = FOLLOW.locate(&path.view(), Some(0), vehicle, 0.05);
+        assert!(place.off_path && place.foot.squared_distance < 16.0);
     }
 }

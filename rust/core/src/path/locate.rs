@@ -8,7 +8,9 @@ use super::view::{PathView, squared_distance};
 use crate::Point;
 use crate::math::{atan2, saturate, sqrt};
 
-/// How much farther off a foot counts where the path leads the opposite way [m].
+/// How much farther off a closest point counts where the path leads the opposite way [m], unless
+/// another distance is given: right for a wheelbase of 3 m. Larger values hold on to the branch of
+/// the heading farther off; smaller ones take a nearer branch that leads elsewhere.
 pub const OPPOSITE: f64 = 10.0;
 
 /// The foot of a position on the path.
@@ -175,19 +177,19 @@ impl Foot {
         }
     }
 
-    /// Distance [m], and up to [`OPPOSITE`] more the less the path leads along the unit vector
-    /// `heading`.
+    /// Distance [m], and up to `opposite_distance` [m] more the less the path leads along the unit
+    /// vector `heading`.
     #[inline]
-    pub(super) fn cost(&self, heading: Point) -> f64 {
+    pub(super) fn cost(&self, heading: Point, opposite_distance: f64) -> f64 {
         let along =
             (heading.x * self.along.x + heading.y * self.along.y) / sqrt(self.squared_length);
-        sqrt(self.squared_distance) + 0.5 * OPPOSITE * (1.0 - along)
+        sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
     }
 }
 
 /// The foot of `position` within `reach` [m] of arc before and behind the segment at `waypoint`,
 /// for a vehicle that drives along the unit vector `heading`; see [`locate_by_scan`], whose
-/// answer this is.
+/// answer this is. [`OPPOSITE`] is an `opposite_distance` [m] for a car.
 #[inline]
 pub fn locate(
     path: &PathView<'_>,
@@ -195,16 +197,18 @@ pub fn locate(
     position: Point,
     heading: Point,
     reach: f64,
+    opposite_distance: f64,
 ) -> Foot {
-    locate_nearby(path, waypoint, position, heading, reach)
-        .unwrap_or_else(|| locate_by_scan(path, waypoint, position, heading, reach))
+    locate_nearby(path, waypoint, position, heading, reach, opposite_distance).unwrap_or_else(
+        || locate_by_scan(path, waypoint, position, heading, reach, opposite_distance),
+    )
 }
 
 /// The foot of `position` by the definition: of the segments from the one at `waypoint` until
 /// more than `reach` [m] of arc before and behind it, each segment that is no farther off than
 /// the one before it and nearer than the one after it is a candidate. The candidate of least
-/// distance counts, each distance with up to [`OPPOSITE`] more the less the path leads along
-/// `heading`; of several the first.
+/// distance counts, each distance with up to `opposite_distance` [m] more the less the path leads
+/// along `heading`; of several the first.
 ///
 /// The stretch ends where an open path does, where the vehicle has to change its direction, and
 /// once around a closed path. So the foot cannot leap to another branch: farther along the path
@@ -216,6 +220,7 @@ pub fn locate_by_scan(
     position: Point,
     heading: Point,
     reach: f64,
+    opposite_distance: f64,
 ) -> Foot {
     let (first, last) = stretch(path, path.segment_at(waypoint), reach);
     let mut here = Foot::new(path, first, position);
@@ -230,7 +235,7 @@ pub fn locate_by_scan(
         };
         let ahead = next.map_or(f64::INFINITY, |next| next.squared_distance);
         if here.squared_distance <= behind && here.squared_distance < ahead {
-            let cost = here.cost(heading);
+            let cost = here.cost(heading, opposite_distance);
             if cost < least {
                 (best, least) = (here, cost);
             }
@@ -333,9 +338,23 @@ mod tests {
         // Nearer to the other branch all the way, and near the turn.
         for (at, last) in [(50.2, 50), (95.7, 95), (97.5, 97)] {
             let position = Point::new(at, 0.4);
-            let there = locate(&path.view(), last, position, Point::new(1.0, 0.0), 6.0);
+            let there = locate(
+                &path.view(),
+                last,
+                position,
+                Point::new(1.0, 0.0),
+                6.0,
+                OPPOSITE,
+            );
             assert_eq!(there.segment, last);
-            let turned = locate(&path.view(), last, position, Point::new(-1.0, 0.0), 6.0);
+            let turned = locate(
+                &path.view(),
+                last,
+                position,
+                Point::new(-1.0, 0.0),
+                6.0,
+                OPPOSITE,
+            );
             assert_eq!(turned.segment > 99, at > 95.0);
         }
     }

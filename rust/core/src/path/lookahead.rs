@@ -139,7 +139,7 @@ fn quarter_round(path: &PathView<'_>, foot: &Foot) -> Point {
 mod tests {
     use super::*;
     use crate::Path;
-    use crate::path::locate::locate_by_scan;
+    use crate::path::locate::{OPPOSITE, locate_by_scan};
     use crate::path::resample::window;
 
     #[test]
@@ -171,7 +171,7 @@ mod tests {
     fn crossing(path: &Path, position: (f64, f64), lookahead: f64) -> (Point, bool) {
         let position = Point::new(position.0, position.1);
         let view = path.view();
-        let foot = locate_by_scan(&view, 0, position, Point::new(1.0, 0.0), 1e3);
+        let foot = locate_by_scan(&view, 0, position, Point::new(1.0, 0.0), 1e3, OPPOSITE);
         get_crossing(&view, &foot, position, lookahead)
     }
 

@@ -1,11 +1,12 @@
 //! The reference path: where am I, and where do I aim?
 //!
 //! [`view`] holds the waypoints, [`locate`] finds a point beside them and [`relocalise`] finds it
-//! anew after a jump, [`follow`] takes a vehicle along them in both directions, [`preview`] tells
+//! anew after a jump, with an [`index`] on long paths, [`follow`] takes a vehicle along them in both directions, [`preview`] tells
 //! how the path turns ahead, [`resample`] makes the fine grid of the near neighbourhood and
 //! [`lookahead`] searches it.
 
 pub mod follow;
+mod index;
 pub mod jump;
 pub mod locate;
 pub mod lookahead;
@@ -18,6 +19,7 @@ pub mod resample;
 pub mod view;
 
 pub use follow::{Follow, Located};
+pub use index::{Found, STEP_BUDGET};
 pub use locate::{Foot, Projection};
 #[cfg(feature = "alloc")]
 pub use owned::{Path, distinct_waypoints};

@@ -21,6 +21,7 @@ pub(super) fn locate_nearby(
     position: Point,
     heading: Point,
     reach: f64,
+    opposite_distance: f64,
 ) -> Option<Foot> {
     // Around a path this short both ways meet.
     if path.is_closed() && path.length() <= 2.0 * reach + 4.0 * path.longest() {
@@ -45,7 +46,7 @@ pub(super) fn locate_nearby(
             foot = previous;
         }
     }
-    let limit = foot.cost(heading) + MARGIN;
+    let limit = foot.cost(heading, opposite_distance) + MARGIN;
     (ahead.clears(position, limit) && behind.clears(position, limit)).then_some(foot)
 }
 
@@ -204,7 +205,7 @@ impl<'a> Way<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::locate::{locate, locate_by_scan};
+    use super::super::locate::{OPPOSITE, locate, locate_by_scan};
     use super::*;
     use crate::Path;
     use crate::math::{atan2, cos, sin};
@@ -229,6 +230,7 @@ mod tests {
             yaw in -3.2..3.2_f64,
             aligned in any::<bool>(),
             reach in prop_oneof![Just(6.0), 0.0..30.0],
+            opposite in prop_oneof![Just(10.0), 0.0..20.0],
             last in 0_usize..60,
             near in any::<bool>(),
         ) {
@@ -267,8 +269,9 @@ mod tests {
             };
             let heading = Point::new(cos(yaw), sin(yaw));
             let last = if near { (at + last % 5) % view.len() } else { last % view.len() };
-            let scanned = locate_by_scan(&view, last, position, heading, reach);
-            prop_assert_eq!(locate(&view, last, position, heading, reach), scanned);
+            let scanned = locate_by_scan(&view, last, position, heading, reach, opposite);
+            let found = locate(&view, last, position, heading, reach, opposite);
+            prop_assert_eq!(found, scanned);
         }
     }
 
@@ -285,7 +288,7 @@ mod tests {
             let at = 0.1 * f64::from(k);
             let position = Point::new(at, 5.0 * sin(at / 20.0) + 0.3);
             let last = crate::math::to_count(at);
-            locate_nearby(&path.view(), last, position, heading(at), 6.0).is_some()
+            locate_nearby(&path.view(), last, position, heading(at), 6.0, OPPOSITE).is_some()
         });
         assert!(decided.count() > 3890);
     }

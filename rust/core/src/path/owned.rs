@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::index::{self, Bounds};
 use super::view::{COINCIDING, Measures, PathView, get_distance, measure};
 use crate::Point;
 use crate::error::PathError;
@@ -26,6 +27,7 @@ pub struct Path {
     reverse: Option<Box<[bool]>>,
     measures: Measures,
     closed: bool,
+    index: Option<Box<[Bounds]>>,
 }
 
 impl Path {
@@ -47,7 +49,7 @@ impl Path {
         let mut s = vec![0.0; x.len()].into_boxed_slice();
         let measures = measure(x, y, speed, closed, &mut s)?;
         let backwards = speed.filter(|speed| speed.iter().any(|&speed| speed < 0.0));
-        Ok(Self {
+        let mut path = Self {
             reverse: backwards.map(|speed| reverse_by_speed(speed, closed)),
             x: x.into(),
             y: y.into(),
@@ -55,7 +57,10 @@ impl Path {
             speed: speed.map(Into::into),
             measures,
             closed,
-        })
+            index: None,
+        };
+        path.index = index::build(x, y, closed);
+        Ok(path)
     }
 
     /// The same path with the stretches that are driven backwards, as
@@ -85,6 +90,7 @@ impl Path {
             self.measures,
             self.closed,
         )
+        .with_index(self.index.as_deref())
     }
 }
 

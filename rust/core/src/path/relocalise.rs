@@ -1,72 +1,121 @@
 //! Where am I after a jump? The segment of least distance and heading error of all.
 //!
-//! [`relocalise`] visits every segment and is the definition. [`Relocalisation`] is the same
-//! search for whoever knows, from a spatial index, which segments need no visit.
+//! [`relocalise_by_scan`] visits every segment and is the definition; [`relocalise`] leaves out
+//! those that the [`index`](super::index) shows to be too far off.
 
+use super::index::{self, Found};
 use super::locate::Foot;
 use super::view::PathView;
 use crate::Point;
-use crate::math::{cos, sin, sqrt};
+use crate::math::{cos, sin};
+
+/// The segment to go on from after a jump to `position` with heading `yaw`, as
+/// [`relocalise_by_scan`] has it. On a path with an index it takes a few microseconds where few
+/// segments are as near, and visits all of them at worst.
+pub fn relocalise(path: &PathView<'_>, position: Point, yaw: f64, opposite_distance: f64) -> usize {
+    relocalise_within(path, position, yaw, opposite_distance, usize::MAX).segment
+}
+
+/// [`relocalise`] that visits at most `budget` boxes of the path's index: the best of the segments
+/// in those where that is not enough. A path without an index is scanned.
+pub fn relocalise_within(
+    path: &PathView<'_>,
+    position: Point,
+    yaw: f64,
+    opposite_distance: f64,
+    budget: usize,
+) -> Found {
+    let search = Search::new(position, yaw, opposite_distance);
+    match path.index() {
+        Some(boxes) => index::search(path, boxes, search, budget),
+        None => Found {
+            segment: search.scan(path),
+            is_exact: true,
+            visits: 0,
+        },
+    }
+}
 
 /// The segment to go on from after a jump to `position` with heading `yaw`: the one of least
-/// distance, which counts up to [`OPPOSITE`](super::locate::OPPOSITE) more the less the vehicle
-/// would look along it; the first of several. Visits every segment.
+/// distance, which counts up to `opposite_distance` [m] more the less the vehicle would look along
+/// it; the first of several. Visits every segment.
 ///
 /// The heading thus tells branches apart that cross or lie alongside. Where the path is driven
 /// backwards the vehicle looks against it.
-pub fn relocalise(path: &PathView<'_>, position: Point, yaw: f64) -> usize {
-    let mut search = Relocalisation::new(position, yaw);
-    for segment in 0..path.segments() {
-        search.visit(path, segment);
-    }
-    search.segment()
+pub fn relocalise_by_scan(
+    path: &PathView<'_>,
+    position: Point,
+    yaw: f64,
+    opposite_distance: f64,
+) -> usize {
+    Search::new(position, yaw, opposite_distance).scan(path)
 }
 
-/// [`relocalise`], segment by segment in any order: for a search that need not visit all.
+/// The best segment of those visited, in any order.
 #[derive(Clone, Copy, Debug)]
-pub struct Relocalisation {
+pub(super) struct Search {
     position: Point,
     heading: Point,
+    opposite_distance: f64,
     /// Cost and index, so that of several as good the first is the least.
     best: (f64, usize),
 }
 
-impl Relocalisation {
+impl Search {
     /// The search before its first segment.
     #[inline]
-    pub fn new(position: Point, yaw: f64) -> Self {
+    fn new(position: Point, yaw: f64, opposite_distance: f64) -> Self {
         Self {
             position,
             heading: Point::new(cos(yaw), sin(yaw)),
+            opposite_distance,
             best: (f64::INFINITY, 0),
         }
     }
 
+    fn scan(mut self, path: &PathView<'_>) -> usize {
+        for segment in 0..path.segments() {
+            self.visit(path, segment);
+        }
+        self.segment()
+    }
+
     /// Takes segment `segment` of `path` into account.
     #[inline]
-    pub fn visit(&mut self, path: &PathView<'_>, segment: usize) {
+    pub(super) fn visit(&mut self, path: &PathView<'_>, segment: usize) {
         let foot = Foot::within(path, segment, self.position);
         let heading = if path.is_reverse(segment) {
             -self.heading
         } else {
             self.heading
         };
-        let candidate = (foot.cost(heading), segment);
+        let candidate = (foot.cost(heading, self.opposite_distance), segment);
         if candidate < self.best {
             self.best = candidate;
         }
     }
 
-    /// Whether no segment within a box that is this far off [m^2] can change the answer: its feet
-    /// may be found nearer than the box by as much as rounding moves them.
+    /// Where it looks from [m].
     #[inline]
-    pub fn is_settled(&self, squared_distance: f64) -> bool {
-        sqrt(squared_distance) > self.best.0 + 1e-6
+    pub(super) fn position(&self) -> Point {
+        self.position
     }
 
-    /// The answer, once all segments that count are visited.
+    /// How much farther off a segment counts that leads the opposite way [m].
     #[inline]
-    pub fn segment(&self) -> usize {
+    pub(super) fn opposite_distance(&self) -> f64 {
+        self.opposite_distance
+    }
+
+    /// The least cost found [m].
+    #[inline]
+    pub(super) fn cost(&self) -> f64 {
+        self.best.0
+    }
+
+    /// The segment of it.
+    #[inline]
+    pub(super) fn segment(&self) -> usize {
         self.best.1
     }
 }
@@ -76,6 +125,7 @@ mod tests {
     use super::*;
     use crate::Path;
     use crate::math::{PI, from_count};
+    use crate::path::locate::OPPOSITE;
     use alloc::vec::Vec;
     use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -94,7 +144,7 @@ mod tests {
         let crossing = Point::new(0.0, 0.0);
         for (yaw, branches) in [(0.464, [399, 0]), (PI - 0.464, [199, 200])] {
             for askew in [-0.5, 0.0, 0.5] {
-                let found = relocalise(&path.view(), crossing, yaw + askew);
+                let found = relocalise(&path.view(), crossing, yaw + askew, OPPOSITE);
                 assert!(branches.contains(&found), "{yaw} {askew} {found}");
             }
         }
@@ -110,7 +160,7 @@ mod tests {
             false,
         )
         .unwrap();
-        let found = |yaw| relocalise(&path.view(), Point::new(0.3, -0.2), yaw);
+        let found = |yaw| relocalise(&path.view(), Point::new(0.3, -0.2), yaw, OPPOSITE);
         assert_eq!([0.0, 0.7, -0.7].map(found), [0; 3]);
         assert_eq!([FRAC_PI_2, 0.9, 2.3].map(found), [3; 3]);
     }
@@ -125,7 +175,7 @@ mod tests {
                 None,
                 false,
             );
-            relocalise(&path.unwrap().view(), Point::new(5.0, 0.0), yaw)
+            relocalise(&path.unwrap().view(), Point::new(5.0, 0.0), yaw, OPPOSITE)
         };
         assert_eq!((found(9.0, 0.0), found(9.0, PI)), (0, 2));
         assert_eq!((found(11.0, 0.0), found(11.0, PI)), (0, 0));
@@ -136,8 +186,11 @@ mod tests {
         let (x, y) = ([0.0, 10.0, 0.0], [0.0, 0.0, 1.0]);
         let path = Path::new(&x, &y, None, false).unwrap();
         let path = path.with_reverse(&[false, true, false]).unwrap();
-        let found = |yaw| relocalise(&path.view(), Point::new(2.0, 0.7), yaw);
+        let found = |yaw| relocalise(&path.view(), Point::new(2.0, 0.7), yaw, OPPOSITE);
         assert_eq!((found(0.0), found(PI)), (1, 1));
-        assert_eq!(relocalise(&path.view(), Point::new(2.0, 0.1), 0.0), 0);
+        assert_eq!(
+            relocalise(&path.view(), Point::new(2.0, 0.1), 0.0, OPPOSITE),
+            0
+        );
     }
 }

@@ -5,7 +5,13 @@
 
 use super::view::{PathView, get_distance};
 use crate::Point;
+use crate::error::PathError;
 use crate::math::{ceil_to_count, from_count};
+
+/// The most points that a grid may have where all of them are stored or visited. Ten million take
+/// 160 MB, and are enough for 100 km at the paper's spacing. A control step needs no such bound: it
+/// [jumps](super::jump) along the grid without making it.
+pub const MAX_GRID_POINTS: usize = 10_000_000;
 
 /// A stretch of consecutive segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,6 +107,24 @@ impl<'a> Grid<'a> {
         }
     }
 
+    /// The grid itself where it has at most [`MAX_GRID_POINTS`].
+    ///
+    /// # Errors
+    ///
+    /// [`PathError::GridTooLarge`].
+    pub fn checked(self) -> Result<Self, PathError> {
+        let points = self.segments().fold(1_usize, |points, segment| {
+            points.saturating_add(segment.count)
+        });
+        if points > MAX_GRID_POINTS {
+            return Err(PathError::GridTooLarge {
+                points,
+                most: MAX_GRID_POINTS,
+            });
+        }
+        Ok(self)
+    }
+
     /// The grids of the window's segments, in order.
     #[inline]
     pub fn segments(&self) -> impl Iterator<Item = SegmentGrid> + use<'a> {
@@ -183,6 +207,23 @@ mod tests {
         let grid = Grid::new(view, window(&view, 3, 4.0), 1.0);
         assert_eq!(grid.points().count(), 10);
         assert_eq!(grid.last(), Point::new(3.0, 0.0));
+    }
+
+    #[test]
+    fn test_grid_that_is_too_large_is_refused_with_its_size() {
+        let path = Path::new(&[0.0, 1e5, 1e9], &[0.0; 3], None, false).unwrap();
+        let view = path.view();
+        let points = |segments, spacing| {
+            let grid = Grid::new(view, Window { first: 0, segments }, spacing);
+            grid.checked().map(|grid| grid.points().count())
+        };
+        let refused = |points| {
+            let most = MAX_GRID_POINTS;
+            Err(PathError::GridTooLarge { points, most })
+        };
+        assert_eq!(points(1, 0.1), Ok(1_000_001));
+        assert_eq!(points(1, 0.01), refused(10_000_001));
+        assert_eq!(points(2, 1e-4), refused(10_000_000_000_001));
     }
 
     #[test]

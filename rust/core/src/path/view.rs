@@ -1,5 +1,6 @@
 //! Waypoints as borrowed slices, validated once.
 
+use super::index::Bounds;
 use crate::Point;
 use crate::error::{PathError, Requirement, in_range};
 use crate::math::sqrt;
@@ -38,6 +39,7 @@ pub struct PathView<'a> {
     reverse: Option<&'a [bool]>,
     measures: Measures,
     closed: bool,
+    index: Option<&'a [Bounds]>,
 }
 
 /// What is measured of a path once [m].
@@ -73,6 +75,7 @@ impl<'a> PathView<'a> {
             reverse: None,
             measures,
             closed,
+            index: None,
         })
     }
 
@@ -116,7 +119,21 @@ impl<'a> PathView<'a> {
             reverse,
             measures,
             closed,
+            index: None,
         }
+    }
+
+    /// The same path with the boxes of its index, where it has one.
+    #[cfg(feature = "alloc")]
+    #[inline]
+    pub(super) fn with_index(self, index: Option<&'a [Bounds]>) -> Self {
+        Self { index, ..self }
+    }
+
+    /// The boxes of its index, where it has one.
+    #[inline]
+    pub(super) fn index(&self) -> Option<&'a [Bounds]> {
+        self.index
     }
 
     /// The number of waypoints.

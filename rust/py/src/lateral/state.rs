@@ -1,15 +1,16 @@
-//! The states of the lateral laws.
+//! The states of the lateral controllers.
 
 use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
     PurePursuit, PurePursuitState, Stanley, StanleyState, pid::ErrorBuffer,
 };
 use popsteer_core::lateral::{Tracker, TrackerState};
+use popsteer_core::vehicle::{Estimate, Estimator, VehicleState};
 use popsteer_core::{InputError, LateralLaw};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::tail::{Lesson, Pairs, Tail};
+use super::tail::{Answered, Motion, Pairs, Tail};
 use crate::params::{Count, Field, repr};
 
 /// How a state goes between Python and the core.
@@ -34,17 +35,8 @@ pub(crate) trait StateClass: Sized {
         tracker: &Tracker<Self::Law>,
     ) -> Result<TrackerState<<Self::Law as LateralLaw>::State>, InputError> {
         let law = self.law_state(tracker.law())?;
-        self.tail().restore(law, tracker.actuator())
+        self.tail().restore(law, tracker)
     }
-}
-
-fn from_waypoint(waypoint: Option<usize>) -> Option<Count> {
-    waypoint.map(Field::argument)
-}
-
-/// A waypoint from Python; a negative one becomes one that no path has.
-fn to_waypoint(waypoint: Option<Count>) -> Option<usize> {
-    waypoint.map(|Count(index)| usize::try_from(index).unwrap_or(usize::MAX))
 }
 
 /// A frozen class that shows a state of the core field by field.
@@ -52,7 +44,7 @@ macro_rules! state {
     (
         $(#[doc = $about:literal])+
         $class:ident named $name:literal,
-        $($field:ident: $kind:ty = $default:expr, $words:literal, $text:literal;)+
+        $($field:ident: $kind:ty = $default:expr, $words:literal, $text:literal;)*
     ) => {
         $(#[doc = $about])+
         ///
@@ -61,55 +53,118 @@ macro_rules! state {
         $(
             #[doc = concat!(stringify!($field), " : ", $words)]
             #[doc = concat!("    ", $text)]
-        )+
+        )*
+        /// waypoint : int, optional
+        ///     The segment of the last projection, that of the predicted vehicle; None before the first step.
+        /// measured_waypoint : int, optional
+        ///     The segment of the last projection of the measured vehicle; None without a dead time.
         /// steer : float, default 0.0
         ///     The angle last commanded [rad].
         /// handover_offset : float, optional
         ///     Difference to the angle that was taken over [rad]; None before the first step.
         /// handover_left : float, default 0.0
-        ///     How long it fades on [s]; 0 without a hand-over.
+        ///     How long it goes on fading [s]; 0 without a hand-over.
         /// held : int, default 0
         ///     How many inputs in a row were refused.
         /// wheel : float, optional
-        ///     Angle of the wheels [rad]; None without an actuator.
-        /// under_way : tuple of tuple of float, default ()
-        ///     Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+        ///     Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.
+        /// commands_in_flight : tuple of tuple of float, default ()
+        ///     Commands that have not reached the wheels, oldest first: angle [rad] and duration [s].
         /// seen : tuple of float, optional
-        ///     Heading [rad] and speed [m/s] at the last step, where the actuator learns.
-        /// learnt : tuple of float, default (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        ///     What the actuator has learnt: acceleration [m/s^2]; squares of the turns expected, and
-        ///     these turns times those measured [rad^2]; the last turn expected [rad]; squares of the
-        ///     rates at which they changed [rad^2/s^2]; how much longer the dead time is [s].
+        ///     Where the no-slip point was last seen: x, y [m], yaw [rad] and speed [m/s].
+        /// turn_turn : float, default 0.0
+        ///     Turns expected, squared [rad^2].
+        /// turn_offset : float, default 0.0
+        ///     Turns expected times those of a radian of steering offset [rad].
+        /// offset_offset : float, default 0.0
+        ///     Turns of a radian of steering offset, squared.
+        /// turn_measured : float, default 0.0
+        ///     Turns expected times those measured [rad^2].
+        /// offset_measured : float, default 0.0
+        ///     Turns of a radian of steering offset times those measured [rad].
+        /// turn : float, default 0.0
+        ///     The turn expected for the last period [rad].
+        /// change : float, default 0.0
+        ///     Rates at which the expected turns changed, squared [rad^2/s^2].
+        /// gain : float, default 1.0
+        ///     How many times more the vehicle turns than it was told.
+        /// steer_offset : float, default 0.0
+        ///     Estimated angle of the wheels at the command 0, beyond the one told [rad].
+        /// longer_dead_time : float, default 0.0
+        ///     How much longer the dead time is than the one told [s].
+        /// slip : float, default 0.0
+        ///     Angle of the motion of the no-slip point to the heading, straight on [rad].
+        /// slip_length : float, default 0.0
+        ///     How much that angle grows with the curvature [m].
+        /// acceleration : float, default 0.0
+        ///     Acceleration [m/s^2].
+        /// answer : tuple, optional
+        ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class {
-            $($field: $kind,)+
+            $($field: $kind,)*
             tail: Tail,
+        }
+
+        impl $class {
+            fn seen_motion(&self) -> Option<Motion> {
+                let seen = self.tail.estimator.seen?;
+                Some((seen.x, seen.y, seen.yaw, seen.speed))
+            }
         }
 
         #[pymethods]
         impl $class {
             #[new]
             #[pyo3(signature = (
-                *, $($field = $default,)+ steer=0.0, handover_offset=None, handover_left=0.0,
-                held=Count(0), wheel=None, under_way=Pairs(Vec::new()), seen=None,
-                learnt=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+                *, $($field = $default,)*
+                waypoint=None, measured_waypoint=None, steer=0.0, handover_offset=None,
+                handover_left=0.0, held=Count(0), wheel=None,
+                commands_in_flight=Pairs(Vec::new()), seen=None, turn_turn=0.0, turn_offset=0.0,
+                offset_offset=0.0, turn_measured=0.0, offset_measured=0.0, turn=0.0, change=0.0,
+                gain=1.0, steer_offset=0.0, longer_dead_time=0.0, slip=0.0, slip_length=0.0,
+                acceleration=0.0, answer=None
             ))]
             fn new(
-                $($field: $kind,)+
+                $($field: $kind,)*
+                waypoint: Option<Count>,
+                measured_waypoint: Option<Count>,
                 steer: f64,
                 handover_offset: Option<f64>,
                 handover_left: f64,
                 held: Count,
                 wheel: Option<f64>,
-                under_way: Pairs,
-                seen: Option<(f64, f64)>,
-                learnt: Lesson,
+                commands_in_flight: Pairs,
+                seen: Option<Motion>,
+                turn_turn: f64,
+                turn_offset: f64,
+                offset_offset: f64,
+                turn_measured: f64,
+                offset_measured: f64,
+                turn: f64,
+                change: f64,
+                gain: f64,
+                steer_offset: f64,
+                longer_dead_time: f64,
+                slip: f64,
+                slip_length: f64,
+                acceleration: f64,
+                answer: Option<Answered>,
             ) -> Self {
-                let tail = Tail {
-                    steer, handover_offset, handover_left, held, wheel, under_way, seen, learnt,
+                let estimate = Estimate {
+                    gain, steer_offset, longer_dead_time, slip, slip_length, acceleration,
                 };
-                Self { $($field,)+ tail }
+                let seen = seen.map(|(x, y, yaw, speed)| VehicleState { x, y, yaw, speed });
+                let estimator = Estimator {
+                    seen, turn_turn, turn_offset, offset_offset, turn_measured, offset_measured,
+                    turn, change, estimate,
+                };
+                let tail = Tail {
+                    waypoint, measured_waypoint, steer, handover_offset, handover_left, held, wheel,
+                    commands_in_flight, estimator, answer,
+                };
+                Self { $($field,)* tail }
             }
 
             $(
@@ -118,7 +173,19 @@ macro_rules! state {
                 fn $field(&self) -> $kind {
                     self.$field.clone()
                 }
-            )+
+            )*
+
+            /// The segment of the last projection, that of the predicted vehicle; None before the first step.
+            #[getter]
+            fn waypoint(&self) -> Option<Count> {
+                self.tail.waypoint
+            }
+
+            /// The segment of the last projection of the measured vehicle; None without a dead time.
+            #[getter]
+            fn measured_waypoint(&self) -> Option<Count> {
+                self.tail.measured_waypoint
+            }
 
             /// The angle last commanded [rad].
             #[getter]
@@ -132,7 +199,7 @@ macro_rules! state {
                 self.tail.handover_offset
             }
 
-            /// How long it fades on [s]; 0 without a hand-over.
+            /// How long it goes on fading [s]; 0 without a hand-over.
             #[getter]
             fn handover_left(&self) -> f64 {
                 self.tail.handover_left
@@ -144,44 +211,135 @@ macro_rules! state {
                 self.tail.held
             }
 
-            /// Angle of the wheels [rad]; None without an actuator.
+            /// Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.
             #[getter]
             fn wheel(&self) -> Option<f64> {
                 self.tail.wheel
             }
 
-            /// Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+            /// Commands that have not reached the wheels, oldest first: angle [rad] and duration [s].
             #[getter]
-            fn under_way(&self) -> Pairs {
-                self.tail.under_way.clone()
+            fn commands_in_flight(&self) -> Pairs {
+                self.tail.commands_in_flight.clone()
             }
 
-            /// Heading [rad] and speed [m/s] at the last step, where the actuator learns.
+            /// Where the no-slip point was last seen: x, y [m], yaw [rad] and speed [m/s].
             #[getter]
-            fn seen(&self) -> Option<(f64, f64)> {
-                self.tail.seen
+            fn seen(&self) -> Option<Motion> {
+                self.seen_motion()
             }
 
-            /// What the actuator has learnt: acceleration [m/s^2]; squares of the turns expected, and
-            /// these turns times those measured [rad^2]; the last turn expected [rad]; squares of the
-            /// rates at which they changed [rad^2/s^2]; how much longer the dead time is [s].
+            /// Turns expected, squared [rad^2].
             #[getter]
-            fn learnt(&self) -> Lesson {
-                self.tail.learnt
+            fn turn_turn(&self) -> f64 {
+                self.tail.estimator.turn_turn
+            }
+
+            /// Turns expected times those of a radian of steering offset [rad].
+            #[getter]
+            fn turn_offset(&self) -> f64 {
+                self.tail.estimator.turn_offset
+            }
+
+            /// Turns of a radian of steering offset, squared.
+            #[getter]
+            fn offset_offset(&self) -> f64 {
+                self.tail.estimator.offset_offset
+            }
+
+            /// Turns expected times those measured [rad^2].
+            #[getter]
+            fn turn_measured(&self) -> f64 {
+                self.tail.estimator.turn_measured
+            }
+
+            /// Turns of a radian of steering offset times those measured [rad].
+            #[getter]
+            fn offset_measured(&self) -> f64 {
+                self.tail.estimator.offset_measured
+            }
+
+            /// The turn expected for the last period [rad].
+            #[getter]
+            fn turn(&self) -> f64 {
+                self.tail.estimator.turn
+            }
+
+            /// Rates at which the expected turns changed, squared [rad^2/s^2].
+            #[getter]
+            fn change(&self) -> f64 {
+                self.tail.estimator.change
+            }
+
+            /// How many times more the vehicle turns than it was told.
+            #[getter]
+            fn gain(&self) -> f64 {
+                self.tail.estimator.estimate.gain
+            }
+
+            /// Estimated angle of the wheels at the command 0, beyond the one told [rad].
+            #[getter]
+            fn steer_offset(&self) -> f64 {
+                self.tail.estimator.estimate.steer_offset
+            }
+
+            /// How much longer the dead time is than the one told [s].
+            #[getter]
+            fn longer_dead_time(&self) -> f64 {
+                self.tail.estimator.estimate.longer_dead_time
+            }
+
+            /// Angle of the motion of the no-slip point to the heading, straight on [rad].
+            #[getter]
+            fn slip(&self) -> f64 {
+                self.tail.estimator.estimate.slip
+            }
+
+            /// How much that angle grows with the curvature [m].
+            #[getter]
+            fn slip_length(&self) -> f64 {
+                self.tail.estimator.estimate.slip_length
+            }
+
+            /// Acceleration [m/s^2].
+            #[getter]
+            fn acceleration(&self) -> f64 {
+                self.tail.estimator.estimate.acceleration
+            }
+
+            /// What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
+            #[getter]
+            fn answer(&self) -> Option<Answered> {
+                self.tail.answer
             }
 
             /// The fields by name, as a new ``dict``.
             pub(crate) fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
                 let fields = PyDict::new(py);
-                $(fields.set_item(stringify!($field), self.$field.clone())?;)+
+                $(fields.set_item(stringify!($field), self.$field.clone())?;)*
+                fields.set_item("waypoint", self.waypoint())?;
+                fields.set_item("measured_waypoint", self.measured_waypoint())?;
                 fields.set_item("steer", self.steer())?;
                 fields.set_item("handover_offset", self.handover_offset())?;
                 fields.set_item("handover_left", self.handover_left())?;
                 fields.set_item("held", self.held())?;
                 fields.set_item("wheel", self.wheel())?;
-                fields.set_item("under_way", self.under_way())?;
+                fields.set_item("commands_in_flight", self.commands_in_flight())?;
                 fields.set_item("seen", self.seen())?;
-                fields.set_item("learnt", self.learnt())?;
+                fields.set_item("turn_turn", self.turn_turn())?;
+                fields.set_item("turn_offset", self.turn_offset())?;
+                fields.set_item("offset_offset", self.offset_offset())?;
+                fields.set_item("turn_measured", self.turn_measured())?;
+                fields.set_item("offset_measured", self.offset_measured())?;
+                fields.set_item("turn", self.turn())?;
+                fields.set_item("change", self.change())?;
+                fields.set_item("gain", self.gain())?;
+                fields.set_item("steer_offset", self.steer_offset())?;
+                fields.set_item("longer_dead_time", self.longer_dead_time())?;
+                fields.set_item("slip", self.slip())?;
+                fields.set_item("slip_length", self.slip_length())?;
+                fields.set_item("acceleration", self.acceleration())?;
+                fields.set_item("answer", self.answer())?;
                 Ok(fields)
             }
 
@@ -202,46 +360,20 @@ macro_rules! state {
 state! {
     /// What `Pop` remembers from one step to the next.
     PyPopState named "PopState",
-    waypoint: Option<Count> = None, "int, optional",
-        "The waypoint at which the segment of the last foot starts; None before the first step.";
     previous_steer: f64 = 0.0, "float, default 0.0",
         "The last angle delta_prev [rad].";
-    model_steer: f64 = 0.0, "float, default 0.0",
-        "With a horizon, the angle of the wheels by the model [rad].";
 }
 
 state! {
     /// What `PreviewPop` remembers from one step to the next.
     PyPreviewPopState named "PreviewPopState",
-    waypoint: Option<Count> = None, "int, optional",
-        "The waypoint at which the segment of the last foot starts; None before the first step.";
     previous_steer: f64 = 0.0, "float, default 0.0",
         "The last angle delta_prev [rad].";
-    curvature: f64 = 0.0, "float, default 0.0",
-        "Curvature that the vehicle drives by now, by the model [1/m].";
-    previous_x: f64 = 0.0, "float, default 0.0",
-        "Where the vehicle was seen at the last step, along x [m].";
-    previous_y: f64 = 0.0, "float, default 0.0",
-        "Where the vehicle was seen at the last step, along y [m].";
-    previous_yaw: f64 = 0.0, "float, default 0.0",
-        "Its heading then [rad].";
-    travel: f64 = 0.0, "float, default 0.0",
-        "How far it was to come since then [m]; 0 where nothing is to be learnt from it.";
-    turn: f64 = 0.0, "float, default 0.0",
-        "How much it was to turn since then by the model [rad].";
-    turn_offset: f64 = 0.0, "float, default 0.0",
-        "How much more the vehicle turns than the model says, as learnt [1/m].";
-    slip: f64 = 0.0, "float, default 0.0",
-        "Angle of the way it travels to its heading, straight on, as learnt [rad].";
-    slip_length: f64 = 0.0, "float, default 0.0",
-        "How much that angle grows with the curvature, as learnt [m].";
 }
 
 state! {
     /// What `Pid` remembers from one step to the next.
     PyPidState named "PidState",
-    waypoint: Option<Count> = None, "int, optional",
-        "The waypoint at which the segment of the last foot starts; None before the first step.";
     previous_error: Option<f64> = None, "float, optional",
         "The last cross-track error [m]; None before the first step.";
     terms: Terms = Terms(Vec::new()), "tuple of float, default ()",
@@ -255,8 +387,6 @@ state! {
 state! {
     /// What `PurePursuit` remembers from one step to the next.
     PyPurePursuitState named "PurePursuitState",
-    waypoint: Option<Count> = None, "int, optional",
-        "The waypoint at which the segment of the last foot starts; None before the first step.";
     previous_alpha: f64 = 0.0, "float, default 0.0",
         "The last bearing of the lookahead point [rad]; 0 without alpha_by_arccos.";
 }
@@ -264,15 +394,11 @@ state! {
 state! {
     /// What `Stanley` remembers from one step to the next.
     PyStanleyState named "StanleyState",
-    waypoint: Option<Count> = None, "int, optional",
-        "The waypoint at which the segment of the last foot starts; None before the first step.";
 }
 
 state! {
     /// What `BangBang` remembers from one step to the next.
     PyBangBangState named "BangBangState",
-    waypoint: Option<Count> = None, "int, optional",
-        "The waypoint at which the segment of the last foot starts; None before the first step.";
 }
 
 /// Numbers that Python sees as a tuple.
@@ -297,78 +423,39 @@ impl<'py> IntoPyObject<'py> for Terms {
     }
 }
 
-impl StateClass for PyPopState {
-    type Law = Pop;
+/// [`StateClass`] for a state whose fields go over as they are.
+macro_rules! as_it_is {
+    ($class:ident of $law:ident, $state:ident { $($field:ident),* }) => {
+        impl StateClass for $class {
+            type Law = $law;
 
-    fn show(state: &PopState, tail: Tail) -> Self {
-        Self {
-            waypoint: from_waypoint(state.waypoint),
-            previous_steer: state.previous_steer,
-            model_steer: state.model_steer,
-            tail,
+            fn show(state: &$state, tail: Tail) -> Self {
+                let $state { $($field),* } = *state;
+                Self { $($field,)* tail }
+            }
+
+            fn tail(&self) -> Tail {
+                self.tail.clone()
+            }
+
+            fn law_state(&self, _law: &$law) -> Result<$state, InputError> {
+                Ok($state { $($field: self.$field),* })
+            }
         }
-    }
-
-    fn tail(&self) -> Tail {
-        self.tail.clone()
-    }
-
-    fn law_state(&self, _law: &Pop) -> Result<PopState, InputError> {
-        Ok(PopState {
-            waypoint: to_waypoint(self.waypoint),
-            previous_steer: self.previous_steer,
-            model_steer: self.model_steer,
-        })
-    }
+    };
 }
 
-impl StateClass for PyPreviewPopState {
-    type Law = PreviewPop;
-
-    fn show(state: &PreviewPopState, tail: Tail) -> Self {
-        Self {
-            waypoint: from_waypoint(state.waypoint),
-            previous_steer: state.previous_steer,
-            curvature: state.curvature,
-            previous_x: state.previous_x,
-            previous_y: state.previous_y,
-            previous_yaw: state.previous_yaw,
-            travel: state.travel,
-            turn: state.turn,
-            turn_offset: state.turn_offset,
-            slip: state.slip,
-            slip_length: state.slip_length,
-            tail,
-        }
-    }
-
-    fn tail(&self) -> Tail {
-        self.tail.clone()
-    }
-
-    fn law_state(&self, _law: &PreviewPop) -> Result<PreviewPopState, InputError> {
-        Ok(PreviewPopState {
-            waypoint: to_waypoint(self.waypoint),
-            previous_steer: self.previous_steer,
-            curvature: self.curvature,
-            previous_x: self.previous_x,
-            previous_y: self.previous_y,
-            previous_yaw: self.previous_yaw,
-            travel: self.travel,
-            turn: self.turn,
-            turn_offset: self.turn_offset,
-            slip: self.slip,
-            slip_length: self.slip_length,
-        })
-    }
-}
+as_it_is!(PyPopState of Pop, PopState { previous_steer });
+as_it_is!(PyPreviewPopState of PreviewPop, PreviewPopState { previous_steer });
+as_it_is!(PyPurePursuitState of PurePursuit, PurePursuitState { previous_alpha });
+as_it_is!(PyStanleyState of Stanley, StanleyState {});
+as_it_is!(PyBangBangState of BangBang, BangBangState {});
 
 impl StateClass for PyPidState {
     type Law = Pid;
 
     fn show(state: &PidState, tail: Tail) -> Self {
         Self {
-            waypoint: from_waypoint(state.waypoint),
             previous_error: state.previous_error,
             terms: Terms(state.buffer.terms().collect()),
             next: state.buffer.next().argument(),
@@ -385,81 +472,15 @@ impl StateClass for PyPidState {
         let length = law.initial_state().buffer.length();
         let next = usize::try_from(self.next.0).unwrap_or(usize::MAX);
         Ok(PidState {
-            waypoint: to_waypoint(self.waypoint),
             previous_error: self.previous_error,
             buffer: ErrorBuffer::restore(length, &self.terms.0, next, self.sum)?,
         })
     }
 }
 
-impl StateClass for PyPurePursuitState {
-    type Law = PurePursuit;
-
-    fn show(state: &PurePursuitState, tail: Tail) -> Self {
-        Self {
-            waypoint: from_waypoint(state.waypoint),
-            previous_alpha: state.previous_alpha,
-            tail,
-        }
-    }
-
-    fn tail(&self) -> Tail {
-        self.tail.clone()
-    }
-
-    fn law_state(&self, _law: &PurePursuit) -> Result<PurePursuitState, InputError> {
-        Ok(PurePursuitState {
-            waypoint: to_waypoint(self.waypoint),
-            previous_alpha: self.previous_alpha,
-        })
-    }
-}
-
-impl StateClass for PyStanleyState {
-    type Law = Stanley;
-
-    fn show(state: &StanleyState, tail: Tail) -> Self {
-        Self {
-            waypoint: from_waypoint(state.waypoint),
-            tail,
-        }
-    }
-
-    fn tail(&self) -> Tail {
-        self.tail.clone()
-    }
-
-    fn law_state(&self, _law: &Stanley) -> Result<StanleyState, InputError> {
-        Ok(StanleyState {
-            waypoint: to_waypoint(self.waypoint),
-        })
-    }
-}
-
-impl StateClass for PyBangBangState {
-    type Law = BangBang;
-
-    fn show(state: &BangBangState, tail: Tail) -> Self {
-        Self {
-            waypoint: from_waypoint(state.waypoint),
-            tail,
-        }
-    }
-
-    fn tail(&self) -> Tail {
-        self.tail.clone()
-    }
-
-    fn law_state(&self, _law: &BangBang) -> Result<BangBangState, InputError> {
-        Ok(BangBangState {
-            waypoint: to_waypoint(self.waypoint),
-        })
-    }
-}
-
 /// `error` with the count as Python gave it: the core has no negative ones.
 #[expect(clippy::cast_precision_loss, reason = "shown in an error")]
-pub(super) fn as_given(mut error: InputError, fields: &Bound<'_, PyDict>) -> PyResult<InputError> {
+pub(crate) fn as_given(mut error: InputError, fields: &Bound<'_, PyDict>) -> PyResult<InputError> {
     if let Some(field) = fields.get_item(error.field)?
         && let Ok(count) = field.extract::<i64>()
     {

@@ -1,87 +1,126 @@
-//! What the states of all laws have in common, on its way between Python and the core.
+//! What the states of all controllers have in common, on its way between Python and the core.
 
-use popsteer_core::InputError;
-use popsteer_core::lateral::{Handover, TrackerState};
-use popsteer_core::vehicle::{Actuator, Learnt};
+use popsteer_core::lateral::tracker::Answer;
+use popsteer_core::lateral::{Handover, Seen, Tracker, TrackerState};
+use popsteer_core::vehicle::{Estimator, InFlight};
+use popsteer_core::{InputError, LateralLaw, Point};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::params::{Count, Field};
 
-/// What all states remember beside the law's own.
+/// x, y [m], yaw [rad] and speed [m/s].
+pub(super) type Motion = (f64, f64, f64, f64);
+/// Cross-track error [m], yaw [rad], and along the path (x, y) [m].
+type Sighting = (f64, f64, f64, f64);
+/// The measured and the predicted vehicle, the target [m], and whether it drove backwards.
+pub(super) type Answered = (Sighting, Sighting, (f64, f64), bool);
+
+/// What all states remember beside the controller's own.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tail {
+    pub(super) waypoint: Option<Count>,
+    pub(super) measured_waypoint: Option<Count>,
     pub(super) steer: f64,
     pub(super) handover_offset: Option<f64>,
     pub(super) handover_left: f64,
     pub(super) held: Count,
     pub(super) wheel: Option<f64>,
-    pub(super) under_way: Pairs,
-    pub(super) seen: Option<(f64, f64)>,
-    pub(super) learnt: Lesson,
+    pub(super) commands_in_flight: Pairs,
+    pub(super) estimator: Estimator,
+    pub(super) answer: Option<Answered>,
 }
 
-/// Acceleration, expected, measured, turn, change and delay of `Learnt`.
-pub(super) type Lesson = (f64, f64, f64, f64, f64, f64);
+fn from_waypoint(waypoint: Option<usize>) -> Option<Count> {
+    waypoint.map(Field::argument)
+}
+
+/// A waypoint from Python; a negative one becomes one that no path has.
+fn to_waypoint(waypoint: Option<Count>) -> Option<usize> {
+    waypoint.map(|Count(index)| usize::try_from(index).unwrap_or(usize::MAX))
+}
+
+fn from_seen(seen: Seen) -> Sighting {
+    let Seen {
+        cross_track_error,
+        yaw,
+        along,
+    } = seen;
+    (cross_track_error, yaw, along.x, along.y)
+}
+
+fn to_seen((cross_track_error, yaw, x, y): Sighting) -> Seen {
+    Seen {
+        cross_track_error,
+        yaw,
+        along: Point::new(x, y),
+    }
+}
 
 impl Tail {
     pub(super) fn of<S>(state: &TrackerState<S>) -> Self {
-        let under_way = state.under_way.as_deref();
-        let learnt = under_way.map_or_else(Learnt::default, |line| *line.learnt());
+        let in_flight = state.in_flight.as_ref();
         Self {
+            waypoint: from_waypoint(state.waypoint),
+            measured_waypoint: from_waypoint(state.measured_waypoint),
             steer: state.steer,
             handover_offset: state.handover.and_then(|handover| handover.offset),
             handover_left: state.handover.map_or(0.0, |handover| handover.left),
             held: state.held.argument(),
-            wheel: under_way.map(popsteer_core::vehicle::UnderWay::wheel),
-            under_way: Pairs(under_way.map_or_else(Vec::new, |line| line.commands().collect())),
-            seen: learnt.seen,
-            learnt: (
-                learnt.acceleration,
-                learnt.expected,
-                learnt.measured,
-                learnt.turn,
-                learnt.change,
-                learnt.delay,
+            wheel: in_flight.map(InFlight::wheel),
+            commands_in_flight: Pairs(
+                in_flight.map_or_else(Vec::new, |line| line.commands().collect()),
             ),
+            estimator: state.estimator,
+            answer: state.answer.map(|answer| {
+                let (measured, predicted) =
+                    (from_seen(answer.measured), from_seen(answer.predicted));
+                let target = (answer.target.x, answer.target.y);
+                (measured, predicted, target, answer.reverse)
+            }),
         }
     }
 
-    pub(super) fn restore<S>(
+    pub(super) fn restore<L: LateralLaw>(
         self,
-        law: S,
-        actuator: Option<&Actuator>,
-    ) -> Result<TrackerState<S>, InputError> {
-        let under_way = match actuator {
-            None => None,
-            // Of a state from before an actuator was there the wheels follow at once.
-            Some(actuator) if self.wheel.is_none() => Some(actuator.settled(self.steer)),
-            Some(actuator) => {
-                let wheel = self.wheel.unwrap_or(self.steer);
-                let (acceleration, expected, measured, turn, change, delay) = self.learnt;
-                let learnt = Learnt {
-                    seen: self.seen,
-                    acceleration,
-                    expected,
-                    measured,
-                    turn,
-                    change,
-                    delay,
-                };
-                Some(actuator.restore(self.under_way.0.into_iter(), wheel, learnt)?)
+        law: L::State,
+        tracker: &Tracker<L>,
+    ) -> Result<TrackerState<L::State>, InputError> {
+        let vehicle = tracker.vehicle();
+        let models = tracker.initial_state().in_flight.is_some();
+        let in_flight = match self.wheel {
+            _ if !models => None,
+            // Of a state that knows nothing of the wheels they are at rest under the last command.
+            None => Some(InFlight::settled(vehicle, self.steer)),
+            Some(wheel) => {
+                let longer = self.estimator.estimate.longer_dead_time;
+                let commands = self.commands_in_flight.0.into_iter();
+                Some(InFlight::restore(vehicle, commands, wheel, longer)?)
             }
         };
         let handover = Handover {
             offset: self.handover_offset,
             left: self.handover_left,
         };
+        // -0.0 too: none is left.
         let none = handover.offset.is_none() && handover.left <= 0.0 && handover.left >= 0.0;
         Ok(TrackerState {
             law,
+            waypoint: to_waypoint(self.waypoint),
+            measured_waypoint: to_waypoint(self.measured_waypoint),
             steer: self.steer,
             handover: (!none).then_some(handover),
-            held: usize::try_from(self.held.0).unwrap_or(0),
-            under_way: under_way.map(Box::new),
+            held: self.held.saturated(),
+            answer: self
+                .answer
+                .map(|(measured, predicted, target, reverse)| Answer {
+                    measured: to_seen(measured),
+                    predicted: to_seen(predicted),
+                    target: Point::new(target.0, target.1),
+                    reverse,
+                }),
+            in_flight,
+            estimator: self.estimator,
         })
     }
 }

@@ -6,6 +6,7 @@ mod identified;
 pub use bicycle::KinematicBicycle;
 pub use identified::CarlaIdentified;
 
+use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
@@ -50,7 +51,7 @@ impl PlantState {
 }
 
 /// A vehicle that moves.
-pub trait Plant: fmt::Debug + Send + Sync {
+pub trait Plant: fmt::Debug + Send + Sync + Any {
     /// Its name on the command line.
     fn name(&self) -> &str;
 

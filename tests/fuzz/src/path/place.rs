@@ -19,11 +19,13 @@ const REACH: f64 = 1.1e7;
 
 pub(super) fn ask_beyond(view: &PathView<'_>, position: Point, yaw: f64, bytes: &mut Bytes) {
     let heading = Point::new(yaw.cos(), yaw.sin());
-    assert!(locate(view, bytes.below(24), position, heading, 6.0).segment < view.segments());
+    assert!(
+        locate(view, bytes.below(24), position, heading, 6.0, OPPOSITE).segment < view.segments()
+    );
     let nearest = nearest_waypoint(view, position);
     assert!(nearest < view.len());
     assert!(project(view, nearest, position).segment < view.segments());
-    assert!(relocalise(view, position, yaw) < view.segments());
+    assert!(relocalise(view, position, yaw, OPPOSITE) < view.segments());
 }
 
 /// A bounded search, as its definition has it.
@@ -44,8 +46,11 @@ pub(super) fn check_locate(
     } else {
         6.0
     };
-    let foot = locate(view, last, position, heading, reach);
-    assert_eq!(foot, locate_by_scan(view, last, position, heading, reach));
+    let foot = locate(view, last, position, heading, reach, OPPOSITE);
+    assert_eq!(
+        foot,
+        locate_by_scan(view, last, position, heading, reach, OPPOSITE)
+    );
     let start = last.min(view.segments() - 1);
     assert!(foot.segment < view.segments());
     assert_eq!(view.is_reverse(foot.segment), view.is_reverse(start));
@@ -108,19 +113,22 @@ pub(super) fn check_relocalise(view: &PathView<'_>, position: Point, yaw: f64) {
         };
         distance + 0.5 * OPPOSITE * (1.0 - looks)
     };
-    let found = relocalise(view, position, yaw);
+    let found = relocalise(view, position, yaw, OPPOSITE);
     let least = (0..view.segments()).map(cost).fold(f64::INFINITY, f64::min);
     assert!(cost(found) <= least + slack(view, position));
 }
 
 /// The walk of a law's point along the path, step by step as its page has it.
 pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &mut Bytes) {
+    let reference_offset = bytes.parameter(3.0, [-3.0, 4.0], [-1e3, 1e3]);
     let follow = Follow {
         base: bytes.parameter(0.0, [-3.0, 1.0], [-1e3, 1e3]),
-        reference_offset: bytes.parameter(3.0, [-3.0, 4.0], [-1e3, 1e3]),
+        reference_offset,
+        rear_axle: -0.5 * reference_offset,
         search_distance: bytes.parameter(6.0, [0.0, 20.0], [0.0, 1e6]),
         lost_distance: bytes.parameter(30.0, [1.0, 40.0], [1e-3, 1e9]),
         arrival_distance: bytes.parameter(0.15, [0.0, 1.0], [5e-5, 50.0]),
+        opposite_distance: OPPOSITE,
     };
     let last = (bytes.byte() > 40).then(|| bytes.below(24));
     let valid = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
@@ -151,7 +159,9 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
 /// The segment of the foot, or the last one that ends near enough ahead of it to be where the
 /// vehicle turns round.
 fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> usize {
-    let near = (-follow.reference_offset).max(0.0) + 4.0 * follow.arrival_distance;
+    let sign = if at.reverse { -1.0 } else { 1.0 };
+    let behind = sign * follow.rear_axle - follow.reference_offset;
+    let near = behind.max(0.0) + 4.0 * follow.arrival_distance;
     let mut last = at.foot.segment;
     let mut rest = (1.0 - at.foot.fraction) * length(view, last);
     for _ in 0..view.segments() {
@@ -180,7 +190,7 @@ fn follow_plainly(
     dt: f64,
 ) -> Located {
     let base = vehicle.ahead(follow.base);
-    let anew = || relocalise(view, Point::new(base.x, base.y), vehicle.yaw);
+    let anew = || relocalise(view, Point::new(base.x, base.y), vehicle.yaw, OPPOSITE);
     let from = |segment: usize| {
         let reverse = view.is_reverse(segment);
         let (turn, sign) = if reverse { (PI, -1.0) } else { (0.0, 1.0) };
@@ -192,7 +202,7 @@ fn follow_plainly(
         let heading = Point::new(driven.yaw.cos(), driven.yaw.sin());
         let position = driven.point_ahead(follow.reference_offset + sign * follow.base);
         let reach = follow.search_distance + driven.speed.abs() * dt;
-        let foot = locate_by_scan(view, segment, position, heading, reach);
+        let foot = locate_by_scan(view, segment, position, heading, reach, OPPOSITE);
         let is_last = !view.is_closed() && foot.segment + 1 == view.segments();
         Located {
             position,
@@ -214,7 +224,7 @@ fn follow_plainly(
     let goes_on = view.is_closed() || last_leg + 1 < view.segments();
     if goes_on && view.is_reverse(next) != view.is_reverse(last_leg) {
         let along = along(view, last_leg);
-        let to = waypoint(view, next) - Point::new(base.x, base.y);
+        let to = waypoint(view, next) - vehicle.point_ahead(follow.rear_axle);
         let length = (along.x * along.x + along.y * along.y).sqrt();
         if (to.x * along.x + to.y * along.y) / length <= follow.arrival_distance {
             at = from(next);

@@ -14,10 +14,9 @@ impl Subject for PreviewPop {
     type Params = PreviewPopParams;
 
     fn draw(bytes: &mut Bytes) -> PreviewPopParams {
-        let standard = PreviewPopParams::DEFAULT;
         let search = Search::draw(bytes);
         PreviewPopParams {
-            steer_span_rate: bytes.parameter(standard.steer_span_rate, [0.1, 3.0], [1e-3, 1e3]),
+            steer_span_rate: bytes.optional([0.1, 3.0], [1e-3, 1e6]),
             horizon: bytes.parameter(1.0, [0.1, 3.0], [0.05, 100.0]),
             heading_cost: bytes.optional([0.0, 10.0], [0.0, 1e3]),
             steer_rate_cost: bytes.optional([0.01, 2.0], [1e-5, 1e3]),

@@ -5,13 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from popsteer.reference.math import cos, divide, saturate, sin, tan
+from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from popsteer.reference.path.view import Point
 
-__all__ = ["get_predicted_location", "kinematic_bicycle", "state_transition", "steps"]
+__all__ = [
+    "advance",
+    "get_predicted_location",
+    "kinematic_bicycle",
+    "state_transition",
+    "steps",
+]
 
 MAX_STEPS = 20
 """The largest number of steps of a prediction."""
@@ -182,4 +189,40 @@ def kinematic_bicycle(
         y + travel * sin(heading),
         yaw + turn,
         speed + acceleration * dt,
+    )
+
+
+def advance(vehicle: VehicleState, travel: float, curvature: float, slip: float) -> VehicleState:
+    """Move a vehicle along an arc; its speed stays.
+
+    The position moves along the direction of mid-arc (second order in `travel`).
+
+    Parameters
+    ----------
+    vehicle : VehicleState
+        The state of the point that moves at the angle `slip` to the heading.
+    travel : float
+        Length of the arc [m].
+    curvature : float
+        Its curvature [1/m].
+    slip : float
+        Angle of the motion to the heading [rad], left of it.
+
+    Returns
+    -------
+    VehicleState
+        The state at the end of the arc.
+
+    Examples
+    --------
+    >>> advance(VehicleState(0.0, 0.0, 0.0, 10.0), travel=2.0, curvature=0.0, slip=0.0)
+    VehicleState(x=2.0, y=0.0, yaw=0.0, speed=10.0)
+    """
+    turn = travel * curvature
+    direction = vehicle.yaw + 0.5 * turn + slip
+    return VehicleState(
+        x=vehicle.x + travel * cos(direction),
+        y=vehicle.y + travel * sin(direction),
+        yaw=vehicle.yaw + turn,
+        speed=vehicle.speed,
     )

@@ -1,0 +1,63 @@
+"""The vehicle that a plant from elsewhere is, from what is published of it."""
+
+from __future__ import annotations
+
+from popsteer._core import Vehicle
+
+__all__ = ["GRIP_SHARE", "STEER_LAG", "published"]
+
+STEER_LAG = 0.1
+"""Lag of the wheels that a plant from elsewhere is taken to have [s]: nothing is fitted to it."""
+GRIP_SHARE = 0.8
+"""Share of the tyres' grip that a command may ask for: a bend must leave some for the way back."""
+
+
+def published(
+    *,
+    wheelbase: float,
+    max_steer: float,
+    max_steer_rate: float,
+    grip: float,
+    dead_time: float,
+    steer_offset: float,
+) -> Vehicle:
+    """Give a vehicle whose pose is that of the middle of its rear axle.
+
+    Parameters
+    ----------
+    wheelbase : float
+        Distance of the axles [m].
+    max_steer, max_steer_rate : float
+        How far and how fast the front wheels turn [rad, rad/s].
+    grip : float
+        Largest lateral acceleration of the tyres [m/s²].
+    dead_time, steer_offset : float
+        What the closed loop adds in front of the plant [s, rad].
+
+    Returns
+    -------
+    Vehicle
+        With the lag `STEER_LAG`, and `GRIP_SHARE` of the grip for lateral acceleration.
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range.
+
+    Examples
+    --------
+    >>> car = published(wheelbase=2.7, max_steer=0.6, max_steer_rate=0.6, grip=9.81,
+    ...                 dead_time=0.0, steer_offset=0.0)
+    >>> car.steer_lag, round(car.max_lateral_acceleration, 3)
+    (0.1, 7.848)
+    """
+    return Vehicle(
+        wheelbase=wheelbase,
+        max_steer=max_steer,
+        max_steer_rate=max_steer_rate,
+        # On ice without any grip at all nothing may be asked for; the vehicle wants a number.
+        max_lateral_acceleration=max(GRIP_SHARE * grip, 1e-3),
+        steer_lag=STEER_LAG,
+        dead_time=dead_time,
+        steer_offset=steer_offset,
+    )

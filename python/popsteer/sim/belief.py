@@ -1,0 +1,85 @@
+"""What a controller believes of the vehicle, beside what the plant is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from popsteer import laws
+from popsteer._core import Vehicle
+from popsteer.errors import ConfigError
+
+if TYPE_CHECKING:
+    from popsteer.sim.steering import OwnController
+
+__all__ = ["believed", "informed"]
+
+_C = TypeVar("_C", bound="laws.Controller | OwnController")
+
+
+def informed(controller: _C, plant: Vehicle) -> _C:
+    """Give a controller that was given no vehicle that of the plant.
+
+    Parameters
+    ----------
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
+        What steers.
+    plant : Vehicle
+        What the plant is.
+
+    Returns
+    -------
+    same as `controller`
+        The controller itself where it was given a vehicle, or knows of none; else another of its
+        kind, in a fresh state, on the same path.
+
+    Raises
+    ------
+    ConfigError
+        The vehicle that it was given has its rear axle elsewhere: a pose of the plant would mean
+        another to the controller.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(0.0, 0.0), (50.0, 0.0)])
+    >>> car = popsteer.Vehicle(rear_axle=-1.5)
+    >>> informed(popsteer.Stanley(path), car).tracked_point
+    1.5
+    >>> informed(popsteer.Stanley(path, popsteer.Vehicle()), car)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: rear_axle must be that of the plant, -1.5, got 0.0
+    """
+    if getattr(controller, "vehicle_given", True) is False:
+        given: Any = controller
+        if not isinstance(controller, laws.CONTROLLERS):
+            return cast("_C", given.with_vehicle(plant))
+        # What makes an equal controller: adapting as it was told to, or as its kind does.
+        (path, _, params), options = given.__getnewargs_ex__()
+        return cast("_C", type(given)(path, plant, params, **options))
+    told = believed(controller)
+    if told is not None and told.rear_axle != plant.rear_axle:
+        raise ConfigError("rear_axle", told.rear_axle, f"that of the plant, {plant.rear_axle!r}")
+    return controller
+
+
+def believed(controller: laws.Controller | OwnController) -> Vehicle | None:
+    """Tell which vehicle a controller believes to steer.
+
+    Parameters
+    ----------
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
+        What steers.
+
+    Returns
+    -------
+    Vehicle or None
+        None of one of your own that does not say.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> believed(popsteer.Pop(popsteer.Path([(0.0, 0.0), (50.0, 0.0)]))).wheelbase
+    3.0
+    """
+    told = getattr(controller, "vehicle", None)
+    return told if isinstance(told, Vehicle) else None

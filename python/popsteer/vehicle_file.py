@@ -1,0 +1,187 @@
+"""A vehicle in a TOML file: what `Vehicle.load` reads and `Vehicle.save` writes.
+
+A file has one key a field, each optional, and nothing else. What it leaves out has its default;
+``inf`` is no limit.
+
+Examples
+--------
+>>> print(as_toml(popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)), end="")  # doctest: +ELLIPSIS
+# A vehicle, as popsteer.Vehicle.load reads it. ...
+<BLANKLINE>
+# Distance of the axles [m].
+wheelbase = 2.7
+# How far ahead of the pose's point the rear axle lies [m].
+rear_axle = -1.35
+# How far ahead of the pose's point lies the no-slip point [m]; left out: the rear axle.
+# no_slip_point =
+...
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from popsteer._core import Vehicle
+from popsteer.errors import ConfigError
+from popsteer.files import write_text_atomic
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["as_toml", "load", "save"]
+
+_HEAD = """\
+# A vehicle, as popsteer.Vehicle.load reads it. SI units and radians; x forward, y left, angles of
+# the front wheels positive to the left. A pose is that of the vehicle's point, wherever you measure
+# it. What is left out has its default.
+"""
+
+_MEANING = {
+    "wheelbase": "Distance of the axles [m].",
+    "rear_axle": "How far ahead of the pose's point the rear axle lies [m].",
+    "no_slip_point": "How far ahead of the pose's point lies the no-slip point [m]; left out: the"
+    " rear axle.",
+    "turning_wheelbase": "The wheelbase that it turns by [m]; left out: wheelbase.",
+    "understeer": "Understeer gradient [s^2/m].",
+    "steer_offset": "Angle of the wheels at the command 0 [rad].",
+    "steer_lag": "Time constant with which the wheels answer a command [s].",
+    "dead_time": "Time from a command to its first effect on the wheels [s].",
+    "max_steer": "Largest angle of the front wheels [rad].",
+    "max_steer_rate": "Fastest move of the front wheels [rad/s]; left out: no limit.",
+    "max_lateral_acceleration": "Largest lateral acceleration to ask for [m/s^2]; inf: no limit.",
+    "max_speed": "Top speed [m/s]; left out: no limit.",
+    "max_acceleration": "Largest driving acceleration [m/s^2]; left out: not known.",
+    "max_deceleration": "Largest braking deceleration [m/s^2]; left out: not known.",
+    "drive_lag": "Time constant with which the drive answers the pedals [s].",
+}
+_LIMITS = ("max_steer_rate", "max_lateral_acceleration", "max_speed")
+"""Fields for which None is no limit, and which a file may set to ``inf``."""
+
+
+def load(file: str | os.PathLike[str]) -> Vehicle:
+    r"""Read a vehicle from a TOML file.
+
+    Parameters
+    ----------
+    file : str or os.PathLike
+        The file.
+
+    Returns
+    -------
+    Vehicle
+        What the file says; what it leaves out has its default.
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be read or is no TOML, or a key is unknown, or its value of the wrong type
+        or out of range; names file, key and value.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "car.toml"
+    ...     _ = file.write_text("wheelbase = 2.7\nmax_lateral_acceleration = inf\n")
+    ...     car = load(file)
+    >>> car.wheelbase, car.max_lateral_acceleration
+    (2.7, None)
+    """
+    fields = _read(file)
+    for key, value in fields.items():
+        if key not in _MEANING:
+            raise _in_file(file, ConfigError.unknown("key", key, _MEANING))
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise _in_file(file, ConfigError(key, value, "a number"))
+        if key in _LIMITS and value == math.inf:
+            fields[key] = None
+    try:
+        return Vehicle(**fields)
+    except ConfigError as error:
+        raise _in_file(file, error) from None
+
+
+def save(vehicle: Vehicle, file: str | os.PathLike[str]) -> None:
+    """Write a vehicle to a TOML file, whole or not at all.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+    file : str or os.PathLike
+        The file to write; folders that are missing are made.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; what stood there before still does.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save(Vehicle(dead_time=0.15), Path(folder) / "car.toml")
+    ...     load(Path(folder) / "car.toml").dead_time
+    0.15
+    """
+    write_text_atomic(file, as_toml(vehicle))
+
+
+def as_toml(vehicle: Vehicle) -> str:
+    """Word a vehicle as the text of a TOML file, with the meaning and the unit of each field.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+
+    Returns
+    -------
+    str
+        What `load` makes an equal vehicle of. A field that is None is a comment.
+
+    Examples
+    --------
+    >>> [line for line in as_toml(Vehicle()).splitlines() if line.startswith("max_")]
+    ['max_steer = 1.22', 'max_lateral_acceleration = 4.0']
+    """
+    lines = [_HEAD]
+    defaults = Vehicle().as_dict()
+    for key, value in vehicle.as_dict().items():
+        lines.append(f"# {_MEANING[key]}")
+        if value is not None:
+            lines.append(f"{key} = {value!r}")
+        elif defaults[key] is None:
+            lines.append(f"# {key} =")
+        else:  # left out it would be the default
+            lines.append(f"{key} = inf")
+    return "\n".join(lines) + "\n"
+
+
+def _read(file: str | os.PathLike[str]) -> dict[str, Any]:
+    """Read the keys and values of a TOML file."""
+    try:
+        text = Path(file).read_bytes().decode("utf-8")
+        return tomllib.loads(text)
+    except OSError as error:
+        why = error.strerror or str(error)
+    except UnicodeDecodeError as error:
+        why = f"not UTF-8 at byte {error.start}"
+    except (ValueError, RecursionError) as error:  # broken, too long a number, or nested too deep
+        why = f"not TOML: {error}"
+    refused = ConfigError("vehicle file", os.fspath(file), f"a readable TOML file: {why}")
+    raise _in_file(file, refused, why)
+
+
+def _in_file(
+    file: str | os.PathLike[str], error: ConfigError, words: str | None = None
+) -> ConfigError:
+    """Put the file before the words of an error."""
+    error.args = (f"{os.fspath(file)}: {error if words is None else words}",)
+    return error

@@ -1,0 +1,148 @@
+//! A controller written in Python, driven by the same closed loop as the core's.
+
+use popsteer_core::{InputError, PathView, Point, Status, VehicleState};
+use popsteer_sim::{Answer, Driver};
+use pyo3::exceptions::PyTypeError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyFloat, PyInt};
+
+/// An object with `step(x, y, yaw, speed, dt)`, which may take `reverse` as well.
+#[derive(Debug)]
+pub(crate) struct PythonDriver {
+    object: Py<PyAny>,
+    /// Whether `step` is told the direction of the path.
+    takes_reverse: bool,
+    /// What the object raised, which ends the run.
+    fault: Option<PyErr>,
+}
+
+impl PythonDriver {
+    /// The object as a driver.
+    pub(crate) fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let step = object.getattr_opt("step")?.ok_or_else(|| {
+            let kind = object.get_type();
+            PyTypeError::new_err(format!("a controller must have a method step, got {kind}"))
+        })?;
+        Ok(Self {
+            object: object.clone().unbind(),
+            takes_reverse: takes_reverse(&step)?,
+            fault: None,
+        })
+    }
+
+    /// What the object raised.
+    pub(crate) fn take_fault(&mut self) -> Option<PyErr> {
+        self.fault.take()
+    }
+
+    fn asked(&self, vehicle: VehicleState, dt: f64, reverse: bool) -> PyResult<Answer> {
+        Python::attach(|py| {
+            let VehicleState { x, y, yaw, speed } = vehicle;
+            let options = PyDict::new(py);
+            if self.takes_reverse {
+                options.set_item(intern!(py, "reverse"), reverse)?;
+            }
+            let answer = self.object.bind(py).call_method(
+                intern!(py, "step"),
+                (x, y, yaw, speed, dt),
+                Some(&options),
+            )?;
+            read(&answer, reverse)
+        })
+    }
+}
+
+impl Driver for PythonDriver {
+    fn answer(
+        &mut self,
+        _path: &PathView<'_>,
+        vehicle: VehicleState,
+        dt: f64,
+        reverse: bool,
+    ) -> Result<Option<Answer>, InputError> {
+        match self.asked(vehicle, dt, reverse) {
+            Ok(answer) => Ok(Some(answer)),
+            Err(error) => {
+                self.fault = Some(error);
+                Ok(None)
+            }
+        }
+    }
+}
+
+/// Whether a method has a parameter `reverse`, or takes any by name.
+fn takes_reverse(step: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let py = step.py();
+    let inspect = py.import("inspect")?;
+    let Ok(signature) = inspect.call_method1("signature", (step,)) else {
+        // A method written in C need not tell.
+        return Ok(false);
+    };
+    let parameters = signature.getattr("parameters")?;
+    if parameters.contains("reverse")? {
+        return Ok(true);
+    }
+    let any = inspect.getattr("Parameter")?.getattr("VAR_KEYWORD")?;
+    for parameter in parameters.call_method0("values")?.try_iter()? {
+        if parameter?.getattr("kind")?.eq(&any)? {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// An angle, or an object that has one and may have target, status and direction.
+fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<Answer> {
+    let py = answer.py();
+    let nowhere = Point::new(f64::NAN, f64::NAN);
+    if answer.is_instance_of::<PyFloat>() || answer.is_instance_of::<PyInt>() {
+        return Ok(Answer {
+            steer: answer.extract()?,
+            reverse,
+            target: nowhere,
+            status: Status::OK,
+        });
+    }
+    let given = |name| -> PyResult<Option<Bound<'_, PyAny>>> {
+        let value = answer.getattr_opt(name)?;
+        Ok(value.filter(|value| !value.is_none()))
+    };
+    let steer = given(intern!(py, "steer"))?.and_then(|steer| steer.extract().ok());
+    let steer = match steer {
+        Some(steer) => steer,
+        // What numpy calls a number counts as one.
+        None => answer.extract().map_err(|_| {
+            let kind = answer.get_type();
+            let name = kind
+                .name()
+                .map_or_else(|_| kind.to_string(), |name| name.to_string());
+            let text =
+                format!("a controller's step must return an angle or have .steer, got {name}");
+            PyTypeError::new_err(text)
+        })?,
+    };
+    let target = match given(intern!(py, "target"))? {
+        None => nowhere,
+        Some(target) => {
+            let (x, y) = target.extract()?;
+            Point::new(x, y)
+        }
+    };
+    let status = match given(intern!(py, "status"))? {
+        None => Status::OK,
+        Some(status) => Status::from_bits(status.extract()?).ok_or_else(|| {
+            PyTypeError::new_err("a controller's status must be a popsteer.Status")
+        })?,
+    };
+    let reverse = match given(intern!(py, "reverse"))? {
+        None => reverse,
+        Some(reverse) => reverse.extract()?,
+    };
+    Ok(Answer {
+        steer,
+        reverse,
+        target,
+        status,
+    })
+}

@@ -1,0 +1,385 @@
+//! The vehicle, how a controller adapts to it, and what it has found.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::PathBuf;
+
+use popsteer_core::error::input_in_range;
+use popsteer_core::path::view::MAX_SPEED;
+use popsteer_core::vehicle::{self, AdaptParams, Vehicle};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString, PyTuple};
+
+use crate::errors::OrRaise;
+use crate::params::{Number, params, repr};
+
+params! {
+    /// All that is true of a car-like vehicle, told once.
+    ///
+    /// A pose is always the pose of the vehicle's point, wherever it is measured; `rear_axle` tells
+    /// where the axles lie from there. One chain leads from a command to the motion, in prediction,
+    /// in preview POP and in plants that are made from a vehicle: ``wheel' = clip((command(t -
+    /// dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)`` with ``|wheel| <=
+    /// max_steer``, and ``yaw' = speed tan(wheel) / (turning_wheelbase + understeer speed^2)``. The
+    /// no-slip point moves where the vehicle looks.
+    PyVehicle(Vehicle) named "Vehicle" in "popsteer",
+    shown as "(*, wheelbase=3.0, rear_axle=0.0, no_slip_point=None, turning_wheelbase=None, understeer=0.0, steer_offset=0.0, steer_lag=0.1, dead_time=0.0, max_steer=1.22, max_steer_rate=None, max_lateral_acceleration=4.0, max_speed=None, max_acceleration=None, max_deceleration=None, drive_lag=0.0)",
+    defaults Vehicle::DEFAULT, checked by Vehicle::checked,
+    wheelbase: f64, "float, default 3.0",
+        "Distance of the axles L [m]; the default lengths of all parameters scale with it.";
+    rear_axle: f64, "float, default 0.0",
+        "How far ahead of the pose's point the rear axle lies [m]: 0 where you give the rear axle's pose, negative where you give that of a point ahead of it.";
+    no_slip_point: Option<f64>, "float, optional",
+        "How far ahead of the pose's point lies the point that moves where the vehicle looks [m]; the rear axle by default.";
+    turning_wheelbase: Option<f64>, "float, optional",
+        "The wheelbase that the vehicle turns by [m]; `wheelbase` by default.";
+    understeer: f64, "float, default 0.0",
+        "Understeer gradient K [s^2/m].";
+    steer_offset: f64, "float, default 0.0",
+        "Angle of the wheels at the command 0 [rad].";
+    steer_lag: f64, "float, default 0.1",
+        "Time constant with which the wheels answer a command [s].";
+    dead_time: f64, "float, default 0.0",
+        "Time from a command to its first effect on the wheels [s].";
+    max_steer: f64, "float, default 1.22",
+        "Largest angle of the front wheels delta_max [rad].";
+    max_steer_rate: Option<f64>, "float, optional",
+        "Fastest move of the front wheels [rad/s]; None for no limit.";
+    max_lateral_acceleration: Option<f64>, "float or None, default 4.0",
+        "Largest lateral acceleration that a command may ask for [m/s^2]; None for no limit.";
+    max_speed: Option<f64>, "float, optional",
+        "Top speed [m/s]; None for no limit.";
+    max_acceleration: Option<f64>, "float, optional",
+        "Largest driving acceleration [m/s^2]; None where it is not known.";
+    max_deceleration: Option<f64>, "float, optional",
+        "Largest braking deceleration [m/s^2]; None where it is not known.";
+    drive_lag: f64, "float, default 0.0",
+        "Time constant with which the drive answers the pedals [s].";
+    @examples {
+        /// A car whose pose is measured in the middle between its axles:
+        ///
+        /// >>> car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, dead_time=0.15)
+        /// >>> car.front_axle
+        /// 1.35
+        /// >>> car.replace(max_steer=0.6).max_steer
+        /// 0.6
+        /// >>> popsteer.Vehicle(wheelbase=-1.0)
+        /// Traceback (most recent call last):
+        /// popsteer.errors.ConfigError: wheelbase must be in [0.001, 1000], got -1.0
+    }
+    @extra {
+        /// How far ahead of the pose's point the front axle lies [m].
+        #[getter]
+        fn front_axle(&self) -> f64 {
+            self.0.front_axle()
+        }
+
+        /// The length that turns an angle of the wheels into a curvature.
+        ///
+        /// ``curvature = tan(wheel) / turning_length`` with ``turning_length = turning_wheelbase +
+        /// understeer speed^2``.
+        ///
+        /// Parameters
+        /// ----------
+        /// speed : float
+        ///     Speed [m/s].
+        ///
+        /// Returns
+        /// -------
+        /// float
+        ///     The length [m].
+        ///
+        /// Raises
+        /// ------
+        /// InputError
+        ///     If the speed is not finite or beyond 1e4 m/s.
+        ///
+        /// Examples
+        /// --------
+        /// >>> popsteer.Vehicle(understeer=0.01).turning_length(10.0)
+        /// 4.0
+        fn turning_length(&self, py: Python<'_>, speed: Number) -> PyResult<f64> {
+            let speed = input_in_range("speed", speed.0, -MAX_SPEED, MAX_SPEED).or_raise(py)?;
+            Ok(self.0.turning_length(speed))
+        }
+
+        /// Read a vehicle from a TOML file, as `save` writes it.
+        ///
+        /// What the file leaves out has its default.
+        ///
+        /// Parameters
+        /// ----------
+        /// file : str or os.PathLike
+        ///     The file.
+        ///
+        /// Returns
+        /// -------
+        /// Vehicle
+        ///     What the file says.
+        ///
+        /// Raises
+        /// ------
+        /// ConfigError
+        ///     If the file cannot be read or is no TOML, or if a key is unknown, or its value of
+        ///     the wrong type or out of range; names file, key and value.
+        ///
+        /// Examples
+        /// --------
+        /// >>> import os, tempfile
+        /// >>> car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
+        /// >>> with tempfile.TemporaryDirectory() as folder:
+        /// ...     file = os.path.join(folder, "car.toml")
+        /// ...     car.save(file)
+        /// ...     popsteer.Vehicle.load(file) == car
+        /// True
+        #[staticmethod]
+        fn load(py: Python<'_>, file: PathBuf) -> PyResult<Py<Self>> {
+            let made = vehicle_file(py)?.call_method1("load", (file,))?;
+            Ok(made.cast_into::<Self>()?.unbind())
+        }
+
+        /// Write the vehicle to a TOML file, each field with its meaning and its unit.
+        ///
+        /// The file is written whole or not at all. `load` gives an equal vehicle.
+        ///
+        /// Parameters
+        /// ----------
+        /// file : str or os.PathLike
+        ///     The file to write; folders that are missing are made.
+        ///
+        /// Raises
+        /// ------
+        /// OSError
+        ///     If the file cannot be written; what stood there before still does.
+        fn save(slf: &Bound<'_, Self>, file: PathBuf) -> PyResult<()> {
+            vehicle_file(slf.py())?.call_method1("save", (slf, file))?;
+            Ok(())
+        }
+
+        fn __hash__(&self) -> u64 {
+            let mut hasher = DefaultHasher::new();
+            self.hash(&mut hasher);
+            hasher.finish()
+        }
+    }
+}
+
+/// Equal vehicles have one hash: 0.0 and -0.0 are equal.
+impl Hash for PyVehicle {
+    fn hash<H: Hasher>(&self, hasher: &mut H) {
+        let car = &self.0;
+        for number in [
+            car.wheelbase,
+            car.rear_axle,
+            car.understeer,
+            car.steer_offset,
+            car.steer_lag,
+            car.dead_time,
+            car.max_steer,
+            car.drive_lag,
+        ] {
+            (number + 0.0).to_bits().hash(hasher);
+        }
+        for number in [
+            car.no_slip_point,
+            car.turning_wheelbase,
+            car.max_steer_rate,
+            car.max_lateral_acceleration,
+            car.max_speed,
+            car.max_acceleration,
+            car.max_deceleration,
+        ] {
+            number.map(|number| (number + 0.0).to_bits()).hash(hasher);
+        }
+    }
+}
+
+fn vehicle_file(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
+    py.import("popsteer.vehicle_file")
+}
+
+params! {
+    /// How fast a controller adapts to its vehicle.
+    ///
+    /// From commands and motion it estimates how much more the vehicle turns than it was told, the
+    /// offset of the steering, the dead time, the slip, and the acceleration. The prediction through
+    /// the dead time and preview POP use them.
+    PyAdaptParams(AdaptParams) named "AdaptParams" in "popsteer",
+    shown as "(*, turn_time=10.0, slip_time=5.0, min_speed=None)",
+    defaults AdaptParams::DEFAULT, checked by AdaptParams::checked,
+    turn_time: f64, "float, default 10.0",
+        "Time over which turning gain, steering offset and dead time are estimated [s]; 0 never. Shorter: sooner right, and more noise of the heading passed on.";
+    slip_time: f64, "float, default 5.0",
+        "Time over which the slip is estimated, straight on and in bends [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.";
+    min_speed: Option<f64>, "float, optional",
+        "Below this speed the slip is not estimated [m/s]: the position moves too little to show it; 5/3 wheelbases a second by default.";
+    @examples {
+        /// A controller that adapts at once to new tyres, and one that never does:
+        ///
+        /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+        /// >>> quick = popsteer.AdaptParams(turn_time=3.0)
+        /// >>> popsteer.PreviewPop(path, adapt=quick).adapt.turn_time
+        /// 3.0
+        /// >>> popsteer.PreviewPop(path, adapt=None).adapt is None
+        /// True
+    }
+}
+
+/// How a controller was told to adapt.
+#[derive(Debug)]
+pub(crate) enum Adapt {
+    /// "auto": as controllers of its kind do.
+    Usual,
+    /// So, or not at all.
+    Told(Option<Py<PyAdaptParams>>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Adapt {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if object.cast::<PyString>().is_ok_and(|text| text == "auto") {
+            return Ok(Self::Usual);
+        }
+        let told = object.extract().map_err(|_| {
+            let given = object.get_type();
+            PyTypeError::new_err(format!(
+                "adapt must be AdaptParams, None or 'auto', got {given}"
+            ))
+        })?;
+        Ok(Self::Told(told))
+    }
+}
+
+/// What a controller knows of its vehicle from its motion, and what it was told.
+///
+/// Parameters
+/// ----------
+/// gain : float, default 1.0
+///     How many times more the vehicle turns than it was told.
+/// steer_offset : float, default 0.0
+///     Angle of the wheels at the command 0 [rad].
+/// dead_time : float, default 0.0
+///     Time from a command to its first effect on the wheels [s].
+/// slip : float, default 0.0
+///     Angle of the motion of the no-slip point to the heading, straight on [rad].
+/// slip_length : float, default 0.0
+///     How much that angle grows with the curvature [m].
+/// acceleration : float, default 0.0
+///     Acceleration [m/s^2].
+///
+/// Examples
+/// --------
+/// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+/// >>> car = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
+/// >>> estimate = popsteer.Pop(path, car).estimate
+/// >>> estimate.dead_time, estimate.steer_offset, estimate.gain
+/// (0.2, 0.01, 1.0)
+#[pyclass(frozen, eq, name = "Estimate", module = "popsteer")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PyEstimate {
+    gain: f64,
+    steer_offset: f64,
+    dead_time: f64,
+    slip: f64,
+    slip_length: f64,
+    acceleration: f64,
+}
+
+impl PyEstimate {
+    /// What is known of `vehicle` by an estimate of the core.
+    pub(crate) fn of(vehicle: &Vehicle, estimate: vehicle::Estimate) -> Self {
+        Self {
+            gain: estimate.gain,
+            steer_offset: vehicle.steer_offset + estimate.steer_offset,
+            dead_time: vehicle.dead_time + estimate.longer_dead_time,
+            slip: estimate.slip,
+            slip_length: estimate.slip_length,
+            acceleration: estimate.acceleration,
+        }
+    }
+}
+
+#[pymethods]
+impl PyEstimate {
+    #[new]
+    #[pyo3(signature = (
+        *, gain=1.0, steer_offset=0.0, dead_time=0.0, slip=0.0, slip_length=0.0, acceleration=0.0
+    ))]
+    fn new(
+        gain: f64,
+        steer_offset: f64,
+        dead_time: f64,
+        slip: f64,
+        slip_length: f64,
+        acceleration: f64,
+    ) -> Self {
+        Self {
+            gain,
+            steer_offset,
+            dead_time,
+            slip,
+            slip_length,
+            acceleration,
+        }
+    }
+
+    /// How many times more the vehicle turns than it was told.
+    #[getter]
+    fn gain(&self) -> f64 {
+        self.gain
+    }
+
+    /// Angle of the wheels at the command 0 [rad].
+    #[getter]
+    fn steer_offset(&self) -> f64 {
+        self.steer_offset
+    }
+
+    /// Time from a command to its first effect on the wheels [s].
+    #[getter]
+    fn dead_time(&self) -> f64 {
+        self.dead_time
+    }
+
+    /// Angle of the motion of the no-slip point to the heading, straight on [rad].
+    #[getter]
+    fn slip(&self) -> f64 {
+        self.slip
+    }
+
+    /// How much that angle grows with the curvature [m].
+    #[getter]
+    fn slip_length(&self) -> f64 {
+        self.slip_length
+    }
+
+    /// Acceleration [m/s^2].
+    #[getter]
+    fn acceleration(&self) -> f64 {
+        self.acceleration
+    }
+
+    /// The fields by name, as a new ``dict``.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let fields = PyDict::new(py);
+        fields.set_item("gain", self.gain)?;
+        fields.set_item("steer_offset", self.steer_offset)?;
+        fields.set_item("dead_time", self.dead_time)?;
+        fields.set_item("slip", self.slip)?;
+        fields.set_item("slip_length", self.slip_length)?;
+        fields.set_item("acceleration", self.acceleration)?;
+        Ok(fields)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        repr("Estimate", &self.as_dict(py)?)
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        Ok((PyTuple::empty(py), self.as_dict(py)?))
+    }
+}

@@ -1,0 +1,189 @@
+"""Where a command is to write: refused before anything is driven, written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from popsteer import study
+from popsteer.bench import latency
+from tests.cli import command
+
+# Each command that writes, up to the place to write to.
+FOLDERS = {
+    "compare": ("compare", "--controllers", "pop", "--track", "straight", "--out"),
+    "simulate": ("simulate", "--track", "straight", "--out"),
+    "matrix": ("matrix", "--laws", "pop", "--tracks", "straight", "--out"),
+    "stability": ("stability", "--speeds", "5", "--figures"),
+    "export-all": ("tracks", "export-all"),
+}
+FILES = {
+    "stability": ("stability", "--speeds", "5", "--json"),
+    "edges-csv": ("edges", "--laws", "pop", "--tracks", "touching", "--csv"),
+    "edges-json": ("edges", "--laws", "pop", "--tracks", "touching", "--json"),
+    "dead-time-csv": ("dead-time", "--laws", "pop", "--track", "straight", "--csv"),
+    "dead-time-json": ("dead-time", "--laws", "pop", "--track", "straight", "--json"),
+    "bench": ("bench", "--json"),
+    "export": ("tracks", "export", "circle"),
+}
+each_folder = pytest.mark.parametrize("arguments", FOLDERS.values(), ids=FOLDERS)
+each_file = pytest.mark.parametrize("arguments", FILES.values(), ids=FILES)
+each = pytest.mark.parametrize(
+    "arguments",
+    [*FOLDERS.values(), *FILES.values()],
+    ids=[*(f"{name}-folder" for name in FOLDERS), *(f"{name}-file" for name in FILES)],
+)
+
+
+@pytest.fixture
+def _parked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fails the test where something is driven, computed or measured."""
+
+    def refuse(*_: object, **__: object) -> NoReturn:
+        pytest.fail("the work was done before the output was refused")
+
+    for name in ("compare", "matrix", "stability", "edges", "dead_times"):
+        monkeypatch.setattr(study, name, refuse)
+    monkeypatch.setattr(latency, "measure", refuse)
+
+
+def _refused(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], place: Path, reason: str
+) -> None:
+    outcome = command.call(capsys, *arguments, str(place))
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err.startswith(f"popsteer: {place}")
+    assert outcome.err.endswith(f": {reason}\n")
+    assert outcome.err.count("\n") == 1
+
+
+@pytest.mark.usefixtures("_parked")
+@each_folder
+def test_folder_that_is_a_file_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("mine", encoding="utf-8")
+    _refused(capsys, arguments, taken, "Not a directory")
+    assert list(tmp_path.iterdir()) == [taken]
+    assert taken.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.usefixtures("_parked")
+@each
+def test_output_below_a_file_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("mine", encoding="utf-8")
+    _refused(capsys, arguments, taken / "deeper", "Not a directory")
+    assert list(tmp_path.iterdir()) == [taken]
+    assert taken.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.usefixtures("_parked")
+@each_file
+def test_file_that_is_a_folder_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    _refused(capsys, arguments, tmp_path, "Is a directory")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("_parked")
+@pytest.mark.parametrize("below", ["", "deeper"])
+@each
+def test_output_to_a_loop_of_links_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...], below: str
+) -> None:
+    loop = tmp_path / "loop"
+    loop.symlink_to(loop)
+    _refused(capsys, arguments, loop / below, "Too many levels of symbolic links")
+    assert list(tmp_path.iterdir()) == [loop]
+
+
+@pytest.mark.usefixtures("_parked")
+@each
+def test_output_with_an_impossible_name_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    _refused(capsys, arguments, tmp_path / ("a" * 300), "File name too long")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("_parked")
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc here")
+@each
+def test_output_where_even_root_cannot_write_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...]
+) -> None:
+    outcome = command.call(capsys, *arguments, "/proc/popsteer")
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err.startswith("popsteer: /proc/popsteer: ")
+    assert outcome.err.count("\n") == 1
+
+
+@pytest.mark.usefixtures("_parked")
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+@each
+def test_output_without_permission_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    tmp_path.chmod(0o500)
+    try:
+        _refused(capsys, arguments, tmp_path / "out", "Permission denied")
+    finally:
+        tmp_path.chmod(0o700)
+
+
+@pytest.mark.usefixtures("_parked")
+@pytest.mark.parametrize(
+    ("name", "taken"),
+    [
+        ("compare", "runs/pop.csv"),
+        ("compare", "overview-dark.svg"),
+        ("simulate", "metrics.json"),
+        ("matrix", "matrix.json"),
+        ("stability", "preview-choice-dark.png"),
+        ("export-all", "straight.csv"),
+    ],
+)
+def test_folder_with_a_name_taken_by_a_folder_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str, taken: str
+) -> None:
+    (tmp_path / taken).mkdir(parents=True)
+    before = sorted(tmp_path.rglob("*"))
+    _refused(capsys, FOLDERS[name], tmp_path, "Is a directory")
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.usefixtures("_parked")
+def test_folder_whose_runs_are_a_file_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "runs").write_text("mine", encoding="utf-8")
+    _refused(capsys, FOLDERS["compare"], tmp_path, "Not a directory")
+    assert [file.name for file in tmp_path.iterdir()] == ["runs"]
+
+
+@pytest.mark.parametrize("name", ["compare", "matrix", "stability", "export-all"])
+def test_each_name_that_is_written_was_checked(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+) -> None:
+    checked: list[str] = []
+    monkeypatch.setattr(
+        f"popsteer.cli.{name.replace('export-all', 'tracks')}.check_folder",
+        lambda folder, names: checked.extend(names),
+    )
+    out = tmp_path / "out"
+    outcome = command.call(capsys, *FOLDERS[name], str(out))
+    assert outcome.status == 0
+    written = {file.relative_to(out).as_posix() for file in out.rglob("*") if file.is_file()}
+    # Which figures of stability there are depends on the laws; this time all.
+    assert written == set(checked)
