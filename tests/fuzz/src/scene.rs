@@ -206,7 +206,7 @@ pub fn adapt(bytes: &mut Bytes) -> AdaptParams {
     AdaptParams {
         turn_time: bytes.parameter(10.0, [0.0, 20.0], [0.0, 1e6]),
         slip_time: bytes.parameter(5.0, [0.0, 20.0], [0.0, 1e6]),
-        min_speed: bytes.optional([0.5, 8.0], [1e-3, 1e3]),
+        min_speed: bytes.optional([0.5, 8.0], [0.0, 1e3]),
     }
 }
 

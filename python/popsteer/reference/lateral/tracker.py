@@ -28,7 +28,13 @@ from popsteer.reference.path.relocalise import relocalise
 from popsteer.reference.path.view import MAX_COORDINATE, Point
 from popsteer.reference.vehicle import Vehicle
 from popsteer.reference.vehicle.delay import Commands, InFlight
-from popsteer.reference.vehicle.estimator import AdaptParams, Corrections, Estimate, Estimator
+from popsteer.reference.vehicle.estimator import (
+    MAX_STEER_OFFSET,
+    AdaptParams,
+    Corrections,
+    Estimate,
+    Estimator,
+)
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
 from popsteer.status import Status
 
@@ -335,6 +341,9 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         if self._vehicle.dead_time > 0.0:
             here = self._follow.locate(self._path, self._state.measured_waypoint, vehicle, dt)
             self._state = replace(self._state, measured_waypoint=here.foot.segment)
+        else:
+            # One that a state of another vehicle brought along may be none of this path.
+            self._state = replace(self._state, measured_waypoint=None)
         if self._adapt is not None:
             estimator = self._observe_slip(self._adapt, here, vehicle, dt)
             self._state = _with_estimator(self._state, estimator)
@@ -510,7 +519,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         # No offset and no time left is no hand-over; NaN is one, and refused.
         if _hands_over(state):
             if offset is not None:
-                offset = check_steer("handover_offset", offset, 2.0 * car.max_steer)
+                widest = 2.0 * car.max_steer + (abs(car.steer_offset) + MAX_STEER_OFFSET)
+                offset = check_steer("handover_offset", offset, widest)
             left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
         else:
             left = 0.0

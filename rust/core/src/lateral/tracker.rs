@@ -953,7 +953,7 @@ mod tests {
             restored.estimator.estimate.gain = 2.0;
             restored.measured_waypoint = Some(0);
             assert_eq!(tracker.check_state(&path.view(), &restored), Ok(()));
-            let mut step = |state| tracker.steer(&path.view(), state, beside(), 0.05);
+            let step = |state| tracker.steer(&path.view(), state, beside(), 0.05);
             assert_eq!(step(&mut restored), step(&mut state));
             assert_eq!(restored.measured_waypoint, None);
         }

@@ -160,7 +160,7 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
 /// vehicle turns round.
 fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> usize {
     let sign = if at.reverse { -1.0 } else { 1.0 };
-    let behind = sign * follow.rear_axle - follow.reference_offset;
+    let behind = sign * (follow.rear_axle - follow.base) - follow.reference_offset;
     let near = behind.max(0.0) + 4.0 * follow.arrival_distance;
     let mut last = at.foot.segment;
     let mut rest = (1.0 - at.foot.fraction) * length(view, last);
