@@ -1,13 +1,4 @@
-<<<<<<< HEAD
-"""The chain from command to motion in plain Python, apart from the library's plants and equations.
-
-wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ± max_steer_rate)
-|wheel| <= max_steer
-yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed²)
-"""
-=======
 """A bicycle with lag and dead time, apart from the library's own plants and equations."""
->>>>>>> vehicle
 
 from __future__ import annotations
 
@@ -34,34 +25,9 @@ _ASTRAY = 0.3  # an angle that no stable loop comes to from the start below [rad
 class Car(NamedTuple):
     """A kinematic bicycle about the middle of its rear axle."""
 
-<<<<<<< HEAD
-    def __init__(
-        self,
-        car: popsteer.Vehicle,
-        pose: tuple[float, float, float],
-        speed: float,
-        dt: float,
-        substeps: int = 4,
-    ) -> None:
-        self.car, self.speed, self.dt, self.substeps = car, speed, dt, substeps
-        self.no_slip = car.rear_axle if car.no_slip_point is None else car.no_slip_point
-        x, y, self.yaw = pose
-        self.x, self.y = (
-            x + self.no_slip * math.cos(self.yaw),
-            y + self.no_slip * math.sin(self.yaw),
-        )
-        self.wheel = max(-car.max_steer, min(car.steer_offset, car.max_steer))
-        self.yaw_rate = 0.0
-        # How many control periods a command is late, and how much longer in its last one.
-        self.whole = math.floor(car.dead_time / dt + 1e-9)
-        self.early = max(car.dead_time - self.whole * dt, 0.0)
-        # The wheels are commanded straight until the first command arrives.
-        self.commands = [0.0] * (self.whole + 1)
-=======
     wheelbase: float
     lag: float
     dead_time: float
->>>>>>> vehicle
 
     @classmethod
     def of(cls, vehicle: popsteer.Vehicle) -> Car:
@@ -136,19 +102,8 @@ class Told(NamedTuple):
 def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05) -> bool:
     """Whether a small disturbance is still growing after a while."""
     steps = math.ceil(duration / dt)
-<<<<<<< HEAD
-    known = unaware(car) if known is None else known
-    # The registry pairs each controller with its parameters; the type checker cannot see that.
-    controller = laws.get(name).controller(
-        straight_path(speed * duration + 100.0),
-        known,
-        params,  # type: ignore[arg-type]
-    )
-    _, angles = roll(controller, car, speed, (0.0, 0.02, 0.0), dt, steps)
-=======
     law = told.on(straight_path(speed * duration + 100.0))
     _, angles = roll(law, car, speed, (0.0, 0.02, 0.0), dt, steps)
->>>>>>> vehicle
     if np.abs(angles).max() > _ASTRAY:
         return True
     moves = np.abs(np.diff(angles))
@@ -186,17 +141,7 @@ def driven_preview_offset(told: Told, car: Car, radius: float, speed: float) -> 
     count = round(2.0 * math.pi * radius / 0.5)
     angle = np.arange(count) * (2.0 * math.pi / count)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
-<<<<<<< HEAD
-    return popsteer.Path(xy, closed=True)
-
-
-def driven_preview_offset(
-    controller: popsteer.PreviewPop, car: popsteer.Vehicle, radius: float, speed: float
-) -> float:
-    """Drive preview POP a lap of its `circle`; the offset that it keeps to the inside, at last."""
-=======
     law = told.on(popsteer.Path(xy, closed=True))
->>>>>>> vehicle
     steps = math.ceil(2.0 * math.pi * radius / speed / 0.05)
     places, _ = roll(law, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
     turned = places[3 * steps // 4 :] - (0.0, radius)

@@ -48,20 +48,9 @@ def test_presets_of_the_paper_are_absolute_numbers(law: str) -> None:
     small = popsteer.Vehicle(wheelbase=0.3)
     for name in NAMES[1:]:
         params = presets.get(law, name)
-<<<<<<< HEAD
         assert params.resolved(small) == params
     default = presets.get(law, "default")
     assert default.resolved(small) != default.resolved(PAPER)
-=======
-        small = popsteer.Vehicle(wheelbase=0.3)
-        changed = {
-            field: value
-            for field, value in params.resolved(paper).as_dict().items()
-            if value != default[field]
-        }
-        for field, value in changed.items():
-            assert params.resolved(small).as_dict()[field] == value, field
->>>>>>> vehicle
 
 
 def test_vehicle_of_each_plant_is_the_one_that_is_named_so() -> None:
