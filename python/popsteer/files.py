@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-try:
+with suppress(ImportError):  # not on Windows, where nothing is locked and so nothing swept
     import fcntl
-except ImportError:  # not on Windows, where nothing is locked and so nothing swept
-    fcntl = None  # type: ignore[assignment]
+
+_LOCKS = "fcntl" in globals()
 
 __all__ = [
     "check_files",
@@ -272,7 +272,7 @@ def _sweep(folder: Path) -> None:
     it ends. The id of the process would tell less: it is used again by others, and means nothing
     in another container or on another host.
     """
-    if fcntl is None:
+    if not _LOCKS:
         return
     with suppress(OSError):
         for path in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
@@ -288,7 +288,7 @@ def _sweep(folder: Path) -> None:
 
 def _lock(descriptor: int) -> bool:
     """Lock a file for oneself; false where another has it."""
-    if fcntl is None:
+    if not _LOCKS:
         return True
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

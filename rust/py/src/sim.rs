@@ -321,11 +321,7 @@ impl PySimulation {
         let plant = this.plant_object(py)?;
         let settings = PySettings(*this.simulation.settings());
         let saved = this.simulation.save();
-        let records: Vec<f64> = saved
-            .records
-            .iter()
-            .flat_map(|record| record.numbers())
-            .collect();
+        let records: Vec<f64> = saved.records.iter().flat_map(Record::numbers).collect();
         let state = (
             PyArray1::from_vec(py, saved.numbers),
             saved.commands,
@@ -346,22 +342,7 @@ impl PySimulation {
     /// The simulation that `__reduce__` took apart. The plant goes on as it is.
     #[staticmethod]
     #[pyo3(name = "_restored")]
-    fn restored(
-        py: Python<'_>,
-        begin: (
-            Py<PyPath>,
-            Bound<'_, PyAny>,
-            (f64, f64, f64, f64),
-            f64,
-            Py<PySettings>,
-        ),
-        state: (
-            PyReadonlyArray1<'_, f64>,
-            Vec<(f64, f64)>,
-            PyReadonlyArray1<'_, f64>,
-            Option<String>,
-        ),
-    ) -> PyResult<Self> {
+    fn restored(py: Python<'_>, begin: Begin<'_>, state: SavedState<'_>) -> PyResult<Self> {
         let (path, plant, start, tracked_point, settings) = begin;
         let (plant, python_plant) = any_plant(&plant)?;
         let (x, y, yaw, speed) = start;
@@ -596,20 +577,18 @@ impl PySimulation {
         };
         let simulation = &mut self.simulation;
         let mut raised = None;
-        let outcome: Result<(), InputError> = match law_of(controller) {
-            Some((tracker, _)) => py.detach(|| {
+        let outcome: Result<(), InputError> = if let Some((tracker, _)) = law_of(controller) {
+            py.detach(|| {
                 simulation.track(*tracker.follow());
                 let mut driver = Controller::new(&tracker);
                 closed_loop::run(simulation, &mut driver, &drive, perception, go_on)
-            }),
-            None => {
-                let mut driver = PythonDriver::of(controller)?;
-                let outcome = py.detach(|| {
-                    closed_loop::run(simulation, &mut driver, &drive, perception, go_on)
-                });
-                raised = driver.take_fault();
-                outcome
-            }
+            })
+        } else {
+            let mut driver = PythonDriver::of(controller)?;
+            let outcome =
+                py.detach(|| closed_loop::run(simulation, &mut driver, &drive, perception, go_on));
+            raised = driver.take_fault();
+            outcome
         };
         if let Some(error) = raised {
             return Err(error);
@@ -722,6 +701,23 @@ const COLUMNS: &[Column] = &[
     ("target_x", |record| record.target.x),
     ("target_y", |record| record.target.y),
 ];
+
+/// Path, plant, start, tracked point and settings of a simulation that was taken apart.
+type Begin<'py> = (
+    Py<PyPath>,
+    Bound<'py, PyAny>,
+    (f64, f64, f64, f64),
+    f64,
+    Py<PySettings>,
+);
+
+/// Its numbers, its commands on their way, its records, and what kept the plant from going on.
+type SavedState<'py> = (
+    PyReadonlyArray1<'py, f64>,
+    Vec<(f64, f64)>,
+    PyReadonlyArray1<'py, f64>,
+    Option<String>,
+);
 
 /// A simulation at its start.
 fn begun(
