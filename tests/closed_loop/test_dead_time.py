@@ -104,7 +104,7 @@ def test_adapting_in_noise_costs_little(name: str) -> None:
 
 
 def test_dead_time_of_another_plant_is_added_to_its_own_vehicle() -> None:
-    car = Vehicle(wheelbase=2.7, rear_axle=-1.35, steer_lag=0.15, dead_time=0.3)
+    car = Vehicle(rear_axle=-1.35, steer_lag=0.15, dead_time=0.3, max_lateral_acceleration=None)
     (row,) = dead_times(
         track("slalom"), ["preview-pop"], plant=sim.KinematicBicycle(car), dead_time=0.15
     )

@@ -48,7 +48,7 @@ def test_linearised_controller_answers_small_errors_as_the_controller_does(
     weights = linearised(params, vehicle, speed, 0.05)
     rng = np.random.default_rng(7)
     make: Callable[..., laws.Controller] = laws.get(name).controller
-    adapt = AdaptParams(turn_time=0.0, slip_time=slip_time, min_speed=0.0)
+    adapt = AdaptParams(turn_time=0.0, slip_time=slip_time, min_speed=1e-3)
     law = make(PATH, vehicle, params, adapt=adapt)
     # PID's first step has no derivative, and nothing is estimated from it.
     offsets = np.concatenate(([0.0], rng.uniform(-SMALL, SMALL, 8)))
@@ -90,7 +90,7 @@ def test_loop_of_a_controller_that_predicts_answers_as_the_controller_does(
     if name == "pop":
         params = params.replace(candidate_count=100_001)
     make: Callable[..., laws.Controller] = laws.get(name).controller
-    adapt = AdaptParams(turn_time=0.0, slip_time=0.3, min_speed=0.0)
+    adapt = AdaptParams(turn_time=0.0, slip_time=0.3, min_speed=1e-3)
     law = make(PATH, vehicle, params, adapt=adapt)
     speed, dt, period, steps = 8.0, 0.05, 40, 400
     loop = Loop(linearised(params, vehicle, speed, dt), vehicle, speed, dt, slip_time=0.3)
