@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 import popsteer
 from popsteer import ConfigError, InputError, Vehicle, laws, sim, vehicle_file, vehicles
+from tests.helpers import named
 
 # Of each field the range, the default, and whether it may be None.
 FIELDS: dict[str, tuple[tuple[float, float], float | None, bool]] = {
@@ -90,7 +91,7 @@ def test_vehicle_number_out_of_range_is_refused_by_name(field: str) -> None:
 @each_field
 @pytest.mark.parametrize("value", ["1.0", [1.0], 1j, object()])
 def test_vehicle_no_number_is_a_type_error(field: str, value: Any) -> None:
-    with pytest.raises(TypeError, match=field):
+    with pytest.raises(TypeError, match=named(field)):
         Vehicle(**{field: value})
 
 
@@ -100,7 +101,7 @@ def test_vehicle_none_is_taken_where_it_means_something(field: str) -> None:
     if FIELDS[field][2]:
         assert getattr(Vehicle(**none), field) is None
     else:
-        with pytest.raises(TypeError, match=field):
+        with pytest.raises(TypeError, match=named(field)):
             Vehicle(**none)
 
 
