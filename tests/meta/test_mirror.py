@@ -10,7 +10,7 @@ import pytest
 
 import popsteer
 from popsteer import _core, reference, sim
-from popsteer.reference.lateral.tracker import TrackerState
+from popsteer.reference.lateral.tracker_state import TrackerState
 from tests.helpers import ROOT
 from tests.parity.laws import ALL, LATERAL
 

@@ -21,7 +21,7 @@ import pytest
 
 import popsteer
 from popsteer import _core
-from popsteer.reference.lateral.tracker import TrackerState
+from popsteer.reference.lateral.tracker_state import TrackerState
 
 MODULES = ["popsteer", "popsteer.plants", "popsteer.reference", "popsteer.sim"]
 # What a module needs that neither popsteer nor its extra `test` brings.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::tracker::Answer;
+use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::{Handover, TrackerState};
 use popsteer_core::vehicle::Estimator;
 use popsteer_core::vehicle::state::checked_dt;

@@ -17,7 +17,8 @@ from popsteer.reference.lateral import (
     resolved,
 )
 from popsteer.reference.lateral.cost_to_go import CostToGo, Travel
-from popsteer.reference.lateral.tracker import Tracker, TrackerState
+from popsteer.reference.lateral.tracker import Tracker
+from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, atan, decay, saturate, tan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.bicycle import steps
