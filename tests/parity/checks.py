@@ -158,7 +158,7 @@ _SUMS = ("turn_offset", "turn_measured", "offset_measured")
 BAD_TAILS: list[dict[str, Any]] = [
     *({"measured_waypoint": waypoint} for waypoint in (30, 31, 10**6, -1)),
     *_beyond("steer", -1.22, 1.22),
-    *({**fields, "handover_left": 0.5} for fields in _beyond("handover_offset", -2.44, 2.44)),
+    *({**fields, "handover_left": 0.5} for fields in _beyond("handover_offset", -2.59, 2.59)),
     *_beyond("handover_left", 0.0, 1.0),
     *_spoilt("seen", (0.0, 0.0, 0.0, 1.0), (2e9, 2e9, 1e6, 1e4)),
     *(
