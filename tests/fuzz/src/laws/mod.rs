@@ -8,8 +8,9 @@ use crate::bytes::Bytes;
 use crate::scene::{Waypoints, adapt, car, dt, estimator, symmetric, vehicle};
 use crate::subject::{Subject, waypoint};
 use popsteer_core::error::Requirement;
+use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::command::Level;
-use popsteer_core::lateral::tracker::{Answer, HANDOVER_TIME};
+use popsteer_core::lateral::tracker::HANDOVER_TIME;
 use popsteer_core::lateral::{
     BangBang, Handover, Pid, Pop, PreviewPop, PurePursuit, Seen, Stanley, TrackerState,
 };
