@@ -50,7 +50,8 @@ class PreviewPopParams:
         a wheelbase. More: the path is joined more gently, and offsets take longer to vanish.
     steer_rate_cost : float or None
         How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
-        [m s/rad]; None is a tenth of the wheelbase. More: calmer wheels, less noise passed on,
+        [m s/rad]; None is a twelfth of the wheelbase, and more
+        for wheels slower than 0.5 rad/s. More: calmer wheels, less noise passed on,
         wider bends where the model is wrong.
     approach_angle : float
         Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
@@ -111,17 +112,19 @@ class PreviewPopParams:
         >>> from popsteer.reference import Vehicle
         >>> params = PreviewPopParams().resolved(Vehicle())
         >>> params.heading_cost, params.steer_rate_cost, params.min_speed, params.smoothing_length
-        (3.0, 0.3, 5.0, 2.0)
+        (3.0, 0.25, 5.0, 2.0)
         """
         wheelbase = vehicle.wheelbase
         rate = vehicle.max_steer_rate
+        # Wheels slower than 0.5 rad/s want calmer moves.
+        slow = 1.0 if rate is None or rate >= 0.5 else 0.5 / rate
         return replace(
             self,
             steer_span_rate=or_scaled(
                 self.steer_span_rate, 60.0 * (PI / 180.0) if rate is None else rate
             ),
             heading_cost=or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 10.0),
+            steer_rate_cost=or_scaled(self.steer_rate_cost, slow * (wheelbase / 12.0)),
             min_speed=or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
             smoothing_length=or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
             search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),

@@ -27,7 +27,7 @@ pub struct PreviewPopParams {
     /// vanish.
     pub heading_cost: Option<f64>,
     /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad];
-    /// a tenth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
+    /// a twelfth of the wheelbase by default, and more for wheels slower than 0.5 rad/s. More: calmer wheels, less noise passed on, wider
     /// bends where the model is wrong.
     pub steer_rate_cost: Option<f64>,
     /// Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
@@ -66,10 +66,12 @@ impl PreviewPopParams {
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         let wheelbase = vehicle.wheelbase;
         let rate = vehicle.max_steer_rate.unwrap_or(60.0 * (PI / 180.0));
+        // Wheels slower than 0.5 rad/s want calmer moves.
+        let slow = if rate < 0.5 { 0.5 / rate } else { 1.0 };
         Self {
             steer_span_rate: or_scaled(self.steer_span_rate, rate),
             heading_cost: or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 10.0),
+            steer_rate_cost: or_scaled(self.steer_rate_cost, slow * (wheelbase / 12.0)),
             min_speed: or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
             smoothing_length: or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
             search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
