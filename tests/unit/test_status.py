@@ -350,7 +350,7 @@ def test_simulation_used_while_it_drives_says_so() -> None:
             simulation.step(0.0)
         said.append(str(caught.value))
 
-    settings = Settings(dt=0.0001)  # long enough to be looked at
+    settings = Settings(dt=2e-5, keep_records=False)  # long enough to be looked at
     simulation = Simulation(path, start=(3.0, 0.0, 0.0), settings=settings)
     simulation.drive(popsteer.Pop(path), progress=look)
     assert said

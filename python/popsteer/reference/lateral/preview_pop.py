@@ -22,6 +22,7 @@ from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, atan, decay, saturate, tan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.bicycle import steps
+from popsteer.status import Status
 
 if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
@@ -208,16 +209,16 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
 
     def decide(self, at: Located, belief: Belief) -> Decision:
         """Decide the angle for a located vehicle."""
-        wanted = self._choose(at.turn(self.state.previous_steer), at, belief)
+        wanted, held = self._choose(at.turn(self.state.previous_steer), at, belief)
         steer, status = limit_steer(self.vehicle, wanted)
         self._state = replace(self.state, previous_steer=at.turn(steer))
-        return Decision(steer, at.foot.point, status)
+        return Decision(steer, at.foot.point, status | held)
 
     def set_steer(self, state: PreviewPopState, steer: float) -> tuple[PreviewPopState, bool]:
         """Take note of the angle; the next neighbourhood is its own."""
         return replace(state, previous_steer=steer), True
 
-    def _choose(self, previous_steer: float, at: Located, belief: Belief) -> float:
+    def _choose(self, previous_steer: float, at: Located, belief: Belief) -> tuple[float, Status]:
         """Find the best angle of the neighbourhood; both angles are of the mirrored vehicle."""
         params, vehicle, estimate, foot = self.params, self.vehicle, belief.estimate, at.foot
         speed = at.vehicle.forward_speed()
@@ -259,7 +260,12 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         span = self._steer_span_rate * at.dt
         if speed < self._min_speed:
             span *= speed / self._min_speed
-        return saturate(atan(wanted * length), previous_steer - span, previous_steer + span)
+        wanted = atan(wanted * length)
+        steer = saturate(wanted, previous_steer - span, previous_steer + span)
+        # The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        slow = self.vehicle.max_steer_rate
+        held = slow is not None and slow <= self._steer_span_rate and steer != wanted
+        return steer, Status.SATURATED if held else Status.OK
 
     def check_law_state(self, state: PreviewPopState) -> PreviewPopState:
         """Return `state`, where what is remembered in it is what this law could remember."""

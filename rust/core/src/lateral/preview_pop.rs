@@ -2,7 +2,7 @@
 
 use super::cost_to_go::{CostToGo, Travel};
 use super::{
-    Belief, Decision, LateralLaw, LateralState, Tracked, check_steer, or_scaled, resolved,
+    Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
 };
 use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
@@ -150,7 +150,8 @@ impl PreviewPop {
         })
     }
 
-    /// The best angle of the neighbourhood of `previous_steer`; both of the mirrored vehicle.
+    /// The best angle of the neighbourhood of `previous_steer`, both of the mirrored vehicle, and
+    /// whether the rate of the wheels holds it back.
     #[inline]
     fn choose(
         &self,
@@ -158,7 +159,7 @@ impl PreviewPop {
         previous_steer: f64,
         at: &Located,
         belief: &Belief,
-    ) -> f64 {
+    ) -> (f64, Status) {
         let (vehicle, estimate, foot) = (&self.vehicle, &belief.estimate, &at.foot);
         let speed = at.vehicle.forward_speed();
         let (count, period) = steps(self.horizon, at.dt);
@@ -208,11 +209,13 @@ impl PreviewPop {
         if speed < self.min_speed {
             span *= speed / self.min_speed;
         }
-        saturate(
-            atan(wanted * length),
-            previous_steer - span,
-            previous_steer + span,
-        )
+        let wanted = atan(wanted * length);
+        let steer = saturate(wanted, previous_steer - span, previous_steer + span);
+        // The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        let slow = self.vehicle.max_steer_rate;
+        let held = slow.is_some_and(|rate| rate <= self.steer_span_rate)
+            && steer.total_cmp(&wanted).is_ne();
+        (steer, Status::SATURATED.when(held))
     }
 }
 
@@ -251,13 +254,13 @@ impl LateralLaw for PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> Decision {
-        let wanted = self.choose(path, at.turn(state.previous_steer), at, belief);
+        let (wanted, held) = self.choose(path, at.turn(state.previous_steer), at, belief);
         let (steer, status) = self.vehicle.limit_steer(wanted);
         state.previous_steer = at.turn(steer);
         Decision {
             steer,
             target: at.foot.point,
-            status,
+            status: status | held,
         }
     }
 
