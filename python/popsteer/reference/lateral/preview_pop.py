@@ -118,7 +118,7 @@ class PreviewPopParams:
         wheelbase = vehicle.wheelbase
         rate = vehicle.max_steer_rate
         # Wheels slower than 0.5 rad/s want calmer moves.
-        slow = 1.0 if rate is None or rate >= 0.5 else 0.5 / rate
+        slow = 1.0 if rate is None else saturate(0.5 / rate, 1.0, 4.0)
         return replace(
             self,
             steer_span_rate=or_scaled(

@@ -67,7 +67,7 @@ impl PreviewPopParams {
         let wheelbase = vehicle.wheelbase;
         let rate = vehicle.max_steer_rate.unwrap_or(60.0 * (PI / 180.0));
         // Wheels slower than 0.5 rad/s want calmer moves.
-        let slow = if rate < 0.5 { 0.5 / rate } else { 1.0 };
+        let slow = saturate(0.5 / rate, 1.0, 4.0);
         Self {
             steer_span_rate: or_scaled(self.steer_span_rate, rate),
             heading_cost: or_scaled(self.heading_cost, wheelbase),
