@@ -264,7 +264,12 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         steer = saturate(wanted, previous_steer - span, previous_steer + span)
         # The neighbourhood holds back by choice, the vehicle by what its wheels do.
         slow = self.vehicle.max_steer_rate
-        held = slow is not None and slow <= self._steer_span_rate and steer != wanted
+        held = (
+            speed >= self._min_speed
+            and slow is not None
+            and slow <= self._steer_span_rate
+            and steer != wanted
+        )
         return steer, Status.SATURATED if held else Status.OK
 
     def check_law_state(self, state: PreviewPopState) -> PreviewPopState:

@@ -213,7 +213,8 @@ impl PreviewPop {
         let steer = saturate(wanted, previous_steer - span, previous_steer + span);
         // The neighbourhood holds back by choice, the vehicle by what its wheels do.
         let slow = self.vehicle.max_steer_rate;
-        let held = slow.is_some_and(|rate| rate <= self.steer_span_rate)
+        let held = speed >= self.min_speed
+            && slow.is_some_and(|rate| rate <= self.steer_span_rate)
             && steer.total_cmp(&wanted).is_ne();
         (steer, Status::SATURATED.when(held))
     }
