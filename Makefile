@@ -53,7 +53,7 @@ test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
 	cargo test --manifest-path tests/fuzz/Cargo.toml --target-dir target/fuzz --locked
 
 test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
-	$(PY) -m pytest
+	$(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 lint: $(VENV)/.dev ## check format, lints, types and stubs
 	cargo fmt --all --check
