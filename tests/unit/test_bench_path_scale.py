@@ -4,9 +4,9 @@ import json
 from typing import TYPE_CHECKING
 
 import pytest
-from benches import path_scale
 
 import popsteer
+from benches import path_scale
 
 if TYPE_CHECKING:
     from pathlib import Path
