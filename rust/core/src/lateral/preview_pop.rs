@@ -1,8 +1,9 @@
 //! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
 
-use super::cost_to_go::{CostToGo, Travel};
+use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
+use super::limited::{Horizon, Limits, Reached};
 use super::{
-    Belief, Decision, LateralLaw, LateralState, Tracked, check_steer, or_scaled, resolved,
+    Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
 };
 use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
@@ -105,7 +106,10 @@ pub struct PreviewPopState {
 pub struct PreviewPop {
     vehicle: Vehicle,
     follow: Follow,
+    /// The lesser of the neighbourhood's and the vehicle's.
     steer_span_rate: f64,
+    /// Whether that is the vehicle's.
+    rate_is_the_vehicles: bool,
     horizon: f64,
     heading_cost: f64,
     steer_rate_cost: f64,
@@ -126,8 +130,11 @@ impl PreviewPop {
         let within = |field, value: Option<f64>, low, high| {
             config_in_range(field, resolved(value), low, high)
         };
+        let span_rate = within("steer_span_rate", params.steer_span_rate, 1e-3, 1e6)?;
+        let rate = vehicle.max_steer_rate.unwrap_or(f64::INFINITY);
         Ok(Self {
-            steer_span_rate: within("steer_span_rate", params.steer_span_rate, 1e-3, 1e6)?,
+            steer_span_rate: if span_rate < rate { span_rate } else { rate },
+            rate_is_the_vehicles: rate <= span_rate,
             horizon: within("horizon", Some(params.horizon), 0.05, 100.0)?,
             heading_cost: within("heading_cost", params.heading_cost, 0.0, 1e3)?,
             steer_rate_cost: within("steer_rate_cost", params.steer_rate_cost, 1e-5, 1e3)?,
@@ -156,7 +163,7 @@ impl PreviewPop {
         previous_steer: f64,
         at: &Located,
         belief: &Belief,
-    ) -> f64 {
+    ) -> (f64, Status) {
         let (vehicle, estimate, foot) = (&self.vehicle, &belief.estimate, &at.foot);
         let speed = at.vehicle.forward_speed();
         let (count, period) = steps(self.horizon, at.dt);
@@ -182,34 +189,99 @@ impl PreviewPop {
         let smoothing = self.smoothing_length;
         let path_yaw = Preview::new(path, smoothing, foot.segment, arc_length, distance)
             .turns(arc_length, step, turns);
-        let drift = step * estimate.slip;
-        let stage = CostToGo::stage(self.heading_cost, offset);
-        let mut after = stage;
-        let mut cost = stage;
-        for &turn in turns.iter().rev() {
-            cost = after.before(&travel, turn, drift);
-            after = cost.before_best_move(move_cost, &stage);
-        }
+        let horizon = Horizon {
+            travel,
+            stage: CostToGo::stage(self.heading_cost, offset),
+            move_cost,
+            turns,
+            drift: step * estimate.slip,
+        };
+        let mut moves = [BestMove::default(); MAX_STEPS];
+        let cost = horizon.unlimited(&mut moves);
 
         // From afar the error counts only as far as it calls for the approach angle.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
         let most = self.approach_angle * cost.pc;
         let most = if most > 0.0 { most } else { 0.0 };
-        let pull = saturate(foot.cross_track_error() * cost.ec, -most, most);
+        let error = foot.cross_track_error();
+        let wanted_pull = error * cost.ec;
+        let pull = saturate(wanted_pull, -most, most);
         let driven = tan(at.turn(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
-        let told = tan(previous_steer) / length;
+        let tangent = tan(previous_steer);
+        let told = tangent / length;
         let slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c;
         // The lowest point of the parabola; a control period may be a part of the step.
-        let wanted = told - slope / (move_cost + cost.cc) * (at.dt / period);
+        let share = at.dt / period;
+        let wanted = told - slope / (move_cost + cost.cc) * share;
 
         let mut span = self.steer_span_rate * at.dt;
         if speed < self.min_speed {
             span *= speed / self.min_speed;
         }
-        saturate(
-            atan(wanted * length),
-            previous_steer - span,
-            previous_steer + span,
+        let (low, high) = (previous_steer - span, previous_steer + span);
+        let unlimited = atan(wanted * length);
+        let start = Predicted {
+            error: if wanted_pull.abs() > most {
+                pull / cost.ec
+            } else {
+                error
+            },
+            heading: heading_error,
+            driven,
+            commanded: told,
+        };
+        // The rate at the present angle: the curvature changes faster where the wheels stand wide.
+        let later = self.steer_span_rate * period * (1.0 + tangent * tangent) / length;
+        let (least, greatest) = self.curvatures(at, belief, length);
+        let limits = Limits {
+            first: (-later, later),
+            later,
+            low: least,
+            high: greatest,
+        };
+        if low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, &limits) {
+            return (unlimited, Status::OK);
+        }
+        // At rest the wheels stand.
+        if span <= 0.0 {
+            return (previous_steer, Status::OK);
+        }
+        let most = vehicle.max_steer;
+        let first = |angle: f64| (tan(saturate(angle, -most, most)) / length - told) / share;
+        let limits = Limits {
+            first: (first(low), first(high)),
+            ..limits
+        };
+        let plan = horizon.limited(start, &limits);
+        let angle = atan((told + (plan.curvature - told) * share) * length);
+        let status = Status::SATURATED.when(match plan.reached {
+            Reached::Nothing => false,
+            Reached::Rate => self.rate_is_the_vehicles,
+            Reached::Curvature => true,
+        });
+        (
+            saturate(angle, low, high),
+            status | Status::PLAN_CUT_SHORT.when(plan.cut_short),
+        )
+    }
+
+    /// The curvatures that the vehicle may be told: of the angles that a command can bring the
+    /// wheels to, and within its lateral acceleration.
+    #[inline]
+    fn curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
+        let vehicle = &self.vehicle;
+        let offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset);
+        let most = vehicle.max_steer;
+        let end = |angle: f64| tan(vehicle.at_wheels(angle)) / length;
+        let (low, high) = (end(offset - most), end(offset + most));
+        let Some(most) = vehicle.max_lateral_acceleration else {
+            return (low, high);
+        };
+        let speed = at.vehicle.speed;
+        let widest = most / (speed * speed);
+        (
+            saturate(low, -widest, widest),
+            saturate(high, -widest, widest),
         )
     }
 }
@@ -249,13 +321,13 @@ impl LateralLaw for PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> Decision {
-        let wanted = self.choose(path, at.turn(state.previous_steer), at, belief);
+        let (wanted, planned) = self.choose(path, at.turn(state.previous_steer), at, belief);
         let (steer, status) = self.vehicle.limit_steer(wanted);
         state.previous_steer = at.turn(steer);
         Decision {
             steer,
             target: at.foot.point,
-            status,
+            status: planned | status,
         }
     }
 
