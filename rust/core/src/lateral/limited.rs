@@ -11,16 +11,19 @@
 //! with the state `x_{k+1}` that [`Travel::after`] predicts from `x_k` and `c_{k+1}`. It is solved
 //! by an active set: the limits that are reached are held as given, the backward recursion gives
 //! the best of the other moves, and which limits are held is put right until nothing changes. A
-//! *pass* is one such recursion. The first passes change the whole set at once, as the moves cut
-//! to their limits show it; where that does not lower the cost, one limit at a time is added, and
-//! those that keep the cost up are released, as in the textbooks (Nocedal and Wright, *Numerical
-//! Optimization*, section 16.5).
+//! *pass* is one such recursion. Most passes change the whole set at once, as the moves cut to their
+//! limits show it; once that fails to lower the cost, one limit at a time is added,
+//! or those that keep the cost up are released, which lowers it at every pass (Nocedal and Wright,
+//! *Numerical Optimization*, section 16.5).
 
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use crate::vehicle::bicycle::MAX_STEPS;
 
 /// The most passes of a plan; after them the best plan so far is taken.
 pub const MAX_PASSES: usize = 40;
+
+/// Passes that may fail to lower the cost; after them limits are added one at a time.
+const TRIES: usize = 2;
 
 /// Shares of the largest move that are rounding: a limit that is exceeded by less is kept.
 const ROUNDING: f64 = 1e-10;
@@ -67,17 +70,68 @@ pub enum Reached {
     Curvature,
 }
 
-/// How a plan begins, and how it was found.
+/// The limits that a plan reaches, three bits a step: what the next plan starts from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReachedLimits(pub u64);
+
+impl ReachedLimits {
+    /// One step later.
+    pub fn later(self) -> Self {
+        Self(self.0 >> 3)
+    }
+
+    fn of(steps: &[Step]) -> Self {
+        let bits = steps.iter().rev().fold(0, |bits, step| {
+            let code = match (step.held.rate, step.held.curvature) {
+                (Side::Low, _) => 1,
+                (Side::High, _) => 2,
+                (_, Side::Low) => 3,
+                (_, Side::High) => 4,
+                _ => 0,
+            };
+            bits << 3 | code
+        });
+        Self(bits)
+    }
+
+    fn hold(self, steps: &mut [Step]) {
+        let mut bits = self.0;
+        for step in steps {
+            let none = Side::Neither;
+            let (rate, curvature) = match bits & 7 {
+                1 => (Side::Low, none),
+                2 => (Side::High, none),
+                3 => (none, Side::Low),
+                4 => (none, Side::High),
+                _ => (none, none),
+            };
+            step.held = Held { rate, curvature };
+            bits >>= 3;
+        }
+    }
+}
+
+/// A plan, and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Curvature that is commanded after the first move [1/m].
-    pub curvature: f64,
+    /// Curvature that is commanded after each move [1/m]; 0 beyond the horizon.
+    pub curvatures: [f64; MAX_STEPS],
     /// The limit that the first move reaches.
     pub reached: Reached,
+    /// The limits that the plan reaches.
+    pub limits: ReachedLimits,
     /// Backward recursions taken.
     pub passes: usize,
     /// Whether the passes ran out: the plan keeps the limits but is not the best.
     pub cut_short: bool,
+}
+
+impl Plan {
+    /// Curvature that is commanded after the first move [1/m].
+    pub fn first(&self) -> f64 {
+        let [first, ..] = self.curvatures;
+        first
+    }
 }
 
 impl Horizon<'_> {
@@ -115,13 +169,28 @@ impl Horizon<'_> {
     ///
     /// Where the commanded curvature lies beyond its limit and cannot be brought back by one move,
     /// the moves go back as fast as they may until it can.
+    ///
+    /// `guess` are the limits that the plan may reach; it decides nothing but the count of passes.
     #[inline(never)]
-    pub fn limited(&self, start: Predicted, limits: &Limits) -> Plan {
+    pub fn limited(&self, start: Predicted, limits: &Limits, guess: ReachedLimits) -> Plan {
+        self.limited_in(MAX_PASSES, start, limits, guess)
+    }
+
+    fn limited_in(
+        &self,
+        most_passes: usize,
+        start: Predicted,
+        limits: &Limits,
+        guess: ReachedLimits,
+    ) -> Plan {
         let mut steps = [Step::default(); MAX_STEPS];
         let steps = steps.get_mut(..self.turns.len()).unwrap_or_default();
+        guess.hold(steps);
         let scale = limits.begin(start.commanded, self.turns, steps);
+        let rounding = scale * ROUNDING;
         let mut best_cost = f64::INFINITY;
-        for pass in 1..=MAX_PASSES {
+        let mut tries = 0;
+        for pass in 1..=most_passes {
             self.recur(steps);
             let cost = self.roll_cut(start, steps);
             if steps.iter().all(|step| step.next_held == step.held) {
@@ -131,31 +200,29 @@ impl Horizon<'_> {
                 best_cost = cost;
                 for step in steps.iter_mut() {
                     step.best = step.next;
+                    step.best_held = step.next_held;
                     step.held = step.next_held;
                 }
                 continue;
             }
-            let right = self.roll_held(start, steps, scale * ROUNDING);
-            let cut = stop(start.commanded, steps, scale * ROUNDING);
-            if right && cut.is_none() {
+            if self.roll_held(start, steps, rounding) {
                 return plan(steps, |step| step.next, pass, false);
             }
-            let share = cut.as_ref().map_or(1.0, |cut| cut.share);
-            for step in steps.iter_mut() {
-                step.best += share * (step.next - step.best);
-            }
-            if let Some(cut) = cut {
-                if let Some(step) = steps.get_mut(cut.step) {
-                    step.held = cut.held;
-                }
-            } else {
+            tries += 1;
+            if tries <= TRIES {
                 for step in steps.iter_mut() {
                     step.held = step.next_held;
                 }
+            } else if tries == TRIES + 1 {
+                for step in steps.iter_mut() {
+                    step.held = step.best_held;
+                }
+            } else {
+                go_until_stopped(start.commanded, steps, rounding);
+                best_cost = self.cost_of_best(start, steps);
             }
-            best_cost = self.cost_of_best(start, steps);
         }
-        plan(steps, |step| step.best, MAX_PASSES, true)
+        plan(steps, |step| step.best, most_passes, true)
     }
 
     /// Backward: the best moves where some are held.
@@ -191,8 +258,9 @@ impl Horizon<'_> {
         cost
     }
 
-    /// Forward: the best moves where some are held, without a look at other limits. Whether all
-    /// limits that are held keep the cost down; those that keep it up are not in `next_held`.
+    /// Forward: the best moves where some are held. Whether they are the best of all: no other
+    /// limit is exceeded, and none that is held keeps the cost up. Where that is not so,
+    /// `next_held` has those and not these.
     fn roll_held(&self, start: Predicted, steps: &mut [Step], rounding: f64) -> bool {
         let mut state = start;
         // What it is worth to move the place where held moves have to land.
@@ -227,6 +295,7 @@ impl Horizon<'_> {
             if step.held.curvature.resists(landed, least) {
                 step.next_held.curvature = Side::Neither;
             }
+            step.hold_exceeded(before, rounding);
             right &= step.next_held == step.held;
             self.advance(&mut state, step.next, step.turn);
         }
@@ -329,6 +398,7 @@ struct Step {
     target: Option<f64>,
     /// Curvature commanded in the best plan so far.
     best: f64,
+    best_held: Held,
     /// Curvature commanded in the plan of this pass.
     next: f64,
     next_held: Held,
@@ -337,7 +407,10 @@ struct Step {
 impl Step {
     fn force(&mut self, side: Side) {
         self.forced = true;
-        self.held.rate = side;
+        self.held = Held {
+            rate: side,
+            curvature: Side::Neither,
+        };
         (self.low, self.high) = (f64::NEG_INFINITY, f64::INFINITY);
     }
 
@@ -354,6 +427,44 @@ impl Step {
             Side::Neither => None,
             Side::Low => Some(self.low),
             Side::High => Some(self.high),
+        }
+    }
+
+    /// Holds a limit that the next plan exceeds, and not one that it cannot be brought to.
+    fn hold_exceeded(&mut self, before: f64, rounding: f64) {
+        if self.forced {
+            return;
+        }
+        let beyond = |value: f64, low: f64, high: f64| {
+            if value > high + rounding {
+                Side::High
+            } else if value < low - rounding {
+                Side::Low
+            } else {
+                Side::Neither
+            }
+        };
+        if self.next_held.rate == Side::Neither {
+            self.next_held.rate = beyond(self.next - before, self.least, self.most);
+            if self.next_held.rate != Side::Neither {
+                return;
+            }
+        }
+        match self.held_curvature() {
+            None => {
+                let side = beyond(self.next, self.low, self.high);
+                if side != Side::Neither {
+                    // Less of the move keeps the curvature.
+                    self.next_held = Held {
+                        rate: Side::Neither,
+                        curvature: side,
+                    };
+                }
+            }
+            Some(held) if (self.next - held).abs() > rounding => {
+                self.next_held.curvature = Side::Neither;
+            }
+            Some(_) => {}
         }
     }
 
@@ -385,43 +496,43 @@ impl Step {
     }
 }
 
-/// Where the way from the best plan to the next one ends: at a limit that is not held yet.
-struct Cut {
-    share: f64,
-    step: usize,
-    held: Held,
+/// Goes from the best plan towards the next one, which costs less, until a limit stops it, and
+/// holds that one too; where none does, releases those that keep the cost up.
+fn go_until_stopped(start: f64, steps: &mut [Step], rounding: f64) {
+    let (share, stop) = first_stop(start, steps, rounding);
+    for (index, step) in steps.iter_mut().enumerate() {
+        step.best += share * (step.next - step.best);
+        match stop {
+            None => step.held = step.next_held,
+            Some((at, held)) if at == index => step.held = held,
+            Some(_) => {}
+        }
+        step.best_held = step.held;
+    }
 }
 
-/// The first limit on the way from the best plan to the next one; none if it keeps all.
-fn stop(start: f64, steps: &[Step], rounding: f64) -> Option<Cut> {
-    let mut first: Option<Cut> = None;
+/// The share of the way from the best plan to the next one that keeps all limits; the step that
+/// ends it, with what it is held at then.
+fn first_stop(start: f64, steps: &[Step], rounding: f64) -> (f64, Option<(usize, Held)>) {
+    let mut first = (1.0, None);
     let (mut best_before, mut next_before) = (start, start);
     for (index, step) in steps.iter().enumerate() {
         let Held { rate, curvature } = step.held;
         let moves = (step.best - best_before, step.next - next_before);
-        (best_before, next_before) = (step.best, step.next);
+        let curvatures = (step.best, step.next);
+        (best_before, next_before) = curvatures;
         if step.forced {
             continue;
         }
         let of_move = crossed(rate, moves, step.least, step.most, rounding);
-        let of_curvature = crossed(
-            curvature,
-            (step.best, step.next),
-            step.low,
-            step.high,
-            rounding,
-        );
-        let shares = [
+        let of_curvature = crossed(curvature, curvatures, step.low, step.high, rounding);
+        let stops = [
             of_move.map(|(share, rate)| (share, Held { rate, curvature })),
             of_curvature.map(|(share, curvature)| (share, Held { rate, curvature })),
         ];
-        for (share, held) in shares.into_iter().flatten() {
-            if first.as_ref().is_none_or(|cut| share < cut.share) {
-                first = Some(Cut {
-                    share,
-                    step: index,
-                    held,
-                });
+        for (share, held) in stops.into_iter().flatten() {
+            if share < first.0 {
+                first = (share, Some((index, held)));
             }
         }
     }
@@ -453,10 +564,58 @@ fn plan(steps: &[Step], of: impl Fn(&Step) -> f64, passes: usize, cut_short: boo
         (Side::Low | Side::High, _) => Reached::Rate,
         _ => Reached::Nothing,
     };
+    let mut curvatures = [0.0; MAX_STEPS];
+    for (curvature, step) in curvatures.iter_mut().zip(steps) {
+        *curvature = of(step);
+    }
     Plan {
-        curvature: of(&first),
+        curvatures,
         reached,
+        limits: ReachedLimits::of(steps),
         passes,
         cut_short,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_plan_cut_short_keeps_the_limits_and_says_so() {
+        let turns = [0.0; MAX_STEPS];
+        let horizon = Horizon {
+            travel: Travel::new(0.4, 1.2, 0.7, 0.0),
+            stage: CostToGo::stage(2.7, 0.0),
+            move_cost: 150.0,
+            turns: &turns,
+            drift: 0.0,
+        };
+        let start = Predicted {
+            error: 1.0,
+            heading: -0.2,
+            driven: 0.0,
+            commanded: 0.0,
+        };
+        let limits = Limits {
+            first: (-0.004, 0.004),
+            later: 0.004,
+            low: -0.03,
+            high: 0.02,
+        };
+        let guess = ReachedLimits::default();
+        let best = horizon.limited(start, &limits, guess);
+        assert!(!best.cut_short && best.passes > 1, "{best:?}");
+        let plan = horizon.limited_in(1, start, &limits, guess);
+        assert!(plan.cut_short && plan.passes == 1, "{plan:?}");
+        let mut before = 0.0;
+        for next in plan.curvatures {
+            assert!((next - before).abs() <= 0.004 * (1.0 + 1e-12));
+            assert!((-0.03..=0.02).contains(&next));
+            before = next;
+        }
+        // From the limits that the best plan reaches, nothing has to change.
+        let again = horizon.limited(start, &limits, best.limits);
+        assert_eq!((again.passes, again.curvatures), (1, best.curvatures));
     }
 }

@@ -1,7 +1,7 @@
 //! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
 
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
-use super::limited::{Horizon, Limits, Reached};
+use super::limited::{Horizon, Limits, Reached, ReachedLimits};
 use super::{
     Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
 };
@@ -91,6 +91,8 @@ impl Default for PreviewPopParams {
 pub struct PreviewPopState {
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
+    /// The limits that the last plan reaches.
+    pub limits: ReachedLimits,
 }
 
 /// Preview POP: of the angles in the neighbourhood of the last one, the angle with the least cost
@@ -161,6 +163,7 @@ impl PreviewPop {
         &self,
         path: &PathView<'_>,
         previous_steer: f64,
+        guess: &mut ReachedLimits,
         at: &Located,
         belief: &Belief,
     ) -> (f64, Status) {
@@ -240,6 +243,7 @@ impl PreviewPop {
             high: greatest,
         };
         if low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, &limits) {
+            *guess = ReachedLimits::default();
             return (unlimited, Status::OK);
         }
         // At rest the wheels stand.
@@ -252,8 +256,13 @@ impl PreviewPop {
             first: (first(low), first(high)),
             ..limits
         };
-        let plan = horizon.limited(start, &limits);
-        let angle = atan((told + (plan.curvature - told) * share) * length);
+        let plan = horizon.limited(start, &limits, *guess);
+        *guess = if share > 0.5 {
+            plan.limits.later()
+        } else {
+            plan.limits
+        };
+        let angle = atan((told + (plan.first() - told) * share) * length);
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
             Reached::Rate => self.rate_is_the_vehicles,
@@ -321,7 +330,13 @@ impl LateralLaw for PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> Decision {
-        let (wanted, planned) = self.choose(path, at.turn(state.previous_steer), at, belief);
+        let (wanted, planned) = self.choose(
+            path,
+            at.turn(state.previous_steer),
+            &mut state.limits,
+            at,
+            belief,
+        );
         let (steer, status) = self.vehicle.limit_steer(wanted);
         state.previous_steer = at.turn(steer);
         Decision {
