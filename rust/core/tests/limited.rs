@@ -1,4 +1,9 @@
 //! The plan within limits against the quadratic program that it solves, written out densely.
+#![expect(
+    clippy::print_stdout,
+    clippy::needless_range_loop,
+    reason = "figures are shown by --nocapture; matrices are read by their places"
+)]
 
 use popsteer_core::lateral::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use popsteer_core::lateral::limited::{Horizon, Limits, MAX_PASSES, Plan, Reached, ReachedLimits};
@@ -25,6 +30,9 @@ impl Random {
     }
 }
 
+/// Least and greatest.
+type Ends = (f64, f64);
+
 /// An instance, and its matrices: the cost is `u' h u + 2 g' u` of the moves `u`.
 struct Instance {
     travel: Travel,
@@ -34,6 +42,8 @@ struct Instance {
     drift: f64,
     start: Predicted,
     limits: Limits,
+    /// Of the vehicle: what makes an angle of a curvature [m].
+    length: f64,
 }
 
 impl Instance {
@@ -96,6 +106,7 @@ impl Instance {
                 low,
                 high,
             },
+            length,
         }
     }
 
@@ -163,7 +174,7 @@ impl Instance {
 
     /// Ends of the moves and of the curvatures, with the stated relaxation: where the start lies
     /// beyond its limits, the moves go back as fast as they may.
-    fn ends(&self) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
+    fn ends(&self) -> (Vec<Ends>, Vec<Ends>) {
         let limits = &self.limits;
         let (mut least, mut most) = (self.start.commanded, self.start.commanded);
         let (mut moves, mut curvatures) = (Vec::new(), Vec::new());
@@ -213,7 +224,7 @@ impl Instance {
             let gradient = h[k].iter().zip(&u).map(|(h, u)| h * u).sum::<f64>() + g[k];
             let (moved, curvature) = (u[k], plan.curvatures[k]);
             let at = |value: f64, end: f64| (value - end).abs() < 1e-9 * scale;
-            let beyond = |value: f64, (least, most): (f64, f64)| (least - value).max(value - most);
+            let beyond = |value: f64, (least, most): Ends| (least - value).max(value - most);
             worst = worst.max(beyond(moved, moves[k]) / scale);
             worst = worst.max(beyond(curvature, curvatures[k]) / scale);
             if at(curvature, curvatures[k].1) {
@@ -267,7 +278,7 @@ impl Instance {
         let mut multipliers = vec![1.0; rows.len()];
         for _ in 0..120 {
             let mean = dot(&slacks, &multipliers) / f64::from(u32::try_from(rows.len()).unwrap());
-            if mean < 1e-17 {
+            if mean < 1e-16 {
                 break;
             }
             let mut matrix: Vec<Vec<f64>> = (0..count)
@@ -288,6 +299,9 @@ impl Instance {
                 }
             }
             let step = solve(matrix);
+            if step.iter().any(|step| !step.is_finite()) {
+                break;
+            }
             let mut share: f64 = 1.0;
             let mut changes = Vec::new();
             for ((row, b), (s, m)) in rows.iter().zip(slacks.iter().zip(&multipliers)) {
@@ -363,6 +377,7 @@ fn test_plan_meets_the_conditions_of_optimality_on_20000_random_instances() {
         );
         guessed = plan.limits;
     }
+    assert!(cut_short < 8, "{cut_short}");
     println!("residual {worst:e}, cut short {cut_short}, passes {passes:?}");
 }
 
@@ -378,11 +393,10 @@ fn test_first_move_is_that_of_interior_points_on_1000_random_instances() {
             .limited(instance.start, &instance.limits, none);
         let best = instance.by_interior_points();
         let error = (plan.first() - instance.start.commanded - best[0]).abs();
-        // A curvature times the wheelbase, 6 m at most, is an angle.
-        assert!(6.0 * error < 1e-6, "{n}: {error} {plan:?}");
-        worst = worst.max(error);
+        assert!(instance.length * error < 1e-6, "{n}: {error} {plan:?}");
+        worst = worst.max(instance.length * error);
     }
-    println!("first move {worst:e}");
+    println!("first move within {worst:e} rad");
 }
 
 #[test]

@@ -218,8 +218,7 @@ impl Horizon<'_> {
                     step.held = step.best_held;
                 }
             } else {
-                go_until_stopped(start.commanded, steps, rounding);
-                best_cost = self.cost_of_best(start, steps);
+                best_cost = self.go_on(start, steps, rounding);
             }
         }
         plan(steps, |step| step.best, most_passes, true)
@@ -252,7 +251,7 @@ impl Horizon<'_> {
         let mut cost = 0.0;
         for step in steps {
             let wanted = step.policy.commanded(&state);
-            step.cut(state.commanded, wanted);
+            (step.next, step.next_held) = step.cut(state.commanded, wanted);
             cost += self.advance(&mut state, step.next, step.turn);
         }
         cost
@@ -302,12 +301,66 @@ impl Horizon<'_> {
         right
     }
 
-    /// The cost of the best plan so far.
-    fn cost_of_best(&self, start: Predicted, steps: &[Step]) -> f64 {
+    /// Goes from the best plan towards the next one, which costs less without the limits: until a
+    /// limit stops it, or farther, with the moves cut to their limits, where that costs less. The
+    /// cost of the best plan then.
+    fn go_on(&self, start: Predicted, steps: &mut [Step], rounding: f64) -> f64 {
+        let (share, stop) = first_stop(start.commanded, steps, rounding);
+        let mut best = (share, self.cost_along(start, steps, share, false));
+        if stop.is_some() {
+            let mut farther = 1.0;
+            while farther > share && farther > 1e-3 {
+                let cost = self.cost_along(start, steps, farther, true);
+                if cost < best.1 {
+                    best = (farther, cost);
+                }
+                farther *= 0.25;
+            }
+        }
+        if best.0 > share {
+            self.cost_along(start, steps, best.0, true);
+        } else {
+            self.cost_along(start, steps, share, false);
+            for (index, step) in steps.iter_mut().enumerate() {
+                step.trial_held = match stop {
+                    None => step.next_held,
+                    Some((at, held)) if at == index => held,
+                    Some(_) => step.held,
+                };
+            }
+        }
+        for step in steps {
+            step.best = step.trial;
+            step.held = step.trial_held;
+            step.best_held = step.held;
+        }
+        best.1
+    }
+
+    /// The cost of a plan a `share` of the way from the best one to the next, cut to its limits
+    /// where that is asked for; the plan is `trial`.
+    fn cost_along(&self, start: Predicted, steps: &mut [Step], share: f64, cut: bool) -> f64 {
         let mut state = start;
         let mut cost = 0.0;
         for step in steps {
-            cost += self.advance(&mut state, step.best, step.turn);
+            let before = state.commanded;
+            let between = step.best + share * (step.next - step.best);
+            step.trial = between;
+            if cut {
+                let wanted = step.held_move().map_or(between, |moved| before + moved);
+                (step.trial, step.trial_held) = step.cut(before, wanted);
+                if step.trial_held == Held::default() {
+                    // Neither limit is exceeded, so what was held still is where it is reached.
+                    step.trial_held.rate = step.held.rate;
+                    if step
+                        .held_curvature()
+                        .is_some_and(|end| (end - step.trial).abs() <= 0.0)
+                    {
+                        step.trial_held.curvature = step.held.curvature;
+                    }
+                }
+            }
+            cost += self.advance(&mut state, step.trial, step.turn);
         }
         cost
     }
@@ -402,6 +455,9 @@ struct Step {
     /// Curvature commanded in the plan of this pass.
     next: f64,
     next_held: Held,
+    /// Curvature commanded in a plan between the two.
+    trial: f64,
+    trial_held: Held,
 }
 
 impl Step {
@@ -468,46 +524,34 @@ impl Step {
         }
     }
 
-    /// Takes the curvature `wanted` after `before`, or the limit that it exceeds.
-    fn cut(&mut self, before: f64, wanted: f64) {
+    /// The curvature `wanted` after `before`, or the limit that it exceeds, and which.
+    fn cut(&self, before: f64, wanted: f64) -> (f64, Held) {
         if let (true, Some(moved)) = (self.forced, self.held_move()) {
-            self.next = before + moved;
-            self.next_held = self.held;
-            return;
+            return (before + moved, self.held);
         }
-        let none = Side::Neither;
-        let (mut low, mut at_low) = (before + self.least, (Side::Low, none));
+        let at_rate = |rate| Held {
+            rate,
+            ..Held::default()
+        };
+        let at_curvature = |curvature| Held {
+            curvature,
+            ..Held::default()
+        };
+        let (mut low, mut at_low) = (before + self.least, at_rate(Side::Low));
         if low < self.low {
-            (low, at_low) = (self.low, (none, Side::Low));
+            (low, at_low) = (self.low, at_curvature(Side::Low));
         }
-        let (mut high, mut at_high) = (before + self.most, (Side::High, none));
+        let (mut high, mut at_high) = (before + self.most, at_rate(Side::High));
         if high > self.high {
-            (high, at_high) = (self.high, (none, Side::High));
+            (high, at_high) = (self.high, at_curvature(Side::High));
         }
-        let (next, (rate, curvature)) = if wanted > high {
+        if wanted > high {
             (high, at_high)
         } else if wanted < low {
             (low, at_low)
         } else {
-            (wanted, (none, none))
-        };
-        self.next = next;
-        self.next_held = Held { rate, curvature };
-    }
-}
-
-/// Goes from the best plan towards the next one, which costs less, until a limit stops it, and
-/// holds that one too; where none does, releases those that keep the cost up.
-fn go_until_stopped(start: f64, steps: &mut [Step], rounding: f64) {
-    let (share, stop) = first_stop(start, steps, rounding);
-    for (index, step) in steps.iter_mut().enumerate() {
-        step.best += share * (step.next - step.best);
-        match stop {
-            None => step.held = step.next_held,
-            Some((at, held)) if at == index => step.held = held,
-            Some(_) => {}
+            (wanted, Held::default())
         }
-        step.best_held = step.held;
     }
 }
 

@@ -91,8 +91,9 @@ impl Default for PreviewPopParams {
 pub struct PreviewPopState {
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
-    /// The limits that the last plan reaches.
-    pub limits: ReachedLimits,
+    /// The limits that the last plan reaches, three bits a step: what the next plan is sought from,
+    /// which makes it quicker to find and no other.
+    pub reached_limits: u64,
 }
 
 /// Preview POP: of the angles in the neighbourhood of the last one, the angle with the least cost
@@ -101,9 +102,10 @@ pub struct PreviewPopState {
 /// The cost of a step is `e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`, with the
 /// cross-track error `e`, the heading error `p` and the rate of the wheels, predicted by a bicycle
 /// with lag along the curvature of the path ahead. What follows the first step is taken at its
-/// best, the cost-to-go, so the cost of an angle is a parabola: the best angle of the
-/// neighbourhood is the lowest point of it, brought within the neighbourhood and the limits.
-/// There is no list of candidates; the law is this closed form.
+/// best, the cost-to-go, so the cost of an angle is a parabola, and the best angle is the lowest
+/// point of it. There is no list of candidates; the law is this closed form. Where that plan breaks
+/// a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the best plan
+/// that keeps them takes its place ([`limited`](super::limited)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
     vehicle: Vehicle,
@@ -157,7 +159,8 @@ impl PreviewPop {
         })
     }
 
-    /// The best angle of the neighbourhood of `previous_steer`; both of the mirrored vehicle.
+    /// The best angle of the neighbourhood of `previous_steer`, both of the mirrored vehicle, and
+    /// how it was planned.
     #[inline]
     fn choose(
         &self,
@@ -330,13 +333,10 @@ impl LateralLaw for PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> Decision {
-        let (wanted, planned) = self.choose(
-            path,
-            at.turn(state.previous_steer),
-            &mut state.limits,
-            at,
-            belief,
-        );
+        let mut reached = ReachedLimits(state.reached_limits);
+        let previous = at.turn(state.previous_steer);
+        let (wanted, planned) = self.choose(path, previous, &mut reached, at, belief);
+        state.reached_limits = reached.0;
         let (steer, status) = self.vehicle.limit_steer(wanted);
         state.previous_steer = at.turn(steer);
         Decision {
