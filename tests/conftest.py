@@ -7,9 +7,15 @@ import signal
 from typing import TYPE_CHECKING
 
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 
 if TYPE_CHECKING:
     import pytest
+
+# Hypothesis mixes the constants of all modules from outside of site-packages into what it draws: a
+# popsteer on PYTHONPATH, and whichever of benches/ other tests have imported, would change the
+# examples. No setting turns it off. `_local_constants` is empty as long as this is not called.
+providers._get_local_constants = lambda: providers._local_constants
 
 # No deadline anywhere: a slow machine is no fault of the code.
 # `default` draws the same examples each time, on every machine: a run that fails has failed for

@@ -7,8 +7,9 @@ on its way, here the same numbers are taken in the same order as they come; with
 neither reorders nor fuses, and takes sin and cos from the same libm as Python, so the angle is the
 same to the last bit.
 
-It takes POP's default reading, the exact lookahead, and paths that are driven forward: no course of
-the benchmark is driven backwards, and what a path that is costs the core is not asked here.
+It takes POP's default reading, the exact lookahead, paths that are driven forward, and vehicles
+whose commands go to the wheels as they are: no course of the benchmark is driven backwards, and its
+vehicle has no dead time and no limit but that of the angle.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numba
 import numpy as np
 
 from popsteer.bench.laws import Driver
-from popsteer.reference import PopParams
+from popsteer.reference import PopParams, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,7 +54,8 @@ def prepare(drive: Drive) -> Callable[[], Driver]:
     if path.reverse is not None:
         raise ValueError("this step drives forward only, and the path is driven backwards in parts")
     columns = tuple(np.array(column) for column in (path.x, path.y, path.s))
-    step = compiled(PopParams(reference_offset=drive.front_offset), path.closed, path.length)
+    car = Vehicle(**drive.vehicle.as_dict())
+    step = compiled(car, PopParams(), path.closed, path.length)
 
     def make() -> Driver:
         state = np.array([-1.0, 0.0])  # the last segment, -1 for none yet; the last angle
@@ -67,22 +69,27 @@ def prepare(drive: Drive) -> Callable[[], Driver]:
     return make
 
 
-def compiled(params: PopParams, closed: bool, length: float) -> Callable[..., float]:  # noqa: FBT001
-    """Compile the step; parameters and shape become constants of the machine code.
+def compiled(
+    car: Vehicle,
+    params: PopParams,
+    closed: bool,  # noqa: FBT001
+    length: float,
+) -> Callable[..., float]:
+    """Compile the step; vehicle, parameters and shape become constants of the machine code.
 
     It takes the state, the path's x, y and s, and what every step takes; numba turns no class into
     machine code, so they are arrays.
     """
     if not params.exact_lookahead:
         raise ValueError("this step takes the exact lookahead, not the paper's search")
-    wheelbase, offset = params.wheelbase, params.reference_offset
-    offset = wheelbase if offset is None else offset
-    search, lost = params.search_distance, params.lost_distance
-    search = 2.0 * wheelbase if search is None else search
-    lost = 10.0 * wheelbase if lost is None else lost
-    opposite = wheelbase * 10.0 / 3.0
-    min_lookahead, lookahead_gain = params.min_lookahead, params.lookahead_gain
-    span, count, max_steer = params.steer_span, params.candidate_count, params.max_steer
+    limits = (car.max_steer_rate, car.max_lateral_acceleration)
+    if car.dead_time > 0.0 or car.steer_offset != 0.0 or limits != (None, None):
+        raise ValueError("this step gives POP's angle to the wheels as it is")
+    params = params.resolved(car)
+    base, offset, opposite = car.rear_axle, car.front_axle, car.wheelbase * 10.0 / 3.0
+    search, lost = _given(params.search_distance), _given(params.lost_distance)
+    min_lookahead, lookahead_gain = _given(params.min_lookahead), params.lookahead_gain
+    span, count, max_steer = params.steer_span, params.candidate_count, car.max_steer
 
     @_jit
     def step(
@@ -101,13 +108,14 @@ def compiled(params: PopParams, closed: bool, length: float) -> Callable[..., fl
         path = (columns[0], columns[1], columns[2], closed, length)
         heading = (math.cos(yaw), math.sin(yaw))
         position = (x + offset * heading[0], y + offset * heading[1])
+        axle = (x + base * heading[0], y + base * heading[1])
         start = int(state[0])
         if start < 0:
-            start = _relocalise(path, (x, y), heading, opposite)
+            start = _relocalise(path, axle, heading, opposite)
         reach = search + abs(speed) * dt
         foot = _locate(path, start, position, heading, reach, opposite)
         if foot[2] > lost * lost:
-            start = _relocalise(path, (x, y), heading, opposite)
+            start = _relocalise(path, axle, heading, opposite)
             anew = _locate(path, start, position, heading, reach, opposite)
             if anew[2] < foot[2]:
                 foot = anew
@@ -119,6 +127,11 @@ def compiled(params: PopParams, closed: bool, length: float) -> Callable[..., fl
         return steer
 
     return step
+
+
+def _given(value: float | None) -> float:
+    """Give a number that `resolved` has filled in."""
+    return math.nan if value is None else value
 
 
 @_jit

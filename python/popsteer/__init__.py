@@ -2,8 +2,8 @@
 
 The POP controller (proximally optimal predictive) and the controllers it is measured against,
 computed in Rust. SI units and radians; x forward, y left, yaw counter-clockwise; positive steering
-turns left. All that is true of the car is told once, in a `Vehicle`. A pose is that of the vehicle's
-point, wherever it is measured; each controller finds the point it tracks from there.
+turns left. All that is true of the car is told once, in a `Vehicle`. A pose is that of the
+vehicle's point, wherever it is measured; each controller finds the point it tracks from there.
 
 >>> import popsteer
 >>> path = popsteer.Path([(float(x), 0.0) for x in range(100)])
@@ -23,6 +23,7 @@ by name), `popsteer.study` (comparisons), `popsteer.report` (tables, figures, fi
 compare with).
 """
 
+from popsteer import vehicles
 from popsteer._core import (
     AdaptParams,
     BangBang,
@@ -113,5 +114,6 @@ __all__ = [
     "kinematic_bicycle",
     "saturate",
     "state_transition",
+    "vehicles",
     "wrap",
 ]

@@ -429,7 +429,7 @@ class PreviewPopParams:
     def __new__(
         cls,
         *,
-        steer_span_rate: float = ...,
+        steer_span_rate: float | None = None,
         horizon: float = 1.0,
         heading_cost: float | None = None,
         steer_rate_cost: float | None = None,
@@ -440,7 +440,7 @@ class PreviewPopParams:
         lost_distance: float | None = None,
     ) -> Self: ...
     @property
-    def steer_span_rate(self) -> float: ...
+    def steer_span_rate(self) -> float | None: ...
     @property
     def horizon(self) -> float: ...
     @property
@@ -605,15 +605,15 @@ class PopState:
         cls,
         *,
         previous_steer: float = ...,
-        waypoint: int | None = "auto",
-        measured_waypoint: int | None = "auto",
+        waypoint: int | None = ...,
+        measured_waypoint: int | None = ...,
         steer: float = ...,
-        handover_offset: float | None = "auto",
+        handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = "auto",
+        wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = "auto",
+        seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -627,7 +627,7 @@ class PopState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = "auto",
+        answer: _Answer | None = ...,
     ) -> Self: ...
     @property
     def previous_steer(self) -> float: ...
@@ -689,15 +689,15 @@ class PreviewPopState:
         cls,
         *,
         previous_steer: float = ...,
-        waypoint: int | None = "auto",
-        measured_waypoint: int | None = "auto",
+        waypoint: int | None = ...,
+        measured_waypoint: int | None = ...,
         steer: float = ...,
-        handover_offset: float | None = "auto",
+        handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = "auto",
+        wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = "auto",
+        seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -711,7 +711,7 @@ class PreviewPopState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = "auto",
+        answer: _Answer | None = ...,
     ) -> Self: ...
     @property
     def previous_steer(self) -> float: ...
@@ -772,19 +772,19 @@ class PidState:
     def __new__(
         cls,
         *,
-        previous_error: float | None = "auto",
+        previous_error: float | None = ...,
         terms: tuple[float, ...] = ...,
         next: int = ...,
         sum: float = ...,
-        waypoint: int | None = "auto",
-        measured_waypoint: int | None = "auto",
+        waypoint: int | None = ...,
+        measured_waypoint: int | None = ...,
         steer: float = ...,
-        handover_offset: float | None = "auto",
+        handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = "auto",
+        wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = "auto",
+        seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -798,7 +798,7 @@ class PidState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = "auto",
+        answer: _Answer | None = ...,
     ) -> Self: ...
     @property
     def previous_error(self) -> float | None: ...
@@ -866,15 +866,15 @@ class PurePursuitState:
         cls,
         *,
         previous_alpha: float = ...,
-        waypoint: int | None = "auto",
-        measured_waypoint: int | None = "auto",
+        waypoint: int | None = ...,
+        measured_waypoint: int | None = ...,
         steer: float = ...,
-        handover_offset: float | None = "auto",
+        handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = "auto",
+        wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = "auto",
+        seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -888,7 +888,7 @@ class PurePursuitState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = "auto",
+        answer: _Answer | None = ...,
     ) -> Self: ...
     @property
     def previous_alpha(self) -> float: ...
@@ -949,15 +949,15 @@ class StanleyState:
     def __new__(
         cls,
         *,
-        waypoint: int | None = "auto",
-        measured_waypoint: int | None = "auto",
+        waypoint: int | None = ...,
+        measured_waypoint: int | None = ...,
         steer: float = ...,
-        handover_offset: float | None = "auto",
+        handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = "auto",
+        wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = "auto",
+        seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -971,7 +971,7 @@ class StanleyState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = "auto",
+        answer: _Answer | None = ...,
     ) -> Self: ...
     @property
     def waypoint(self) -> int | None: ...
@@ -1030,15 +1030,15 @@ class BangBangState:
     def __new__(
         cls,
         *,
-        waypoint: int | None = "auto",
-        measured_waypoint: int | None = "auto",
+        waypoint: int | None = ...,
+        measured_waypoint: int | None = ...,
         steer: float = ...,
-        handover_offset: float | None = "auto",
+        handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
-        wheel: float | None = "auto",
+        wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
-        seen: _Numbers | None = "auto",
+        seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
         offset_offset: float = ...,
@@ -1052,7 +1052,7 @@ class BangBangState:
         slip: float = ...,
         slip_length: float = ...,
         acceleration: float = ...,
-        answer: _Answer | None = "auto",
+        answer: _Answer | None = ...,
     ) -> Self: ...
     @property
     def waypoint(self) -> int | None: ...
@@ -1142,9 +1142,7 @@ class Pop:
     def path(self) -> Path: ...
     @property
     def tracked_point(self) -> float: ...
-    def __getnewargs_ex__(
-        self,
-    ) -> tuple[tuple[Path, Vehicle | None, PopParams], dict[str, AdaptParams | None]]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
     def __getstate__(self) -> PopState: ...
     def __setstate__(self, state: PopState) -> None: ...
     def _empty_call(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
@@ -1185,9 +1183,7 @@ class PreviewPop:
     def path(self) -> Path: ...
     @property
     def tracked_point(self) -> float: ...
-    def __getnewargs_ex__(
-        self,
-    ) -> tuple[tuple[Path, Vehicle | None, PreviewPopParams], dict[str, AdaptParams | None]]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
     def __getstate__(self) -> PreviewPopState: ...
     def __setstate__(self, state: PreviewPopState) -> None: ...
 
@@ -1227,9 +1223,7 @@ class Pid:
     def path(self) -> Path: ...
     @property
     def tracked_point(self) -> float: ...
-    def __getnewargs_ex__(
-        self,
-    ) -> tuple[tuple[Path, Vehicle | None, PidParams], dict[str, AdaptParams | None]]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
     def __getstate__(self) -> PidState: ...
     def __setstate__(self, state: PidState) -> None: ...
 
@@ -1269,9 +1263,7 @@ class PurePursuit:
     def path(self) -> Path: ...
     @property
     def tracked_point(self) -> float: ...
-    def __getnewargs_ex__(
-        self,
-    ) -> tuple[tuple[Path, Vehicle | None, PurePursuitParams], dict[str, AdaptParams | None]]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
     def __getstate__(self) -> PurePursuitState: ...
     def __setstate__(self, state: PurePursuitState) -> None: ...
 
@@ -1311,9 +1303,7 @@ class Stanley:
     def path(self) -> Path: ...
     @property
     def tracked_point(self) -> float: ...
-    def __getnewargs_ex__(
-        self,
-    ) -> tuple[tuple[Path, Vehicle | None, StanleyParams], dict[str, AdaptParams | None]]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
     def __getstate__(self) -> StanleyState: ...
     def __setstate__(self, state: StanleyState) -> None: ...
 
@@ -1353,9 +1343,7 @@ class BangBang:
     def path(self) -> Path: ...
     @property
     def tracked_point(self) -> float: ...
-    def __getnewargs_ex__(
-        self,
-    ) -> tuple[tuple[Path, Vehicle | None, BangBangParams], dict[str, AdaptParams | None]]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
     def __getstate__(self) -> BangBangState: ...
     def __setstate__(self, state: BangBangState) -> None: ...
 
@@ -1475,7 +1463,7 @@ class SpeedPidState:
         cls,
         *,
         integral: float = ...,
-        previous_error: float | None = "auto",
+        previous_error: float | None = ...,
     ) -> Self: ...
     @property
     def integral(self) -> float: ...

@@ -8,7 +8,6 @@ What a killed process leaves of temporary files goes with the next write to the 
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import secrets
 import stat
@@ -18,6 +17,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
+
+with suppress(ImportError):  # not on Windows, where nothing is locked and so nothing swept
+    import fcntl
+
+_LOCKS = "fcntl" in globals()
 
 __all__ = [
     "check_files",
@@ -268,6 +272,8 @@ def _sweep(folder: Path) -> None:
     it ends. The id of the process would tell less: it is used again by others, and means nothing
     in another container or on another host.
     """
+    if not _LOCKS:
+        return
     with suppress(OSError):
         for path in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
             with suppress(OSError):  # somebody else's, or swept by another meanwhile
@@ -282,6 +288,8 @@ def _sweep(folder: Path) -> None:
 
 def _lock(descriptor: int) -> bool:
     """Lock a file for oneself; false where another has it."""
+    if not _LOCKS:
+        return True
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

@@ -81,7 +81,7 @@ _SEARCH: dict[str, Any] = {
     "window_ahead": 20.0,
     "grid_spacing": 0.01,
 }
-_PLACE = {"search_distance": 6.0, "lost_distance": 30.0}
+_PLACE: dict[str, Any] = {"search_distance": 6.0, "lost_distance": 30.0}
 
 _PID = PidParams(kp=0.25, ki=0.01, kd=0.2, buffer_length=500, integral_with_dt=True, **_PLACE)
 _PURE_PURSUIT = PurePursuitParams(

@@ -88,9 +88,8 @@ def load(file: str | os.PathLike[str]) -> Vehicle:
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "car.toml"
-    ...     file.write_text("wheelbase = 2.7\nmax_lateral_acceleration = inf\n")
+    ...     _ = file.write_text("wheelbase = 2.7\nmax_lateral_acceleration = inf\n")
     ...     car = load(file)
-    48
     >>> car.wheelbase, car.max_lateral_acceleration
     (2.7, None)
     """
@@ -174,7 +173,7 @@ def _read(file: str | os.PathLike[str]) -> dict[str, Any]:
         why = error.strerror or str(error)
     except UnicodeDecodeError as error:
         why = f"not UTF-8 at byte {error.start}"
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # broken, too long a number, or nested too deep
         why = f"not TOML: {error}"
     refused = ConfigError("vehicle file", os.fspath(file), f"a readable TOML file: {why}")
     raise _in_file(file, refused, why)

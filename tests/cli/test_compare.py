@@ -13,7 +13,7 @@ import pytest
 from matplotlib import image
 
 import popsteer
-from popsteer import report, study, tracks
+from popsteer import report, sim, study, tracks
 from popsteer.report.table import WIDE
 from tests.cli import command
 from tests.helpers import authors_data
@@ -68,12 +68,15 @@ def test_compare_writes_all_files_and_no_other(demo: tuple[Outcome, Path]) -> No
 
 def test_compare_metrics_have_the_documented_layout(demo: tuple[Outcome, Path]) -> None:
     metrics = json.loads((demo[1] / "metrics.json").read_text(encoding="utf-8"))
-    assert metrics["schema"] == 1
+    assert metrics["schema"] == 2
     assert metrics["dt"] == 0.05
     assert metrics["plant"] == "carla-identified"
     assert metrics["path"]["waypoints"] == 1274
     assert metrics["path"]["length"] == pytest.approx(1273, abs=1)
+    car = sim.vehicle_of("carla-identified")
+    assert metrics["plant_vehicle"] == car.as_dict()
     assert list(metrics["controllers"]) == list(LAWS)
+    assert all(each["vehicle"] == car.as_dict() for each in metrics["controllers"].values())
     for controller in metrics["controllers"].values():
         assert all(math.isfinite(controller[name]) for name in METRICS)
         assert all(math.isfinite(controller["rear_axle"][name]) for name in METRICS[:5])
@@ -129,13 +132,74 @@ def test_compare_of_the_authors_run_reproduces_the_paper(
 ) -> None:
     waypoints = authors_data() / "waypoints.csv"
     outcome = command.call(
-        capsys, "compare", "--waypoints", str(waypoints), "--start", "-183.8,78.7,-1.574"
+        capsys, "compare", "--waypoints", str(waypoints), "--start", "-183.797,79.760,-1.574"
     )
     assert outcome.status == 0
     assert "PID row is reproduced by no reading" in outcome.out
     assert "another track" not in outcome.out
     pop = next(line for line in outcome.out.splitlines() if line.startswith("POP ")).split()
     assert float(pop[3]) == pytest.approx(1.0, abs=0.05)  # the ratio to the paper
+
+
+@pytest.mark.parametrize("begin", [("compare", "--controllers"), ("simulate", "--controller")])
+def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axles(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    begin: tuple[str, str],
+) -> None:
+    monkeypatch.setattr("popsteer.report.figures.render", lambda *arguments: {})
+    waypoints = str(authors_data() / "waypoints.csv")
+    yaw = -1.574
+    # Where CARLA's front axle stood: 1.06 m ahead of the point whose pose is given.
+    front = (-183.8, 78.7)
+    point = (front[0] - 1.06 * math.cos(yaw), front[1] - 1.06 * math.sin(yaw))
+    rear = (front[0] - 3.0 * math.cos(yaw), front[1] - 3.0 * math.sin(yaw))
+    assert point == pytest.approx((-183.797, 79.760), abs=1e-3)
+    starts = {
+        "front": ("--start=-183.8,78.7,-1.574", "--start-at", "front"),
+        "pose": ("--start=-183.797,79.760,-1.574",),
+        "rear": (f"--start={rear[0]!r},{rear[1]!r},{yaw!r}", "--start-at", "rear"),
+    }
+    for name, start in starts.items():
+        out = tmp_path / name
+        arguments = (*begin, "pop", "--waypoints", waypoints, *start, "--out", str(out))
+        assert command.call(capsys, *arguments).status == 0
+        first = _records(out / "runs" / "pop.csv")[0]
+        assert (first["x"], first["y"], first["yaw"]) == pytest.approx((*point, yaw), abs=1e-3)
+        reference = (first["reference_x"], first["reference_y"])
+        assert reference == pytest.approx(front, abs=1e-3)
+        told = json.loads((out / "metrics.json").read_text(encoding="utf-8"))["start"]
+        assert (told["x"], told["y"], told["yaw"]) == (first["x"], first["y"], first["yaw"])
+
+
+def _records(file: Path) -> list[dict[str, float]]:
+    lines = file.read_text(encoding="utf-8").splitlines()
+    rows = csv.DictReader(line for line in lines if not line.startswith("#"))
+    return [{name: float(value) for name, value in row.items()} for row in rows]
+
+
+def test_compare_with_a_car_of_ones_own_says_what_the_controllers_believed(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    car = tmp_path / "car.toml"
+    popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, dead_time=0.15).save(car)
+    arguments = ("compare", "--track", "slalom", "--controllers", "preview-pop,stanley")
+    plant = ("--plant", str(car))
+    told = command.call(capsys, *arguments, *plant)
+    assert (told.status, told.err) == (0, "")
+    assert "plant car.toml, preset reproduction" in told.out
+    late = command.call(capsys, *arguments, *plant, "--set-vehicle", "dead_time=0")
+    assert "plant car.toml, believed dead_time 0, preset reproduction" in late.out
+    assert late.out != told.out
+    elsewhere = command.call(capsys, *arguments, *plant, "--vehicle", "paper")
+    assert (elsewhere.status, elsewhere.out) == (2, "")
+    assert "rear_axle must be that of the plant, -1.35, got 0.0" in elsewhere.err
+
+
+def test_runs_tell_what_the_bits_of_a_status_mean(demo: tuple[Outcome, Path]) -> None:
+    text = (demo[1] / "runs" / "pop.csv").read_text(encoding="utf-8")
+    assert "status [bits: 1 saturated | 2 lookahead-lost | 4 end-of-path | 8 off-path" in text
 
 
 @pytest.mark.parametrize("preset", ["default", "paper", "published-code", "reproduction"])

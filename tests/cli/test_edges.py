@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from popsteer import study
+import popsteer
+from popsteer import sim, study
 from tests.cli import command
 from tests.closed_loop.paths import track
 
@@ -39,14 +40,17 @@ def test_edges_writes_what_the_study_finds(
     runs = study.edges(LAWS, [known[name] for name in TRACKS])
     written = json.loads(document.read_text(encoding="utf-8"))
     assert written["plant"] == "kinematic-bicycle"
+    assert written["vehicle"] == written["plant_vehicle"]
+    assert written["plant_vehicle"]["max_steer"] == 0.6
     for run, row, entry in zip(runs, _rows(table), written["runs"], strict=True):
         assert (row["track"], row["law"]) == (entry["track"], entry["law"]) == (run.track, run.law)
         assert row["finished"] == "true"
         assert entry["finished"] is True
         assert float(row["max_error"]) == entry["max_error"] == run.max_error
         assert float(row["max_jump"]) == entry["max_jump"] == run.max_jump
-        counts = {status.value: count for status, count in run.statuses.items()}
+        counts = {str(status): count for status, count in run.statuses.items()}
         assert entry["statuses"] == counts
+        assert entry["steps"] == run.steps
         assert dict(part.split("=") for part in row["statuses"].split()) == {
             status: str(count) for status, count in counts.items()
         }
@@ -66,16 +70,44 @@ def test_edges_by_default_drives_every_law_on_every_track(
     assert driven == {(track, law) for track in tracks for law in study.EDGE_LAWS}
 
 
+def test_edges_of_a_car_of_ones_own_are_driven_by_it(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    car, document = tmp_path / "car.toml", tmp_path / "edges.json"
+    vehicle = popsteer.Vehicle(rear_axle=-1.5, max_steer=0.5, steer_lag=0.2)
+    vehicle.save(car)
+    options = ("--laws", "preview-pop", "--tracks", "parallel-parking", "--json", str(document))
+    told = ("--plant", str(car), "--set-vehicle", "steer_lag=0.1")
+    outcome = command.call(capsys, "edges", *options, *told)
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "plant kinematic-bicycle, believed steer_lag 0.1, speeds" in outcome.out
+    assert "largest angle 29°" in outcome.out
+    written = json.loads(document.read_text(encoding="utf-8"))
+    assert written["plant_vehicle"] == vehicle.as_dict()
+    assert written["vehicle"] == vehicle.replace(steer_lag=0.1).as_dict()
+    track = next(track for track in study.edge_tracks() if track.name == "parallel-parking")
+    (run,) = study.edges(
+        ["preview-pop"],
+        [track],
+        plant=sim.KinematicBicycle(vehicle),
+        vehicle=vehicle.replace(steer_lag=0.1),
+    )
+    assert written["runs"][0]["max_error"] == run.max_error
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (("edges", "--tracks", "monza"), "unknown track 'monza'"),
+        (("edges", "--plant", "tank"), "unknown plant 'tank'"),
+        (("edges", "--plant", "carla-identified"), "carla-identified does not reverse"),
         (("edges", "--laws", "lqr"), "unknown law 'lqr'"),
         (("edges", "--json", "nowhere/at/all/edges.json", "--tracks", "touching"), "nowhere"),
         (("dead-time", "--laws", "lqr"), "unknown law 'lqr'"),
         (("dead-time", "--track", "monza"), "unknown track 'monza'"),
         (("dead-time", "--dead-time", "0"), "dead_time"),
         (("dead-time", "--preset", "tuned"), "unknown preset 'tuned'"),
+        (("dead-time", "--plant", "mujoco-car"), "--plant must be carla-identified, kinematic-"),
     ],
 )
 def test_edges_and_dead_time_refuse_what_is_wrong(
@@ -89,20 +121,21 @@ def test_edges_and_dead_time_refuse_what_is_wrong(
     assert outcome.err.count("\n") == 1
 
 
+@pytest.mark.parametrize("no_adapt", [(), ("--no-adapt",)])
 def test_dead_time_writes_what_the_study_finds(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, no_adapt: tuple[str, ...]
 ) -> None:
     table, document = tmp_path / "late.csv", tmp_path / "late.json"
     outcome = command.call(
         capsys,
         "dead-time",
-        *("--laws", "stanley,pop", "--track", "slalom", "--dead-time", "0.15"),
+        *("--laws", "stanley,pop", "--track", "slalom", "--dead-time", "0.15", *no_adapt),
         *("--csv", str(table), "--json", str(document)),
     )
     assert (outcome.status, outcome.err) == (0, "")
     assert "slalom, plant carla-identified, dead time 0.15 s" in outcome.out
     slalom = track("slalom")
-    rows = study.dead_times(slalom, LAWS, dead_time=0.15)
+    rows = study.dead_times(slalom, LAWS, dead_time=0.15, adapt=None if no_adapt else "auto")
     written = json.loads(document.read_text(encoding="utf-8"))
     assert (written["track"], written["plant"]) == ("slalom", "carla-identified")
     cells = iter(_rows(table))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 RAGGED = "0,0\n1,0\n2,0,5\n"
 WRONG = {
     "law": (("compare", "--controllers", "pid,lqr"), "unknown law 'lqr'; known: bang-bang, pid, "),
-    "no-law": (("compare", "--controllers", " , "), "--controllers must be names of laws"),
+    "no-law": (("compare", "--controllers", " , "), "--controllers must be names of controllers"),
     "plant": (("compare", "--plant", "tank"), "unknown plant 'tank'; known: carla-identified, "),
     "track": (("compare", "--track", "monza"), "unknown track 'monza'; known: racetrack, "),
     "preset": (("compare", "--preset", "mine"), "unknown preset 'mine'; known: default, paper, "),
@@ -48,10 +48,24 @@ WRONG = {
     "export": (("tracks", "export", "monza", "a.csv"), "unknown track 'monza'"),
     "controller": (("simulate", "--controller", "x"), "unknown law 'x'"),
     "set-name": (("simulate", "--set", "gain=1"), "unknown parameter of pop 'gain'; known: look"),
-    "set-form": (("simulate", "--set", "wheelbase"), "must be written NAME=VALUE, got 'wheelbase'"),
-    "set-text": (("simulate", "--set", "wheelbase=x"), "wheelbase must be a number, got 'x'"),
-    "set-nan": (("simulate", "--set", "wheelbase=nan"), "wheelbase must be"),
-    "set-range": (("simulate", "--set", "max_steer=-1"), "max_steer must be"),
+    "set-form": (("simulate", "--set", "turn_time"), "must be written NAME=VALUE, got 'turn_time'"),
+    "set-text": (("simulate", "--set", "turn_time=x"), "turn_time must be a number, got 'x'"),
+    "set-nan": (("simulate", "--set", "min_lookahead=nan"), "min_lookahead must be"),
+    "set-none": (("simulate", "--set", "turn_time=none"), "turn_time must be a number, got 'none'"),
+    "set-range": (("simulate", "--set-vehicle", "max_steer=-1"), "max_steer must be"),
+    "set-vehicle": (("compare", "--set-vehicle", "mass=1"), "unknown parameter of the vehicle"),
+    "vehicle": (("compare", "--vehicle", "tank"), "unknown vehicle 'tank'; known: paper, "),
+    "vehicle-file": (("compare", "--vehicle", "no.toml"), "no.toml: "),
+    "plant-file": (("simulate", "--plant", "no.toml"), "no.toml: "),
+    "vehicle-point": (
+        ("compare", "--vehicle", "paper"),
+        "rear_axle must be that of the plant, -1.94, got 0.0",
+    ),
+    "start-at": (("compare", "--start=1,2,0", "--start-at", "roof"), "unknown --start-at 'roof'"),
+    "start-at-none": (
+        ("compare", "--start-at", "front"),
+        "--start-at must be given with --start, got 'front'",
+    ),
     "set-even": (("simulate", "--set", "candidate_count=20"), "candidate_count must be odd"),
     "set-real": (("simulate", "--set", "candidate_count=2.5"), "candidate_count must be a whole"),
     "set-truth": (

@@ -89,9 +89,7 @@ def test_matrix_figure_has_a_labelled_panel_for_each_plant(
     path = popsteer.Path([(float(x), 0.0) for x in range(121)])
     (one,) = study.matrix({"a": path}, ["pop"], ["carla-identified"]).comparisons
     names = [f"plant {k}" for k in range(count)]
-    found = study.Matrix(
-        [replace(one, runs={"pop": replace(one.runs["pop"], plant=name)}) for name in names], None
-    )
+    found = study.Matrix([replace(one, plant=name) for name in names], None)
     figure = report_matrix._figure(found, THEMES["light"])
     panels = [panel for panel in figure.axes if panel.get_visible()]
     assert [panel.get_title() for panel in panels] == names
@@ -124,6 +122,7 @@ def test_matrix_figures_are_those_of_compare() -> None:
         (("--tracks", "monza"), "unknown track 'monza'"),
         (("--start-offset", "nan"), "start_offset must be in [-1000, 1000], got nan"),
         (("--laws", "mpc", "--preset", "paper"), "preset must be left out"),
+        (("--vehicle", "paper"), "rear_axle must be that of the plant, -1.94, got 0.0"),
     ],
 )
 def test_matrix_of_bad_input_is_refused(
@@ -153,18 +152,45 @@ def test_matrix_starts_as_far_to_the_left_as_it_is_told(
         track = tracks.get(comparison["path"]["name"])
         (x, y), (ahead_x, ahead_y) = track.xy[:2]
         start = comparison["start"]
+        assert start["yaw"] == math.atan2(ahead_y - y, ahead_x - x)
+        # The pose is the rear axle's; the front axle is what starts there.
+        start["x"] += 3.0 * math.cos(start["yaw"])
+        start["y"] += 3.0 * math.sin(start["yaw"])
         along = math.hypot(ahead_x - x, ahead_y - y)
         left = (ahead_x - x) * (start["y"] - y) - (ahead_y - y) * (start["x"] - x)
         assert left / along == pytest.approx(1.5)
         assert math.hypot(start["x"] - x, start["y"] - y) == pytest.approx(1.5)
-        assert start["yaw"] == math.atan2(ahead_y - y, ahead_x - x)
 
 
 def test_matrix_by_default_starts_where_compare_does() -> None:
     path = popsteer.Path([(float(x), 0.5 * x) for x in range(81)])
     (comparison,) = study.matrix({"a": path}, ["pop"], ["carla-identified"]).comparisons
-    assert comparison.first.start == sim.default_start(path)
-    assert comparison.first.start == sim.default_start(path, -sim.START_OFFSET)
+    car = sim.vehicle_of("carla-identified")
+    assert comparison.first.start == sim.default_start(path, vehicle=car)
+    assert comparison.first.start == sim.default_start(path, -sim.START_OFFSET, car)
+
+
+def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    files = {name: str(tmp_path / f"{name}.toml") for name in ("empty", "loaded")}
+    empty = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
+    empty.save(files["empty"])
+    empty.replace(understeer=0.004).save(files["loaded"])
+    outcome = command.call(
+        capsys,
+        "matrix",
+        *("--laws", "preview-pop", "--tracks", "slalom", "--plants", ",".join(files.values())),
+        *("--vehicle", files["empty"], "--out", str(tmp_path / "out")),
+    )
+    assert (outcome.status, outcome.err) == (0, "")
+    assert f"{files['loaded']}, believed understeer 0\n" in outcome.out
+    document = json.loads((tmp_path / "out" / "matrix.json").read_text(encoding="utf-8"))
+    plants = {each["plant"]: each for each in document["comparisons"]}
+    assert list(plants) == list(files.values())
+    assert [each["plant_vehicle"]["understeer"] for each in plants.values()] == [0.0, 0.004]
+    for each in plants.values():
+        assert each["controllers"]["preview-pop"]["vehicle"] == empty.as_dict()
 
 
 @pytest.mark.parametrize("theme", THEMES)

@@ -1,18 +1,18 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from popsteer import laws, sim
+from popsteer import AdaptParams, Vehicle, laws, sim
 from popsteer.report import figures
 from tests.cli import command
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-# A value other than the default for every parameter of every law.
+# A value other than the default for every parameter of every controller.
 CHANGED = {
     "alpha_by_arccos": "yes",
     "amplitude": "0.2",
@@ -30,27 +30,19 @@ CHANGED = {
     "lookahead_gain": "0.3",
     "lookahead_tolerance": "0.02",
     "lost_distance": "40",
-    "max_steer": "0.9",
     "min_lookahead": "7",
-    "reference_offset": "1.5",
     "search_distance": "8",
     "softening": "0.1",
     "speed_gain": "1.2",
     "steer_span": "0.1",
-    "wheelbase": "2.9",
+    "steer_span_rate": "0.9",
     "window_ahead": "25",
-    "max_steer_rate": "0.9",
-    "max_lateral_acceleration": "9",
     "horizon": "0.8",
     "heading_cost": "2.5",
     "steer_rate_cost": "0.4",
     "approach_angle": "0.3",
     "min_speed": "4",
     "smoothing_length": "3",
-    "turn_learning_time": "0.5",
-    "slip_learning_time": "2",
-    "understeer": "0.001",
-    "steer_lag": "0.15",
 }
 
 
@@ -66,15 +58,16 @@ def test_simulate_with_every_parameter_set_drives_with_them(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, law: str
 ) -> None:
     out = tmp_path / "out"
-    settings = [f"{name}={CHANGED[name]}" for name in laws.get(law).params().as_dict()]
+    given = laws.get(law).params().as_dict()
+    settings = [f"{name}={CHANGED[name]}" for name in given]
     arguments = [part for setting in settings for part in ("--set", setting)]
     arguments += ["--set-run", "time_limit=2", "--out", str(out)]
     outcome = command.call(capsys, "simulate", "--controller", law, *arguments)
     assert outcome.status == 0
     metrics = json.loads((out / "metrics.json").read_text(encoding="utf-8"))
     params = metrics["controllers"][law]["params"]
-    default = laws.get(law).params().as_dict()
-    assert params.keys() == default.keys()
+    default = laws.get(law).params().resolved(sim.vehicle_of("carla-identified")).as_dict()
+    assert params.keys() == given.keys()
     # What the preset sets already may be what is set here.
     assert all(params[name] != default[name] for name in params)
     assert "with changes" in metrics["preset"]
@@ -97,18 +90,60 @@ def test_simulate_writes_the_same_files_as_compare(
     assert names[0] == names[1]
 
 
+def _driven(capsys: pytest.CaptureFixture[str], out: Path, *arguments: str) -> dict[str, Any]:
+    short = ("--set-run", "time_limit=20", "--out", str(out))
+    outcome = command.call(capsys, "simulate", *arguments, *short)
+    assert (outcome.status, outcome.err) == (0, "")
+    found: dict[str, Any] = json.loads((out / "metrics.json").read_text("utf-8"))
+    return found
+
+
 @pytest.mark.usefixtures("_no_figures")
-def test_simulate_with_plant_parameters_moves_the_axles_too(
+def test_simulate_with_fields_of_the_plants_vehicle_tells_the_controller_too(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    out = tmp_path / "out"
-    command.call(
-        capsys,
-        *("simulate", "--plant", "kinematic-bicycle", "--set-plant", "wheelbase=2.5"),
-        *("--set-run", "time_limit=1", "--out", str(out)),
-    )
-    params = json.loads((out / "metrics.json").read_text("utf-8"))["controllers"]["pop"]["params"]
-    assert (params["wheelbase"], params["reference_offset"]) == (2.5, 2.5)
+    plant = ("--plant", "kinematic-bicycle", "--set-plant", "wheelbase=2.5")
+    metrics = _driven(capsys, tmp_path, *plant, "--set-plant", "drive=5")
+    car = sim.vehicle_of("kinematic-bicycle").replace(wheelbase=2.5)
+    assert metrics["plant_vehicle"] == metrics["controllers"]["pop"]["vehicle"] == car.as_dict()
+
+
+@pytest.mark.usefixtures("_no_figures")
+def test_simulate_tells_the_controller_what_it_is_to_believe(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    car = tmp_path / "car.toml"
+    Vehicle(wheelbase=2.8, rear_axle=-1.4).save(car)
+    plant = ("--plant", str(car), "--set-plant", "steer_lag=0.2")
+    told = ("--vehicle", str(car), "--set-vehicle", "max_lateral_acceleration=none")
+    metrics = _driven(capsys, tmp_path / "out", "--controller", "preview-pop", *plant, *told)
+    vehicle = Vehicle(wheelbase=2.8, rear_axle=-1.4)
+    assert metrics["plant"] == "car.toml"
+    assert metrics["plant_vehicle"] == vehicle.replace(steer_lag=0.2).as_dict()
+    believed = vehicle.replace(max_lateral_acceleration=None)
+    assert metrics["controllers"]["preview-pop"]["vehicle"] == believed.as_dict()
+
+
+@pytest.mark.usefixtures("_no_figures")
+def test_simulate_sets_how_a_controller_adapts(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    wrong = ("--controller", "preview-pop", "--set-vehicle", "turning_wheelbase=3.02")
+    errors = []
+    for k, options in enumerate(((), ("--set", "turn_time=0"), ("--no-adapt",))):
+        metrics = _driven(capsys, tmp_path / str(k), *wrong, *options)["controllers"]
+        errors.append(metrics["preview-pop"]["settled_mean_abs_cross_track_error"])
+    adapting, constant, nothing = errors
+    assert adapting < 0.7 * constant
+    assert constant != nothing
+
+
+def test_simulate_of_a_baseline_takes_no_parameter_of_adapting(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    outcome = command.call(capsys, "simulate", "--controller", "mpc", "--set", "turn_time=2")
+    assert (outcome.status, outcome.out) == (2, "")
+    assert "unknown parameter of mpc 'turn_time'" in outcome.err
 
 
 def test_simulate_with_the_speed_pid_follows_the_reference_speeds(
@@ -128,6 +163,6 @@ def test_simulate_help_lists_every_parameter(capsys: pytest.CaptureFixture[str])
         assert f"--controller {law}, parameters" in text
         for name in laws.get(law).params().as_dict():
             assert f"    {name} : " in text
-    for plant in (sim.CarlaIdentified(), sim.KinematicBicycle(), sim.Settings()):
-        for name in plant.as_dict():
+    for kind in (AdaptParams, Vehicle, sim.CarlaIdentified, sim.KinematicBicycle, sim.Settings):
+        for name in kind().as_dict().keys() - {"vehicle"}:
             assert f"    {name} : " in text

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import popsteer
+from popsteer import Vehicle
 from popsteer.report.figures import stability as drawing
-from popsteer.study import Vehicle, carrot, margins, stability
+from popsteer.study import carrot, margins, stability
 from tests.cli import command
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ def _rows(out: str) -> dict[str, list[list[str]]]:
     return rows
 
 
-def test_stability_prints_the_margins_of_each_law_at_each_speed(
+def test_stability_prints_the_margins_of_each_controller_at_each_speed(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     outcome = command.call(capsys, "stability", "--speeds", "5,25")
@@ -50,36 +51,53 @@ def test_stability_prints_the_margins_of_each_law_at_each_speed(
     assert "[m/s]" in outcome.out
 
 
-def test_stability_takes_the_vehicle_as_it_is_described(
+def test_stability_takes_the_vehicle_from_a_file_and_as_it_is_changed(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    file = tmp_path / "new" / "margins.json"
-    car = ("--wheelbase", "2.7", "--lag", "0.2", "--dead-time", "0.05", "--rear-offset", "-0.1")
+    file, car = tmp_path / "new" / "margins.json", tmp_path / "car.toml"
+    Vehicle(wheelbase=2.7, rear_axle=-1.35, steer_lag=0.2).save(car)
+    options = ("--vehicle", str(car), "--set-vehicle", "dead_time=0.05")
     law = ("--controllers", "pop", "--set", "min_lookahead=9", "--speeds", "8")
-    outcome = command.call(capsys, "stability", *car, *law, "--json", str(file))
+    outcome = command.call(capsys, "stability", *options, *law, "--json", str(file))
     assert outcome.status == 0
     assert f"Written to {file}" in outcome.out
     document = json.loads(file.read_text(encoding="utf-8"))
-    vehicle = Vehicle(wheelbase=2.7, lag=0.2, dead_time=0.05, rear_offset=-0.1)
-    assert document["vehicle"] == {
-        "wheelbase": 2.7,
-        "understeer": 0.0,
-        "front_offset": 2.7,
-        "rear_offset": -0.1,
-        "lag": 0.2,
-        "dead_time": 0.05,
-    }
+    vehicle = Vehicle(wheelbase=2.7, rear_axle=-1.35, steer_lag=0.2, dead_time=0.05)
+    assert document["vehicle"] == document["plant_vehicle"] == vehicle.as_dict()
     assert document["params"]["pop"]["min_lookahead"] == 9.0
-    assert document["params"]["pop"]["wheelbase"] == pytest.approx(2.8)
-    params = vehicle.fitted(popsteer.PopParams(min_lookahead=9.0))
-    found = margins(params, vehicle, 8.0)
+    found = margins(popsteer.PopParams(min_lookahead=9.0), vehicle, 8.0)
     assert document["laws"]["pop"] == [{"speed": 8.0, "lookahead": 10.6, **found._asdict()}]
 
 
-def test_stability_of_a_plant_begins_with_its_figures(capsys: pytest.CaptureFixture[str]) -> None:
-    outcome = command.call(capsys, "stability", "--plant", "carla-identified", "--speeds", "5")
+def test_stability_of_a_plant_that_nobody_told_says_what_was_believed(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "margins.json"
+    arguments = ("--controllers", "stanley", "--speeds", "10", "--json", str(file))
+    late = ("--set-plant", "dead_time=0.1", "--set-plant", "max_steer_rate=0.4")
+    outcome = command.call(capsys, "stability", *arguments, *late)
+    believed = "dead time 0.1 s, believed dead_time 0 and max_steer_rate none, preset default"
+    assert believed in outcome.out
+    (row,) = json.loads(file.read_text(encoding="utf-8"))["laws"]["stanley"]
+    prompt = margins(popsteer.StanleyParams(), Vehicle(), 10.0).dead_time
+    assert row["dead_time"] == pytest.approx(prompt - 0.1, abs=1e-4)
+    told = command.call(capsys, "stability", *arguments, "--set-vehicle", "dead_time=0.1")
+    assert "believed" not in told.out
+    (predicted,) = json.loads(file.read_text(encoding="utf-8"))["laws"]["stanley"]
+    assert predicted["dead_time"] > 1.3 * row["dead_time"]
+    other = ("--vehicle", "paper", "--plant", "carla-identified", "--speeds", "10")
+    outcome = command.call(capsys, "stability", *other)
+    assert "axles at 1.06 and -1.94 m" in outcome.out
+    assert "believed rear_axle 0 and no_slip_point none" in outcome.out
+
+
+def test_stability_of_a_named_vehicle_begins_with_its_figures(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    outcome = command.call(capsys, "stability", "--vehicle", "carla-identified", "--speeds", "5")
     assert outcome.out.startswith(
-        "wheelbase 3.553 m, understeer 0.00029 s²/m, axles at 1.06 and -1.94 m, lag 0.1 s,"
+        "wheelbase 3 m, turns as 3.553 m, understeer 0.00029 s²/m, axles at 1.06 and -1.94 m,"
+        " lag 0.1 s, dead time 0 s, preset default"
     )
 
 
@@ -131,9 +149,13 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer(
         (("--speeds", "fast"), "--speeds must be numbers [m/s], separated by commas, got 'fast'"),
         (("--speeds", ","), "--speeds must be numbers [m/s]"),
         (("--speeds", "0"), "speed must be in [0.001, 1000], got 0.0"),
-        (("--lag", "-1"), "lag must be in [0, 10], got -1.0"),
-        (("--wheelbase", "nan"), "wheelbase must be in"),
-        (("--plant", "tank"), "unknown plant 'tank'"),
+        (("--set-vehicle", "steer_lag=-1"), "steer_lag must be in [0, 10], got -1.0"),
+        (("--set-vehicle", "wheelbase=nan"), "wheelbase must be in"),
+        (("--set-plant", "wheelbase=none"), "wheelbase must be a number, got 'none'"),
+        (("--set-vehicle", "lag=1"), "unknown parameter of the vehicle 'lag'; known: wheelbase,"),
+        (("--vehicle", "tank"), "unknown vehicle 'tank'; known: paper, carla-identified,"),
+        (("--plant", "tank"), "unknown vehicle 'tank'"),
+        (("--vehicle", "missing.toml"), "missing.toml: "),
         (("--set", "min_lookahead=3"), "unknown parameter of pid 'min_lookahead'"),
         (("--dt", "0"), "dt must be in"),
     ],

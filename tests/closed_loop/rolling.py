@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 import popsteer
-from popsteer import laws
+from popsteer import AdaptParams, laws
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from popsteer.laws import Params
 
-_P = TypeVar("_P", bound="Params")
 _SUBSTEPS = 4
 _SMALL = 5e-5  # change of the angle in a step that the grid of the candidates may cause [rad]
 _ASTRAY = 0.3  # an angle that no stable loop comes to from the start below [rad]
@@ -30,21 +29,14 @@ class Car(NamedTuple):
     lag: float
     dead_time: float
 
+    @classmethod
+    def of(cls, vehicle: popsteer.Vehicle) -> Car:
+        return cls(vehicle.turning_length(0.0), vehicle.steer_lag, vehicle.dead_time)
+
 
 def straight_path(length: float) -> popsteer.Path:
     x = np.arange(-20.0, length)
     return popsteer.Path(np.column_stack((x, np.zeros_like(x))))
-
-
-def in_small_signals(params: _P) -> _P:
-    """Parameters with which a law answers small signals in proportion, and growing ones too."""
-    changes: dict[str, float] = {}
-    if isinstance(params, popsteer.PopParams):
-        changes = {"candidate_count": 20_001}
-    if isinstance(params, popsteer.PreviewPopParams):
-        # Else a loop that grows settles to a swing, at high speed a small one.
-        changes = {"max_lateral_acceleration": 1e6}
-    return cast("_P", params.replace(**changes))
 
 
 def roll(
@@ -80,13 +72,37 @@ def roll(
     return np.array(places), np.array(commands[whole + 1 :])
 
 
-def grows(
-    name: str, params: Params, car: Car, speed: float, duration: float, dt: float = 0.05
-) -> bool:
+class Told(NamedTuple):
+    """A controller by its name, its tuning, the vehicle that it is told, and how it adapts."""
+
+    name: str
+    params: Params
+    vehicle: popsteer.Vehicle
+    adapt: AdaptParams | Literal["auto"] | None = "auto"
+
+    def in_small_signals(self) -> Told:
+        """The same, as it answers small signals in proportion.
+
+        With many candidates, without a limit within which a loop that grows would oscillate on, and
+        with what is estimated of the turning taken as constant.
+        """
+        params: Any = self.params
+        if isinstance(params, popsteer.PopParams):
+            params = params.replace(candidate_count=20_001)
+        vehicle = self.vehicle.replace(max_lateral_acceleration=None)
+        adapt = AdaptParams() if self.adapt == "auto" else self.adapt
+        adapt = None if adapt is None else adapt.replace(turn_time=0.0)
+        return self._replace(params=params, vehicle=vehicle, adapt=adapt)
+
+    def on(self, path: popsteer.Path) -> laws.Controller:
+        make: Callable[..., laws.Controller] = laws.get(self.name).controller
+        return make(path, self.vehicle, self.params, adapt=self.adapt)
+
+
+def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05) -> bool:
     """Whether a small disturbance is still growing after a while."""
     steps = math.ceil(duration / dt)
-    make: Callable[..., laws.Controller] = laws.get(name).controller
-    law = make(straight_path(speed * duration + 100.0), params)
+    law = told.on(straight_path(speed * duration + 100.0))
     _, angles = roll(law, car, speed, (0.0, 0.02, 0.0), dt, steps)
     if np.abs(angles).max() > _ASTRAY:
         return True
@@ -97,15 +113,21 @@ def grows(
 
 
 def critical_dead_time(
-    name: str, params: Params, car: Car, speed: float, guess: float, dt: float = 0.05
+    told: Told,
+    car: Car,
+    speed: float,
+    guess: float,
+    dt: float = 0.05,
+    *,
+    most: float | None = None,
 ) -> float:
-    """Find by bisection the dead time at which a small disturbance no longer dies out."""
+    """Find by bisection the dead time to add at which a small disturbance no longer dies out."""
 
     def unstable(dead_time: float) -> bool:
-        late = car._replace(dead_time=dead_time)
-        return grows(name, params, late, speed, 20.0 + 40.0 * guess, dt)
+        late = car._replace(dead_time=car.dead_time + dead_time)
+        return grows(told, late, speed, 20.0 + 40.0 * guess, dt)
 
-    low, high = 0.0, 2.0 * guess + 0.05
+    low, high = 0.0, 2.0 * guess + 0.05 if most is None else most
     assert not unstable(low)
     assert unstable(high)
     while high - low > 0.002 * guess + 1e-4:
@@ -114,17 +136,14 @@ def critical_dead_time(
     return 0.5 * (low + high)
 
 
-def driven_preview_offset(
-    params: popsteer.PreviewPopParams, car: Car, radius: float, speed: float
-) -> float:
-    """Drive preview POP a lap of a circle; its reference point's offset to the inside, at last."""
+def driven_preview_offset(told: Told, car: Car, radius: float, speed: float) -> float:
+    """Drive preview POP a lap of a circle; its tracked point's offset to the inside, at last."""
     count = round(2.0 * math.pi * radius / 0.5)
     angle = np.arange(count) * (2.0 * math.pi / count)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
-    law = popsteer.PreviewPop(popsteer.Path(xy, closed=True), params)
+    law = told.on(popsteer.Path(xy, closed=True))
     steps = math.ceil(2.0 * math.pi * radius / speed / 0.05)
     places, _ = roll(law, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
     turned = places[3 * steps // 4 :] - (0.0, radius)
     # The rear axle moves where it points, so what lies ahead of it is a little further out.
-    ahead = params.reference_offset or 0.0
-    return radius - float(np.hypot(np.hypot(*turned.T), ahead).mean())
+    return radius - float(np.hypot(np.hypot(*turned.T), law.tracked_point).mean())

@@ -27,7 +27,17 @@ EXPECTED = {
 @pytest.fixture(scope="module")
 def comparison() -> Comparison:
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-    return study.compare(path, start=START)
+    return study.compare(path, start=START, start_at="front")
+
+
+def test_authors_start_is_that_of_the_front_axle(comparison: Comparison) -> None:
+    """The first record says so; the figures would hardly notice a start that is 1 m off."""
+    for run in comparison.runs.values():
+        first = {name: column[0] for name, column in run.records.items()}
+        assert (first["x"], first["y"], first["yaw"]) == run.start
+        assert run.start == pytest.approx((-183.797, 79.760, -1.574), abs=5e-4)
+    pop = comparison.runs["pop"].records
+    assert (pop["reference_x"][0], pop["reference_y"][0]) == pytest.approx(START[:2], abs=1e-9)
 
 
 def test_authors_path_from_their_file_is_recognised(comparison: Comparison) -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import popsteer
+from popsteer import Vehicle, vehicles
 from popsteer.errors import ConfigError
-from popsteer.study import Vehicle, carrot_offset, driven_offset
+from popsteer.study import carrot_offset, driven_offset
 from popsteer.study.carrot import carrot_curve
 from tests.closed_loop.rolling import Car, roll
 
@@ -18,12 +19,14 @@ def test_carrot_offset_of_a_kinematic_bicycle_is_that_of_a_rope(
 ) -> None:
     rope = radius - math.sqrt(radius**2 - distance**2)
     for wheelbase in (1.0, 2.7, 5.0):
-        found = carrot_offset(distance, radius, Vehicle(wheelbase=wheelbase))
-        assert found == pytest.approx(rope, rel=1e-12)
+        for rear_axle in (0.0, -1.5):
+            vehicle = Vehicle(wheelbase=wheelbase, rear_axle=rear_axle)
+            found = carrot_offset(distance, radius, vehicle)
+            assert found == pytest.approx(rope, rel=1e-12)
 
 
 def test_carrot_offset_on_a_wide_circle_is_the_small_angle_formula() -> None:
-    vehicle = Vehicle.of("carla-identified")
+    vehicle = vehicles.get("carla-identified")
     turning = 3.553 + 2.9e-4 * 15.0**2
     formula = 9.0 * (4.5 - (turning - 1.06)) / 2000.0
     assert carrot_offset(9.0, 2000.0, vehicle, 15.0) == pytest.approx(formula, rel=1e-3)
@@ -37,11 +40,10 @@ def test_carrot_offset_is_what_a_car_apart_from_the_library_drives(
     angle = np.linspace(0.0, 2.0 * math.pi, round(30.0 * radius), endpoint=False)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
     path = popsteer.Path(xy, closed=True)
-    params = Vehicle(wheelbase=wheelbase).fitted(popsteer.PopParams(candidate_count=2001))
+    vehicle = Vehicle(wheelbase=wheelbase)
+    pop = popsteer.Pop(path, vehicle, popsteer.PopParams(candidate_count=2001, min_lookahead=6.0))
     steps = int(3.0 * math.pi * radius / 5.0 / 0.05)
-    places, _ = roll(
-        popsteer.Pop(path, params), Car(wheelbase, lag, 0.0), 5.0, (0.0, 0.0, 0.0), 0.05, steps
-    )
+    places, _ = roll(pop, Car(wheelbase, lag, 0.0), 5.0, (0.0, 0.0, 0.0), 0.05, steps)
     # The rear axle is given; the front one is the wheelbase ahead along the tangent.
     rear = np.hypot(*(places[-40:] - [0.0, radius]).T)
     driven = radius - np.sqrt(rear**2 + wheelbase**2)
@@ -53,7 +55,7 @@ def test_carrot_offset_is_what_a_car_apart_from_the_library_drives(
 def test_carrot_offset_is_what_pop_drives_on_the_plants(plant: str, radius: float) -> None:
     speed = math.sqrt(2.0 * radius)
     driven, distance = driven_offset(radius, plant, speed)
-    computed = carrot_offset(distance, radius, Vehicle.of(plant), speed)
+    computed = carrot_offset(distance, radius, vehicles.get(plant), speed)
     assert driven == pytest.approx(computed, abs=0.05)  # the candidates are 0.3 degrees apart
 
 

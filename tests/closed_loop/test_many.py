@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 NOISE = sim.Noise(position=0.1, yaw=0.005, speed=0.1)
 PLANTS: list[CorePlant] = [
     *sim.plant_names(),
-    sim.CarlaIdentified(yaw_lag=0.2),
-    sim.KinematicBicycle(wheelbase=2.0),
+    sim.CarlaIdentified(sim.vehicle_of("carla-identified").replace(steer_lag=0.2)),
+    sim.KinematicBicycle(popsteer.Vehicle(wheelbase=2.0, rear_axle=-1.0, dead_time=0.1)),
 ]
 POSE = (0.0, 1.0, 0.1)
 
@@ -60,12 +60,11 @@ def test_many_runs_without_noise_are_single_runs_bit_for_bit(name: str, longitud
 
 def test_many_runs_from_starts_and_speeds_are_those_of_simulations() -> None:
     path = track("slalom")
-    law = popsteer.Stanley(path, sim.fitted(popsteer.StanleyParams(), "carla-identified"))
+    law = popsteer.Stanley(path, sim.vehicle_of("carla-identified"))
     starts, speeds = [(0.0, 0.3 * k, 0.02 * k) for k in range(4)], [0.0, 3.0, 6.0, 9.0]
     many = sim.run_many(law, start=starts, speed=speeds)
     for k, (start, speed) in enumerate(zip(starts, speeds, strict=True)):
-        offset = law.reference_offset
-        simulation = sim.Simulation(path, start=start, speed=speed, reference_offset=offset)
+        simulation = sim.Simulation(path, start=start, speed=speed)
         simulation.drive(law)
         one = {name: column[k] for name, column in many.items()}
         assert _bits(one) == _bits(simulation.metrics())
@@ -135,8 +134,8 @@ def test_noise_out_of_range_is_refused_by_name() -> None:
 @pytest.mark.parametrize(
     ("arguments", "field"),
     [
-        ({"law": _pops(2), "plant": ["carla-identified"] * 3}, "law, plant"),
-        ({"law": _pops(1), "start": [POSE, POSE]}, "law, start"),
+        ({"controller": _pops(2), "plant": ["carla-identified"] * 3}, "controller, plant"),
+        ({"controller": _pops(1), "start": [POSE, POSE]}, "controller, start"),
         ({"start": [POSE] * 2, "speed": [1.0]}, "start, speed"),
         ({"start": (0.0, 0.0)}, "start"),
         ({"start": [[POSE]]}, "start"),
@@ -154,7 +153,7 @@ def test_many_runs_with_bad_argument_is_refused_by_name(
     arguments: dict[str, Any], field: str
 ) -> None:
     with pytest.raises(ConfigError) as caught:
-        sim.run_many(**{"law": _pops(1)[0], **arguments})
+        sim.run_many(**{"controller": _pops(1)[0], **arguments})
     assert caught.value.field == field
 
 
@@ -172,10 +171,10 @@ def test_many_runs_of_law_or_path_that_cannot_be_driven_are_refused() -> None:
     class Own:
         path = track("slalom")
 
-    with pytest.raises(TypeError, match="law 1 must be a controller of popsteer, got Own"):
+    with pytest.raises(TypeError, match="controller 1 must be one of popsteer, got Own"):
         sim.run_many([*_pops(1), Own()])  # type: ignore[list-item]
     without = popsteer.Pop(popsteer.Path([(0.0, 0.0), (50.0, 0.0)]))
-    with pytest.raises(PathError, match="path of law 1 has no reference speeds"):
+    with pytest.raises(PathError, match="path of controller 1 has no reference speeds"):
         sim.run_many([*_pops(1), without], longitudinal=popsteer.SpeedPid())
     with pytest.raises(TypeError, match="longitudinal must be"):
         sim.run_many(_pops(1), longitudinal=3)  # type: ignore[arg-type]
@@ -221,9 +220,9 @@ def test_many_runs_interrupted_stop_long_before_the_end() -> None:
     script = f"""{ENDLESS}
     shares = []
     def progress(share):
-        if not shares:
-            print("started", flush=True)
         shares.append(share)
+        if len(shares) == 1:
+            print("started", flush=True)
 
     try:
         runs(progress)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import laws, presets, sim
+from popsteer import laws, presets, sim, vehicles
 from popsteer.report.table import title_of
 from popsteer.sim import Settings
 from tests.closed_loop.page import line, table
@@ -16,21 +16,24 @@ from tests.closed_loop.paths import track
 from tests.helpers import authors_data
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from popsteer.laws import Controller
     from popsteer.sim.run import Pose
 
 PLANT = "carla-identified"
+CAR = vehicles.get(PLANT)
 LAWS = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
 TO_THE_END = Settings(stop_distance=0.0, time_limit=300.0)
 
 
 class Shortened:
-    """A law on a path without its last metres, driven along the whole of it."""
+    """A controller on a path without its last metres, driven along the whole of it."""
 
     def __init__(self, law: Controller) -> None:
-        self.reference_offset = law.reference_offset
+        self.tracked_point = law.tracked_point
         self._law = law
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> popsteer.Command:
@@ -40,13 +43,13 @@ class Shortened:
 def courses(name: str) -> tuple[popsteer.Path, Pose | None]:
     if name == "authors":
         path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-        return path, (-183.8, 78.7, -1.574)
+        return path, (-183.797, 79.760, -1.574)
     return track(name), None
 
 
 def controller(name: str, path: popsteer.Path, preset: str) -> Controller:
-    params = sim.fitted(presets.get(name, preset), PLANT)
-    return laws.get(name).controller(path, params)  # type: ignore[arg-type]
+    make: Callable[..., Controller] = laws.get(name).controller
+    return make(path, CAR, presets.get(name, preset))
 
 
 def shortened(path: popsteer.Path, length: float) -> popsteer.Path:
@@ -61,9 +64,8 @@ def angles_by_arc(
     """Where on the path the front axle was at each step [m], and the angle commanded [rad]."""
     done = sim.run(law, PLANT, path=path, start=start, settings=TO_THE_END)
     records = done.records
-    ahead = sim.geometry(PLANT).front_offset
-    x = records["x"] + ahead * np.cos(records["yaw"])
-    y = records["y"] + ahead * np.sin(records["yaw"])
+    x = records["x"] + CAR.front_axle * np.cos(records["yaw"])
+    y = records["y"] + CAR.front_axle * np.sin(records["yaw"])
     arc = np.array([path.project(*point).arc_length for point in zip(x, y, strict=True)])
     return arc, records["steer"]
 

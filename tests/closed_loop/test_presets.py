@@ -1,36 +1,39 @@
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import popsteer
-from popsteer import laws, presets, sim, study
+from popsteer import laws, presets, sim, study, vehicles
 from popsteer.errors import ConfigError
 from tests.closed_loop.paths import track
 
+PAPER = vehicles.get("paper")
 NAMES = ("default", "paper", "published-code", "reproduction")
 
 
 @pytest.mark.parametrize("law", laws.names())
-def test_presets_of_each_law_are_of_its_class_and_leave_the_vehicle_open(law: str) -> None:
+def test_presets_of_each_law_are_of_its_class(law: str) -> None:
     assert presets.names(law) == NAMES
     for name in NAMES:
-        params = presets.get(law, name)
-        assert type(params) is laws.get(law).params
-        assert params.reference_offset is None
+        assert type(presets.get(law, name)) is laws.get(law).params
 
 
 def test_presets_where_paper_and_code_differ_hold_both() -> None:
-    assert presets.get("pid", "paper") == popsteer.PidParams(integral_with_dt=False)
-    assert presets.get("pid", "published-code") == popsteer.PidParams(kp=0.12, ki=0.01, kd=0.48)
-    assert presets.get("pop", "paper") == popsteer.PopParams(exact_lookahead=False)
+    def held(law: str, name: str, params: Any) -> bool:
+        given: dict[str, Any] = presets.get(law, name).as_dict()
+        return given == pytest.approx(params.resolved(PAPER).as_dict(), rel=1e-15)
+
+    assert held("pid", "paper", popsteer.PidParams(integral_with_dt=False))
+    assert held("pid", "published-code", popsteer.PidParams(kp=0.12, ki=0.01, kd=0.48))
+    assert held("pop", "paper", popsteer.PopParams(exact_lookahead=False))
     assert presets.get("pop", "default") == popsteer.PopParams(exact_lookahead=True)
-    assert presets.get("pure-pursuit", "paper") == popsteer.PurePursuitParams(
-        min_lookahead=0.0, exact_lookahead=False
-    )
-    assert presets.get("pure-pursuit", "published-code") == popsteer.PurePursuitParams(
-        alpha_by_arccos=True, exact_lookahead=False
-    )
-    assert presets.get("stanley", "published-code") == popsteer.StanleyParams(heading_behind=True)
+    paper = popsteer.PurePursuitParams(min_lookahead=0.0, exact_lookahead=False)
+    assert held("pure-pursuit", "paper", paper)
+    code = popsteer.PurePursuitParams(alpha_by_arccos=True, exact_lookahead=False)
+    assert held("pure-pursuit", "published-code", code)
+    assert held("stanley", "published-code", popsteer.StanleyParams(heading_behind=True))
 
 
 def test_preset_or_law_unknown_is_refused_with_the_known_ones() -> None:
@@ -40,27 +43,20 @@ def test_preset_or_law_unknown_is_refused_with_the_known_ones() -> None:
         presets.get("mpc", "paper")
 
 
-@pytest.mark.parametrize("plant", sim.plant_names())
-def test_fitted_params_have_the_plants_axle_and_wheelbase(plant: str) -> None:
-    at = sim.geometry(plant)
-    front = sim.fitted(popsteer.PopParams(wheelbase=9.0), plant)
-    rear = sim.fitted(popsteer.PurePursuitParams(wheelbase=9.0), plant)
-    assert (front.reference_offset, front.wheelbase) == (at.front_offset, at.wheelbase)
-    assert (rear.reference_offset, rear.wheelbase) == (at.rear_offset, at.wheelbase)
+@pytest.mark.parametrize("law", ["pid", "pure-pursuit", "stanley", "pop"])
+def test_presets_of_the_paper_are_absolute_numbers(law: str) -> None:
+    small = popsteer.Vehicle(wheelbase=0.3)
+    for name in NAMES[1:]:
+        params = presets.get(law, name)
+        assert params.resolved(small) == params
+    default = presets.get(law, "default")
+    assert default.resolved(small) != default.resolved(PAPER)
 
 
-def test_fitted_params_of_a_bicycle_follow_its_own_wheelbase() -> None:
-    fitted = sim.fitted(popsteer.PidParams(), sim.KinematicBicycle(wheelbase=2.5))
-    assert (fitted.reference_offset, fitted.wheelbase) == (2.5, 2.5)
-
-
-def test_geometry_of_each_plant_is_what_the_simulation_starts_from() -> None:
-    path = track("straight")
-    own: list[sim.Plant] = [sim.CarlaIdentified(), sim.KinematicBicycle(wheelbase=2.0)]
-    for plant in [*sim.plant_names(), *own]:
-        simulation = sim.Simulation(path, plant, start=(10.0, 0.0, 0.0))
-        x, *_ = simulation.vehicle
-        assert 10.0 - x == pytest.approx(sim.geometry(plant).front_offset, abs=1e-12)
+def test_vehicle_of_each_plant_is_the_one_that_is_named_so() -> None:
+    for name in sim.plant_names():
+        assert sim.vehicle_of(name) == vehicles.get(name)
+    assert sim.vehicle_of(sim.KinematicBicycle(popsteer.Vehicle())) == popsteer.Vehicle()
 
 
 def test_comparison_by_mapping_drives_the_params_given() -> None:

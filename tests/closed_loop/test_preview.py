@@ -1,22 +1,23 @@
-"""Preview POP in the loop: the authors' track, wrong models, noise, starts that could do harm."""
+"""Preview POP in the loop: the authors' track, wrong vehicles, noise, starts that could do harm."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
 import popsteer
-from popsteer import PreviewPop, PreviewPopParams, baselines, sim, tracks
-from popsteer.sim import CarlaIdentified, Noise, Settings, fitted
+from popsteer import AdaptParams, PreviewPop, Vehicle, baselines, sim, tracks, vehicles
+from popsteer.sim import CarlaIdentified, Noise, Settings
 from tests.helpers import authors_data
 
-START = (-183.8, 78.7, -1.574)
+START = (-183.797, 79.760, -1.574)
 PLANT = "carla-identified"
-FITTED = fitted(PreviewPopParams(), PLANT)
-LEARNING = FITTED.replace(turn_learning_time=0.5)
+CAR = vehicles.get(PLANT)
+QUICK = AdaptParams(turn_time=0.5)
+CONSTANT = AdaptParams(turn_time=0.0)
 LINE = popsteer.Path([(float(x), 0.0) for x in range(800)])
 
 
@@ -25,18 +26,21 @@ def path() -> popsteer.Path:
     return popsteer.Path.from_csv(authors_data() / "waypoints.csv")
 
 
-def _metrics(path: popsteer.Path, params: PreviewPopParams, **changes: Any) -> sim.Metrics:
-    metrics = sim.run(PreviewPop(path, params.replace(**changes)), start=START).metrics
+def _metrics(
+    path: popsteer.Path, adapt: AdaptParams | Literal["auto"] = "auto", **told: Any
+) -> sim.Metrics:
+    law = PreviewPop(path, CAR.replace(**told), adapt=adapt)
+    metrics = sim.run(law, start=START).metrics
     assert metrics.finished
     return metrics
 
 
 def test_preview_pop_on_authors_track_stays_within_the_figures(path: popsteer.Path) -> None:
-    metrics = _metrics(path, FITTED)
+    metrics = _metrics(path)
     assert metrics.mean_abs_cross_track_error <= 0.050
     assert metrics.settled_mean_abs_cross_track_error <= 0.006
     assert metrics.settled_max_abs_cross_track_error <= 0.06
-    pop = sim.run(popsteer.Pop(path, fitted(popsteer.PopParams(), PLANT)), start=START).metrics
+    pop = sim.run(popsteer.Pop(path), start=START).metrics
     assert metrics.rms_steer_rate <= pop.rms_steer_rate
 
 
@@ -44,63 +48,64 @@ def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(
     path: popsteer.Path,
 ) -> None:
     pytest.importorskip("osqp")
-    mpc = baselines.get("mpc").controller(path, baselines.MpcParams.for_plant(PLANT))
+    mpc = baselines.get("mpc").controller(path, CAR, baselines.MpcParams())
     most = 1.1 * sim.run(mpc, start=START).metrics.settled_mean_abs_cross_track_error
-    assert _metrics(path, FITTED).settled_mean_abs_cross_track_error <= most
+    assert _metrics(path).settled_mean_abs_cross_track_error <= most
 
 
 @pytest.mark.parametrize(
-    "changes",
+    "told",
     [
-        {"wheelbase": 0.85 * FITTED.wheelbase},
-        {"wheelbase": 1.15 * FITTED.wheelbase},
+        {"turning_wheelbase": 0.85 * 3.553},
+        {"turning_wheelbase": 1.15 * 3.553},
         {"steer_lag": 0.05},
         {"steer_lag": 0.2},
     ],
     ids=str,
 )
-def test_preview_pop_with_a_wrong_model_stays_on_authors_track(
-    path: popsteer.Path, changes: dict[str, float]
+@pytest.mark.parametrize("adapt", [AdaptParams(), CONSTANT])
+def test_preview_pop_of_a_wrong_vehicle_stays_on_authors_track(
+    path: popsteer.Path, told: dict[str, float], adapt: AdaptParams
 ) -> None:
-    assert _metrics(path, FITTED, **changes).settled_mean_abs_cross_track_error <= 0.03
+    assert _metrics(path, adapt, **told).settled_mean_abs_cross_track_error <= 0.03
 
 
 def test_preview_pop_in_noise_stays_on_authors_track(path: popsteer.Path) -> None:
     noise = Noise(position=0.1, yaw=0.005)
-    for params in (FITTED, LEARNING):
-        runs = sim.run_many([PreviewPop(path, params)] * 4, start=START, noise=noise, seed=1)
+    for adapt in (AdaptParams(), QUICK):
+        laws = [PreviewPop(path, CAR, adapt=adapt)] * 4
+        runs = sim.run_many(laws, start=START, noise=noise, seed=1)
         assert runs["finished"].all()
         assert runs["settled_mean_abs_cross_track_error"].max() <= 0.03
 
 
 @pytest.mark.parametrize("factor", [0.85, 1.15])
-def test_preview_pop_that_learns_corrects_a_wrong_wheelbase(
-    path: popsteer.Path, factor: float
+@pytest.mark.parametrize("adapt", [AdaptParams(), QUICK])
+def test_preview_pop_that_adapts_corrects_a_wrong_wheelbase(
+    path: popsteer.Path, factor: float, adapt: AdaptParams
 ) -> None:
-    metrics = _metrics(path, LEARNING, wheelbase=factor * FITTED.wheelbase)
+    metrics = _metrics(path, adapt, turning_wheelbase=factor * 3.553)
     assert metrics.settled_mean_abs_cross_track_error <= 0.010
 
 
-def test_preview_pop_on_a_circle_with_a_wrong_wheelbase_learns_the_offset_away() -> None:
+def test_preview_pop_on_a_circle_with_a_wrong_wheelbase_adapts_the_offset_away() -> None:
     angles = np.linspace(0.0, 2.0 * math.pi, 800, endpoint=False)
     circle = popsteer.Path(60.0 * np.column_stack([np.cos(angles), np.sin(angles)]), closed=True)
-    wrong = FITTED.replace(wheelbase=0.85 * FITTED.wheelbase)
+    wrong = CAR.replace(turning_wheelbase=0.85 * 3.553)
     errors = [
-        sim.run(PreviewPop(circle, params)).metrics.settled_mean_abs_cross_track_error
-        for params in (wrong, wrong.replace(turn_learning_time=0.5))
+        sim.run(PreviewPop(circle, wrong, adapt=adapt)).metrics.settled_mean_abs_cross_track_error
+        for adapt in (CONSTANT, QUICK)
     ]
     assert errors[1] < 0.2 * errors[0]
 
 
 class _Misinformed:
-    """The law, told of a heading that is wrong and of a point other than it was said to be."""
+    """The controller, given a wrong heading, and the pose of another point than it was told."""
 
-    def __init__(
-        self, path: popsteer.Path, params: PreviewPopParams, told: dict[str, float]
-    ) -> None:
-        self.law = PreviewPop(path, params)
+    def __init__(self, path: popsteer.Path, adapt: AdaptParams, told: dict[str, float]) -> None:
+        self.law = PreviewPop(path, CAR, adapt=adapt)
         self.yaw, self.ahead = told.get("yaw", 0.0), told.get("ahead", 0.0)
-        self.reference_offset = self.ahead  # the errors are those of the point that it is told of
+        self.tracked_point = self.ahead  # the errors are those of the point that it is given
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
         x += self.ahead * math.cos(yaw)
@@ -109,20 +114,18 @@ class _Misinformed:
 
 
 @pytest.mark.parametrize("told", [{"yaw": 0.01}, {"ahead": 1.4}, {"ahead": -1.4}], ids=str)
-def test_preview_pop_told_a_wrong_heading_or_point_learns_it(
+def test_preview_pop_told_a_wrong_heading_or_point_finds_it(
     path: popsteer.Path, told: dict[str, float]
 ) -> None:
-    unlearning, learning = (
-        sim.run(_Misinformed(path, params, told), path=path, start=START).metrics
-        for params in (FITTED.replace(slip_learning_time=0.0), FITTED)
+    without, adapting = (
+        sim.run(_Misinformed(path, adapt, told), path=path, start=START).metrics
+        for adapt in (AdaptParams(slip_time=0.0), AdaptParams())
     )
-    assert unlearning.settled_mean_abs_cross_track_error >= 0.06
-    assert learning.settled_mean_abs_cross_track_error <= 0.02
+    assert without.settled_mean_abs_cross_track_error >= 0.06
+    assert adapting.settled_mean_abs_cross_track_error <= 0.02
 
 
-def _drive(
-    params: PreviewPopParams, start: tuple[float, float, float], speed: float
-) -> dict[str, Any]:
+def _drive(vehicle: Vehicle, start: tuple[float, float, float], speed: float) -> dict[str, Any]:
     """From `start`, rolling at a constant speed along a straight line."""
     time_limit = 45.0 * max(1.0, 5.0 / speed)
     simulation = sim.Simulation(
@@ -132,9 +135,9 @@ def _drive(
         speed=speed,
         settings=Settings(time_limit=time_limit, give_up_distance=500.0),
     )
-    law = PreviewPop(LINE, params)
+    law = PreviewPop(LINE, vehicle)
     while not simulation.is_over:
-        x, y, yaw, now = simulation.vehicle
+        x, y, yaw, now = simulation.state
         steer = law.steer(x, y, yaw, now, 0.05)
         error = speed - now
         throttle = min(max(speed * (0.28 + 0.001 * speed) / 6.0 + 0.5 * error, 0.0), 1.0)
@@ -154,21 +157,22 @@ def _drive(
 def test_preview_pop_from_afar_or_facing_the_wrong_way_converges_without_spinning(
     aside: float, yaw: float, speed: float
 ) -> None:
-    records = _drive(FITTED, (150.0, aside, yaw), speed)
+    vehicle = CAR.replace(max_lateral_acceleration=15.0)
+    records = _drive(vehicle, (150.0, aside, yaw), speed)
     assert abs(records["cross_track_error"][-1]) < 0.05
     assert abs(math.remainder(records["yaw"][-1], math.tau)) < 0.02
     # It turns round once at most, and by no more than the approach beyond.
     turned = np.abs(records["yaw"] - yaw).max()
     assert turned <= abs(yaw) + 1.2
     lateral = np.abs(np.diff(records["yaw"]) / 0.05 * records["speed"][:-1])
-    assert lateral.max() <= 1.05 * FITTED.max_lateral_acceleration
+    assert lateral.max() <= 1.05 * 15.0
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.02, 0.1, 0.2])
 def test_preview_pop_at_another_control_period_tracks_as_well(
     path: popsteer.Path, dt: float
 ) -> None:
-    metrics = sim.run(PreviewPop(path, FITTED), start=START, settings=Settings(dt=dt)).metrics
+    metrics = sim.run(PreviewPop(path), start=START, settings=Settings(dt=dt)).metrics
     assert metrics.finished
     assert metrics.settled_mean_abs_cross_track_error <= 0.012
 
@@ -176,7 +180,7 @@ def test_preview_pop_at_another_control_period_tracks_as_well(
 @pytest.mark.parametrize("every", [2, 5, 10])
 def test_preview_pop_on_coarse_waypoints_tracks_on(path: popsteer.Path, every: int) -> None:
     coarse = popsteer.Path(np.column_stack([path.x, path.y])[::every])
-    metrics = _metrics(coarse, FITTED)
+    metrics = _metrics(coarse)
     # Off the fine path, the chords of 10 m themselves are up to 0.5 m.
     assert metrics.settled_mean_abs_cross_track_error <= 0.05
 
@@ -186,8 +190,8 @@ def test_preview_pop_on_coarse_waypoints_tracks_on(path: popsteer.Path, every: i
 def test_preview_pop_on_every_track_is_a_tenth_of_pop(track: str, plant: str) -> None:
     found = tracks.get(track)
     course = popsteer.Path(found.xy, closed=found.closed)
-    preview = sim.run(PreviewPop(course, fitted(PreviewPopParams(), plant)), plant).metrics
-    pop = sim.run(popsteer.Pop(course, fitted(popsteer.PopParams(), plant)), plant).metrics
+    preview = sim.run(PreviewPop(course), plant).metrics
+    pop = sim.run(popsteer.Pop(course), plant).metrics
     assert preview.finished
     assert (
         preview.settled_mean_abs_cross_track_error <= 0.1 * pop.settled_mean_abs_cross_track_error

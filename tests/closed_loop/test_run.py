@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,17 +10,19 @@ import pytest
 import popsteer
 from popsteer import laws, presets, sim
 from popsteer.errors import ConfigError, InputError, PathError
-from tests.closed_loop.paths import track
+from tests.closed_loop.paths import line, track
+from tests.closed_loop.python_bicycle import Bicycle
 
 if TYPE_CHECKING:
     from popsteer.sim import Run
 
 PLANTS = sim.plant_names()
+SPEED = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
 
 
 def _law(name: str, path: popsteer.Path, plant: str) -> Any:
-    params = sim.fitted(presets.get(name, "reproduction"), plant)
-    return laws.get(name).controller(path, params)  # type: ignore[arg-type]
+    params = presets.get(name, "reproduction")
+    return laws.get(name).controller(path, sim.vehicle_of(plant), params)  # type: ignore[arg-type]
 
 
 def _same(left: Run, right: Run) -> bool:
@@ -34,12 +37,12 @@ def _same(left: Run, right: Run) -> bool:
 
 
 class Own:
-    """A law of popsteer, in the shape of a law of the user's own."""
+    """A controller of popsteer, in the shape of one of the user's own."""
 
     def __init__(self, law: Any, *, angle_alone: bool = False) -> None:
         self._law = law
         self._angle_alone = angle_alone
-        self.reference_offset = law.reference_offset
+        self.tracked_point = law.tracked_point
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Any:
         command = self._law.step(x, y, yaw, speed, dt)
@@ -119,28 +122,103 @@ def test_run_leaves_the_state_of_the_law_alone() -> None:
 
 @pytest.mark.parametrize("plant", PLANTS)
 @pytest.mark.parametrize("name", laws.names())
-def test_run_of_law_without_offset_measures_at_the_plants_axle(name: str, plant: str) -> None:
+def test_run_of_controller_without_vehicle_takes_the_plants(name: str, plant: str) -> None:
     path = track("straight")
-    law = laws.get(name)
-    result = sim.run(law.controller(path), plant, settings=sim.Settings(time_limit=0.1))
-    at = sim.geometry(plant)
-    wanted = {"front": at.front_offset, "rear": at.rear_offset, "pose": 0.0}[law.axle]
-    ahead = result.records["reference_x"][0] - result.records["x"][0]
+    car = sim.vehicle_of(plant)
+    settings = sim.Settings(time_limit=2.0)
+    told = sim.run(laws.get(name).controller(path, car), plant, settings=settings)
+    left = sim.run(laws.get(name).controller(path), plant, settings=settings)
+    assert _same(told, left)
+    assert left.vehicle == left.plant_vehicle == car
+    slips = car.rear_axle if car.no_slip_point is None else car.no_slip_point
+    wanted = {"pure-pursuit": car.rear_axle, "preview-pop": slips}.get(name, car.front_axle)
+    ahead = left.records["reference_x"][0] - left.records["x"][0]
     assert ahead == pytest.approx(wanted, abs=1e-12)
-    assert result.params["reference_offset"] == wanted
 
 
-def test_run_keeps_an_offset_that_the_user_gave() -> None:
-    params = popsteer.StanleyParams(reference_offset=2.0)
-    result = sim.run(popsteer.Stanley(track("straight"), params))
-    assert result.params["reference_offset"] == 2.0
+def test_run_of_controller_without_vehicle_adapts_as_its_kind_does_on_the_plant() -> None:
+    late = sim.KinematicBicycle(popsteer.Vehicle(dead_time=0.2))
+    path = track("slalom")
+    told = popsteer.Pop(path, late.vehicle)
+    assert told.adapt is not None
+    assert _same(sim.run(popsteer.Pop(path), late), sim.run(told, late))
+    never = sim.run(popsteer.Pop(path, adapt=None), late)
+    assert _same(never, sim.run(popsteer.Pop(path, late.vehicle, adapt=None), late))
+    assert never.metrics != sim.run(told, late).metrics
+
+
+def test_run_keeps_what_the_controller_was_told_beside_what_the_plant_is() -> None:
+    car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
+    plant = sim.KinematicBicycle(car.replace(understeer=0.01, steer_lag=0.3))
+    told = popsteer.Stanley(track("slalom"), car)
+    result = sim.run(told, plant)
+    assert (result.vehicle, result.plant_vehicle) == (car, plant.vehicle)
+    assert result.params["softening"] == told.params.resolved(car).softening
+    assert result.metrics != sim.run(popsteer.Stanley(track("slalom")), plant).metrics
+
+
+def test_run_of_controller_with_the_pose_elsewhere_is_refused() -> None:
+    path = track("straight")
+    for law in (popsteer.Pop(path, popsteer.Vehicle()), Believing(path, popsteer.Vehicle())):
+        with pytest.raises(ConfigError, match=r"rear_axle must be .* -1.94, got 0.0") as caught:
+            sim.run(law, "carla-identified")
+        assert (caught.value.field, caught.value.value) == ("rear_axle", 0.0)
+    amid = sim.vehicle_of("carla-identified").replace(wheelbase=2.5, dead_time=0.1)
+    assert sim.run(Believing(path, amid)).vehicle == amid
+    with pytest.raises(ConfigError, match="rear_axle"):
+        sim.run_many(popsteer.Pop(path, popsteer.Vehicle()), "carla-identified")
+
+
+class Believing:
+    """One that says what it believes."""
+
+    def __init__(self, path: popsteer.Path, vehicle: popsteer.Vehicle) -> None:
+        self.path, self.vehicle = path, vehicle
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
+        return -0.1 * y - yaw
 
 
 def test_default_start_is_right_of_the_first_waypoint_along_the_path() -> None:
     path = popsteer.Path([(5.0, 5.0), (5.0, 15.0), (20.0, 30.0)])
-    x, y, yaw = sim.default_start(path)
-    assert (x, y) == pytest.approx((7.44, 5.0))
-    assert yaw == pytest.approx(math.pi / 2)
+    for car in (popsteer.Vehicle(), popsteer.Vehicle(wheelbase=2.0, rear_axle=-1.2)):
+        x, y, yaw = sim.default_start(path, vehicle=car)
+        # A small vehicle starts no more than a wheelbase beside the path.
+        assert (x, y + car.front_axle) == pytest.approx((5.0 + min(2.44, car.wheelbase), 5.0))
+        assert yaw == pytest.approx(math.pi / 2)
+    assert sim.default_start(path) == sim.default_start(path, -2.44, popsteer.Vehicle())
+
+
+def test_default_start_of_a_path_that_begins_backwards_looks_against_it() -> None:
+    back = popsteer.Path([(0.0, 0.0), (-10.0, 0.0), (-20.0, 0.0)], speed=[-2.0, -2.0, -2.0])
+    car = popsteer.Vehicle(rear_axle=-1.5)
+    x, y, yaw = sim.default_start(back, 1.0, car)
+    # The rear axle stands on the first waypoint; 1 m to the left of the way is to the right of x.
+    assert (x, y, yaw) == pytest.approx((1.5, -1.0, 0.0))
+    result = sim.run(popsteer.PreviewPop(back), sim.KinematicBicycle(car), longitudinal=SPEED)
+    assert result.ending == "finished"
+    assert result.records["speed"].min() < -1.5
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_start_at_an_axle_is_the_pose_of_the_vehicles_point(plant: str) -> None:
+    car = sim.vehicle_of(plant)
+    path = track("racetrack")
+    at = (30.0, 2.0, 0.4)
+    places: list[tuple[sim.StartAt, float]]
+    places = [("pose", 0.0), ("rear", car.rear_axle), ("front", car.front_axle)]
+    for place, ahead in places:
+        settings = sim.Settings(time_limit=0.1)
+        result = sim.run(popsteer.Pop(path), plant, start=at, start_at=place, settings=settings)
+        records = result.records
+        x, y = records["x"][0] + ahead * math.cos(0.4), records["y"][0] + ahead * math.sin(0.4)
+        assert (x, y) == pytest.approx(at[:2], abs=1e-12)
+        assert result.start == (records["x"][0], records["y"][0], records["yaw"][0])
+        many = sim.run_many(popsteer.Pop(path), plant, start=at, start_at=place, settings=settings)
+        column = many["max_abs_cross_track_error"]
+        assert column.tolist() == [result.metrics.max_abs_cross_track_error]
+    with pytest.raises(ConfigError, match="unknown start_at 'axle'; known: pose, rear, front"):
+        sim.run(popsteer.Pop(path), start=at, start_at="axle")  # type: ignore[arg-type]
 
 
 def test_speed_pid_on_racetrack_follows_the_reference_speeds() -> None:
@@ -184,17 +262,21 @@ def test_settings_out_of_range_are_refused_by_name(field: str, value: Any) -> No
     assert caught.value.field == field
 
 
-@pytest.mark.parametrize("field", sim.CarlaIdentified().as_dict())
+def _numbers(plant: sim.CarlaIdentified | sim.KinematicBicycle) -> list[str]:
+    return [field for field in plant.as_dict() if field != "vehicle"]
+
+
+@pytest.mark.parametrize("field", _numbers(sim.CarlaIdentified()))
 def test_identified_plant_with_nan_is_refused_by_name(field: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        sim.CarlaIdentified(**{field: math.nan})
+        sim.CarlaIdentified().replace(**{field: math.nan})
     assert caught.value.field == field
 
 
-@pytest.mark.parametrize("field", sim.KinematicBicycle().as_dict())
+@pytest.mark.parametrize("field", _numbers(sim.KinematicBicycle()))
 def test_bicycle_plant_with_nan_is_refused_by_name(field: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        sim.KinematicBicycle(**{field: math.nan})
+        sim.KinematicBicycle().replace(**{field: math.nan})
     assert caught.value.field == field
 
 
@@ -215,6 +297,57 @@ def test_own_law_without_an_angle_is_a_type_error(answer: Any) -> None:
         sim.run(Constant(answer), path=track("straight"))
 
 
+class Watching:
+    """Drives straight on, and takes note of what it sees."""
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[float, ...]] = []
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
+        self.seen.append((x, y, yaw, speed))
+        return 0.0
+
+
+@pytest.mark.parametrize("plant", [*PLANTS, "python"])
+def test_noise_of_each_quantity_has_its_own_deviation(plant: str) -> None:
+    noise = sim.Noise(position=0.5, yaw=0.02, speed=0.1)
+    moved: Any = Bicycle() if plant == "python" else plant
+    watching = Watching()
+    result = sim.run(
+        watching, moved, path=line(1201), start=(0.0, 0.0, 0.0), constant_speed=8.0, noise=noise
+    )
+    columns = np.column_stack([result.records[name] for name in ("x", "y", "yaw", "speed")])
+    off = np.array(watching.seen) - columns
+    assert len(off) > 2000
+    assert off.std(axis=0) == pytest.approx([0.5, 0.5, 0.02, 0.1], rel=0.1)
+    assert np.abs(np.corrcoef(off.T) - np.eye(4)).max() < 0.1
+    # What is measured is without noise: the car went straight.
+    assert result.metrics.max_abs_cross_track_error == 0.0
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_noise_comes_from_its_seed_alone(own: bool) -> None:
+    noise = sim.Noise(position=0.1, yaw=0.005, speed=0.1)
+    path = track("slalom")
+
+    def run(seed: int) -> Run:
+        law = _law("stanley", path, PLANTS[0])
+        return sim.run(Own(law) if own else law, path=path, noise=noise, seed=seed)
+
+    assert _same(run(3), run(3))
+    assert run(3).metrics != run(4).metrics
+    many = sim.run_many(_law("stanley", path, PLANTS[0]), noise=noise, seed=3)
+    assert many["rms_steer_rate"].tolist() == [run(3).metrics.rms_steer_rate]
+    silent = sim.run(_law("stanley", path, PLANTS[0]), noise=sim.Noise(), seed=3)
+    assert _same(silent, sim.run(_law("stanley", path, PLANTS[0])))
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64])
+def test_seed_out_of_range_is_refused(seed: int) -> None:
+    with pytest.raises(ConfigError, match="seed must be a count in"):
+        sim.run(popsteer.Pop(track("slalom")), seed=seed)
+
+
 def test_own_law_that_raises_is_not_hidden() -> None:
     class Broken:
         def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
@@ -229,18 +362,43 @@ def test_own_law_without_a_path_is_a_type_error() -> None:
         sim.run(Constant(0.0))
 
 
-@pytest.mark.parametrize("own", [False, True])
-def test_progress_that_raises_ends_the_run(own: bool) -> None:
-    class StopError(Exception):
-        pass
+class Slow:
+    """Takes its time over a step."""
 
-    def stop(share: float) -> None:
-        raise StopError
+    def __init__(self) -> None:
+        self.steps = 0
 
-    path = track("racetrack")
-    law = _law("pop", path, "carla-identified")
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
+        self.steps += 1
+        time.sleep(0.03)
+        return 0.0
+
+
+class StopError(Exception):
+    pass
+
+
+def _stop(share: float) -> None:
+    raise StopError
+
+
+def test_progress_that_raises_ends_the_run() -> None:
+    law = popsteer.Pop(popsteer.Path([(0.0, 0.0), (1e6, 0.0)]))
     with pytest.raises(StopError):
-        sim.run(Own(law) if own else law, path=path, progress=stop)
+        sim.run(law, settings=sim.Settings(time_limit=1e6, keep_records=False), progress=_stop)
+
+
+def test_progress_is_looked_at_every_tenth_of_a_second_whatever_a_step_takes() -> None:
+    slow = Slow()
+    with pytest.raises(StopError):
+        sim.run(slow, path=line(), progress=_stop)
+    assert slow.steps < 20
+    shares: list[float] = []
+    result = sim.run(
+        Slow(), path=line(), settings=sim.Settings(time_limit=1.0), progress=shares.append
+    )
+    assert 3 < len(shares) < result.metrics.steps
+    assert shares == sorted(shares)
 
 
 def test_metrics_of_a_run_follow_from_its_records() -> None:

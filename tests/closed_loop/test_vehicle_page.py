@@ -6,6 +6,10 @@ import contextlib
 import io
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pytest
 
 PAGE = Path(__file__).parents[2] / "docs" / "vehicle.md"
 BLOCK = re.compile(r"^```(python|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -15,11 +19,13 @@ def printed(code: str, names: dict[str, object]) -> str:
     """What a block of the page prints."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        exec(compile(code, PAGE.name, "exec"), names)  # noqa: S102 - the page's own code
+        exec(compile(code, PAGE.name, "exec"), names)
     return out.getvalue()
 
 
-def test_vehicle_page_code_prints_what_the_page_says(tmp_path, monkeypatch):
+def test_vehicle_page_code_prints_what_the_page_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     last = ""

@@ -10,7 +10,7 @@ import pytest
 
 import popsteer
 from popsteer import _core, reference, sim
-from popsteer.reference.lateral.tracker import TrackerState
+from popsteer.reference.lateral.tracker_state import TrackerState
 from tests.helpers import ROOT
 from tests.parity.laws import ALL, LATERAL
 
@@ -27,11 +27,12 @@ def _twins(file: Path) -> list[Path]:
     return [CORE / file.with_suffix(".rs")]
 
 
-def test_reference_holds_the_laws_and_their_rooms() -> None:
+def test_reference_holds_the_controllers_and_their_modules() -> None:
     held = {file.as_posix() for file in FILES}
     assert {f"lateral/{law}.py" for law in LAWS} <= held
     assert {"math.py", "error.py", "path/locate.py", "path/lookahead.py"} <= held
-    assert {"path/resample.py", "vehicle/predict.py", "longitudinal/coupled.py"} <= held
+    assert {"path/resample.py", "vehicle/bicycle.py", "vehicle/delay.py"} <= held
+    assert {"vehicle/estimator.py", "lateral/tracker.py", "longitudinal/coupled.py"} <= held
 
 
 @pytest.mark.parametrize("file", FILES, ids=str)
@@ -62,15 +63,21 @@ def test_params_have_the_same_fields_in_the_same_order(law: Any) -> None:
     assert ours == [field.name for field in dataclasses.fields(getattr(reference, law.params_name))]
 
 
+@pytest.mark.parametrize("name", ["Vehicle", "AdaptParams", "Estimate"])
+def test_values_have_the_same_fields_in_the_same_order(name: str) -> None:
+    ours = list(getattr(popsteer, name)().as_dict())
+    assert ours == [field.name for field in dataclasses.fields(getattr(reference, name))]
+
+
 @pytest.mark.parametrize("name", [*(law.state_name for law in LATERAL), "SpeedPidState"])
 def test_states_have_the_same_fields_in_the_same_order(name: str) -> None:
     ours = list(getattr(popsteer, name)().as_dict())
     assert ours
     fields = [field.name for field in dataclasses.fields(getattr(reference, name))]
     if name != "SpeedPidState":
-        # What all laws remember beside the waypoint comes first where a class is derived from it.
-        first, *tail = (field.name for field in dataclasses.fields(TrackerState))
-        fields = [first, *(field for field in fields if field not in (first, *tail)), *tail]
+        # What all controllers remember comes first where a class is derived from it.
+        tail = [field.name for field in dataclasses.fields(TrackerState)]
+        fields = [*(field for field in fields if field not in tail), *tail]
     assert ours == fields
 
 
@@ -86,7 +93,7 @@ def test_public_names_are_sorted_and_all_of_the_extension() -> None:
 
 
 def test_reference_answers_to_the_public_names() -> None:
-    alone = {"ConfigError", "InputError", "PathError", "PopsteerError", "__version__"}
+    alone = {"ConfigError", "InputError", "PathError", "PopsteerError", "__version__", "vehicles"}
     ours = set(popsteer.__all__) - alone - {"build_profile"}
     # What takes many vehicles at once has one vehicle's law for its reference.
     missing = ours - set(reference.__all__)

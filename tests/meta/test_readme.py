@@ -47,7 +47,7 @@ def test_readme_table_of_the_embedded_track_is_what_compare_measures() -> None:
 
 def test_readme_table_of_the_authors_track_is_what_compare_measures() -> None:
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-    comparison = study.compare(path, start=(-183.8, 78.7, -1.574))
+    comparison = study.compare(path, start=(-183.8, 78.7, -1.574), start_at="front")
     shown = rows("--start=-183.8,78.7,-1.574")
     assert set(shown) == {"PID", "Pure-Pursuit", "Stanley", "POP"}
     for title, cells in shown.items():

@@ -21,7 +21,7 @@ _MACHINE = re.compile(
     | /(?:work|workspace|builds|mnt)/\w  # a build machine's
     | [A-Z]:\\\\?Users
     | \b(?:10|192\.168|172\.(?:1[6-9]|2\d|3[01]))(?:\.\d{1,3}){2,3}\b
-    | \b[\w-]+\.(?:internal|local|lan|corp)\b(?!\()
+    | \b(?!hypothesis\.)[\w-]+\.(?:internal|local|lan|corp)\b(?!\()
     """,
     re.VERBOSE,
 )
@@ -78,7 +78,9 @@ def test_machine_pattern_sees_paths_and_hosts(line: str) -> None:
     assert _MACHINE.search(line)
 
 
-@pytest.mark.parametrize("line", ["framework/x", "a /usr/bin/env", "threading.local()", "0.10.2"])
+@pytest.mark.parametrize(
+    "line", ["framework/x", "a /usr/bin/env", "threading.local()", "0.10.2", "hypothesis.internal"]
+)
 def test_machine_pattern_leaves_others_alone(line: str) -> None:
     assert not _MACHINE.search(line)
 

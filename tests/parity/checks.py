@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import popsteer
 from tests.parity.compare import Pair, call, make, same
-from tests.parity.strategies import Shape, Spot, Waypoints, fitted
+from tests.parity.strategies import Ranges, Shape, Spot, Waypoints, fitted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -40,14 +40,31 @@ def controller(
     path: Waypoints,
     params: dict[str, Any],
     most: int = 5000,
-    actuator: dict[str, Any] | None = None,
+    vehicle: dict[str, Any] | None = None,
+    adapt: Any = "auto",
 ) -> Pair:
-    """A law with these parameters on this path, on both sides."""
+    """A controller with these parameters on this path, on both sides."""
+    car = vehicle or {}
     if law.searches:
-        params = fitted(params, path, most)
+        params = fitted(params, path, most, car.get("wheelbase", 3.0))
     made = make("Path", path.xy, speed=path.speed, closed=path.closed)
-    chain = None if actuator is None else make("Actuator", **actuator)
-    return make(law.name, made, make(law.params_name, **params), actuator=chain)
+    tuning = make(law.params_name, **params)
+    given = None if vehicle is None else make("Vehicle", **vehicle)
+    return make(law.name, made, given, tuning, **adapting(adapt))
+
+
+def adapting(adapt: Any) -> dict[str, Any]:
+    """The argument `adapt` of a controller; left out for the default, "auto"."""
+    if adapt == "auto":
+        return {}
+    return {"adapt": None if adapt is None else make("AdaptParams", **adapt)}
+
+
+ATTRIBUTES = (
+    *("state", "params", "path", "vehicle", "vehicle_given", "adapt", "estimate"),
+    "tracked_point",
+)
+"""What every controller shows."""
 
 
 def check_steps(pair: Pair, steps: Iterable[Sequence[float]]) -> None:
@@ -60,13 +77,21 @@ def check_steps(pair: Pair, steps: Iterable[Sequence[float]]) -> None:
         pair.get("state")
 
 
-def check_random(law: Law, shape: Shape, params: dict[str, Any], spots: list[Spot]) -> None:
+def check_random(
+    law: Law,
+    shape: Shape,
+    params: dict[str, Any],
+    spots: list[Spot],
+    vehicle: dict[str, Any] | None = None,
+    adapt: Any = "auto",
+) -> None:
     """A few steps at any places, jumping between them."""
     path = shape.build()
-    pair = controller(law, path, params)
+    pair = controller(law, path, params, vehicle=vehicle, adapt=adapt)
     check_steps(pair, [spot.at(path) for spot in spots])
+    pair.get("estimate")
     pair.call("reset")
-    for attribute in ("state", "params", "path", "reference_offset"):
+    for attribute in ATTRIBUTES:
         pair.get(attribute)
 
 
@@ -91,13 +116,80 @@ def check_bad_steps(law: Law) -> None:
         assert pair.get("state").rust == before.rust
 
 
+# The tracked point is the pose's, for those that track the rear axle and for the others; commands
+# are limited, offset and delayed, or left as they are.
+ZERO_CARS: list[dict[str, Any]] = [
+    {},
+    {"rear_axle": -3.0},
+    {"rear_axle": -3.0, "max_lateral_acceleration": None},
+    {"rear_axle": -0.0, "steer_offset": -0.0, "dead_time": 0.1, "max_steer_rate": 0.5},
+]
+
+
 def check_zeros(law: Law) -> None:
     """The sign of a zero tells in which order numbers were added, and to what."""
     for x, y in ((1.0, 0.0), (-1.0, -0.0), (0.0, 1.0), (-0.0, -1.0)):
         path = Waypoints([(k * x, k * y) for k in range(30)], None, closed=False)
         for zeros in itertools.product((0.0, -0.0), repeat=4):
-            pair = controller(law, path, {"reference_offset": 0.0}, most=200)
-            check_steps(pair, [(*zeros, 0.05), (*zeros[:3], 5.0, 0.05), (*zeros, 0.05)])
+            for car in ZERO_CARS:
+                pair = controller(law, path, {}, most=200, vehicle=car)
+                check_steps(pair, [(*zeros, 0.05), (*zeros[:3], 5.0, 0.05), (*zeros, 0.05)])
+
+
+def _beyond(field_name: str, low: float, high: float) -> list[dict[str, Any]]:
+    return [
+        {field_name: value}
+        for value in (NAN, INF, -INF, math.nextafter(high, INF), math.nextafter(low, -INF))
+    ]
+
+
+def _spoilt(field_name: str, good: tuple[float, ...], bounds: Sequence[float]) -> list[Any]:
+    """Tuples with one entry beyond its bound."""
+    return [
+        {field_name: (*good[:k], value, *good[k + 1 :])}
+        for k, bound in enumerate(bounds)
+        for value in (NAN, INF, math.nextafter(bound, INF), -math.nextafter(bound, INF))
+    ]
+
+
+_SIGHT = (0.5, 0.1, 1.0, 0.0)
+_SUMS = ("turn_offset", "turn_measured", "offset_measured")
+# What no state remembers beside the law's own, of the default vehicle.
+BAD_TAILS: list[dict[str, Any]] = [
+    *({"measured_waypoint": waypoint} for waypoint in (30, 31, 10**6, -1)),
+    *_beyond("steer", -1.22, 1.22),
+    *({**fields, "handover_left": 0.5} for fields in _beyond("handover_offset", -2.59, 2.59)),
+    *_beyond("handover_left", 0.0, 1.0),
+    *_spoilt("seen", (0.0, 0.0, 0.0, 1.0), (2e9, 2e9, 1e6, 1e4)),
+    *(
+        fields
+        for name in ("turn_turn", "offset_offset", "change")
+        for fields in _beyond(name, 0.0, 1e100)
+    ),
+    *(fields for name in _SUMS for fields in _beyond(name, -1e100, 1e100)),
+    *_beyond("turn", -1e30, 1e30),
+    *_beyond("gain", 0.4, 2.5),
+    *_beyond("steer_offset", -0.15, 0.15),
+    *_beyond("longer_dead_time", 0.0, 0.0),
+    *_beyond("slip", -0.15, 0.15),
+    *_beyond("slip_length", -3.0, 3.0),
+    *_beyond("acceleration", -60.0, 60.0),
+    *(
+        {"answer": (*([fields["seen"], _SIGHT][::turn]), (1.0, 2.0), False)}
+        for fields in _spoilt("seen", _SIGHT, (4e9, 2e6, 4e9, 4e9))
+        for turn in (1, -1)
+    ),
+    *(
+        {"answer": (_SIGHT, _SIGHT, fields["target"], True)}
+        for fields in _spoilt("target", (1.0, 2.0), (4e9, 4e9))
+    ),
+    # The first in the order of the check is the one named.
+    {"waypoint": 99, "measured_waypoint": 99, "steer": NAN, "handover_left": NAN, "gain": NAN},
+    {"measured_waypoint": 99, "steer": NAN, "handover_left": NAN, "gain": NAN},
+    {"steer": NAN, "handover_left": NAN, "gain": NAN, "turn_turn": NAN, "seen": (NAN,) * 4},
+    {"handover_left": NAN, "handover_offset": NAN, "turn_turn": NAN, "seen": (NAN,) * 4},
+    {"turn_turn": NAN, "change": NAN, "turn": NAN, "gain": NAN, "slip": NAN},
+]
 
 
 def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) -> None:
@@ -106,14 +198,19 @@ def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) 
     pair = controller(law, path, {}, most=200)
     check_steps(pair, [Spot(0.2, 0.7, 0.1).at(path)])
     waypoints = [{"waypoint": waypoint} for waypoint in (30, 31, 10**6)]
-    for fields in [*waypoints, *bad]:
+    for fields in [*waypoints, *bad, *BAD_TAILS]:
         before = pair.get("state")
         state = make(law.state_name, **{**good, **fields})
         assert not pair.set_state(state), f"{state} was accepted"
         after = pair.get("state")
         assert after.rust == before.rust
         assert after.twin == before.twin
-    for fields in ({}, {"waypoint": None}, {"waypoint": 0}, {"waypoint": 29}):
+    for fields in (
+        *({}, {"waypoint": None}, {"waypoint": 0}, {"waypoint": 29}, {"held": -1}),
+        *({"handover_left": -0.0}, {"handover_offset": 0.1}, {"handover_left": 0.5}),
+        {"answer": (_SIGHT, _SIGHT, (1.0, 2.0), True), "seen": _SIGHT, "measured_waypoint": 3},
+        {"wheel": 0.1, "commands_in_flight": ((5.0, 9.0),) * 300 if not law.predicts else ()},
+    ):
         assert pair.set_state(make(law.state_name, **{**good, **fields}))
         pair.get("state")
         check_steps(pair, [Spot(0.3, -0.4, 0.2).at(path)])
@@ -131,14 +228,22 @@ class Drive:
     seed: int = 0
 
 
-def check_rollout(law: Law, drive: Drive, params: dict[str, Any], most: int = 250) -> None:
+def check_rollout(
+    law: Law,
+    drive: Drive,
+    params: dict[str, Any],
+    most: int = 250,
+    vehicle: dict[str, Any] | None = None,
+    adapt: Any = "auto",
+) -> None:
     """Drive a kinematic bicycle by the law, with disturbances; speed and dt change all the time.
 
     On the way the state is saved, restored, carried over to a new controller and forgotten;
     `step` and `steer` alternate, and now and then an input is refused.
     """
     path = drive.shape.build()
-    pair = controller(law, path, params, most)
+    pair = controller(law, path, params, most, vehicle, adapt)
+    wheelbase = (vehicle or {}).get("wheelbase", 3.0)
     rng = random.Random(drive.seed)
     events = dict(
         zip(rng.sample(range(drive.steps), 4), ("save", "restore", "move", "reset"), strict=True)
@@ -154,7 +259,8 @@ def check_rollout(law: Law, drive: Drive, params: dict[str, Any], most: int = 25
             assert pair.set_state(saved)
         elif event == "move":
             state = pair.get("state")
-            pair = make(law.name, pair.get("path"), pair.get("params"))
+            parts = [pair.get(part) for part in ("path", "vehicle", "params")]
+            pair = make(law.name, *parts, adapt=pair.get("adapt"))
             assert pair.set_state(state)
         elif event == "reset":
             pair.call("reset")
@@ -175,29 +281,19 @@ def check_rollout(law: Law, drive: Drive, params: dict[str, Any], most: int = 25
         if k % 40 == 39:
             pair.get("state")
         x, y, yaw, _ = popsteer.kinematic_bicycle(
-            x, y, yaw, speed, popsteer.saturate(steer, -1.2, 1.2), 0.0, 3.0, dt
+            x, y, yaw, speed, popsteer.saturate(steer, -1.2, 1.2), 0.0, wheelbase, dt
         )
         x += drive.rough * rng.gauss(0.0, 0.1)
         y += drive.rough * rng.gauss(0.0, 0.1)
         yaw = math.remainder(yaw + drive.rough * rng.gauss(0.0, 0.02), 400.0 * math.pi)
     pair.get("state")
+    pair.get("estimate")
 
 
 def check_params(law: Law) -> None:
     """Both ends of every range are taken; what lies beyond is refused with the same words."""
     name = law.params_name
-    make(name)
-    for field_name, ((low, high), _) in law.ranges.items():
-        for value in (low, high, int(high)):
-            make(name, **{field_name: value})
-        beyond: tuple[Any, ...] = (
-            math.nextafter(low, -INF),
-            math.nextafter(high, INF),
-            -1e300,
-            1e300,
-        )
-        for refused in (NAN, INF, -INF, *beyond, [1.0], {}):
-            assert call(name, **{field_name: refused}) is None
+    check_ranges(name, law.ranges, law.optional)
     for field_name, (least, most) in law.counts.items():
         for count in (least, most):
             make(name, **{field_name: count})
@@ -210,17 +306,49 @@ def check_params(law: Law) -> None:
     while everything:
         assert call(name, **everything) is None
         everything.popitem()
+
+
+def check_ranges(name: str, ranges: Ranges, optional: Sequence[str]) -> None:
+    """The same of the numbers of a class alone."""
+    make(name)
+    for field_name, ((low, high), _) in ranges.items():
+        for value in (low, high, int(high)):
+            make(name, **{field_name: value})
+        beyond: tuple[Any, ...] = (
+            math.nextafter(low, -INF),
+            math.nextafter(high, INF),
+            *(-1e300, 1e300, 10**400, -(10**400)),
+        )
+        for refused in (NAN, INF, -INF, *beyond, [1.0], {}):
+            assert call(name, **{field_name: refused}) is None
+        assert (call(name, **{field_name: None}) is None) == (field_name not in optional)
+    everything = dict.fromkeys(ranges, NAN)
+    while everything:
+        assert call(name, **everything) is None
+        everything.popitem()
     assert call(name, no_such_parameter=1.0) is None
     assert call(name, 1.0) is None
 
 
+def check_resolved(law: Law, params: dict[str, Any], vehicle: dict[str, Any]) -> None:
+    """Defaults that scale with the vehicle come to the same numbers."""
+    made = make(law.params_name, **params)
+    resolved = made.call("resolved", make("Vehicle", **vehicle))
+    assert resolved is not None
+    assert None not in resolved.rust.as_dict().values()
+
+
 def check_copies(law: Law, params: dict[str, Any], changes: dict[str, Any]) -> None:
     """`as_dict` and `replace` are what `dataclasses` has for the reference."""
-    for name, fields in ((law.params_name, params), (law.state_name, {})):
-        if not hasattr(popsteer, name):  # a law without memory
-            continue
-        pair = make(name, **fields)
-        same(f"{name}.as_dict", pair.rust.as_dict, partial(dataclasses.asdict, pair.twin))
-        if fields is params:
-            replaced = partial(dataclasses.replace, pair.twin)
-            same(f"{name}.replace", pair.rust.replace, replaced, **changes)
+    check_copy(law.params_name, params, changes)
+    if hasattr(popsteer, law.state_name):  # else a law without memory
+        check_copy(law.state_name, {}, None)
+
+
+def check_copy(name: str, fields: dict[str, Any], changes: dict[str, Any] | None) -> None:
+    """The same of any class; without `changes` of one that has no `replace`."""
+    pair = make(name, **fields)
+    same(f"{name}.as_dict", pair.rust.as_dict, partial(dataclasses.asdict, pair.twin))
+    if changes is not None:
+        replaced = partial(dataclasses.replace, pair.twin)
+        same(f"{name}.replace", pair.rust.replace, replaced, **changes)

@@ -23,6 +23,7 @@ class Law:
     flags: tuple[str, ...] = ()
     optional: tuple[str, ...] = ()
     searches: bool = False
+    predicts: bool = False
 
     @property
     def params_name(self) -> str:
@@ -48,70 +49,58 @@ class Law:
         return st.fixed_dictionaries({}, optional=drawn)
 
 
-_BODY: dict[str, tuple[Range, Range]] = {
-    "wheelbase": ((1e-3, 1e3), (1.0, 4.0)),
-    "reference_offset": ((-1e3, 1e3), (-3.0, 4.0)),
-    "max_steer": ((1e-3, 1.57), (0.3, 1.3)),
+_FOLLOW: dict[str, tuple[Range, Range]] = {
     "search_distance": ((0.0, 1e6), (0.0, 20.0)),
     "lost_distance": ((1e-3, 1e9), (5.0, 60.0)),
 }
-_OPTIONAL = ("reference_offset", "search_distance", "lost_distance")
 _SEARCH: dict[str, tuple[Range, Range]] = {
     "lookahead_gain": ((0.0, 1e3), (0.0, 1.0)),
     "min_lookahead": ((0.0, 1e4), (0.0, 12.0)),
     "lookahead_tolerance": ((1e-9, 1e3), (0.005, 0.5)),
     "window_ahead": ((1e-3, 1e6), (5.0, 40.0)),
-    "grid_spacing": ((1e-4, 1e3), (0.01, 1.0)),
+    "grid_spacing": ((1e-6, 1e3), (0.01, 1.0)),
 }
+_SEARCHED = ("min_lookahead", "lookahead_tolerance", "window_ahead", "grid_spacing")
 _GAIN: tuple[Range, Range] = ((0.0, 1e6), (0.0, 2.0))
 
 POP = Law(
     "Pop",
-    {
-        **_SEARCH,
-        "steer_span": ((1e-6, math.pi), (0.01, 0.5)),
-        "horizon": ((1e-3, 100.0), (0.1, 2.0)),
-        "understeer": ((0.0, 1e3), (0.0, 0.01)),
-        "steer_lag": ((0.0, 10.0), (0.0, 0.5)),
-        **_BODY,
-    },
+    {**_SEARCH, "steer_span": ((1e-6, math.pi), (0.01, 0.5)), **_FOLLOW},
     counts={"candidate_count": (3, 100_001)},
     flags=("exact_lookahead",),
-    optional=(*_OPTIONAL, "horizon"),
+    optional=(*_SEARCHED, *_FOLLOW),
     searches=True,
 )
 PREVIEW_POP = Law(
     "PreviewPop",
     {
-        "steer_span": ((1e-6, math.pi), (0.01, 0.5)),
-        "max_steer_rate": ((1e-3, 1e3), (0.1, 3.0)),
-        "max_lateral_acceleration": ((1e-3, 1e6), (1.0, 12.0)),
+        "steer_span_rate": ((1e-3, 1e6), (0.1, 3.0)),
         "horizon": ((0.05, 100.0), (0.3, 3.0)),
         "heading_cost": ((0.0, 1e3), (0.0, 10.0)),
-        "steer_rate_cost": ((1e-3, 1e3), (0.05, 2.0)),
+        "steer_rate_cost": ((1e-5, 1e3), (0.05, 2.0)),
         "approach_angle": ((1e-3, 0.5 * math.pi), (0.05, 1.0)),
-        "min_speed": ((0.1, 1e3), (1.0, 10.0)),
+        "min_speed": ((1e-3, 1e4), (1.0, 10.0)),
         "smoothing_length": ((0.0, 1e3), (0.0, 10.0)),
-        "turn_learning_time": ((0.0, 1e6), (0.0, 2.0)),
-        "slip_learning_time": ((0.0, 1e6), (0.0, 2.0)),
-        "understeer": ((0.0, 1e3), (0.0, 0.01)),
-        "steer_lag": ((0.0, 10.0), (0.0, 0.5)),
-        **_BODY,
+        **_FOLLOW,
     },
-    optional=_OPTIONAL,
+    optional=(
+        *("steer_span_rate", "heading_cost", "steer_rate_cost", "min_speed", "smoothing_length"),
+        *_FOLLOW,
+    ),
+    predicts=True,
 )
 PID = Law(
     "Pid",
-    {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN, **_BODY},
+    {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN, **_FOLLOW},
     counts={"buffer_length": (1, 1000)},
     flags=("integral_with_dt",),
-    optional=_OPTIONAL,
+    optional=("kp", "ki", "kd", *_FOLLOW),
 )
 PURE_PURSUIT = Law(
     "PurePursuit",
-    {**_SEARCH, **_BODY},
+    {**_SEARCH, **_FOLLOW},
     flags=("alpha_by_arccos", "exact_lookahead"),
-    optional=_OPTIONAL,
+    optional=(*_SEARCHED, *_FOLLOW),
     searches=True,
 )
 STANLEY = Law(
@@ -120,15 +109,15 @@ STANLEY = Law(
         "cross_track_gain": _GAIN,
         "speed_gain": _GAIN,
         "softening": ((1e-9, 1e6), (1e-5, 1.0)),
-        **_BODY,
+        **_FOLLOW,
     },
     flags=("heading_behind",),
-    optional=_OPTIONAL,
+    optional=("softening", *_FOLLOW),
 )
 BANG_BANG = Law(
     "BangBang",
-    {"amplitude": ((0.0, 1.57), (0.0, 1.0)), "deadband": ((0.0, 1e6), (0.0, 1.0)), **_BODY},
-    optional=_OPTIONAL,
+    {"amplitude": ((0.0, 1.57), (0.0, 1.0)), "deadband": ((0.0, 1e6), (0.0, 1.0)), **_FOLLOW},
+    optional=tuple(_FOLLOW),
 )
 COUPLED = Law(
     "CoupledLongitudinal",

@@ -189,31 +189,85 @@ SPOTS = CALM_SPOTS | _WILD_SPOTS
 """That, and far off the path, at rest, rolling backwards, turned any way."""
 
 
-def fitted(params: dict[str, Any], path: Waypoints, most: int) -> dict[str, Any]:
+def fitted(
+    params: dict[str, Any], path: Waypoints, most: int, wheelbase: float = 3.0
+) -> dict[str, Any]:
     """The parameters of a search, its grid coarse enough for a plain loop over `most` points."""
     lengths = path.lengths
-    ahead = params.get("window_ahead", 20.0)
+    ahead = _or_default(params, "window_ahead", 20.0 / 3.0 * wheelbase)
     reach = min(sum(lengths), ahead + 3.0 * max(lengths))
     least = reach / max(most - len(lengths), 1)
-    spacing = params.get("grid_spacing", 0.01)
+    spacing = _or_default(params, "grid_spacing", wheelbase / 300.0)
     if spacing >= least:
         return params
     fitted = {**params, "grid_spacing": min(least, 1e3)}
     # As the threshold goes with the grid, or the circle would hardly ever be met.
-    if params.get("lookahead_tolerance", 0.01) <= spacing:
+    if _or_default(params, "lookahead_tolerance", wheelbase / 300.0) <= spacing:
         fitted["lookahead_tolerance"] = min(max(0.6 * least, 1e-9), 1e3)
     return fitted
 
 
-ACTUATORS = st.none() | st.fixed_dictionaries(
-    {},
-    optional={
-        "dead_time": st.floats(0.0, 0.3),
-        "lag": st.just(0.0) | st.floats(0.01, 0.5),
-        "max_rate": st.none() | st.floats(0.1, 2.0),
-        "wheelbase": st.floats(1.0, 4.0),
-        "understeer": st.floats(0.0, 0.01),
-        "learning_time": st.just(0.0) | st.floats(0.05, 20.0),
-    },
+def _or_default(params: dict[str, Any], name: str, default: float) -> float:
+    given = params.get(name)
+    return default if given is None else float(given)
+
+
+Ranges = dict[str, tuple[tuple[float, float], tuple[float, float]]]
+
+VEHICLE_RANGES: Ranges = {
+    "wheelbase": ((1e-3, 1e3), (1.0, 4.0)),
+    "rear_axle": ((-1e3, 1e3), (-3.0, 1.0)),
+    "no_slip_point": ((-1e3, 1e3), (-3.0, 3.0)),
+    "turning_wheelbase": ((1e-3, 1e3), (1.0, 5.0)),
+    "understeer": ((0.0, 1e3), (0.0, 0.01)),
+    "steer_offset": ((-0.5, 0.5), (-0.05, 0.05)),
+    "steer_lag": ((0.0, 10.0), (0.0, 0.5)),
+    "dead_time": ((0.0, 10.0), (0.0, 0.3)),
+    "max_steer": ((1e-3, 1.57), (0.3, 1.3)),
+    "max_steer_rate": ((1e-3, 1e6), (0.1, 2.0)),
+    "max_lateral_acceleration": ((1e-3, 1e6), (1.0, 12.0)),
+    "max_speed": ((1e-3, 1e4), (5.0, 60.0)),
+    "max_acceleration": ((1e-3, 1e3), (1.0, 5.0)),
+    "max_deceleration": ((1e-3, 1e3), (1.0, 9.0)),
+    "drive_lag": ((0.0, 10.0), (0.0, 1.0)),
+}
+"""The fields of a vehicle: the range of each, and where it usually is."""
+VEHICLE_OPTIONAL = (
+    *("no_slip_point", "turning_wheelbase", "max_steer_rate", "max_lateral_acceleration"),
+    *("max_speed", "max_acceleration", "max_deceleration"),
 )
-"""Arguments of an `Actuator`; None for no actuator."""
+ADAPT_RANGES: Ranges = {
+    "turn_time": ((0.0, 1e6), (0.05, 20.0)),
+    "slip_time": ((0.0, 1e6), (0.05, 20.0)),
+    "min_speed": ((0.0, 1e3), (0.0, 10.0)),
+}
+"""The parameters of how a controller adapts."""
+ADAPT_OPTIONAL = ("min_speed",)
+
+
+def some(
+    ranges: Ranges, optional: Sequence[str], *, calm: bool = False
+) -> st.SearchStrategy[dict[str, Any]]:
+    """Some of the fields, the others by default; `calm` for usual values alone."""
+    drawn: dict[str, st.SearchStrategy[Any]] = {}
+    for name, (whole, usual) in ranges.items():
+        # 0 says that there is no such thing: no lag, no dead time, an estimate never made.
+        zero = whole[0] <= 0.0 <= whole[1]
+        usual_ones = st.floats(*usual) | st.just(0.0) if zero else st.floats(*usual)
+        drawn[name] = usual_ones if calm else usually(usual, *whole)
+        if name in optional:
+            drawn[name] = st.none() | drawn[name]
+    return st.fixed_dictionaries({}, optional=drawn)
+
+
+VEHICLES = some(VEHICLE_RANGES, VEHICLE_OPTIONAL)
+"""Arguments of a `Vehicle`."""
+CALM_VEHICLES = some(VEHICLE_RANGES, VEHICLE_OPTIONAL, calm=True)
+"""Arguments of a `Vehicle` that is a car."""
+ADAPTS = st.one_of(
+    st.just("auto"),
+    st.none(),
+    some(ADAPT_RANGES, ADAPT_OPTIONAL),
+    some(ADAPT_RANGES, (), calm=True),
+)
+"""How a controller adapts: by default, not at all, or arguments of `AdaptParams`."""

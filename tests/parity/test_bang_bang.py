@@ -17,16 +17,30 @@ from tests.parity.checks import (
 )
 from tests.parity.laws import BANG_BANG
 from tests.parity.scenes import CASES, drives
-from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    shapes,
+)
 
 
 @pytest.mark.covers(
     "BangBang", "BangBang.step", "BangBang.steer", "BangBang.state", "BangBang.reset"
 )
 @pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
-@pytest.mark.parametrize("params", [{}, {"deadband": 0.2, "amplitude": 1.5}], ids=str)
-def test_bang_bang_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(BANG_BANG, drive, params, most=5000)
+@pytest.mark.parametrize(
+    ("params", "vehicle"),
+    [({}, {}), ({"deadband": 0.2, "amplitude": 1.5}, {"dead_time": 0.2, "max_steer_rate": 0.5})],
+    ids=str,
+)
+def test_bang_bang_matches_reference_cases(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+) -> None:
+    check_rollout(BANG_BANG, drive, params, most=5000, vehicle=vehicle)
 
 
 @pytest.mark.covers(
@@ -40,16 +54,29 @@ def test_bang_bang_matches_reference_edges() -> None:
 
 
 @pytest.mark.covers(
-    "BangBang.params", "BangBang.path", "BangBang.reference_offset", "Command.steer"
+    *("BangBang.params", "BangBang.path", "BangBang.vehicle", "BangBang.vehicle_given"),
+    *("BangBang.adapt", "BangBang.estimate", "BangBang.tracked_point", "Command.steer"),
 )
-@given(shape=shapes(), params=BANG_BANG.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+@given(
+    shape=shapes(),
+    params=BANG_BANG.params(),
+    vehicle=st.none() | VEHICLES,
+    adapt=ADAPTS,
+    spots=st.lists(SPOTS, min_size=1, max_size=6),
+)
 def test_bang_bang_matches_reference_random(
-    shape: Shape, params: dict[str, Any], spots: list[Spot]
+    shape: Shape,
+    params: dict[str, Any],
+    vehicle: dict[str, Any] | None,
+    adapt: Any,
+    spots: list[Spot],
 ) -> None:
-    check_random(BANG_BANG, shape, params, spots)
+    check_random(BANG_BANG, shape, params, spots, vehicle, adapt)
 
 
 @pytest.mark.covers("BangBang.step", "BangBang.steer", "BangBang.state", "BangBang.reset")
-@given(drive=drives(), params=BANG_BANG.params())
-def test_bang_bang_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(BANG_BANG, drive, params)
+@given(drive=drives(), params=BANG_BANG.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
+def test_bang_bang_matches_reference_rollout(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+) -> None:
+    check_rollout(BANG_BANG, drive, params, vehicle=vehicle, adapt=adapt)

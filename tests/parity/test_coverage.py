@@ -16,9 +16,14 @@ from tests.parity.laws import LATERAL
 ALONE = {
     "Path.from_csv": "reads a file with popsteer.csv_file, then makes the path as `Path` does",
     **dict.fromkeys(
+        ["Vehicle.load", "Vehicle.save"],
+        "read and write a file with popsteer.vehicle_file",
+    ),
+    **dict.fromkeys(
         [
-            *("Batch", "Batch.reset", "Batch.states", "Batch.steer", "Batch.step"),
+            *("Batch", "CommandBatch", "Batch.reset", "Batch.states", "Batch.steer", "Batch.step"),
             *("CommandBatch.steer", "CommandBatch.cross_track_error", "CommandBatch.heading_error"),
+            *("CommandBatch.predicted_cross_track_error", "CommandBatch.predicted_heading_error"),
             *("CommandBatch.target", "CommandBatch.reverse", "CommandBatch.status"),
         ],
         "many vehicles at once, which tests/unit/test_batch.py holds to single steps",
@@ -34,6 +39,7 @@ ESSENTIAL = {
     *("wrap", "saturate", "get_distance", "get_predicted_location", "state_transition"),
     *("kinematic_bicycle", "Path", "Path.project", "Path.locate", "Path.resample"),
     *("Path.relocalise", *(f"{law.name}.relocalise" for law in LATERAL)),
+    *("Vehicle", "Vehicle.turning_length", "AdaptParams", "Estimate.steer_offset"),
     *("CoupledLongitudinal.step", "SpeedPid.step", "SpeedPid.state", "Command.steer"),
     *(f"{law.name}.{member}" for law in LATERAL for member in ("step", "steer", "state", "reset")),
     *(f"{law.name}{part}" for law in LATERAL for part in ("", "Params", "State")),

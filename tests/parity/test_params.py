@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import popsteer
-from tests.parity.checks import check_copies
+from tests.parity.checks import check_copies, check_resolved
 from tests.parity.compare import make
 from tests.parity.laws import ALL, LATERAL, Law
-from tests.parity.strategies import Shape
+from tests.parity.strategies import VEHICLES, Shape
 
 # One test a law with this body; the marks name what each of them compares.
 _LAWS = [
@@ -21,6 +21,7 @@ _LAWS = [
             law.params_name,
             f"{law.params_name}.as_dict",
             f"{law.params_name}.replace",
+            *([f"{law.params_name}.resolved"] if law in LATERAL else []),
             *(f"{law.params_name}.{name}" for name in (*law.ranges, *law.counts, *law.flags)),
             *([f"{law.state_name}.as_dict"] if hasattr(popsteer, law.state_name) else []),
         ),
@@ -32,7 +33,10 @@ _LAWS = [
 @pytest.mark.parametrize("law", _LAWS)
 @given(data=st.data())
 def test_params_matches_reference_random(law: Law, data: st.DataObject) -> None:
-    check_copies(law, data.draw(law.params()), data.draw(law.params()))
+    params = data.draw(law.params())
+    check_copies(law, params, data.draw(law.params()))
+    if law in LATERAL:
+        check_resolved(law, params, data.draw(VEHICLES))
 
 
 @pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)

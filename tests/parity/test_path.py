@@ -233,7 +233,7 @@ def test_path_of_a_grid_too_large_matches_reference_edges() -> None:
 def test_law_with_the_papers_search_on_long_segments_matches_reference() -> None:
     # 10,000,000 points of the grid, of which a step stores none, and visits few.
     path = make("Path", [(0.0, 0.0), (1e5, 0.0), (1e5, 1e5)])
-    pair = make("Pop", path, make("PopParams", exact_lookahead=False))
+    pair = make("Pop", path, make("Vehicle"), make("PopParams", exact_lookahead=False))
     for k in range(3):
         pair.call("step", 5.0 * k, 0.5, 0.0, 5.0, 0.05)
         pair.get("state")

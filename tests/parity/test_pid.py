@@ -18,16 +18,31 @@ from tests.parity.checks import (
 )
 from tests.parity.laws import PID
 from tests.parity.scenes import CASES, drives
-from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    shapes,
+)
 
 
 @pytest.mark.covers("Pid", "Pid.step", "Pid.steer", "Pid.state", "Pid.reset")
 @pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
 @pytest.mark.parametrize(
-    "params", [{}, {"buffer_length": 7, "integral_with_dt": False, "max_steer": 0.5}], ids=str
+    ("params", "vehicle"),
+    [
+        ({}, {}),
+        ({"buffer_length": 7, "integral_with_dt": False}, {"max_steer": 0.5, "dead_time": 0.1}),
+    ],
+    ids=str,
 )
-def test_pid_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(PID, drive, params, most=5000)
+def test_pid_matches_reference_cases(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+) -> None:
+    check_rollout(PID, drive, params, most=5000, vehicle=vehicle)
 
 
 @pytest.mark.covers("PidParams", "PidState", "Pid.step", "Pid.steer", "Pid.state")
@@ -47,21 +62,37 @@ def test_pid_matches_reference_edges() -> None:
             *({"terms": (0.0,) * count, "next": 0} for count in (501, 1001)),
             # The first in the order of the check is the one named.
             {"waypoint": 99, "previous_error": nan, "terms": (nan,), "next": 9, "sum": nan},
+            {"waypoint": 99, "previous_error": nan, "terms": (nan,), "next": 1, "sum": nan},
             {"waypoint": 99, "previous_error": nan, "sum": nan},
             {"waypoint": 99, "previous_error": nan},
         ],
     )
 
 
-@pytest.mark.covers("Pid.params", "Pid.path", "Pid.reference_offset", "Command.steer")
-@given(shape=shapes(), params=PID.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+@pytest.mark.covers(
+    *("Pid.params", "Pid.path", "Pid.vehicle", "Pid.vehicle_given"),
+    *("Pid.adapt", "Pid.estimate", "Pid.tracked_point", "Command.steer"),
+)
+@given(
+    shape=shapes(),
+    params=PID.params(),
+    vehicle=st.none() | VEHICLES,
+    adapt=ADAPTS,
+    spots=st.lists(SPOTS, min_size=1, max_size=6),
+)
 def test_pid_matches_reference_random(
-    shape: Shape, params: dict[str, Any], spots: list[Spot]
+    shape: Shape,
+    params: dict[str, Any],
+    vehicle: dict[str, Any] | None,
+    adapt: Any,
+    spots: list[Spot],
 ) -> None:
-    check_random(PID, shape, params, spots)
+    check_random(PID, shape, params, spots, vehicle, adapt)
 
 
 @pytest.mark.covers("Pid.step", "Pid.steer", "Pid.state", "Pid.reset")
-@given(drive=drives(), params=PID.params())
-def test_pid_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(PID, drive, params)
+@given(drive=drives(), params=PID.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
+def test_pid_matches_reference_rollout(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+) -> None:
+    check_rollout(PID, drive, params, vehicle=vehicle, adapt=adapt)

@@ -18,16 +18,32 @@ from tests.parity.checks import (
 )
 from tests.parity.laws import POP
 from tests.parity.scenes import CASES, drives
-from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    shapes,
+)
 
 
 @pytest.mark.covers("Pop", "Pop.step", "Pop.steer", "Pop.state", "Pop.reset")
 @pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
 @pytest.mark.parametrize(
-    "params", [{}, {"candidate_count": 5, "steer_span": 0.3}, {"reference_offset": 1.06}], ids=str
+    ("params", "vehicle"),
+    [
+        ({}, {}),
+        ({"candidate_count": 5, "steer_span": 0.3}, {"rear_axle": -1.94}),
+        ({}, {"dead_time": 0.2, "wheelbase": 2.7, "max_steer_rate": 0.4}),
+    ],
+    ids=str,
 )
-def test_pop_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(POP, drive, params, most=5000)
+def test_pop_matches_reference_cases(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+) -> None:
+    check_rollout(POP, drive, params, most=5000, vehicle=vehicle)
 
 
 @pytest.mark.covers("PopParams", "PopState", "Pop.step", "Pop.steer", "Pop.state")
@@ -42,15 +58,30 @@ def test_pop_matches_reference_edges() -> None:
     )
 
 
-@pytest.mark.covers("Pop.params", "Pop.path", "Pop.reference_offset", "Command.steer")
-@given(shape=shapes(), params=POP.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+@pytest.mark.covers(
+    *("Pop.params", "Pop.path", "Pop.vehicle", "Pop.vehicle_given"),
+    *("Pop.adapt", "Pop.estimate", "Pop.tracked_point", "Command.steer"),
+)
+@given(
+    shape=shapes(),
+    params=POP.params(),
+    vehicle=st.none() | VEHICLES,
+    adapt=ADAPTS,
+    spots=st.lists(SPOTS, min_size=1, max_size=6),
+)
 def test_pop_matches_reference_random(
-    shape: Shape, params: dict[str, Any], spots: list[Spot]
+    shape: Shape,
+    params: dict[str, Any],
+    vehicle: dict[str, Any] | None,
+    adapt: Any,
+    spots: list[Spot],
 ) -> None:
-    check_random(POP, shape, params, spots)
+    check_random(POP, shape, params, spots, vehicle, adapt)
 
 
 @pytest.mark.covers("Pop.step", "Pop.steer", "Pop.state", "Pop.reset")
-@given(drive=drives(), params=POP.params())
-def test_pop_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(POP, drive, params)
+@given(drive=drives(), params=POP.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
+def test_pop_matches_reference_rollout(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+) -> None:
+    check_rollout(POP, drive, params, vehicle=vehicle, adapt=adapt)

@@ -18,7 +18,15 @@ from tests.parity.checks import (
 )
 from tests.parity.laws import PREVIEW_POP
 from tests.parity.scenes import CASES, drives
-from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    shapes,
+)
 
 
 @pytest.mark.covers(
@@ -26,16 +34,21 @@ from tests.parity.strategies import SPOTS, Shape, Spot, shapes
 )
 @pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
 @pytest.mark.parametrize(
-    "params",
+    ("params", "vehicle"),
     [
-        {},
-        {"turn_learning_time": 0.5, "slip_learning_time": 2.0, "steer_lag": 0.0},
-        {"horizon": 2.0, "reference_offset": -1.94, "understeer": 0.002, "smoothing_length": 0.0},
+        ({}, {}),
+        ({"heading_cost": 1.0}, {"steer_lag": 0.0, "dead_time": 0.3, "steer_offset": 0.02}),
+        (
+            {"horizon": 2.0, "smoothing_length": 0.0},
+            {"rear_axle": -1.94, "no_slip_point": 0.0, "understeer": 0.002},
+        ),
     ],
     ids=str,
 )
-def test_preview_pop_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(PREVIEW_POP, drive, params, most=5000)
+def test_preview_pop_matches_reference_cases(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+) -> None:
+    check_rollout(PREVIEW_POP, drive, params, most=5000, vehicle=vehicle)
 
 
 @pytest.mark.covers(
@@ -49,38 +62,46 @@ def test_preview_pop_matches_reference_edges() -> None:
     check_params(PREVIEW_POP)
     check_bad_steps(PREVIEW_POP)
     check_zeros(PREVIEW_POP)
-    fields = {
-        "previous_steer": 1.22,
-        "curvature": 1e7,
-        "previous_x": 1e9,
-        "previous_y": 1e9,
-        "previous_yaw": 1e6 + pi,
-        "turn": 1e15,
-        "turn_offset": 0.05,
-        "slip": 0.15,
-        "slip_length": 3.0,
-        "travel": 1e7,
-    }
-    bad = [
-        {field: value}
-        for field, bound in fields.items()
-        for value in (nan, inf, -inf, nextafter(bound, inf), -nextafter(bound, inf))
+    bad = [{"previous_steer": value} for value in (nan, inf, -inf, 1.2200000000000002, -1.3)]
+    # Its wheels are modelled always: what is in flight has to be what can be.
+    in_flight: list[dict[str, Any]] = [
+        *({"wheel": value} for value in (nan, inf, nextafter(pi / 2.0, 2.0), -2.0)),
+        *({"wheel": 0.1, "commands_in_flight": ((value, 0.0),)} for value in (nan, -inf, 1.6)),
+        *({"wheel": 0.1, "commands_in_flight": ((0.1, value),)} for value in (nan, -0.1, 1e-6)),
+        {"wheel": 0.1, "commands_in_flight": ((0.0, 0.0),) * 197},
+        # The first in the order of the check is the one named.
+        {"wheel": nan, "previous_steer": nan, "waypoint": 99},
+        {"wheel": 0.1, "commands_in_flight": ((nan, nan),) * 300, "previous_steer": nan},
+        {"wheel": 0.1, "longer_dead_time": nan, "slip": nan},
+        {"longer_dead_time": nan, "slip": nan},
     ]
-    good = {"previous_steer": 0.5, "curvature": 0.01, "travel": 0.4, "turn": 0.01, "slip": -0.1}
-    check_bad_states(PREVIEW_POP, good=good, bad=[*bad, {"travel": -1e-9}])
+    check_bad_states(PREVIEW_POP, good={"previous_steer": 0.5}, bad=[*bad, *in_flight])
 
 
 @pytest.mark.covers(
-    "PreviewPop.params", "PreviewPop.path", "PreviewPop.reference_offset", "Command.steer"
+    *("PreviewPop.params", "PreviewPop.path", "PreviewPop.vehicle", "PreviewPop.vehicle_given"),
+    *("PreviewPop.adapt", "PreviewPop.estimate", "PreviewPop.tracked_point", "Command.steer"),
 )
-@given(shape=shapes(), params=PREVIEW_POP.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+@given(
+    shape=shapes(),
+    params=PREVIEW_POP.params(),
+    vehicle=st.none() | VEHICLES,
+    adapt=ADAPTS,
+    spots=st.lists(SPOTS, min_size=1, max_size=6),
+)
 def test_preview_pop_matches_reference_random(
-    shape: Shape, params: dict[str, Any], spots: list[Spot]
+    shape: Shape,
+    params: dict[str, Any],
+    vehicle: dict[str, Any] | None,
+    adapt: Any,
+    spots: list[Spot],
 ) -> None:
-    check_random(PREVIEW_POP, shape, params, spots)
+    check_random(PREVIEW_POP, shape, params, spots, vehicle, adapt)
 
 
 @pytest.mark.covers("PreviewPop.step", "PreviewPop.steer", "PreviewPop.state", "PreviewPop.reset")
-@given(drive=drives(), params=PREVIEW_POP.params())
-def test_preview_pop_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(PREVIEW_POP, drive, params)
+@given(drive=drives(), params=PREVIEW_POP.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
+def test_preview_pop_matches_reference_rollout(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+) -> None:
+    check_rollout(PREVIEW_POP, drive, params, vehicle=vehicle, adapt=adapt)

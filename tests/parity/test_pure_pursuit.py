@@ -18,7 +18,15 @@ from tests.parity.checks import (
 )
 from tests.parity.laws import PURE_PURSUIT
 from tests.parity.scenes import CASES, drives
-from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    shapes,
+)
 
 
 @pytest.mark.covers(
@@ -26,12 +34,18 @@ from tests.parity.strategies import SPOTS, Shape, Spot, shapes
 )
 @pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
 @pytest.mark.parametrize(
-    "params",
-    [{}, {"alpha_by_arccos": True}, {"min_lookahead": 0.0, "reference_offset": -1.94}],
+    ("params", "vehicle"),
+    [
+        ({}, {}),
+        ({"alpha_by_arccos": True}, {"dead_time": 0.15}),
+        ({"min_lookahead": 0.0}, {"rear_axle": -1.94}),
+    ],
     ids=str,
 )
-def test_pure_pursuit_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(PURE_PURSUIT, drive, params, most=5000)
+def test_pure_pursuit_matches_reference_cases(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+) -> None:
+    check_rollout(PURE_PURSUIT, drive, params, most=5000, vehicle=vehicle)
 
 
 @pytest.mark.covers(
@@ -53,18 +67,31 @@ def test_pure_pursuit_matches_reference_edges() -> None:
 
 
 @pytest.mark.covers(
-    "PurePursuit.params", "PurePursuit.path", "PurePursuit.reference_offset", "Command.steer"
+    *("PurePursuit.params", "PurePursuit.path", "PurePursuit.vehicle", "PurePursuit.vehicle_given"),
+    *("PurePursuit.adapt", "PurePursuit.estimate", "PurePursuit.tracked_point", "Command.steer"),
 )
-@given(shape=shapes(), params=PURE_PURSUIT.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+@given(
+    shape=shapes(),
+    params=PURE_PURSUIT.params(),
+    vehicle=st.none() | VEHICLES,
+    adapt=ADAPTS,
+    spots=st.lists(SPOTS, min_size=1, max_size=6),
+)
 def test_pure_pursuit_matches_reference_random(
-    shape: Shape, params: dict[str, Any], spots: list[Spot]
+    shape: Shape,
+    params: dict[str, Any],
+    vehicle: dict[str, Any] | None,
+    adapt: Any,
+    spots: list[Spot],
 ) -> None:
-    check_random(PURE_PURSUIT, shape, params, spots)
+    check_random(PURE_PURSUIT, shape, params, spots, vehicle, adapt)
 
 
 @pytest.mark.covers(
     "PurePursuit.step", "PurePursuit.steer", "PurePursuit.state", "PurePursuit.reset"
 )
-@given(drive=drives(), params=PURE_PURSUIT.params())
-def test_pure_pursuit_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(PURE_PURSUIT, drive, params)
+@given(drive=drives(), params=PURE_PURSUIT.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
+def test_pure_pursuit_matches_reference_rollout(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+) -> None:
+    check_rollout(PURE_PURSUIT, drive, params, vehicle=vehicle, adapt=adapt)

@@ -43,7 +43,13 @@ def _critical_lookaheads(path: Waypoints, x: float, y: float) -> list[float]:
 
 def _search(path: Waypoints, law: str, params: dict[str, Any]) -> Pair:
     made = make("Path", path.xy, closed=path.closed)
-    return make(law, made, make(f"{law}Params", reference_offset=0.0, **params))
+    return make(law, made, _tracking_the_pose(law), make(f"{law}Params", **params))
+
+
+def _tracking_the_pose(law: str, **vehicle: Any) -> Pair:
+    """A vehicle of which the controller tracks the point whose pose is given."""
+    rear_axle = -3.0 if law == "Pop" else 0.0
+    return make("Vehicle", rear_axle=rear_axle, max_lateral_acceleration=None, **vehicle)
 
 
 @pytest.mark.covers("PurePursuit.step", "Pop.step", "Command.target", "Command.status")
@@ -195,15 +201,13 @@ def test_pop_choice_between_candidates_matches_reference_edges(
     path = make("Path", [(2.0 * target[0], 2.0 * target[1]), target])
     params = make(
         "PopParams",
-        reference_offset=0.0,
         min_lookahead=1e4 if reach < 4e3 else 0.0,
         lookahead_tolerance=1e-9,
         grid_spacing=min(max(1e-4, reach / 5.0), 1e3),
         steer_span=span,
         candidate_count=2 * half + 1,
-        max_steer=max_steer,
     )
-    pair = make("Pop", path, params)
+    pair = make("Pop", path, _tracking_the_pose("Pop", max_steer=max_steer), params)
     assert pair.set_state(make("PopState", previous_steer=previous))
     dt = 0.1 if travel >= 1e-5 else 1e-4
     for method in ("step", "steer"):
@@ -218,6 +222,7 @@ def test_pop_of_any_resolution_matches_reference_edges(
     candidate_count: int, steer_span: float
 ) -> None:
     params = make("PopParams", candidate_count=candidate_count, steer_span=steer_span)
-    pair = make("Pop", make("Path", [(float(k), 0.1 * k * k) for k in range(20)]), params)
+    path = make("Path", [(float(k), 0.1 * k * k) for k in range(20)])
+    pair = make("Pop", path, make("Vehicle", max_lateral_acceleration=None), params)
     for speed, dt in ((0.0, 0.05), (10.0, 0.05), (1e4, 1e3)):
         pair.call("step", 1.0, 0.5, 0.4, speed, dt)

@@ -17,14 +17,31 @@ from tests.parity.checks import (
 )
 from tests.parity.laws import STANLEY
 from tests.parity.scenes import CASES, drives
-from tests.parity.strategies import SPOTS, Shape, Spot, shapes
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    shapes,
+)
 
 
 @pytest.mark.covers("Stanley", "Stanley.step", "Stanley.steer", "Stanley.state", "Stanley.reset")
 @pytest.mark.parametrize("drive", CASES.values(), ids=CASES)
-@pytest.mark.parametrize("params", [{}, {"heading_behind": True, "softening": 1.0}], ids=str)
-def test_stanley_matches_reference_cases(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(STANLEY, drive, params, most=5000)
+@pytest.mark.parametrize(
+    ("params", "vehicle"),
+    [
+        ({}, {}),
+        ({"heading_behind": True, "softening": 1.0}, {"dead_time": 0.2, "steer_offset": -0.03}),
+    ],
+    ids=str,
+)
+def test_stanley_matches_reference_cases(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+) -> None:
+    check_rollout(STANLEY, drive, params, most=5000, vehicle=vehicle)
 
 
 @pytest.mark.covers(
@@ -37,15 +54,30 @@ def test_stanley_matches_reference_edges() -> None:
     check_bad_states(STANLEY, good={}, bad=[])
 
 
-@pytest.mark.covers("Stanley.params", "Stanley.path", "Stanley.reference_offset", "Command.steer")
-@given(shape=shapes(), params=STANLEY.params(), spots=st.lists(SPOTS, min_size=1, max_size=6))
+@pytest.mark.covers(
+    *("Stanley.params", "Stanley.path", "Stanley.vehicle", "Stanley.vehicle_given"),
+    *("Stanley.adapt", "Stanley.estimate", "Stanley.tracked_point", "Command.steer"),
+)
+@given(
+    shape=shapes(),
+    params=STANLEY.params(),
+    vehicle=st.none() | VEHICLES,
+    adapt=ADAPTS,
+    spots=st.lists(SPOTS, min_size=1, max_size=6),
+)
 def test_stanley_matches_reference_random(
-    shape: Shape, params: dict[str, Any], spots: list[Spot]
+    shape: Shape,
+    params: dict[str, Any],
+    vehicle: dict[str, Any] | None,
+    adapt: Any,
+    spots: list[Spot],
 ) -> None:
-    check_random(STANLEY, shape, params, spots)
+    check_random(STANLEY, shape, params, spots, vehicle, adapt)
 
 
 @pytest.mark.covers("Stanley.step", "Stanley.steer", "Stanley.state", "Stanley.reset")
-@given(drive=drives(), params=STANLEY.params())
-def test_stanley_matches_reference_rollout(drive: Drive, params: dict[str, Any]) -> None:
-    check_rollout(STANLEY, drive, params)
+@given(drive=drives(), params=STANLEY.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
+def test_stanley_matches_reference_rollout(
+    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+) -> None:
+    check_rollout(STANLEY, drive, params, vehicle=vehicle, adapt=adapt)

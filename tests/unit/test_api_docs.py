@@ -21,7 +21,7 @@ import pytest
 
 import popsteer
 from popsteer import _core
-from popsteer.reference.lateral.tracker import TrackerState
+from popsteer.reference.lateral.tracker_state import TrackerState
 
 MODULES = ["popsteer", "popsteer.plants", "popsteer.reference", "popsteer.sim"]
 # What a module needs that neither popsteer nor its extra `test` brings.
@@ -195,7 +195,8 @@ def test_examples_of_the_core_run(name: str) -> None:
 def test_laws_and_functions_of_the_core_each_have_an_example() -> None:
     wanted = {"Path", "Pop", "Pid", "PurePursuit", "Stanley", "BangBang", "SpeedPid", "wrap"}
     wanted |= {"CoupledLongitudinal", "saturate", "get_distance", "get_predicted_location"}
-    wanted |= {"state_transition", "kinematic_bicycle"}
+    wanted |= {"state_transition", "kinematic_bicycle", "PreviewPop", "Vehicle", "AdaptParams"}
+    wanted |= {"Estimate", "Command", "CommandBatch", "Batch", "Projection", "Lookahead"}
     assert all("Examples" in _sections(getattr(popsteer, name)) for name in wanted)
 
 

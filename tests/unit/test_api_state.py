@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import pickle
 from typing import Any
 
@@ -15,53 +16,50 @@ from tests.parity.laws import LATERAL, Law
 PATH = popsteer.Path([(float(k), 0.1 * k) for k in range(30)])
 STEP = (4.0, 1.0, 0.2, 6.0, 0.05)
 TAIL: dict[str, Any] = {
+    "waypoint": None,
+    "measured_waypoint": None,
     "steer": 0.0,
     "handover_offset": None,
     "handover_left": 0.0,
     "held": 0,
     "wheel": None,
-    "under_way": (),
+    "commands_in_flight": (),
     "seen": None,
-    "learnt": (0.0,) * 6,
+    "turn_turn": 0.0,
+    "turn_offset": 0.0,
+    "offset_offset": 0.0,
+    "turn_measured": 0.0,
+    "offset_measured": 0.0,
+    "turn": 0.0,
+    "change": 0.0,
+    "gain": 1.0,
+    "steer_offset": 0.0,
+    "longer_dead_time": 0.0,
+    "slip": 0.0,
+    "slip_length": 0.0,
+    "acceleration": 0.0,
+    "answer": None,
 }
 FIRST: dict[str, dict[str, Any]] = {
-    "Pop": {"waypoint": None, "previous_steer": 0.0, "model_steer": 0.0, **TAIL},
-    "PreviewPop": {
-        "waypoint": None,
-        "previous_steer": 0.0,
-        "curvature": 0.0,
-        "previous_x": 0.0,
-        "previous_y": 0.0,
-        "previous_yaw": 0.0,
-        "travel": 0.0,
-        "turn": 0.0,
-        "turn_offset": 0.0,
-        "slip": 0.0,
-        "slip_length": 0.0,
-        **TAIL,
-    },
-    "Pid": {
-        "waypoint": None,
-        "previous_error": None,
-        "terms": (),
-        "next": 0,
-        "sum": 0.0,
-        **TAIL,
-    },
-    "PurePursuit": {"waypoint": None, "previous_alpha": 0.0, **TAIL},
-    "Stanley": {"waypoint": None, **TAIL},
-    "BangBang": {"waypoint": None, **TAIL},
+    "Pop": {"previous_steer": 0.0, **TAIL},
+    # Its wheels are modelled from the beginning.
+    "PreviewPop": {"previous_steer": 0.0, **TAIL, "wheel": 0.0},
+    "Pid": {"previous_error": None, "terms": (), "next": 0, "sum": 0.0, **TAIL},
+    "PurePursuit": {"previous_alpha": 0.0, **TAIL},
+    "Stanley": TAIL,
+    "BangBang": TAIL,
 }
+LATE = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
 
 
-def _controller(law: Law) -> Any:
-    return getattr(popsteer, law.name)(PATH)
+def _controller(law: Law, vehicle: popsteer.Vehicle | None = None) -> Any:
+    return getattr(popsteer, law.name)(PATH, vehicle)
 
 
-def _walked(law: Law, steps: int = 3) -> Any:
-    controller = _controller(law)
+def _walked(law: Law, steps: int = 3, vehicle: popsteer.Vehicle | None = None) -> Any:
+    controller = _controller(law, vehicle)
     for _ in range(steps):
         controller.step(*STEP)
     return controller
@@ -71,7 +69,68 @@ def _walked(law: Law, steps: int = 3) -> Any:
 def test_state_before_the_first_step_is_the_default(law: Law) -> None:
     first = _controller(law).state
     assert first.as_dict() == FIRST[law.name]
-    assert first == getattr(popsteer, law.state_name)()
+    assert first == getattr(popsteer, law.state_name)(wheel=first.wheel)
+
+
+@each_law
+def test_state_with_a_dead_time_begins_with_commands_in_flight(law: Law) -> None:
+    first = _controller(law, LATE).state
+    assert (first.wheel, first.commands_in_flight) == (0.01, ((0.0, 0.2),))
+    walked = _walked(law, vehicle=LATE).state
+    in_flight = sum(duration for _, duration in walked.commands_in_flight)
+    assert in_flight == pytest.approx(0.2 + walked.longer_dead_time)
+    assert walked.measured_waypoint in (4, 7)
+    assert walked.seen == (4.0, 1.0, 0.2, 6.0)
+
+
+@each_law
+def test_state_made_without_wheels_has_them_at_rest_under_the_last_command(law: Law) -> None:
+    controller = _controller(law, LATE)
+    controller.state = getattr(popsteer, law.state_name)(steer=0.3)
+    state = controller.state
+    assert (state.steer, state.wheel) == (0.3, pytest.approx(0.31))
+    assert state.commands_in_flight == ((0.3, 0.2),)
+
+
+@each_law
+@pytest.mark.parametrize("left", [0.0, -0.0])
+def test_state_of_a_handover_that_is_over_has_none_left(law: Law, left: float) -> None:
+    controller = _walked(law)
+    controller.state = getattr(popsteer, law.state_name)(handover_left=left)
+    state = controller.state
+    assert (state.handover_offset, math.copysign(1.0, state.handover_left)) == (None, 1.0)
+
+
+_MADE_UP: list[tuple[dict[str, Any], str]] = [
+    ({"steer": 1.3}, "steer"),
+    ({"handover_offset": 9.0, "handover_left": 0.5}, "handover_offset"),
+    ({"handover_left": 1.5}, "handover_left"),
+    ({"handover_left": math.nan}, "handover_left"),
+    ({"measured_waypoint": 30}, "measured_waypoint"),
+    ({"wheel": 2.0, "commands_in_flight": ((0.0, 0.2),)}, "wheel"),
+    ({"wheel": 0.0}, "commands_in_flight"),
+    ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.3),)}, "commands_in_flight"),
+    ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.001),) * 200}, "commands_in_flight"),
+    ({"seen": (math.nan, 0.0, 0.0, 0.0)}, "seen"),
+    ({"answer": ((math.inf, 0.0, 1.0, 0.0),) * 2 + ((0.0, 0.0), False)}, "answer"),
+    ({"gain": 3.0}, "gain"),
+    ({"longer_dead_time": 0.15}, "longer_dead_time"),
+    ({"turn_turn": -1.0}, "turn_turn"),
+    ({"slip": math.inf}, "slip"),
+]
+
+
+@each_law
+@pytest.mark.parametrize(("fields", "field"), _MADE_UP, ids=str)
+def test_state_that_no_controller_could_have_is_refused_by_name(
+    law: Law, fields: dict[str, Any], field: str
+) -> None:
+    controller = _walked(law, vehicle=LATE)
+    before = controller.state
+    with pytest.raises(InputError) as caught:
+        controller.state = getattr(popsteer, law.state_name)(**fields)
+    assert caught.value.field == field
+    assert controller.state == before
 
 
 @each_law
@@ -83,7 +142,12 @@ def test_state_after_a_step_is_another_and_shows_it(law: Law) -> None:
     assert after != first
     # Reference points 0 to 3 m ahead of x = 4.
     assert after.waypoint in (4, 7)
-    assert first.waypoint is None
+    assert first.waypoint is first.answer is None
+    (error, yaw, along_x, along_y), predicted, target, reverse = after.answer
+    assert (yaw, predicted, reverse) == (0.2, after.answer[0], False)
+    assert along_y / along_x == pytest.approx(0.1)
+    assert error != 0.0
+    assert len(target) == 2
     assert after.as_dict().keys() == FIRST[law.name].keys()
     for field, value in after.as_dict().items():
         assert getattr(after, field) == value
@@ -96,6 +160,7 @@ def test_state_repr_evaluates_to_the_same(law: Law) -> None:
 
 
 @each_law
+@pytest.mark.parametrize("vehicle", [None, LATE])
 @pytest.mark.parametrize(
     "duplicate",
     [
@@ -104,11 +169,11 @@ def test_state_repr_evaluates_to_the_same(law: Law) -> None:
         *(lambda s, n=n: pickle.loads(pickle.dumps(s, n)) for n in range(2, 6)),
     ],
 )
-def test_state_copied_or_pickled_goes_on_alike(law: Law, duplicate: Any) -> None:
-    controller = _walked(law)
+def test_state_copied_or_pickled_goes_on_alike(law: Law, vehicle: Any, duplicate: Any) -> None:
+    controller = _walked(law, vehicle=vehicle)
     saved = duplicate(controller.state)
     assert saved == controller.state
-    other = _controller(law)
+    other = _controller(law, vehicle)
     other.state = saved
     assert other.state == controller.state
     assert other.step(4.2, 1.1, 0.1, 5.0, 0.05) == controller.step(4.2, 1.1, 0.1, 5.0, 0.05)
@@ -159,7 +224,8 @@ def test_state_of_another_law_is_a_type_error(law: Law) -> None:
 
 
 def test_pid_state_keeps_the_terms_of_the_last_steps_oldest_first() -> None:
-    pid = popsteer.Pid(PATH, popsteer.PidParams(buffer_length=3, integral_with_dt=False))
+    params = popsteer.PidParams(buffer_length=3, integral_with_dt=False)
+    pid = popsteer.Pid(PATH, params=params)
     errors = [pid.step(4.0, y, 0.0, 5.0, 0.05).cross_track_error for y in (0.5, 1.0, -2.0, 3.0)]
     state = pid.state
     assert state.terms == tuple(errors[1:])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import os
+import pickle
 import subprocess
 import sys
 import textwrap
@@ -25,23 +27,25 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 DT = 0.05
-CODES = {
-    Status.OK: 0,
-    Status.LOOKAHEAD_LOST: 1,
-    Status.SATURATED: 2,
-    Status.END_OF_PATH: 3,
-    Status.OFF_PATH: 4,
-}
-# Parameters of one's own for every other vehicle.
+CAR = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.2, dead_time=0.12, max_steer_rate=0.5)
+# Parameters of one's own for every other vehicle; every third has a car of its own too.
 OWN: dict[str, dict[str, Any]] = {
     "Pop": {"candidate_count": 11, "min_lookahead": 8.0},
-    "PreviewPop": {"horizon": 2.0, "turn_learning_time": 0.5},
+    "PreviewPop": {"horizon": 2.0, "heading_cost": 1.5},
     "Pid": {"kp": 0.4, "buffer_length": 7},
     "PurePursuit": {"min_lookahead": 7.0, "alpha_by_arccos": True},
-    "Stanley": {"cross_track_gain": 0.7, "max_steer": 0.3},
+    "Stanley": {"cross_track_gain": 0.7, "softening": 0.1},
     "BangBang": {"amplitude": 0.3, "deadband": 0.2},
 }
 FIELDS = ("x", "y", "yaw", "speed")
+NUMBERS = (
+    "steer",
+    "cross_track_error",
+    "heading_error",
+    "predicted_cross_track_error",
+    "predicted_heading_error",
+    "target",
+)
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
 
@@ -49,13 +53,18 @@ each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
 def _paths() -> list[popsteer.Path]:
     x = np.arange(120.0)
     bends = [np.column_stack([x, 4.0 * np.sin(x / length)]) for length in (9.0, 20.0)]
-    return [*(popsteer.Path(xy) for xy in bends), popsteer.Path(bends[0], closed=True)]
+    backwards = popsteer.Path(bends[0][::-1], reverse=[True] * 120)
+    closed = popsteer.Path(bends[0], closed=True)
+    return [*(popsteer.Path(xy) for xy in bends), closed, backwards]
 
 
 def _controllers(law: Law, count: int) -> list[Any]:
     paths, controller = _paths(), getattr(popsteer, law.name)
     own = getattr(popsteer, law.params_name)(**OWN[law.name])
-    return [controller(paths[k % 3], own if k % 2 else None) for k in range(count)]
+    return [
+        controller(paths[k % 4], None if k % 3 else CAR, own if k % 2 else None)
+        for k in range(count)
+    ]
 
 
 def _drives(count: int, steps: int) -> Iterator[tuple[Floats, Floats, Floats, Floats]]:
@@ -85,10 +94,10 @@ def test_batch_of_each_law_gives_the_bits_of_single_steps(law: Law, count: int) 
             controller.step(*pose, DT)
             for controller, *pose in zip(controllers, *(a.tolist() for a in poses), strict=True)
         ]
-        for field in ("steer", "cross_track_error", "heading_error", "target", "reverse"):
+        for field in (*NUMBERS, "reverse", "status"):
             wanted = [getattr(single, field) for single in singles]
             assert _bits(getattr(commands, field)) == _bits(wanted), field
-        assert commands.status.tolist() == [CODES[single.status] for single in singles]
+        assert (commands.status.dtype.name, commands.reverse.dtype.name) == ("uint32", "bool")
         assert _bits(angles.steer(*poses, DT)) == _bits(commands.steer)
     assert batch.states == angles.states == [controller.state for controller in controllers]
 
@@ -224,8 +233,11 @@ def test_batch_with_bad_vehicles_marked_steps_the_others(law: Law) -> None:
     marked = batch.step(x, y, yaw, spoilt, DT, on_error="nan")
     whole = other.step(x, y, yaw, speed, DT)
     bad = np.isin(np.arange(300), [3, 299])
-    assert ((marked.status == 255) == bad).all()
-    for field in ("steer", "cross_track_error", "heading_error", "target"):
+    assert ((marked.status == Status.INPUT_HELD) == bad).all()
+    # These two back up, and are said to still.
+    assert marked.reverse[bad].all()
+    assert (marked.reverse == whole.reverse).all()
+    for field in NUMBERS:
         column = getattr(marked, field)
         assert np.isnan(column[bad]).all()
         assert _bits(column[~bad]) == _bits(getattr(whole, field)[~bad])
@@ -235,7 +247,76 @@ def test_batch_with_bad_vehicles_marked_steps_the_others(law: Law) -> None:
     assert (np.isnan(angles) == bad).all()
 
 
-@pytest.mark.parametrize("dt", [0.0, -0.05, float("nan"), 1e4])
+@each_law
+def test_batch_that_holds_answers_as_each_controller_that_holds(law: Law) -> None:
+    controllers = _controllers(law, 300)
+    batch, angles = popsteer.Batch(controllers), popsteer.Batch(controllers)
+    random = np.random.default_rng(3)
+    lost = 0
+    for poses in _drives(300, 8):
+        x, y, yaw, speed = spoilt = tuple(pose.copy() for pose in poses)
+        for pose in spoilt:
+            pose[random.random(300) < 0.2] = random.choice([np.nan, np.inf, 1e10])
+        dt = DT if random.random() < 0.8 else np.nan
+        commands = batch.step(x, y, yaw, speed, dt, on_error="hold", hold_limit=2)
+        singles = [
+            controller.step_or_hold(*pose, dt, 2)
+            for controller, *pose in zip(controllers, *(a.tolist() for a in spoilt), strict=True)
+        ]
+        for field in (*NUMBERS, "reverse", "status"):
+            wanted = [getattr(single, field) for single in singles]
+            assert _bits(getattr(commands, field)) == _bits(wanted), field
+        held = angles.steer(x, y, yaw, speed, dt, on_error="hold", hold_limit=2)
+        assert _bits(held) == _bits(commands.steer)
+        lost += int(np.count_nonzero(commands.status == Status.INPUT_LOST))
+    assert lost > 10
+    assert batch.states == angles.states == [controller.state for controller in controllers]
+
+
+@each_law
+@pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda b: pickle.loads(pickle.dumps(b))])
+def test_batch_copied_or_pickled_goes_on_alike(law: Law, duplicate: Any) -> None:
+    controllers = _controllers(law, 7)
+    first, second = _drives(7, 2)
+    for batch in (popsteer.Batch(controllers), popsteer.Batch(controllers[3], 7)):
+        batch.step(*first, DT)
+        twin = duplicate(batch)
+        assert twin.states == batch.states
+        one, other = (each.step(*second, DT) for each in (batch, twin))
+        assert _bits(one.steer) == _bits(other.steer)
+        assert twin.states == batch.states
+        twin.reset()
+        batch.reset()
+        assert twin.states == batch.states
+        for name in ("steer", "target", "reverse", "status"):
+            assert _bits(getattr(duplicate(one), name)) == _bits(getattr(one, name))
+
+
+def test_batch_of_none_copied_is_one_of_none() -> None:
+    for batch in (popsteer.Batch([]), popsteer.Batch(popsteer.Pop(_paths()[0]), 0)):
+        assert len(copy.deepcopy(batch)) == 0
+
+
+def test_batch_is_given_as_many_states_as_vehicles() -> None:
+    batch, _ = _three()
+    before = batch.states
+    with pytest.raises(ValueError, match="3 vehicles has 3 states, got 2"):
+        batch.__setstate__(before[:2])
+    wrong = [*before[:2], popsteer.PopState(steer=9.0)]
+    with pytest.raises(InputError, match="steer must be"):
+        batch.__setstate__(wrong)
+    assert batch.states == before
+
+
+def test_command_batch_of_unequal_columns_is_refused() -> None:
+    batch, arrays = _three()
+    columns = batch.step(**arrays, dt=DT).__getnewargs_ex__()[1]
+    for name, column in columns.items():
+        with pytest.raises(ValueError, match="equally long"):
+            popsteer.CommandBatch(**{**columns, name: column[:2]})
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.05, float("nan"), 1e4, 10**400])
 @pytest.mark.parametrize("on_error", ["raise", "nan"])
 def test_batch_with_bad_dt_is_refused_in_any_case(dt: float, on_error: Any) -> None:
     batch, arrays = _three()
@@ -248,7 +329,7 @@ def test_batch_with_bad_dt_is_refused_in_any_case(dt: float, on_error: Any) -> N
 
 def test_batch_with_unknown_on_error_lists_the_known() -> None:
     batch, arrays = _three()
-    with pytest.raises(ConfigError, match="unknown on_error 'skip'; known: raise, nan"):
+    with pytest.raises(ConfigError, match="unknown on_error 'skip'; known: raise, nan, hold"):
         batch.steer(**arrays, dt=DT, on_error="skip")  # type: ignore[arg-type]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import PathError, tracks
+from popsteer import PathError, tracks, vehicles
 from popsteer.bench.states import at_hand, embedded, recorded
 
 if TYPE_CHECKING:
@@ -33,7 +33,8 @@ def _write(folder: Path, **changed: str) -> Path:
 def test_recorded_gives_yaw_and_pose_behind_the_front(tmp_path: Path) -> None:
     drive = recorded(_write(tmp_path))
     assert len(drive.path) == 3
-    assert drive.front_offset == FRONT
+    assert drive.vehicle == vehicles.get("carla-identified")
+    assert drive.vehicle.front_axle == FRONT
     expected = [(0.5, 3.0, 1.0), (0.4, 11.0, 2.0), (0.3, 14.0, 3.0)]
     assert len(drive.states) == len(expected)
     for state, (x, y, speed), error in zip(drive.states, expected, HEADING_ERROR, strict=True):
@@ -111,6 +112,6 @@ def test_recorded_yaw_of_the_authors_run_points_where_it_goes() -> None:
     along = moved[:, 0] * np.cos(yaw) + moved[:, 1] * np.sin(yaw)
     off = np.abs(np.arctan2(aside, along))[speed > 5.0]
     assert np.median(off) < 0.002
-    pop = popsteer.Pop(drive.path, popsteer.PopParams(reference_offset=drive.front_offset))
+    pop = popsteer.Pop(drive.path, drive.vehicle)
     errors = [abs(pop.step(*state, 0.05).cross_track_error) for state in drive.states]
     assert np.mean(errors) == pytest.approx(0.167, abs=0.002)

@@ -38,7 +38,7 @@ def numba_driver(drive: Drive) -> Driver:
 def reference_angles(drive: Drive) -> list[float]:
     xy = zip(drive.path.x.tolist(), drive.path.y.tolist(), strict=True)
     path = reference.Path(xy, closed=drive.path.closed)
-    pop = reference.Pop(path, reference.PopParams(reference_offset=drive.front_offset))
+    pop = reference.Pop(path, reference.Vehicle(**drive.vehicle.as_dict()))
     return [pop.steer(*state, DT) for state in drive.states]
 
 
@@ -54,8 +54,7 @@ def test_numba_step_gives_the_angles_of_the_reference(drive: Drive) -> None:
 def test_numba_step_gives_the_angles_of_the_core_over_the_authors_run() -> None:
     drive = states.recorded(authors_data())
     driver = numba_driver(drive)
-    params = popsteer.PopParams(reference_offset=drive.front_offset)
-    pop = popsteer.Pop(drive.path, params)
+    pop = popsteer.Pop(drive.path, drive.vehicle)
     expected = [pop.steer(*state, DT) for state in drive.states]
     assert [driver.call(*state, DT) for state in drive.states] == expected
 
@@ -70,7 +69,8 @@ def test_numba_step_gives_the_angles_of_the_reference_anywhere(closed: bool) -> 
         (dice.uniform(-9, 20), dice.uniform(-9, 24), dice.uniform(-9, 9), dice.uniform(-2, 30))
         for _ in range(300)
     ]
-    drive = states.Drive("jumps", path, jumps, 1.06, 0.0)
+    car = popsteer.Vehicle(rear_axle=-1.94, max_lateral_acceleration=None)
+    drive = states.Drive("jumps", path, jumps, car)
     driver = numba_driver(drive)
     assert [driver.call(*state, DT) for state in jumps] == reference_angles(drive)
 
@@ -92,6 +92,12 @@ def test_numba_step_of_a_path_driven_backwards_is_refused(drive: Drive) -> None:
     path = popsteer.Path(corners, reverse=[False, True, False])
     with pytest.raises(ValueError, match="drives forward only"):
         numba_driver(replace(drive, path=path))
+
+
+def test_numba_step_of_a_vehicle_with_a_dead_time_is_refused(drive: Drive) -> None:
+    late = replace(drive, vehicle=drive.vehicle.replace(dead_time=0.1))
+    with pytest.raises(ValueError, match="to the wheels as it is"):
+        numba_driver(late)
 
 
 def mpc_driver(drive: Drive) -> Driver:

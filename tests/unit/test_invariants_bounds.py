@@ -13,52 +13,136 @@ from hypothesis import strategies as st
 
 import popsteer
 from popsteer import InputError
-from tests.parity.checks import BAD_STEPS
-from tests.parity.laws import LATERAL, PID, POP, PREVIEW_POP, Law
-from tests.parity.strategies import SPOTS, Shape, Spot, Waypoints, fitted, shapes
+from tests.parity.checks import BAD_STEPS, adapting
+from tests.parity.laws import LATERAL, PID, POP, Law
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    Waypoints,
+    fitted,
+    shapes,
+)
 
 EPSILON = sys.float_info.epsilon
 PATHS = shapes()
 RUNS = st.lists(SPOTS, min_size=1, max_size=8)
+CARS = CALM_VEHICLES | VEHICLES
+# Such as command what the law wants, within the largest angle, whatever they are else.
+UNLIMITED: dict[str, Any] = {
+    "max_steer_rate": None,
+    "max_lateral_acceleration": None,
+    "steer_offset": 0.0,
+}
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
 
 
-def _controller(law: Law, path: Waypoints, params: dict[str, Any]) -> Any:
+def _controller(
+    law: Law,
+    path: Waypoints,
+    params: dict[str, Any],
+    vehicle: dict[str, Any],
+    adapt: Any = "auto",
+) -> Any:
     # The Rust core has no need of a coarse grid, but a fine one over 1e6 m has many points.
-    params = fitted(params, path, 100_000) if law.searches else params
+    if law.searches:
+        params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))
     made = popsteer.Path(path.xy, speed=path.speed, closed=path.closed)
-    return getattr(popsteer, law.name)(made, getattr(popsteer, law.params_name)(**params))
+    tuning = getattr(popsteer, law.params_name)(**params)
+    told = {name: value and value.rust for name, value in adapting(adapt).items()}
+    return getattr(popsteer, law.name)(made, popsteer.Vehicle(**vehicle), tuning, **told)
+
+
+def _limits_reached(controller: Any, before: float, speed: float, dt: float) -> list[float]:
+    """How near to each limit of the vehicle the command is: 0 where it is there."""
+    car, state = controller.vehicle, controller.state
+    steer = state.steer
+    wheel = popsteer.saturate(
+        steer + (car.steer_offset + state.steer_offset), -car.max_steer, car.max_steer
+    )
+    left = [car.max_steer - abs(steer), car.max_steer - abs(wheel)]
+    if car.max_steer_rate is not None:
+        left.append(car.max_steer_rate * dt - abs(steer - before))
+    if car.max_lateral_acceleration is not None:
+        length = car.turning_length(speed)
+        square = speed * speed * state.gain
+        most = math.atan2(car.max_lateral_acceleration * length, square)
+        left.append(most - abs(wheel))
+    return left
 
 
 @each_law
-@given(shape=PATHS, spots=RUNS, data=st.data())
+@given(shape=PATHS, spots=RUNS, vehicle=CARS, adapt=ADAPTS, data=st.data())
 def test_law_any_input_answers_finite_within_its_limits(
-    law: Law, shape: Shape, spots: list[Spot], data: st.DataObject
+    law: Law,
+    shape: Shape,
+    spots: list[Spot],
+    vehicle: dict[str, Any],
+    adapt: Any,
+    data: st.DataObject,
 ) -> None:
     path = shape.build()
-    controller = _controller(law, path, data.draw(law.params()))
-    max_steer = controller.params.max_steer
+    controller = _controller(law, path, data.draw(law.params()), vehicle, adapt)
+    car = controller.vehicle
     for spot in spots:
+        before = controller.state.steer
         command = controller.step(*spot.at(path))
-        numbers = (command.steer, command.cross_track_error, command.heading_error)
-        assert all(map(math.isfinite, (*numbers, *command.target)))
-        assert abs(command.steer) <= max_steer
+        errors = (command.cross_track_error, command.heading_error)
+        predicted = (command.predicted_cross_track_error, command.predicted_heading_error)
+        assert all(map(math.isfinite, (command.steer, *errors, *predicted, *command.target)))
+        assert abs(command.steer) <= car.max_steer
         assert abs(command.heading_error) <= math.pi
-        # Preview POP is held back by the lateral acceleration too, at an angle below the limit.
-        if command.status is popsteer.Status.SATURATED and law is not PREVIEW_POP:
-            assert abs(command.steer) == max_steer
-        assert 0 <= controller.state.waypoint < len(path.xy)
+        assert abs(command.predicted_heading_error) <= math.pi
+        if not car.dead_time:
+            assert predicted == errors
+        state = controller.state
+        assert 0 <= state.waypoint < len(path.xy)
+        assert (state.measured_waypoint is None) == (not car.dead_time)
+        _check_limits(controller, before, spot, command)
+
+
+def _check_limits(controller: Any, before: float, spot: Spot, command: popsteer.Command) -> None:
+    """Rate and lateral acceleration are kept, and a limit is reached where one is said to be."""
+    car, state = controller.vehicle, controller.state
+    if car.max_steer_rate is not None:
+        rounding = EPSILON * max(abs(before), abs(command.steer))
+        most = car.max_steer_rate * spot.dt
+        assert abs(command.steer - before) <= most * (1.0 + EPSILON) + rounding
+    bare = all(getattr(car, name) == value for name, value in UNLIMITED.items())
+    saturated = popsteer.Status.SATURATED in command.status
+    if bare and not state.steer_offset:
+        if saturated:
+            assert abs(command.steer) == car.max_steer
+        return
+    if car.dead_time and car.max_lateral_acceleration is not None:
+        # The speed that counts is the predicted one.
+        return
+    left = _limits_reached(controller, before, spot.speed, spot.dt)
+    if saturated:
+        assert min(map(abs, left)) <= 1e-9
+    # Beyond the offset the wheels cannot be brought back, and their rate goes before.
+    in_reach = abs(car.steer_offset + state.steer_offset) <= car.max_steer
+    if car.max_lateral_acceleration is not None and car.max_steer_rate is None and in_reach:
+        assert left[-1] >= -1e-12
 
 
 @each_law
-@given(shape=PATHS, spots=RUNS, data=st.data())
+@given(shape=PATHS, spots=RUNS, vehicle=CARS, adapt=ADAPTS, data=st.data())
 def test_law_in_the_same_state_answers_the_same_twice(
-    law: Law, shape: Shape, spots: list[Spot], data: st.DataObject
+    law: Law,
+    shape: Shape,
+    spots: list[Spot],
+    vehicle: dict[str, Any],
+    adapt: Any,
+    data: st.DataObject,
 ) -> None:
     path = shape.build()
     params = data.draw(law.params())
-    first, second = _controller(law, path, params), _controller(law, path, params)
+    first, second = (_controller(law, path, params, vehicle, adapt) for _ in range(2))
     fresh = first.state
     for k, spot in enumerate(spots):
         step = spot.at(path)
@@ -79,12 +163,26 @@ def test_law_in_the_same_state_answers_the_same_twice(
 
 
 @each_law
-@given(shape=PATHS, spot=SPOTS, bad=st.sampled_from(BAD_STEPS), data=st.data())
+@given(
+    shape=PATHS,
+    spot=SPOTS,
+    bad=st.sampled_from(BAD_STEPS),
+    vehicle=CARS,
+    adapt=ADAPTS,
+    data=st.data(),
+)
 def test_law_refused_input_leaves_the_state_untouched(
-    law: Law, shape: Shape, spot: Spot, bad: tuple[int, float], data: st.DataObject
+    *,
+    law: Law,
+    shape: Shape,
+    spot: Spot,
+    bad: tuple[int, float],
+    vehicle: dict[str, Any],
+    adapt: Any,
+    data: st.DataObject,
 ) -> None:
     path = shape.build()
-    controller = _controller(law, path, data.draw(law.params()))
+    controller = _controller(law, path, data.draw(law.params()), vehicle, adapt)
     step = spot.at(path)
     argument, value = bad
     refused = (*step[:argument], value, *step[argument + 1 :])
@@ -99,12 +197,12 @@ def test_law_refused_input_leaves_the_state_untouched(
         controller.step(*step)
 
 
-@given(shape=PATHS, params=POP.params(), spots=RUNS)
+@given(shape=PATHS, params=POP.params(), vehicle=CARS, spots=RUNS)
 def test_pop_any_step_turns_by_at_most_its_span(
-    shape: Shape, params: dict[str, Any], spots: list[Spot]
+    shape: Shape, params: dict[str, Any], vehicle: dict[str, Any], spots: list[Spot]
 ) -> None:
     path = shape.build()
-    pop = _controller(POP, path, params)
+    pop = _controller(POP, path, params, {**vehicle, **UNLIMITED}, adapt=None)
     span = pop.params.steer_span
     for spot in spots:
         previous = pop.state.previous_steer
@@ -118,37 +216,51 @@ def test_pop_any_step_turns_by_at_most_its_span(
 @given(
     shape=PATHS,
     params=POP.params(),
+    vehicle=CARS,
     spot=SPOTS,
     speed=st.one_of(st.sampled_from([0.0, -0.0]), st.floats(-1e4, 0.0)),
     previous=st.floats(-1.0, 1.0),
 )
 def test_pop_at_rest_or_rolling_back_keeps_its_angle(
-    shape: Shape, params: dict[str, Any], spot: Spot, speed: float, previous: float
+    *,
+    shape: Shape,
+    params: dict[str, Any],
+    vehicle: dict[str, Any],
+    spot: Spot,
+    speed: float,
+    previous: float,
 ) -> None:
     path = shape.build()
-    pop = _controller(POP, path, params)
+    pop = _controller(POP, path, params, {**vehicle, **UNLIMITED}, adapt=None)
     x, y, yaw, _, dt = spot.at(path)
-    angle = previous * pop.params.max_steer
+    angle = previous * pop.vehicle.max_steer
     pop.state = popsteer.PopState(previous_steer=angle)
     for _ in range(3):
         assert pop.steer(x, y, yaw, speed, dt) == angle
 
 
-@given(shape=PATHS, params=PID.params(), spots=st.lists(SPOTS, min_size=1, max_size=40))
+@given(
+    shape=PATHS,
+    params=PID.params(),
+    vehicle=CARS,
+    spots=st.lists(SPOTS, min_size=1, max_size=40),
+)
 def test_pid_integral_is_bounded_by_its_buffer(
-    shape: Shape, params: dict[str, Any], spots: list[Spot]
+    shape: Shape, params: dict[str, Any], vehicle: dict[str, Any], spots: list[Spot]
 ) -> None:
     path = shape.build()
     length = {"buffer_length": min(params.get("buffer_length", 5), 20)}
-    pid = _controller(PID, path, {**params, **length})
+    # Not adapting, it expects the speed to stay.
+    pid = _controller(PID, path, {**params, **length}, vehicle, adapt=None)
     largest = 0.0
     summed = 0
     for taken, spot in enumerate(spots, start=1):
         command = pid.step(*spot.at(path))
         # The buffer is emptied where the vehicle was lost, and sums nothing at rest.
-        summed = (0 if command.status is popsteer.Status.OFF_PATH else summed) + (spot.speed > 0.0)
+        lost = popsteer.Status.OFF_PATH in command.status
+        summed = (0 if lost else summed) + (spot.speed > 0.0)
         weight = spot.dt if pid.params.integral_with_dt else 1.0
-        largest = max(largest, abs(command.cross_track_error * weight))
+        largest = max(largest, abs(command.predicted_cross_track_error * weight))
         state = pid.state
         assert len(state.terms) == min(summed, pid.params.buffer_length)
         assert all(abs(term) <= largest for term in state.terms)

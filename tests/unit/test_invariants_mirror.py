@@ -1,8 +1,9 @@
 """A mirrored world (y and yaw change sign) mirrors the angle, exactly.
 
 Every operation of the laws is odd or even under the reflection, rounding included, so the answers
-are compared without tolerance. Where left and right cannot be told apart the answer is a
-convention and has no mirror image; those states are left out, each for the reason given.
+are compared without tolerance; the steering offset of the mirrored vehicle changes its sign too.
+Where left and right cannot be told apart the answer is a convention and has no mirror image; those
+states are left out, each for the reason given.
 """
 
 from __future__ import annotations
@@ -15,8 +16,22 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import popsteer
+from tests.parity.checks import adapting
+from tests.parity.decided import decided
 from tests.parity.laws import LATERAL, POP, PURE_PURSUIT, Law
-from tests.parity.strategies import SPOTS, Shape, Spot, Waypoints, fitted, shapes
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    Waypoints,
+    fitted,
+    shapes,
+)
+
+CARS = CALM_VEHICLES | VEHICLES
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
 
@@ -35,74 +50,132 @@ def _heads_west(path: Waypoints) -> bool:
     return any(y0 == y1 and x1 < x0 for (x0, y0), (x1, y1) in zip(path.xy, ends, strict=True))
 
 
-def _reference_point(controller: Any, step: tuple[float, ...]) -> tuple[float, float]:
-    x, y, yaw, *_ = step
-    offset = controller.reference_offset
-    return x + offset * math.cos(yaw), y + offset * math.sin(yaw)
-
-
-def _on_the_line(path: Waypoints, controller: Any, step: tuple[float, ...]) -> bool:
-    """Whether the vehicle lies exactly on the line of its segment, neither left nor right."""
-    x, y = _reference_point(controller, step)
-    segment = controller.path.project(x, y, controller.state.waypoint).segment
+def _is_on_line(path: Waypoints, segment: int, position: tuple[float, float]) -> bool:
+    """Whether a position lies exactly on the line of a segment, neither left nor right."""
+    x, y = position
+    # Its segment is where it was found, which at a bend need not be the one `Path.project` gives.
     (x0, y0), (x1, y1) = path.xy[segment], path.xy[(segment + 1) % len(path.xy)]
     side: float = (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)
     return side == 0.0
 
 
-def _no_side(controller: Any, step: tuple[float, ...], target: tuple[float, float]) -> bool:
+def _measured_on_line(path: Waypoints, controller: Any, step: tuple[float, ...]) -> bool:
+    """The same of the tracked point of the vehicle that was just measured."""
+    x, y, yaw, *_ = step
+    ahead = controller.tracked_point
+    state = controller.state
+    segment = state.measured_waypoint
+    segment = state.waypoint if segment is None else segment
+    return _is_on_line(path, segment, (x + ahead * math.cos(yaw), y + ahead * math.sin(yaw)))
+
+
+def _no_side(at: Any, target: tuple[float, float]) -> bool:
     """Whether the lookahead point lies straight ahead or behind, or exactly west."""
-    x, y = _reference_point(controller, step)
+    x, y = at.position
     to_x, to_y = target[0] - x, target[1] - y
-    yaw = step[2]
+    yaw: float = at.vehicle.yaw
     aside = math.cos(yaw) * to_y - math.sin(yaw) * to_x
-    return aside == 0.0 or (to_y == 0.0 and to_x <= 0.0)
+    return bool(aside == 0.0 or (to_y == 0.0 and to_x <= 0.0))
 
 
-def _candidate_distance(
-    controller: Any, step: tuple[float, ...], target: Any, steer: float
-) -> float:
-    """How far from the target POP's prediction for `steer` ends, as Algorithm 1 has it."""
-    x, y = _reference_point(controller, step)
-    *_, yaw, speed, dt = step
-    predicted = popsteer.get_predicted_location(0.0, 0.0, yaw, max(speed, 0.0), steer, dt)
-    return popsteer.get_distance(predicted, (target[0] - x, target[1] - y))
+def _candidate_distance(at: Any, target: tuple[float, float], steer: float) -> float:
+    """How near to the target POP's prediction for `steer` comes."""
+    yaw, speed = at.vehicle.yaw, max(at.vehicle.speed, 0.0)
+    to_target = (target[0] - at.position[0], target[1] - at.position[1])
+    predicted = popsteer.get_predicted_location(0.0, 0.0, yaw, speed, steer, at.dt)
+    return popsteer.get_distance(predicted, to_target)
+
+
+def _are_mirrored(ours: Any, theirs: Any, here: popsteer.Command, there: popsteer.Command) -> bool:
+    """Whether two controllers found mirrored places and answered mirrored commands."""
+    places = ("waypoint", "measured_waypoint")
+    errors = ("cross_track_error", "heading_error")
+    odd = ("steer", *errors, *(f"predicted_{error}" for error in errors))
+    return (
+        all(getattr(theirs.state, name) == getattr(ours.state, name) for name in places)
+        and all(getattr(there, name) == -getattr(here, name) for name in odd)
+        and there.target == (here.target[0], -here.target[1])
+        and there.status == here.status
+    )
 
 
 @each_law
-@given(shape=shapes(), spots=st.lists(SPOTS, min_size=1, max_size=5), data=st.data())
+@given(
+    shape=shapes(),
+    spots=st.lists(SPOTS, min_size=1, max_size=5),
+    vehicle=CARS,
+    adapt=ADAPTS,
+    data=st.data(),
+)
 def test_law_in_a_mirrored_world_steers_mirrored(
-    law: Law, shape: Shape, spots: list[Spot], data: st.DataObject
+    law: Law,
+    shape: Shape,
+    spots: list[Spot],
+    vehicle: dict[str, Any],
+    adapt: Any,
+    data: st.DataObject,
 ) -> None:
     path = shape.build()
     assume(not _heads_west(path))
     params = data.draw(law.params())
-    params = fitted(params, path, 100_000) if law.searches else params
-    kind, params_kind = getattr(popsteer, law.name), getattr(popsteer, law.params_name)
-    ours = kind(_path(path), params_kind(**params))
-    theirs = kind(_path(_mirrored(path)), params_kind(**params))
+    if law.searches:
+        params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))
+    kind, tuning = getattr(popsteer, law.name), getattr(popsteer, law.params_name)(**params)
+    told = {name: value and value.rust for name, value in adapting(adapt).items()}
+    car = popsteer.Vehicle(**vehicle)
+    ours = kind(_path(path), car, tuning, **told)
+    car = car.replace(steer_offset=-car.steer_offset)
+    theirs = kind(_path(_mirrored(path)), car, tuning, **told)
     for spot in spots:
-        step = spot.at(path)
-        x, y, yaw, speed, dt = step
+        x, y, yaw, speed, dt = step = spot.at(path)
+        before, theirs_before = ours.state, theirs.state
         here, there = ours.step(*step), theirs.step(x, -y, -yaw, speed, dt)
-        assume(not _on_the_line(path, ours, step))
-        assume(law is not PURE_PURSUIT or not _no_side(ours, step, here.target))
-        assert theirs.state.waypoint == ours.state.waypoint
-        assert there.target == (here.target[0], -here.target[1])
-        assert there.cross_track_error == -here.cross_track_error
-        assert there.heading_error == -here.heading_error
+        assume(not _measured_on_line(path, ours, step))
+        if _are_mirrored(ours, theirs, here, there):
+            continue
+        # What the law was shown tells whether there is a side to be told.
+        at, decision = decided(law, ours, before, step, adapt)
+        assume(not _is_on_line(path, at.foot.segment, at.position))
+        assume(law is not PURE_PURSUIT or not _no_side(at, here.target))
         if law is POP and there.steer != -here.steer:
             # Two candidates are as good, to the last bit, and the first in the list is taken:
             # the list runs the other way in the mirror. Both are then best in either world.
+            mirrored = decided(law, theirs, theirs_before, (x, -y, -yaw, speed, dt), adapt)[1]
+            assert mirrored.steer != -decision.steer
             distances = {
-                _candidate_distance(ours, step, here.target, steer)
-                for steer in (here.steer, -there.steer)
+                _candidate_distance(at, here.target, steer)
+                for steer in (decision.steer, -mirrored.steer)
             }
             assert len(distances) == 1
-            assert max(spot.speed, 0.0) > 0.0
+            assert at.vehicle.speed > 0.0
+            assert there.target == (here.target[0], -here.target[1])
+            assert there.predicted_cross_track_error == -here.predicted_cross_track_error
+            assert there.predicted_heading_error == -here.predicted_heading_error
             return
-        assert there.steer == -here.steer
-        assert there.status is here.status
+        assert _are_mirrored(ours, theirs, here, there), (here, there)
+
+
+def test_vehicle_beside_a_place_on_its_own_line_has_no_side() -> None:
+    path = Shape("straight", 41, 1.9481172071075352, seed=41).build()
+    ours, theirs = popsteer.PreviewPop(_path(path)), popsteer.PreviewPop(_path(_mirrored(path)))
+    for spot in (Spot(0.0, 1.0), Spot(0.5625, 0.0, math.pi, 0.0), Spot(0.1875)):
+        x, y, yaw, speed, dt = step = spot.at(path)
+        here, there = ours.step(*step), theirs.step(x, -y, -yaw, speed, dt)
+    # 20 m behind its place, which is remembered; `Path.project` gives another segment.
+    assert there.cross_track_error == here.cross_track_error != 0.0
+    assert _measured_on_line(path, ours, step)
+
+
+def test_pop_with_two_candidates_as_good_takes_the_first() -> None:
+    # West along the axis, the vehicle looking east: what it is to reach lies straight behind.
+    way = Waypoints([(20.0 - k, 0.0) for k in range(21)], None, closed=False)
+    ours, theirs = popsteer.Pop(_path(way)), popsteer.Pop(_path(_mirrored(way)))
+    before, step = ours.state, (10.0, 0.0, 0.0, 5.0, 0.05)
+    here, there = ours.step(*step), theirs.step(*step)
+    assert there.steer == here.steer != 0.0
+    at, _ = decided(POP, ours, before, step)
+    both = [_candidate_distance(at, here.target, steer) for steer in (here.steer, -here.steer)]
+    assert both[0] == both[1]
 
 
 @given(shape=shapes(), spot=SPOTS, lookahead=st.floats(0.0, 30.0))

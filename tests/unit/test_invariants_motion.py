@@ -17,8 +17,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import popsteer
+from tests.parity.checks import adapting
+from tests.parity.decided import decided
 from tests.parity.laws import BANG_BANG, LATERAL, POP, PREVIEW_POP, PURE_PURSUIT, STANLEY, Law
-from tests.parity.strategies import SEEDS, Shape, Spot, Waypoints
+from tests.parity.strategies import ADAPTS, CALM_VEHICLES, SEEDS, Shape, Spot, Waypoints
 
 REACH = 2e3
 """No coordinate in this file is larger [m]."""
@@ -159,60 +161,154 @@ def test_path_moved_locates_the_same(shape: Shape, motion: Motion, spot: Spot) -
 
 
 @pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
-@given(shape=SHAPES, motion=MOTIONS, spot=PLACES, exact=st.booleans())
+@given(
+    shape=SHAPES,
+    motion=MOTIONS,
+    spot=PLACES,
+    vehicle=CALM_VEHICLES,
+    adapt=ADAPTS,
+    exact=st.booleans(),
+)
 def test_law_in_a_moved_world_steers_the_same(
-    law: Law, shape: Shape, motion: Motion, spot: Spot, exact: bool
+    *,
+    law: Law,
+    shape: Shape,
+    motion: Motion,
+    spot: Spot,
+    vehicle: dict[str, Any],
+    adapt: Any,
+    exact: bool,
 ) -> None:
     path = shape.build()
     options: dict[str, Any] = {}
     if law.searches:
         options = {"grid_spacing": GRID_SPACING, "exact_lookahead": exact}
-    params = getattr(popsteer, law.params_name)(**options)
-    ours = getattr(popsteer, law.name)(_path(path), params)
-    theirs = getattr(popsteer, law.name)(_path(motion.path(path)), params)
-    x, y, yaw, speed, dt = spot.at(path)
-    pose, moved_pose = (x, y, yaw), (*motion.point(x, y), yaw + motion.turn)
-    here = _ahead(pose, ours.reference_offset)
-    if not _same_start(ours.path, theirs.path, pose, moved_pose):
+    car = popsteer.Vehicle(**vehicle)
+    tuning = getattr(popsteer, law.params_name)(**options)
+    told = {name: value and value.rust for name, value in adapting(adapt).items()}
+    ours = getattr(popsteer, law.name)(_path(path), car, tuning, **told)
+    theirs = getattr(popsteer, law.name)(_path(motion.path(path)), car, tuning, **told)
+    x, y, yaw, speed, dt = step = spot.at(path)
+    moved_step = (*motion.point(x, y), yaw + motion.turn, speed, dt)
+    shown = decided(law, ours, ours.state, step, adapt)
+    moved_shown = decided(law, theirs, theirs.state, moved_step, adapt)
+    # The vehicle that the law is shown is the predicted one.
+    pose, moved_pose = (_pose(each[0].vehicle) for each in (shown, moved_shown))
+    assert math.dist(moved_pose[:2], motion.point(*pose[:2])) <= SLACK
+    assert abs(moved_pose[2] - pose[2] - motion.turn) <= ANGLE_SLACK
+    poses = [(pose, moved_pose)]
+    if car.dead_time:
+        poses.append((step[:3], moved_step[:3]))
+    if not all(_same_start_of(law, ours, theirs, *each) for each in poses):
         return
-    command = ours.step(*pose, speed, dt)
-    moved = theirs.step(*moved_pose, speed, dt)
-    segment, moved_segment = ours.state.waypoint, theirs.state.waypoint
-    slack = SLACK * _lever(ours.path, segment, here)
+    answers = (ours.step(*step), theirs.step(*moved_step))
+    assert ours.state.waypoint == shown[0].foot.segment
+    if car.dead_time:
+        here = _ahead(step[:3], ours.tracked_point)
+        segments = (ours.state.measured_waypoint, theirs.state.measured_waypoint)
+        errors = [(each.cross_track_error, each.heading_error) for each in answers]
+        if not _is_seen_the_same(shape, path, here, segments, errors):
+            return
+    here = shown[0].position
+    assert math.dist(here, _ahead(pose, ours.tracked_point)) <= SLACK
+    segments = (ours.state.waypoint, theirs.state.waypoint)
+    errors = [(each.predicted_cross_track_error, each.predicted_heading_error) for each in answers]
+    if not _is_seen_the_same(shape, path, here, segments, errors):
+        return
+    if law.searches:
+        window = tuning.resolved(car).window_ahead
+        assume(exact or _is_cut_the_same(path, ours.path, window, here, segments[0]))
+        targets = (answers[0].target, answers[1].target)
+        if math.dist(targets[1], motion.point(*targets[0])) > SLACK:
+            _check_that_targets_tie(law, ours, shown[0], answers[0])
+            return
+        _check_aim(law, shown, moved_shown)
+    elif not _tells_left_from_right(law, shape, abs(errors[0][1])):
+        return
+    gain = 1.0 if law is BANG_BANG or law.searches else 10.0
+    assert abs(answers[1].steer - answers[0].steer) <= gain * ANGLE_SLACK
+    _check_status(path, car, shown, answers)
+
+
+def _same_start_of(
+    law: Law,
+    ours: Any,
+    theirs: Any,
+    pose: tuple[float, float, float],
+    moved_pose: tuple[float, float, float],
+) -> bool:
+    """The same for where a controller looks from: the rear axle, or the point without slip."""
+    car = ours.vehicle
+    base = car.rear_axle
+    if law is PREVIEW_POP and car.no_slip_point is not None:
+        base = car.no_slip_point
+    at_base, moved = ((*_ahead(each, base), each[2]) for each in (pose, moved_pose))
+    return _same_start(ours.path, theirs.path, at_base, moved)
+
+
+def _tells_left_from_right(law: Law, shape: Shape, askew: float) -> bool:
+    """Whether rounding chooses neither a side nor what of the path counts."""
+    if law is STANLEY:
+        # A heading error of half a turn is to the left or to the right.
+        assume(askew < math.pi - ANGLE_SLACK)
+    if law is PREVIEW_POP:
+        if shape.closed or shape.kind in ("jagged", "loop", "collinear"):
+            # Where the path leaps or doubles back, rounding says which segments a chord spans.
+            return False
+        # ... nor is one that is half a turn from the direction smoothed, not that of the segment.
+        assume(askew < math.pi - 0.5)
+    return True
+
+
+def _check_status(
+    path: Waypoints,
+    car: popsteer.Vehicle,
+    shown: tuple[Any, Any],
+    answers: tuple[popsteer.Command, popsteer.Command],
+) -> None:
+    at, decision = shown
+    command, moved = answers
+    differ = moved.status ^ command.status
+    assert differ in popsteer.Status.SATURATED | popsteer.Status.END_OF_PATH
+    if popsteer.Status.END_OF_PATH in differ:
+        # At the very end rounding says whether the vehicle is past it.
+        off = abs(command.predicted_cross_track_error)
+        assert abs(math.dist(path.xy[-1], at.position) - off) <= ANGLE_SLACK
+    if popsteer.Status.SATURATED in differ:
+        # At a limit rounding says whether the angle wanted is beyond it.
+        wanted = decision.steer - car.steer_offset
+        limited, at_most = abs(command.steer - wanted), abs(abs(wanted) - car.max_steer)
+        assert min(limited, at_most) < 1e-6
+
+
+def _pose(vehicle: Any) -> tuple[float, float, float]:
+    return vehicle.x, vehicle.y, vehicle.yaw
+
+
+def _is_seen_the_same(
+    shape: Shape,
+    path: Waypoints,
+    here: tuple[float, float],
+    segments: tuple[int, int],
+    errors: list[tuple[float, float]],
+) -> bool:
+    """Whether one place is found in both worlds; if not, that both are as good is asserted."""
+    segment, moved_segment = segments
+    slack = SLACK * _lever(_path(path), segment, here)
+    (off, askew), (moved_off, moved_askew) = errors
     if moved_segment != segment:
-        off, moved_off = (abs(one.cross_track_error) for one in (command, moved))
-        costs = [_cost(one.cross_track_error, one.heading_error) for one in (command, moved)]
+        costs = [_cost(*each) for each in errors]
         # Of neighbours as near the last counts, of places farther apart the cheapest. Beside a
         # sharp corner rounding says which of both sides counts, and how askew that leads.
         assume(shape.kind == "smooth" and not shape.closed)
-        assert abs(moved_off - off) <= slack or abs(costs[1] - costs[0]) <= slack + ANGLE_SLACK
-        return
+        as_near = abs(abs(moved_off) - abs(off)) <= slack
+        assert as_near or abs(costs[1] - costs[0]) <= slack + ANGLE_SLACK
+        return False
     # Straight ahead of the end of a segment, far from it, the sign of the error is rounding's.
     assume(abs(_side(path, segment, *here)) > slack)
-    turned = popsteer.wrap(moved.heading_error - command.heading_error)
-    assert abs(turned) <= ANGLE_SLACK
-    assert abs(moved.cross_track_error - command.cross_track_error) <= slack
-    if law.searches:
-        assume(exact or _is_cut_the_same(path, ours.path, params.window_ahead, here, segment))
-        if math.dist(moved.target, motion.point(*command.target)) > SLACK:
-            _check_that_targets_tie(law, ours, here, speed, command)
-        else:
-            _check_aim(law, here, (yaw, speed, dt), command, moved)
-        return
-    # A heading error of half a turn is to the left or to the right.
-    assume(law is not STANLEY or abs(command.heading_error) < math.pi - ANGLE_SLACK)
-    if law is PREVIEW_POP and (shape.closed or shape.kind in ("jagged", "loop", "collinear")):
-        # Where the path leaps or doubles back, rounding says which segments a chord spans.
-        return
-    # ... nor is one that is half a turn from the direction smoothed, not that of the segment.
-    assume(law is not PREVIEW_POP or abs(command.heading_error) < math.pi - 0.5)
-    gain = 1.0 if law is BANG_BANG else 10.0
-    assert abs(moved.steer - command.steer) <= gain * ANGLE_SLACK
-    # At the very end rounding says whether the vehicle is past it.
-    end = (path.xy[-1][0] - here[0], path.xy[-1][1] - here[1])
-    at_end = abs(math.hypot(*end) - abs(command.cross_track_error)) <= ANGLE_SLACK
-    at_limit = abs(abs(command.steer) - params.max_steer) < 1e-6
-    assert moved.status is command.status or at_limit or at_end
+    assert abs(popsteer.wrap(moved_askew - askew)) <= ANGLE_SLACK
+    assert abs(moved_off - off) <= slack
+    return True
 
 
 def _nearest(path: popsteer.Path, segment: int, here: tuple[float, float]) -> tuple[float, int]:
@@ -237,18 +333,17 @@ def _is_cut_the_same(
     return all(abs(part - round(part)) > 1e-6 for part in parts) and min(map(abs, ends)) > 1e-6
 
 
-def _check_that_targets_tie(
-    law: Law, controller: Any, here: tuple[float, float], speed: float, command: popsteer.Command
-) -> None:
+def _check_that_targets_tie(law: Law, controller: Any, at: Any, command: popsteer.Command) -> None:
     """Rounding says whether a point lies on the circle: a corner, the foot, a point of the grid."""
-    params = controller.params
+    here, speed = at.position, at.vehicle.speed
+    params = controller.params.resolved(controller.vehicle)
     lookahead = params.min_lookahead + params.lookahead_gain * speed
     if law is PURE_PURSUIT:
         lookahead = max(params.min_lookahead, params.lookahead_gain * speed)
     if params.exact_lookahead:
         path = controller.path
         corners = [math.dist(here, xy) for xy in zip(path.x, path.y, strict=True)]
-        foot = abs(command.cross_track_error)
+        foot = abs(command.predicted_cross_track_error)
         # Within the circle a closed path is aimed at a quarter on, at one waypoint or the next.
         assume(not path.closed or max(corners) > lookahead)
         assert min(abs(each - lookahead) for each in (foot, *corners)) <= ANGLE_SLACK
@@ -259,24 +354,21 @@ def _check_that_targets_tie(
     assert min(abs(each - params.lookahead_tolerance) for each in off) <= SLACK
 
 
-def _check_aim(
-    law: Law,
-    here: tuple[float, float],
-    moving: tuple[float, float, float],
-    command: popsteer.Command,
-    moved: popsteer.Command,
-) -> None:
-    """The target is the same, and so is the angle, or another that leads as near to it."""
-    yaw, speed, dt = moving
-    to = (command.target[0] - here[0], command.target[1] - here[1])
+def _check_aim(law: Law, shown: tuple[Any, Any], moved_shown: tuple[Any, Any]) -> None:
+    """At the same target, so is the angle, or another that leads as near to it."""
+    (at, decision), (_, moved) = shown, moved_shown
+    to = (decision.target[0] - at.position[0], decision.target[1] - at.position[1])
     assume(math.hypot(*to) > 0.05)
     if law is PURE_PURSUIT:
-        assert abs(moved.steer - command.steer) <= ANGLE_SLACK
+        assert abs(moved.steer - decision.steer) <= ANGLE_SLACK
         return
     assert law is POP
-    assert moved.status is command.status
+    assert moved.status == decision.status
+    yaw, speed, dt = at.vehicle.yaw, max(at.vehicle.speed, 0.0), at.dt
     distances = [
         popsteer.get_distance(popsteer.get_predicted_location(0.0, 0.0, yaw, speed, steer, dt), to)
-        for steer in (command.steer, moved.steer)
+        for steer in (decision.steer, moved.steer)
     ]
     assert abs(distances[0] - distances[1]) <= SLACK
+    # Of two angles as good either is commanded.
+    assume(moved.steer == decision.steer)

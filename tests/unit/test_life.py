@@ -1,8 +1,8 @@
 """Whole lives of a controller, in Rust and in the reference side by side.
 
-Steps, resets, hand-overs, jumps, other paths, states saved, pickled, restored and made up, with
-and without an actuator, and bad input at any point, in an order that hypothesis chooses; whatever
-comes, both answer with the same bits.
+Steps, resets, hand-overs, jumps, other paths, other vehicles, states saved, pickled, restored and
+made up, and bad input at any point, with any vehicle, adapting or not, in an order that hypothesis
+chooses; whatever comes, both answer with the same bits.
 """
 
 from __future__ import annotations
@@ -28,13 +28,35 @@ from popsteer import InputError
 from tests.parity.checks import BAD_STEPS, NAN, controller
 from tests.parity.compare import Pair, bits, make
 from tests.parity.laws import LATERAL, Law
-from tests.parity.strategies import ACTUATORS, CALM_SPOTS, SPOTS, Shape, Spot, Waypoints, shapes
+from tests.parity.strategies import (
+    ADAPTS,
+    CALM_SPOTS,
+    CALM_VEHICLES,
+    SPOTS,
+    VEHICLES,
+    Shape,
+    Spot,
+    Waypoints,
+    shapes,
+)
 
 # What a plain loop of the reference visits in one step at most.
 MOST_GRID_POINTS = 150
 SHAPES = shapes(most=20)
+CARS = st.none() | CALM_VEHICLES | VEHICLES
 # Bad poses, and where among x, y and yaw.
 BAD_POSES = [(place, value) for place, value in BAD_STEPS if place < 3]
+# What each law remembers itself, and what all of them do beside their places.
+REMEMBERED = {
+    "Pop": "previous_steer",
+    "PreviewPop": "previous_steer",
+    "Pid": "previous_error",
+    "PurePursuit": "previous_alpha",
+}
+MADE_UP = (
+    *("measured_waypoint", "steer", "handover_offset", "handover_left", "wheel", "gain"),
+    *("steer_offset", "longer_dead_time", "slip", "slip_length", "acceleration", "change"),
+)
 
 
 class Life(RuleBasedStateMachine):
@@ -46,39 +68,53 @@ class Life(RuleBasedStateMachine):
         super().__init__()
         self.saved: Pair | None = None
         self.before: Any = None
-        self.vehicle = (0.0, 0.0, 0.0, 5.0)
+        self.there = (0.0, 0.0, 0.0, 5.0)
         self.angle = 0.0
 
-    @initialize(shape=SHAPES, data=st.data())
-    def construct(self, shape: Shape, data: st.DataObject) -> None:
-        self.actuator = data.draw(ACTUATORS, label="actuator")
+    @initialize(shape=SHAPES, vehicle=CARS, adapt=ADAPTS, data=st.data())
+    def construct(
+        self, shape: Shape, vehicle: dict[str, Any] | None, adapt: Any, data: st.DataObject
+    ) -> None:
+        self.vehicle = vehicle
+        self.adapt = adapt
         self._put_on(shape.build(), data.draw(self.law.params(), label="params"))
 
     def _put_on(self, path: Waypoints, params: dict[str, Any]) -> None:
         self.path = path
         self.params = params
-        self.pair = controller(self.law, path, params, MOST_GRID_POINTS, self.actuator)
-        self.max_steer = self.pair.rust.params.max_steer
+        self.pair = controller(self.law, path, params, MOST_GRID_POINTS, self.vehicle, self.adapt)
+        self.max_steer = self.pair.rust.vehicle.max_steer
+
+    def _made_anew(self) -> Pair:
+        path, vehicle, params = (self.pair.get(part) for part in ("path", "vehicle", "params"))
+        return make(self.law.name, path, vehicle, params, adapt=self.pair.get("adapt"))
+
+    def _is_on_path(self, state: Pair) -> bool:
+        """Whether the path has the places that a state remembers."""
+        places = (state.rust.waypoint, state.rust.measured_waypoint)
+        return all(place is None or place < len(self.path.xy) for place in places)
 
     def _check_command(self, command: Pair | None) -> None:
         assert command is not None
         told = command.rust
         assert abs(told.steer) <= self.max_steer
         assert math.isfinite(told.cross_track_error)
+        assert math.isfinite(told.predicted_cross_track_error)
         assert abs(told.heading_error) <= math.pi
+        assert abs(told.predicted_heading_error) <= math.pi
         assert all(map(math.isfinite, told.target))
         self.angle = told.steer
 
     @rule(spot=SPOTS)
     def step(self, spot: Spot) -> None:
         inputs = spot.at(self.path)
-        self.vehicle = inputs[:4]
+        self.there = inputs[:4]
         self._check_command(self.pair.call("step", *inputs))
 
     @rule(spot=SPOTS)
     def steer_as_step(self, spot: Spot) -> None:
         inputs = spot.at(self.path)
-        self.vehicle = inputs[:4]
+        self.there = inputs[:4]
         before = self.pair.get("state")
         angle = self.pair.call("steer", *inputs)
         after = self.pair.get("state")
@@ -91,15 +127,17 @@ class Life(RuleBasedStateMachine):
 
     @rule(steps=st.integers(1, 5), acceleration=st.floats(-8.0, 8.0))
     def drive_on(self, steps: int, acceleration: float) -> None:
+        wheelbase = self.pair.rust.vehicle.wheelbase
         for _ in range(steps):
             x, y, yaw, speed = popsteer.kinematic_bicycle(
-                *self.vehicle, self.angle, acceleration, 3.0, 0.05
+                *self.there, self.angle, acceleration, wheelbase, 0.05
             )
             bounds = ((x, 1e9), (y, 1e9), (yaw, 1e6), (speed, 1e4))
             if any(abs(value) > bound for value, bound in bounds):
                 break
-            self.vehicle = (x, y, yaw, speed)
-            self._check_command(self.pair.call("step", *self.vehicle, 0.05))
+            self.there = (x, y, yaw, speed)
+            self._check_command(self.pair.call("step", *self.there, 0.05))
+            self.pair.get("estimate")
 
     @rule(
         spot=CALM_SPOTS, bad=st.sampled_from(BAD_STEPS), method=st.sampled_from(["step", "steer"])
@@ -122,13 +160,13 @@ class Life(RuleBasedStateMachine):
         self._check_command(command)
         assert command is not None
         if bad is None:
-            self.vehicle = spot.at(self.path)[:4]
+            self.there = spot.at(self.path)[:4]
             assert self.pair.rust.state.held == 0
         else:
             assert bits(command.rust.steer) == bits(angle)
             lost = held + 1 > max(0, limit)
             wanted = popsteer.Status.INPUT_LOST if lost else popsteer.Status.INPUT_HELD
-            assert command.rust.status is wanted
+            assert command.rust.status == wanted
 
     @rule(angle=st.floats(-2.0, 2.0) | st.sampled_from([NAN, 1e308, -0.0]))
     def take_over(self, angle: float) -> None:
@@ -150,15 +188,14 @@ class Life(RuleBasedStateMachine):
         self.pair.call("set_path", path)
         state = self.pair.get("state").rust
         assert state.waypoint is None
+        assert state.measured_waypoint is None
         assert bits(state.steer) == bits(angle)
 
     @rule()
     def reset(self) -> None:
         self.pair.call("reset")
-        actuator = None if self.actuator is None else make("Actuator", **self.actuator)
-        path, params = self.pair.get("path"), self.pair.get("params")
-        first = make(self.law.name, path, params, actuator=actuator)
-        assert bits(self.pair.get("state").rust) == bits(first.get("state").rust)
+        first = self._made_anew().get("state")
+        assert bits(self.pair.get("state").rust) == bits(first.rust)
 
     @rule(spot=SPOTS)
     def relocalise(self, spot: Spot) -> None:
@@ -182,27 +219,22 @@ class Life(RuleBasedStateMachine):
     @rule()
     def restore(self) -> None:
         assert self.saved is not None
-        waypoint = self.saved.rust.waypoint
         taken = self.pair.set_state(self.saved)
         # The one thing in which another path can make it wrong.
-        assert taken == (waypoint is None or waypoint < len(self.path.xy))
+        assert taken == self._is_on_path(self.saved)
         if taken:
             assert bits(self.pair.get("state").rust) == bits(self.saved.rust)
 
     @rule()
     def pickle_all(self) -> None:
         """Go on with a controller made of what was pickled of the last."""
-        state, path, params = (
-            Pair(name, *(pickle.loads(pickle.dumps(side)) for side in (part.rust, part.twin)))
-            for name, part in (
-                (self.law.state_name, self.pair.get("state")),
-                ("Path", self.pair.get("path")),
-                (self.law.params_name, self.pair.get("params")),
-            )
+        state, path, vehicle, params, adapt = (
+            Pair(part, *(pickle.loads(pickle.dumps(side)) for side in (shown.rust, shown.twin)))
+            for part in ("state", "path", "vehicle", "params", "adapt")
+            for shown in (self.pair.get(part),)
         )
         assert bits(state.rust) == bits(self.pair.rust.state)
-        actuator = None if self.actuator is None else make("Actuator", **self.actuator)
-        self.pair = make(self.law.name, path, params, actuator=actuator)
+        self.pair = make(self.law.name, path, vehicle, params, adapt=adapt)
         assert self.pair.set_state(state)
 
     @rule(shape=SHAPES)
@@ -210,21 +242,40 @@ class Life(RuleBasedStateMachine):
         """Go on along another path, from the old state where that has its waypoint."""
         state = self.pair.get("state")
         self._put_on(shape.build(), self.params)
-        waypoint = state.rust.waypoint
-        taken = self.pair.set_state(state)
-        assert taken == (waypoint is None or waypoint < len(self.path.xy))
+        assert self.pair.set_state(state) == self._is_on_path(state)
 
-    @rule(waypoint=st.integers(0, 30), value=st.floats(-2.0, 2.0) | st.sampled_from([NAN, 1e308]))
-    def restore_made_up(self, waypoint: int, value: float) -> None:
-        remembered = {"Pop": "previous_steer", "Pid": "previous_error"}
-        field = remembered.get(self.law.name)
+    @rule(vehicle=CARS, adapt=ADAPTS)
+    def swap_vehicle(self, vehicle: dict[str, Any] | None, adapt: Any) -> None:
+        """Go on with another vehicle, from the old state where that could be one of it."""
+        state = self.pair.get("state")
+        self.vehicle, self.adapt = vehicle, adapt
+        self._put_on(self.path, self.params)
+        before = bits(self.pair.get("state").rust)
+        if self.pair.set_state(state):
+            assert bits(self.pair.get("state").rust.waypoint) == bits(state.rust.waypoint)
+        else:
+            assert bits(self.pair.get("state").rust) == before
+        # Whether it is one of this vehicle too is another question.
+        self.saved = None
+
+    @rule(
+        waypoint=st.integers(0, 30),
+        value=st.floats(-2.0, 2.0) | st.sampled_from([NAN, 1e308]),
+        part=st.none() | st.sampled_from(MADE_UP),
+    )
+    def restore_made_up(self, waypoint: int, value: float, part: str | None) -> None:
+        field = REMEMBERED.get(self.law.name)
         fields: dict[str, Any] = {"waypoint": waypoint}
-        if field is not None:
+        if part == "measured_waypoint":
+            fields[part] = 30 - waypoint
+        elif part is not None:
+            fields[part] = value
+        elif field is not None:
             fields[field] = value
         before = bits(self.pair.get("state").rust)
         state = make(self.law.state_name, **fields)
         if not self.pair.set_state(state):
-            assert waypoint >= len(self.path.xy) or field is not None
+            assert not self._is_on_path(state) or value in fields.values()
             assert bits(self.pair.get("state").rust) == before
 
     @invariant()

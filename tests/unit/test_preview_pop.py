@@ -9,24 +9,33 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import PreviewPop, PreviewPopParams, PreviewPopState, Status
+from popsteer import AdaptParams, PreviewPop, PreviewPopParams, PreviewPopState, Status, Vehicle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DT = 0.05
+CAR = Vehicle(wheelbase=2.7, max_lateral_acceleration=None)
 LINE = popsteer.Path([(float(x), 0.0) for x in range(400)])
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 3000, endpoint=False)
 CIRCLE = popsteer.Path(40.0 * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]), closed=True)
 
 
-def _rollout(params: PreviewPopParams, start: list[float], speed: float, bend: float) -> Any:
+def _rollout(
+    params: PreviewPopParams,
+    vehicle: Vehicle,
+    start: list[float],
+    speed: float,
+    bend: float,
+    offset: float,
+) -> Any:
     """The prediction as a linear function of the moves: its errors as (constant, matrix).
 
-    Plainly integrated in small steps, apart from the law's own closed solution.
+    Plainly integrated in small steps, apart from the controller's own closed solution.
     """
+    params = params.resolved(vehicle)
     steps, substeps = round(params.horizon / DT), 400
-    offset = params.reference_offset or 0.0
+    length = vehicle.turning_length(speed)
     # Columns: the constant, then each move. Rows: cross-track, heading, driven, told.
     state = np.zeros((4, steps + 1))
     state[:, 0] = start
@@ -42,15 +51,14 @@ def _rollout(params: PreviewPopParams, start: list[float], speed: float, bend: f
                 [
                     e + h * (p + offset * a) + 0.5 * h * h * (a - turn),
                     p + h * (a - turn),
-                    a + h * (c - a) / (params.steer_lag * speed),
+                    a + h * (c - a) / (vehicle.steer_lag * speed),
                     c,
                 ]
             )
         e, p, a, _ = state
-        rows += [e, params.heading_cost * (p + offset * a)]
+        rows += [e, (params.heading_cost or 0.0) * (p + offset * a)]
         move = np.zeros(steps + 1)
-        length = params.wheelbase + params.understeer * speed * speed
-        move[k + 1] = params.steer_rate_cost * length / DT
+        move[k + 1] = (params.steer_rate_cost or 0.0) * length / DT
         rows.append(move)
     stacked = np.array(rows)
     return stacked[:, 0], stacked[:, 1:]
@@ -62,20 +70,23 @@ def _rollout(params: PreviewPopParams, start: list[float], speed: float, bend: f
 def test_preview_pop_choice_beats_every_candidate_of_the_neighbourhood(
     radius: float, aside: float, yaw: float, steer: float, offset: float
 ) -> None:
-    params = PreviewPopParams(
-        horizon=0.5, wheelbase=2.7, understeer=2e-3, reference_offset=offset, approach_angle=1.5
-    )
+    params = PreviewPopParams(horizon=0.5, approach_angle=1.5)
+    vehicle = CAR.replace(understeer=2e-3, rear_axle=-0.6)
     speed, length = 12.0, 2.7 + 2e-3 * 12.0**2
     path = LINE if np.isinf(radius) else CIRCLE
     x, y = (50.0, aside) if np.isinf(radius) else (radius - aside, 0.0)
     heading = yaw if np.isinf(radius) else 0.5 * math.pi + yaw
-    law = PreviewPop(path, params)
-    law.state = PreviewPopState(previous_steer=steer, curvature=0.01)
-    command = law.step(
-        x - offset * math.cos(heading), y - offset * math.sin(heading), heading, speed, DT
-    )
+    law = PreviewPop(path, vehicle, params, adapt=AdaptParams(turn_time=0.0, slip_time=0.0))
+    # As wheels that are on their way to the angle commanded look, after a step with no news.
+    wheel = math.atan(0.01 * length)
+    before = steer + (wheel - steer) / math.exp(-DT / vehicle.steer_lag)
+    law.state = PreviewPopState(previous_steer=steer, steer=steer, wheel=before, slip_length=offset)
+    # The pose's point lies ahead of the tracked one.
+    x, y = x + 0.6 * math.cos(heading), y + 0.6 * math.sin(heading)
+    command = law.step(x, y, heading, speed, DT)
     told = math.tan(steer) / length
-    constant, matrix = _rollout(params, [aside, yaw, 0.01, told], speed, 1.0 / radius)
+    start = [aside, yaw, 0.01, told]
+    constant, matrix = _rollout(params, vehicle, start, speed, 1.0 / radius, offset)
 
     def cost(angle: float) -> float:
         """Least cost with this angle first, whatever follows."""
@@ -84,7 +95,7 @@ def test_preview_pop_choice_beats_every_candidate_of_the_neighbourhood(
         best = rest + matrix[:, 1:] @ np.linalg.lstsq(matrix[:, 1:], -rest, rcond=None)[0]
         return float(best @ best)
 
-    span = min(params.steer_span, params.max_steer_rate * DT)
+    span = math.radians(60.0) * DT
     candidates = np.linspace(steer - span, steer + span, 21)
     assert abs(command.steer - steer) <= span * (1 + 1e-12)
     costs = [cost(candidate) for candidate in candidates]
@@ -93,13 +104,13 @@ def test_preview_pop_choice_beats_every_candidate_of_the_neighbourhood(
 
 
 def test_preview_pop_at_rest_keeps_its_angle() -> None:
-    law = PreviewPop(LINE)
-    law.state = PreviewPopState(previous_steer=0.125)
+    law = PreviewPop(LINE, adapt=None)
+    law.reset(steer=0.125)
     for speed in (0.0, -0.0, -3.0):
         assert [law.steer(20.0, 2.0, 0.4, speed, DT) for _ in range(50)] == [0.125] * 50
 
 
-def test_preview_pop_at_low_speed_turns_with_the_way_travelled() -> None:
+def test_preview_pop_at_low_speed_turns_with_the_distance_travelled() -> None:
     moves = []
     for speed in (0.1, 0.2):
         law = PreviewPop(LINE)
@@ -109,9 +120,9 @@ def test_preview_pop_at_low_speed_turns_with_the_way_travelled() -> None:
 
 
 def test_preview_pop_step_keeps_to_rate_angle_and_lateral_acceleration() -> None:
-    params = PreviewPopParams(max_steer_rate=0.4, max_lateral_acceleration=3.0, max_steer=0.25)
+    vehicle = Vehicle(max_steer_rate=0.4, max_lateral_acceleration=3.0, max_steer=0.25)
     for speed, most in ((4.0, 0.25), (15.0, math.atan(3.0 * 3.0 / 15.0**2))):
-        law = PreviewPop(LINE, params)
+        law = PreviewPop(LINE, vehicle, adapt=None)
         steer, commands = 0.0, []
         for _ in range(60):
             command = law.step(20.0, -3.0, -1.5, speed, DT)
@@ -119,11 +130,11 @@ def test_preview_pop_step_keeps_to_rate_angle_and_lateral_acceleration() -> None
             steer = command.steer
             commands.append(command)
         assert steer == pytest.approx(most)
-        assert commands[-1].status is Status.SATURATED
+        assert commands[-1].status == Status.SATURATED
 
 
 def test_preview_pop_on_a_circle_holds_the_angle_of_the_circle() -> None:
-    law = PreviewPop(CIRCLE, PreviewPopParams(wheelbase=2.7, steer_lag=0.0))
+    law = PreviewPop(CIRCLE, CAR.replace(steer_lag=0.0))
     x, y, yaw = 40.0, 0.0, 0.5 * math.pi
     for _ in range(300):
         steer = law.steer(x, y, yaw, 10.0, DT)
@@ -132,58 +143,58 @@ def test_preview_pop_on_a_circle_holds_the_angle_of_the_circle() -> None:
 
 
 @pytest.mark.parametrize("jump", [0.0, 500.0, -1e6])
-def test_preview_pop_learnt_offsets_keep_within_their_bounds_after_a_jump(jump: float) -> None:
-    params = PreviewPopParams(turn_learning_time=0.2, slip_learning_time=0.2)
-    law = PreviewPop(LINE, params)
+def test_preview_pop_estimates_keep_within_their_bounds_after_a_jump(jump: float) -> None:
+    law = PreviewPop(LINE, adapt=AdaptParams(turn_time=0.2, slip_time=0.2))
     for k in range(100):
         law.step(20.0 + 0.5 * k, jump * (k % 2), 3.0 * k, 10.0, DT)
-        assert abs(law.state.turn_offset) <= 0.05
-        assert abs(law.state.slip) <= 0.15
-    # Back in order, what was learnt wrongly is forgotten.
+        assert 0.4 <= law.estimate.gain <= 2.5
+        assert abs(law.estimate.steer_offset) <= 0.15
+        assert abs(law.estimate.slip) <= 0.15
+    # Back in order, what was found wrongly is forgotten.
     for k in range(100):
         law.step(80.0 + 0.5 * k, 0.0, 0.0, 10.0, DT)
-    assert abs(law.state.slip) < 1e-3
+    assert abs(law.estimate.slip) < 1e-3
 
 
-def test_preview_pop_that_does_not_learn_has_nothing_learnt() -> None:
-    law = PreviewPop(LINE, PreviewPopParams(slip_learning_time=0.0))
+def test_preview_pop_that_does_not_adapt_estimates_nothing() -> None:
+    law = PreviewPop(LINE, adapt=None)
     for k in range(20):
         law.step(20.0 + 0.5 * k, 0.1 * k, 0.05 * k, 10.0, DT)
-    assert (law.state.turn_offset, law.state.slip, law.state.slip_length) == (0.0, 0.0, 0.0)
+    assert law.estimate == popsteer.Estimate()
 
 
-def test_preview_pop_learns_slip_straight_on_and_by_curvature() -> None:
+def test_preview_pop_finds_slip_straight_on_and_by_curvature() -> None:
     # Bends of up to 1/40 1/m by turns, in steps of 0.5 m.
     way = 0.5 * np.sin(np.arange(2000) * (0.5 / 20.0))
     x, y = 0.5 * np.cumsum(np.cos(way)), 0.5 * np.cumsum(np.sin(way))
     bend = np.gradient(way) / 0.5
     # What arrives at a place under `way` leaves it under the next one; the heading lies between.
     yaw = 0.5 * (way[:-1] + way[1:]) - (0.02 - 0.6 * bend[:-1])
-    law = PreviewPop(popsteer.Path(np.column_stack([x, y])), PreviewPopParams())
+    law = PreviewPop(popsteer.Path(np.column_stack([x, y])))
     for k in range(1500):
         law.step(x[k], y[k], yaw[k], 10.0, DT)
-    assert law.state.slip == pytest.approx(0.02, abs=1e-3)
-    assert law.state.slip_length == pytest.approx(-0.6, abs=0.03)
+    assert law.estimate.slip == pytest.approx(0.02, abs=1e-3)
+    assert law.estimate.slip_length == pytest.approx(-0.6, abs=0.03)
 
 
 @pytest.mark.parametrize("jump", [40.0, -1e6])
-def test_preview_pop_slip_learnt_in_a_bend_keeps_within_its_bounds_after_a_jump(
+def test_preview_pop_slip_found_in_a_bend_keeps_within_its_bounds_after_a_jump(
     jump: float,
 ) -> None:
-    law = PreviewPop(CIRCLE, PreviewPopParams(wheelbase=2.7, slip_learning_time=0.1))
+    law = PreviewPop(CIRCLE, CAR, adapt=AdaptParams(slip_time=0.1))
     law.step(40.0, 0.0, 0.5 * math.pi, 10.0, DT)
     for k in range(1, 50):
         # To the side and on from there, always farther.
         law.step(40.0 + k * jump, 0.0, 0.5 * math.pi, 10.0, DT)
-        assert abs(law.state.slip) <= 0.15
-        assert abs(law.state.slip_length) <= 2.7
-    assert abs(law.state.slip_length) == 2.7
+        assert abs(law.estimate.slip) <= 0.15
+        assert abs(law.estimate.slip_length) <= 2.7
+    assert abs(law.estimate.slip_length) == 2.7
 
 
 def test_preview_pop_smoothing_turned_off_takes_the_segments() -> None:
     corner = popsteer.Path([(0.0, 0.0), (20.0, 0.0), (20.0, 20.0)])
-    far = PreviewPop(corner, PreviewPopParams(smoothing_length=0.0, horizon=0.5))
-    near = PreviewPop(corner, PreviewPopParams(smoothing_length=2.0, horizon=0.5))
+    far = PreviewPop(corner, params=PreviewPopParams(smoothing_length=0.0, horizon=0.5))
+    near = PreviewPop(corner, params=PreviewPopParams(smoothing_length=2.0, horizon=0.5))
     # 8 m before the corner, looking 5 m ahead: straight on, unless the direction is smoothed.
     assert abs(far.steer(12.0, 0.0, 0.0, 10.0, DT)) < 1e-12
     assert near.steer(12.0, 0.0, 0.0, 10.0, DT) > 1e-4

@@ -20,6 +20,7 @@ def test_follow_turns_round_by_the_rear_axle_whatever_point_the_pose_is_of(
     xy = [(40.0 - abs(k % 80 - 40), 0.0) for k in range(121)]
     path = Path(xy, reverse=[40 <= k < 80 for k in range(121)])
     follow = Follow(
+        base=0.0,
         reference_offset=reference_offset,
         rear_axle=rear_axle,
         search_distance=6.0,

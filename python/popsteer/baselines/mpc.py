@@ -85,7 +85,7 @@ class Mpc:
         # The chain from command to motion has its home in the core and, the same, in the reference.
         self._chain = Chain(**vehicle.as_dict())
         self._ahead = Ahead(path)
-        self._ends = np.arange(resolved.stages + 1) * resolved.stage_time
+        self._ends = resolved.stage_time * np.arange(resolved.stages + 1, dtype=np.float64)
         self._problem = Problem(vehicle, resolved)
         self.reset()
 

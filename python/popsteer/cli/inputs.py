@@ -10,8 +10,8 @@ from popsteer import plants, sim, tracks, vehicles
 from popsteer._core import Path, Vehicle
 from popsteer.cli.assignments import assigned
 from popsteer.errors import ConfigError
-from popsteer.sim import CarlaIdentified, KinematicBicycle, StartAt, default_start
-from popsteer.sim.geometry import made
+from popsteer.sim import CarlaIdentified, KinematicBicycle, default_start
+from popsteer.sim.geometry import StartAt, made
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

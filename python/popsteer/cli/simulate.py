@@ -193,7 +193,7 @@ def _tuned(
     """Give the tuning of a controller, and how it adapts."""
     params = parameters([name], preset)[name]
     if name in baselines.names():
-        return assigned(params, assignments, name), ...
+        return assigned(params, assignments, name), "auto"
     usual = AdaptParams()
     params, adapt = assigned_each([params, usual], assignments, name)
     if no_adapt:

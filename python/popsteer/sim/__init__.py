@@ -19,18 +19,18 @@ A car that is made from a vehicle, and a controller that is told a lag too short
 
 >>> car = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.2)
 >>> pop = popsteer.Pop(path, car.replace(steer_lag=0.1))
->>> sim.run(pop, sim.KinematicBicycle(car)).metrics.finished
+>>> sim.run(pop, sim.KinematicBicycle(car), constant_speed=6.0).metrics.finished
 True
 
 `run_many` drives many at once, on all cores. Both may let the controllers see through `Noise`.
 """
 
 from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Settings, Simulation
-from popsteer.sim.geometry import Plant, plant_name, plant_names, vehicle_of
+from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names, vehicle_of
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.run import START_OFFSET, Run, default_start, run
-from popsteer.sim.steering import OwnCommand, OwnLaw
+from popsteer.sim.steering import OwnCommand, OwnController, OwnLaw, OwnReversingLaw
 
 __all__ = [
     "START_OFFSET",
@@ -39,11 +39,15 @@ __all__ = [
     "Metrics",
     "Noise",
     "OwnCommand",
+    "OwnController",
     "OwnLaw",
+    "OwnReversingLaw",
     "Plant",
+    "Pose",
     "Run",
     "Settings",
     "Simulation",
+    "StartAt",
     "default_start",
     "plant_name",
     "plant_names",

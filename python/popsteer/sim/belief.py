@@ -9,11 +9,11 @@ from popsteer._core import Vehicle
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
-    from popsteer.sim.steering import OwnLaw
+    from popsteer.sim.steering import OwnController
 
 __all__ = ["believed", "informed"]
 
-_C = TypeVar("_C", bound="laws.Controller | OwnLaw")
+_C = TypeVar("_C", bound="laws.Controller | OwnController")
 
 
 def informed(controller: _C, plant: Vehicle) -> _C:
@@ -49,20 +49,20 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     Traceback (most recent call last):
     popsteer.errors.ConfigError: rear_axle must be that of the plant, -1.5, got 0.0
     """
-    if isinstance(controller, laws.CONTROLLERS):
-        if not controller.vehicle_given:
-            (path, _, params), options = controller.__getnewargs_ex__()
-            return cast("_C", type(controller)(path, plant, params, **options))
-    elif getattr(controller, "vehicle_given", True) is False:
-        own: Any = controller
-        return cast("_C", own.with_vehicle(plant))
+    if getattr(controller, "vehicle_given", True) is False:
+        given: Any = controller
+        if not isinstance(controller, laws.CONTROLLERS):
+            return cast("_C", given.with_vehicle(plant))
+        # What makes an equal controller: adapting as it was told to, or as its kind does.
+        (path, _, params), options = given.__getnewargs_ex__()
+        return cast("_C", type(given)(path, plant, params, **options))
     told = believed(controller)
     if told is not None and told.rear_axle != plant.rear_axle:
         raise ConfigError("rear_axle", told.rear_axle, f"that of the plant, {plant.rear_axle!r}")
     return controller
 
 
-def believed(controller: laws.Controller | OwnLaw) -> Vehicle | None:
+def believed(controller: laws.Controller | OwnController) -> Vehicle | None:
     """Tell which vehicle a controller believes to steer.
 
     Parameters

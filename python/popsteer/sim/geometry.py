@@ -88,16 +88,15 @@ def plant_name(plant: Plant) -> str:
         if plant not in known:
             raise ConfigError.unknown("plant", plant, known)
         return plant
-    for name, kind in _CLASSES.items():
-        if isinstance(plant, kind):
-            return name
+    if isinstance(plant, CarlaIdentified | KinematicBicycle):
+        return next(name for name, kind in _CLASSES.items() if isinstance(plant, kind))
     lacking = [asked for asked in _ASKED if not hasattr(plant, asked)]
     if lacking:
         raise TypeError(
             "plant must be a name or an object of a plant class,"
             f" got {plant!r}, which lacks {', '.join(lacking)}"
         )
-    return plant.name
+    return str(plant.name)
 
 
 def made(plant: Plant) -> Plant:

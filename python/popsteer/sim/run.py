@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from popsteer._core import CoupledLongitudinal, Noise
-    from popsteer.sim.steering import OwnLaw
+    from popsteer.sim.steering import OwnController
 
 __all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "check_seed", "default_start", "run"]
 
 START_OFFSET = 2.44
-"""How far to the right of the first waypoint a run starts [m]: as the paper's did."""
+"""How far to the right of the first waypoint a run of a car starts [m]: as the paper's did."""
 
 _KEEPING = SpeedPidParams(kp=1.0, ki=0.5)  # without overshoot also behind a throttle that lags
 _MAX_SEED = 2**64 - 1
@@ -84,20 +84,18 @@ class Run:
         return self.settings.dt
 
 
-def default_start(
-    path: Path, offset: float = -START_OFFSET, vehicle: Vehicle | None = None
-) -> Pose:
+def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | None = None) -> Pose:
     """Give the pose that a run starts from unless told otherwise.
 
     The front axle stands beside the first waypoint and looks along the first segment; by default
-    `START_OFFSET` to the right, as in the paper's run. Where that segment is driven backwards, the
-    rear axle stands there, and the vehicle looks against the segment.
+    `START_OFFSET` to the right, as in the paper's run, but no more than a wheelbase. Where that
+    segment is driven backwards, the rear axle stands there, and the vehicle looks against it.
 
     Parameters
     ----------
     path : Path
         The path to follow.
-    offset : float, default -2.44
+    offset : float, optional
         How far to the left of the first waypoint [m]; negative to the right.
     vehicle : Vehicle, optional
         The vehicle that starts; ``Vehicle()`` by default.
@@ -121,8 +119,9 @@ def default_start(
     >>> default_start(path, 1.0, popsteer.Vehicle(rear_axle=-1.5))
     (-1.5, 1.0, 0.0)
     """
-    check_in_range("start_offset", offset, -1e3, 1e3)
     vehicle = Vehicle() if vehicle is None else vehicle
+    offset = -min(START_OFFSET, vehicle.wheelbase) if offset is None else offset
+    check_in_range("start_offset", offset, -1e3, 1e3)
     x, y = float(path.x[0]), float(path.y[0])
     yaw = math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)
     x, y = x - offset * math.sin(yaw), y + offset * math.cos(yaw)
@@ -172,7 +171,7 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
 
 
 def run(  # noqa: PLR0913 - each is one thing that may differ
-    controller: laws.Controller | OwnLaw,
+    controller: laws.Controller | OwnController,
     plant: Plant = "carla-identified",
     *,
     path: Path | None = None,
@@ -340,15 +339,16 @@ def _starts_backwards(path: Path) -> bool:
     return path.reverse is not None and bool(path.reverse[0])
 
 
-def _name(controller: laws.Controller | OwnLaw) -> str:
+def _name(controller: laws.Controller | OwnController) -> str:
     if isinstance(controller, laws.CONTROLLERS):
         return laws.name_of(type(controller))
     return str(getattr(controller, "name", type(controller).__name__))
 
 
-def _params(controller: laws.Controller | OwnLaw) -> dict[str, Any]:
+def _params(controller: laws.Controller | OwnController) -> dict[str, Any]:
     """Give the parameters of a controller, with those that scale with its vehicle filled in."""
-    params, vehicle = getattr(controller, "params", None), believed(controller)
+    params: Any = getattr(controller, "params", None)
+    vehicle = believed(controller)
     if vehicle is not None and hasattr(params, "resolved"):
         params = params.resolved(vehicle)
     return params.as_dict() if hasattr(params, "as_dict") else {}

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
-__all__ = ["OwnCommand", "OwnLaw"]
+__all__ = ["OwnCommand", "OwnController", "OwnLaw", "OwnReversingLaw"]
 
 
 class OwnCommand(Protocol):
@@ -30,7 +30,7 @@ class OwnLaw(Protocol):
     plant's vehicle: its method ``with_vehicle(vehicle)`` gives what drives then.
 
     A `step` that accepts a keyword `reverse` is told by it whether the path is driven backwards
-    where the rear axle is.
+    where the rear axle is; one that requires it makes an `OwnReversingLaw`.
     """
 
     def step(
@@ -38,3 +38,17 @@ class OwnLaw(Protocol):
     ) -> OwnCommand | float:
         """Answer the pose [m, m, rad] and the speed [m/s] with the angle of the wheels [rad]."""
         ...
+
+
+class OwnReversingLaw(Protocol):
+    """An `OwnLaw` whose step wants to be told the direction of the path."""
+
+    def step(
+        self, x: float, y: float, yaw: float, speed: float, dt: float, /, *, reverse: bool
+    ) -> OwnCommand | float:
+        """Answer as that of `OwnLaw`, where the path is driven backwards or not."""
+        ...
+
+
+OwnController: TypeAlias = OwnLaw | OwnReversingLaw
+"""Either of them."""

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from popsteer._core import AdaptParams, CoupledLongitudinal, Path, Settings, SpeedPid, Vehicle
     from popsteer.baselines import MpcParams
     from popsteer.laws import Controller, Params
-    from popsteer.sim import OwnLaw, Plant, Run, StartAt
+    from popsteer.sim import OwnLaw, Plant, Run
+    from popsteer.sim.geometry import StartAt
     from popsteer.sim.run import Pose
 
 __all__ = ["DEFAULT_LAWS", "Comparison", "compare", "controller", "law_names", "parameters"]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from popsteer._core import AdaptParams, Path
-    from popsteer.sim import StartAt
+    from popsteer.sim.geometry import StartAt
     from popsteer.sim.run import Pose
 
 __all__ = ["DEAD_TIME", "DEAD_TIME_LAWS", "DEAD_TIME_PLANT", "DeadTimeRow", "dead_times"]

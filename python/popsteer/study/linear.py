@@ -306,10 +306,10 @@ class Loop:
         aside, turn = _predicted(believed, speed, dt, back)
         aside = aside + (law.tracked_point - no_slip(believed)) * turn
         self._steer = steer + cross_track * aside + heading * turn
-        # ... and along its heading and its slip.
+        # ... and along its heading and the slip of the last step: this one's is found after it.
         reach = speed * believed.dead_time
         heading = heading + reach * cross_track
-        slip = slip + reach * cross_track
+        slip = slip + reach * cross_track * back
 
         # The weights of the measured offset of the vehicle's no-slip point, and of its heading.
         estimated, by_heading = _slip_filter(speed, dt, slip_time, back)

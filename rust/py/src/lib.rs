@@ -21,6 +21,7 @@ mod many;
 mod metrics;
 mod params;
 mod path;
+mod plants;
 mod pool;
 mod projection;
 mod python_driver;
@@ -62,9 +63,11 @@ mod _core {
     #[pymodule_export]
     use crate::path::PyPath;
     #[pymodule_export]
+    use crate::plants::{PyCarlaIdentified, PyKinematicBicycle, plants};
+    #[pymodule_export]
     use crate::projection::{PyLookahead, PyProjection};
     #[pymodule_export]
-    use crate::sim::{PyCarlaIdentified, PyKinematicBicycle, PySettings, PySimulation, plants};
+    use crate::sim::{PySettings, PySimulation};
     #[pymodule_export]
     use crate::vehicle::{PyAdaptParams, PyEstimate, PyVehicle};
 

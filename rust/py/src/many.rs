@@ -17,8 +17,9 @@ use crate::lateral::law_of;
 use crate::longitudinal::drive_of;
 use crate::metrics::figures;
 use crate::params::params;
+use crate::plants::plant_of;
 use crate::pool;
-use crate::sim::{PySettings, plant_of};
+use crate::sim::PySettings;
 
 params! {
     /// How far off a controller sees the vehicle: standard deviations of normal noise.

@@ -243,7 +243,9 @@ impl<'py> FromPyObject<'_, 'py> for Adapt {
         }
         let told = object.extract().map_err(|_| {
             let given = object.get_type();
-            PyTypeError::new_err(format!("adapt must be AdaptParams, None or 'auto', got {given}"))
+            PyTypeError::new_err(format!(
+                "adapt must be AdaptParams, None or 'auto', got {given}"
+            ))
         })?;
         Ok(Self::Told(told))
     }

@@ -101,7 +101,7 @@ impl Vehicles {
         macro_rules! try_each {
             ($($law:ident($class:ty)),+) => {$(
                 if first.cast_exact::<$class>().is_ok() {
-                    let mut members = Vec::with_capacity(controllers.len() * repeat);
+                    let mut batch = Batch::new([]);
                     let mut recipes = Vec::with_capacity(controllers.len());
                     for (index, controller) in controllers.iter().enumerate() {
                         let controller = controller.cast_exact::<$class>().map_err(|_| {
@@ -110,12 +110,12 @@ impl Vehicles {
                         })?;
                         let class = controller.get_type().unbind();
                         let controller = controller.try_borrow()?;
-                        members.extend(std::iter::repeat_n(controller.member(), repeat));
+                        batch.add(controller.member(), repeat);
                         let (arguments, options) = controller.__getnewargs_ex__(first.py())?;
                         let (arguments, options) = (arguments.unbind(), options.unbind());
                         recipes.push(Recipe { class, arguments, options });
                     }
-                    return Ok((Self::$law(Batch::new(members)), recipes));
+                    return Ok((Self::$law(batch), recipes));
                 }
             )+};
         }
@@ -136,7 +136,9 @@ impl Vehicles {
 
     /// The states, in order.
     pub(crate) fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        each_state!(self, batch of State => PyList::new(py, batch.states().map(State::from_core)))
+        each_state!(self, batch of State => {
+            PyList::new(py, batch.states().map(|state| State::from_core(&state)))
+        })
     }
 
     /// Puts all states, in order, or none.
@@ -149,7 +151,7 @@ impl Vehicles {
         }
         each_state!(self, batch of State => {
             let mut restored = Vec::with_capacity(batch.len());
-            for (member, state) in batch.members().iter().zip(states) {
+            for (member, state) in batch.members().zip(states) {
                 let state: PyRef<'_, State> = state.extract()?;
                 let made = state.to_core(&member.tracker).and_then(|made| {
                     member.tracker.check_state(&member.path.view(), &made).map(|()| made)
@@ -161,9 +163,7 @@ impl Vehicles {
                     }
                 }
             }
-            for (member, state) in batch.members_mut().iter_mut().zip(restored) {
-                member.state = state;
-            }
+            batch.set_states(restored);
         });
         Ok(())
     }

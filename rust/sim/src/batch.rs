@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::TrackerState;
+use popsteer_core::lateral::Answer;
+use popsteer_core::lateral::{Handover, TrackerState};
+use popsteer_core::vehicle::Estimator;
 use popsteer_core::vehicle::state::checked_dt;
-use popsteer_core::{Command, InputError, LateralLaw, Path, Status, Tracker, VehicleState};
+use popsteer_core::{Command, InputError, LateralLaw, Path, Point, Status, Tracker, VehicleState};
 use rayon::prelude::*;
 
 /// Vehicles a thread takes at a time: enough to outweigh handing them over. A batch of no more is
@@ -15,7 +17,7 @@ pub const CHUNK: usize = 256;
 /// own.
 #[derive(Clone, Debug)]
 pub struct Batch<L: LateralLaw> {
-    members: Vec<Member<L>>,
+    members: Vec<Kept<L>>,
 }
 
 /// One vehicle of a batch: who steers it, along which path, and what is remembered of it.
@@ -27,6 +29,103 @@ pub struct Member<L: LateralLaw> {
     pub path: Arc<Path>,
     /// What is remembered; a state that [`Tracker::check_state`] accepts.
     pub state: TrackerState<L::State>,
+}
+
+/// A member as a batch keeps it: 10,000,000 of them are to fit the memory.
+#[derive(Clone, Debug)]
+struct Kept<L: LateralLaw> {
+    tracker: Tracker<L>,
+    path: Arc<Path>,
+    state: KeptState<L::State>,
+}
+
+/// A state, without the 3 kB for commands in flight where there are none.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "most are short, and there are many"
+)]
+#[derive(Clone, Debug)]
+enum KeptState<S> {
+    Whole(Box<TrackerState<S>>),
+    Short(Short<S>),
+}
+
+/// A state without commands in flight.
+#[derive(Clone, Debug)]
+struct Short<S> {
+    law: S,
+    waypoint: Option<usize>,
+    measured_waypoint: Option<usize>,
+    steer: f64,
+    handover: Option<Handover>,
+    held: usize,
+    answer: Option<Answer>,
+    estimator: Estimator,
+}
+
+/// A larger state of a law costs more to be moved at each step than it saves [bytes].
+const SHORT: usize = 256;
+
+impl<S: Clone> KeptState<S> {
+    fn new(state: TrackerState<S>) -> Self {
+        if state.in_flight.is_some() || size_of::<S>() > SHORT {
+            Self::Whole(Box::new(state))
+        } else {
+            Self::Short(Short::of(&state))
+        }
+    }
+
+    /// What `change` comes to with the state.
+    #[inline]
+    fn with<T>(&mut self, change: impl FnOnce(&mut TrackerState<S>) -> T) -> T {
+        match self {
+            Self::Whole(state) => change(state),
+            Self::Short(short) => {
+                let mut state = short.whole();
+                let answer = change(&mut state);
+                *short = Short::of(&state);
+                answer
+            }
+        }
+    }
+
+    fn whole(&self) -> TrackerState<S> {
+        match self {
+            Self::Whole(state) => TrackerState::clone(state),
+            Self::Short(short) => short.whole(),
+        }
+    }
+}
+
+impl<S: Clone> Short<S> {
+    #[inline]
+    fn of(state: &TrackerState<S>) -> Self {
+        Self {
+            law: state.law.clone(),
+            waypoint: state.waypoint,
+            measured_waypoint: state.measured_waypoint,
+            steer: state.steer,
+            handover: state.handover,
+            held: state.held,
+            answer: state.answer,
+            estimator: state.estimator,
+        }
+    }
+
+    #[inline]
+    fn whole(&self) -> TrackerState<S> {
+        TrackerState {
+            law: self.law.clone(),
+            waypoint: self.waypoint,
+            measured_waypoint: self.measured_waypoint,
+            steer: self.steer,
+            handover: self.handover,
+            held: self.held,
+            answer: self.answer,
+            in_flight: None,
+            estimator: self.estimator,
+        }
+    }
 }
 
 /// What an input that is refused leads to.
@@ -51,28 +150,31 @@ pub struct BatchError {
     pub error: InputError,
 }
 
-impl<L> Member<L>
-where
-    L: LateralLaw,
-{
+impl<L: LateralLaw> Kept<L> {
+    fn new(member: Member<L>) -> Self {
+        let Member {
+            tracker,
+            path,
+            state,
+        } = member;
+        let state = KeptState::new(state);
+        Self {
+            tracker,
+            path,
+            state,
+        }
+    }
+
     /// One step. The command of a refused input has no numbers, and the direction of the last one.
     fn step(&mut self, input: VehicleState, dt: f64, on_error: OnError) -> Command {
-        let path = self.path.view();
+        let (tracker, path) = (&self.tracker, self.path.view());
         if let OnError::Hold(limit) = on_error {
-            return self
-                .tracker
-                .step_or_hold(&path, &mut self.state, input, dt, limit);
+            let step = |state: &mut _| tracker.step_or_hold(&path, state, input, dt, limit);
+            return self.state.with(step);
         }
-        let answer = self.tracker.step(&path, &mut self.state, input, dt);
-        answer.unwrap_or_else(|_| Command {
-            steer: f64::NAN,
-            cross_track_error: f64::NAN,
-            heading_error: f64::NAN,
-            predicted_cross_track_error: f64::NAN,
-            predicted_heading_error: f64::NAN,
-            target: popsteer_core::Point::new(f64::NAN, f64::NAN),
-            reverse: self.state.answer.is_some_and(|answer| answer.reverse),
-            status: Status::INPUT_HELD,
+        self.state.with(|state| {
+            let answer = tracker.step(&path, state, input, dt);
+            answer.unwrap_or_else(|_| marked(state.answer))
         })
     }
 
@@ -81,12 +183,26 @@ where
         if matches!(on_error, OnError::Hold(_)) {
             return self.step(input, dt, on_error).steer;
         }
-        let path = self.path.view();
-        let angle = self.tracker.steer(&path, &mut self.state, input, dt);
-        angle.unwrap_or(f64::NAN)
+        let (tracker, path) = (&self.tracker, self.path.view());
+        let steer = |state: &mut _| tracker.steer(&path, state, input, dt);
+        self.state.with(steer).unwrap_or(f64::NAN)
     }
 }
 
+/// The command of a refused input after this answer.
+fn marked(last: Option<Answer>) -> Command {
+    let nan = f64::NAN;
+    Command {
+        steer: nan,
+        cross_track_error: nan,
+        heading_error: nan,
+        predicted_cross_track_error: nan,
+        predicted_heading_error: nan,
+        target: Point::new(nan, nan),
+        reverse: last.is_some_and(|answer| answer.reverse),
+        status: Status::INPUT_HELD,
+    }
+}
 impl<L> Batch<L>
 where
     L: LateralLaw + Clone + Send + Sync,
@@ -95,8 +211,14 @@ where
     /// One vehicle for each of these.
     pub fn new(members: impl IntoIterator<Item = Member<L>>) -> Self {
         Self {
-            members: members.into_iter().collect(),
+            members: members.into_iter().map(Kept::new).collect(),
         }
+    }
+
+    /// Takes in so many more vehicles that are like `member`.
+    pub fn add(&mut self, member: Member<L>, count: usize) {
+        let kept = Kept::new(member);
+        self.members.extend(std::iter::repeat_n(kept, count));
     }
 
     /// How many vehicles.
@@ -109,26 +231,32 @@ where
         self.members.is_empty()
     }
 
-    /// The vehicles, in order.
-    pub fn members(&self) -> &[Member<L>] {
-        &self.members
-    }
-
-    /// The vehicles, in order, to be given other states.
-    pub fn members_mut(&mut self) -> &mut [Member<L>] {
-        &mut self.members
+    /// The vehicles, in order, as they are now.
+    pub fn members(&self) -> impl ExactSizeIterator<Item = Member<L>> {
+        self.members.iter().map(|member| Member {
+            tracker: member.tracker.clone(),
+            path: Arc::clone(&member.path),
+            state: member.state.whole(),
+        })
     }
 
     /// Takes every vehicle back to its initial state.
     pub fn reset(&mut self) {
         for member in &mut self.members {
-            member.state = member.tracker.initial_state();
+            member.state = KeptState::new(member.tracker.initial_state());
         }
     }
 
     /// The states, in order.
-    pub fn states(&self) -> impl ExactSizeIterator<Item = &TrackerState<L::State>> {
-        self.members.iter().map(|member| &member.state)
+    pub fn states(&self) -> impl ExactSizeIterator<Item = TrackerState<L::State>> {
+        self.members.iter().map(|member| member.state.whole())
+    }
+
+    /// Puts the states, in order; each is one that [`Tracker::check_state`] accepts.
+    pub fn set_states(&mut self, states: impl IntoIterator<Item = TrackerState<L::State>>) {
+        for (member, state) in self.members.iter_mut().zip(states) {
+            member.state = KeptState::new(state);
+        }
     }
 
     /// Steps every vehicle: `write` is given each place in `out`, and the command for it, that of
@@ -183,7 +311,7 @@ where
         dt: f64,
         on_error: OnError,
         out: &mut [T],
-        one: impl Fn(&mut Member<L>, VehicleState, &mut T) + Sync,
+        one: impl Fn(&mut Kept<L>, VehicleState, &mut T) + Sync,
     ) -> Result<(), BatchError> {
         assert_eq!(inputs.len(), self.len(), "one input for each vehicle");
         assert_eq!(out.len(), self.len(), "one place for each vehicle");
@@ -266,7 +394,40 @@ mod tests {
                 assert_eq!(single.to_bits(), angle.to_bits());
             }
         }
-        assert!(batch.states().eq(states.iter()));
+        assert!(batch.states().eq(states));
+    }
+
+    #[test]
+    fn test_batch_keeps_little_of_a_vehicle_that_is_not_modelled() {
+        assert!(size_of::<Kept<Pop>>() < 1024, "{}", size_of::<Kept<Pop>>());
+        let (mut batch, tracker, path) = batch(2);
+        let late = Vehicle {
+            dead_time: 0.1,
+            ..Vehicle::DEFAULT
+        };
+        let late = Tracker::of(Pop::new(late, PopParams::default()).unwrap());
+        let member = |tracker: Tracker<Pop>| Member {
+            tracker,
+            path: Arc::clone(&path),
+            state: tracker.initial_state(),
+        };
+        let mut mixed = Batch::new([member(tracker), member(late)]);
+        let (mut angles, mut others) = ([0.0_f64; 2], [0.0_f64; 2]);
+        let step = |batch: &mut Batch<Pop>, angles: &mut [f64]| {
+            batch
+                .steer(&inputs(2), 0.05, OnError::Raise, angles)
+                .unwrap();
+        };
+        step(&mut mixed, &mut angles);
+        step(&mut batch, &mut others);
+        assert_eq!(angles[0].to_bits(), others[0].to_bits());
+        let states: Vec<_> = mixed.states().collect();
+        assert!(states[0].in_flight.is_none() && states[1].in_flight.is_some());
+        step(&mut mixed, &mut angles);
+        mixed.set_states(states.clone());
+        assert!(mixed.states().eq(states.clone()));
+        mixed.reset();
+        assert!(!mixed.states().eq(states));
     }
 
     #[test]
@@ -275,12 +436,12 @@ mod tests {
         let mut inputs = inputs(5);
         inputs[3].speed = f64::NAN;
         let mut angles = vec![0.0; 5];
-        let before: Vec<_> = batch.states().copied().collect();
+        let before: Vec<_> = batch.states().collect();
         let refused = batch
             .steer(&inputs, 0.05, OnError::Raise, &mut angles)
             .unwrap_err();
         assert_eq!((refused.vehicle, refused.error.field), (Some(3), "speed"));
-        assert!(batch.states().eq(before.iter()));
+        assert!(batch.states().eq(before));
         batch
             .steer(&inputs, 0.05, OnError::Mark, &mut angles)
             .unwrap();

@@ -157,7 +157,7 @@ mod tests {
     use crate::closed_loop::{Controller, run};
     use crate::plant::KinematicBicycle;
     use crate::{Drive, Perception, Settings};
-    use popsteer_core::lateral::Pop;
+    use popsteer_core::lateral::{Pop, PopParams};
     use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
     use std::sync::Arc;
 
@@ -171,7 +171,7 @@ mod tests {
             },
             ..KinematicBicycle::DEFAULT
         };
-        let pop = Tracker::of(Pop::new(plant.vehicle, Default::default()).unwrap());
+        let pop = Tracker::of(Pop::new(plant.vehicle, PopParams::default()).unwrap());
         let x: Vec<f64> = (0..200).map(f64::from).collect();
         let y: Vec<f64> = x.iter().map(|x| 3.0 * (x / 20.0).sin()).collect();
         let path = Arc::new(Path::new(&x, &y, None, false).unwrap());

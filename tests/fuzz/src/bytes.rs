@@ -98,6 +98,11 @@ impl<'a> Bytes<'a> {
         }
     }
 
+    /// The same for a parameter that need not be given, which it is half the time.
+    pub fn optional(&mut self, usual: [f64; 2], whole: [f64; 2]) -> Option<f64> {
+        (self.byte() >= 128).then(|| self.number(usual, whole))
+    }
+
     /// The same for a parameter, which is at its default half the time.
     pub fn parameter(&mut self, default: f64, usual: [f64; 2], whole: [f64; 2]) -> f64 {
         if self.byte() < 128 {

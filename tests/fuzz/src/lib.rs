@@ -4,7 +4,6 @@
 //! A target is a module with a function `check`; its program in `src/bin` hands it to libFuzzer,
 //! and `tests/replay.rs` runs it on each file of `corpus/NAME` without.
 
-pub mod actuator;
 mod backwards;
 pub mod bytes;
 pub mod laws;
@@ -13,6 +12,7 @@ pub mod path;
 pub mod predict;
 mod scene;
 mod subject;
+pub mod vehicle;
 
 /// The name of a target, which is also that of its corpus, and what it runs.
 pub type Target = (&'static str, fn(&[u8]));
@@ -21,7 +21,7 @@ pub type Target = (&'static str, fn(&[u8]));
 pub const TARGETS: [Target; 5] = [
     ("path", path::check),
     ("laws", laws::check),
-    ("actuator", actuator::check),
+    ("vehicle", vehicle::check),
     ("longitudinal", longitudinal::check),
     ("predict", predict::check),
 ];

@@ -5,8 +5,8 @@ use nalgebra::{SVector, Vector2};
 use popsteer_core::VehicleState;
 use popsteer_core::error::{config_in_range, input_in_range};
 use popsteer_core::math::{ceil_to_count, from_count, saturate, to_count, wrap};
-use popsteer_core::vehicle::predict::{
-    get_predicted_location, kinematic_bicycle, state_transition,
+use popsteer_core::vehicle::bicycle::{
+    MAX_STEPS, get_predicted_location, kinematic_bicycle, state_transition, steps,
 };
 use popsteer_core::vehicle::state::{MAX_YAW, checked_dt};
 use std::f64::consts::PI;
@@ -68,6 +68,7 @@ fn check_vehicle(bytes: &mut Bytes) {
     let acceleration = bytes.number([-9.0, 9.0], [-1e3, 1e3]);
     let wheelbase = bytes.number([1.0, 4.0], [1e-3, 1e3]);
     let dt = bytes.number([0.001, 0.5], [1e-6, 1e3]);
+    let horizon = bytes.number([0.1, 3.0], [0.05, 100.0]);
     let location = get_predicted_location(vehicle, steer, dt);
     let moved = kinematic_bicycle(vehicle, steer, acceleration, wheelbase, dt);
     let state = SVector::<f64, 5>::new(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, 0.1);
@@ -80,6 +81,11 @@ fn check_vehicle(bytes: &mut Bytes) {
         && (1e-3..=1e3).contains(&wheelbase);
     if !good {
         return;
+    }
+    if (0.05..=100.0).contains(&horizon) {
+        let (count, period) = steps(horizon, dt);
+        assert!((1..=MAX_STEPS).contains(&count) && period >= dt);
+        assert!(period * from_count(count) >= horizon * (1.0 - 1e-6));
     }
     assert!(vehicle.forward_speed() >= 0.0);
     let numbers = [moved.x, moved.y, moved.yaw, moved.speed, ahead.x, ahead.y];

@@ -2,9 +2,9 @@
 
 use crate::bytes::Bytes;
 use popsteer_core::path::view::{MAX_COORDINATE, MAX_SPEED};
-use popsteer_core::vehicle::ActuatorParams;
 use popsteer_core::vehicle::state::{MAX_DT, MAX_YAW, MIN_DT};
-use popsteer_core::{Path, PathError, PathView, VehicleState};
+use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator};
+use popsteer_core::{Path, PathError, PathView, Vehicle, VehicleState};
 use std::f64::consts::FRAC_PI_4;
 
 /// Waypoints that may or may not make a path.
@@ -172,14 +172,83 @@ pub fn dt(bytes: &mut Bytes) -> f64 {
     }
 }
 
-/// Dead time, lag, rate and vehicle of an actuator that may or may not do.
-pub fn actuator(bytes: &mut Bytes) -> ActuatorParams {
-    ActuatorParams {
-        dead_time: bytes.parameter(0.2, [0.0, 0.5], [0.0, 10.0]),
-        lag: bytes.parameter(0.0, [0.0, 0.5], [0.0, 10.0]),
-        max_rate: (bytes.byte() & 1 == 1).then(|| bytes.number([0.1, 2.0], [1e-3, 1e6])),
-        wheelbase: bytes.parameter(3.0, [1.0, 4.0], [1e-3, 1e3]),
+/// A vehicle that may or may not be one.
+pub fn car(bytes: &mut Bytes) -> Vehicle {
+    let standard = Vehicle::DEFAULT;
+    Vehicle {
+        wheelbase: bytes.parameter(standard.wheelbase, [1.0, 4.0], [1e-3, 1e3]),
+        rear_axle: bytes.parameter(0.0, [-3.0, 1.0], [-1e3, 1e3]),
+        no_slip_point: bytes.optional([-3.0, 1.0], [-1e3, 1e3]),
+        turning_wheelbase: bytes.optional([1.0, 4.0], [1e-3, 1e3]),
         understeer: bytes.parameter(0.0, [0.0, 0.01], [0.0, 1e3]),
-        learning_time: bytes.parameter(0.0, [1.0, 20.0], [0.0, 1e6]),
+        steer_offset: bytes.parameter(0.0, [-0.1, 0.1], [-0.5, 0.5]),
+        steer_lag: bytes.parameter(standard.steer_lag, [0.0, 0.5], [0.0, 10.0]),
+        dead_time: bytes.parameter(0.0, [0.0, 0.5], [0.0, 10.0]),
+        max_steer: bytes.parameter(standard.max_steer, [0.3, 1.3], [1e-3, 1.57]),
+        max_steer_rate: bytes.optional([0.1, 2.0], [1e-3, 1e6]),
+        max_lateral_acceleration: bytes.optional([1.0, 15.0], [1e-3, 1e6]),
+        // No controller asks for what follows: it need not be drawn each by itself.
+        ..match bytes.byte() {
+            0..=199 => standard,
+            _ => Vehicle {
+                max_speed: bytes.optional([1.0, 40.0], [1e-3, 1e4]),
+                max_acceleration: bytes.optional([0.1, 5.0], [1e-3, 1e3]),
+                max_deceleration: bytes.optional([0.1, 9.0], [1e-3, 1e3]),
+                drive_lag: bytes.parameter(0.0, [0.0, 1.0], [0.0, 10.0]),
+                ..standard
+            },
+        }
     }
+}
+
+/// How fast a controller adapts, which may or may not be possible.
+pub fn adapt(bytes: &mut Bytes) -> AdaptParams {
+    AdaptParams {
+        turn_time: bytes.parameter(10.0, [0.0, 20.0], [0.0, 1e6]),
+        slip_time: bytes.parameter(5.0, [0.0, 20.0], [0.0, 1e6]),
+        min_speed: bytes.optional([0.5, 8.0], [0.0, 1e3]),
+    }
+}
+
+/// What the motion may or may not have shown of a vehicle with this wheelbase and dead time.
+pub fn estimate(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimate {
+    if bytes.byte() < 100 {
+        return Estimate::DEFAULT;
+    }
+    let longer = 0.5 * dead_time;
+    let most = 20.0 * wheelbase;
+    Estimate {
+        gain: bytes.number([0.5, 1.5], [Estimator::MIN_GAIN, Estimator::MAX_GAIN]),
+        steer_offset: symmetric(bytes, 0.05, Estimator::MAX_STEER_OFFSET),
+        longer_dead_time: symmetric(bytes, longer, longer),
+        slip: symmetric(bytes, 0.05, Estimator::MAX_SLIP),
+        slip_length: symmetric(bytes, 1.0, wheelbase),
+        acceleration: symmetric(bytes, 5.0, most),
+    }
+}
+
+/// What an estimate may or may not rest on.
+pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator {
+    let coordinates = [-2.0 * MAX_COORDINATE, 2.0 * MAX_COORDINATE];
+    Estimator {
+        seen: (bytes.byte() & 1 == 1).then(|| VehicleState {
+            x: bytes.number([-50.0, 50.0], coordinates),
+            y: bytes.number([-50.0, 50.0], coordinates),
+            yaw: bytes.number([-4.0, 4.0], [-MAX_YAW, MAX_YAW]),
+            speed: bytes.number([-5.0, 30.0], [-MAX_SPEED, MAX_SPEED]),
+        }),
+        turn_turn: bytes.number([0.0, 1.0], [0.0, 1e100]),
+        turn_offset: symmetric(bytes, 1.0, 1e100),
+        offset_offset: bytes.number([0.0, 1.0], [0.0, 1e100]),
+        turn_measured: symmetric(bytes, 1.0, 1e100),
+        offset_measured: symmetric(bytes, 1.0, 1e100),
+        turn: symmetric(bytes, 0.1, 1e30),
+        change: bytes.number([0.0, 1.0], [0.0, 1e100]),
+        estimate: estimate(bytes, wheelbase, dead_time),
+    }
+}
+
+/// A number of `[-most, most]`, mostly of `[-usual, usual]`.
+pub fn symmetric(bytes: &mut Bytes, usual: f64, most: f64) -> f64 {
+    bytes.number([-usual, usual], [-most, most])
 }

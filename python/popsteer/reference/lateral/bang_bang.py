@@ -14,7 +14,8 @@ from popsteer.reference.lateral import (
     limit_steer,
     or_scaled,
 )
-from popsteer.reference.lateral.tracker import Tracker, TrackerState
+from popsteer.reference.lateral.tracker import Tracker
+from popsteer.reference.lateral.tracker_state import TrackerState
 
 if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located

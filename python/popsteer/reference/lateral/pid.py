@@ -17,7 +17,8 @@ from popsteer.reference.lateral import (
     or_scaled,
     resolved,
 )
-from popsteer.reference.lateral.tracker import Tracker, TrackerState
+from popsteer.reference.lateral.tracker import Tracker
+from popsteer.reference.lateral.tracker_state import TrackerState
 
 if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
@@ -98,9 +99,9 @@ class PidParams:
         wheelbase = vehicle.wheelbase
         return replace(
             self,
-            kp=or_scaled(self.kp, 0.75 / wheelbase),
-            ki=or_scaled(self.ki, 0.03 / wheelbase),
-            kd=or_scaled(self.kd, 0.6 / wheelbase),
+            kp=or_scaled(self.kp, 0.25 * (3.0 / wheelbase)),
+            ki=or_scaled(self.ki, 0.01 * (3.0 / wheelbase)),
+            kd=or_scaled(self.kd, 0.2 * (3.0 / wheelbase)),
             search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
             lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
         )

@@ -17,7 +17,8 @@ from popsteer.reference.lateral import (
     resolved,
 )
 from popsteer.reference.lateral.cost_to_go import CostToGo, Travel
-from popsteer.reference.lateral.tracker import Tracker, TrackerState
+from popsteer.reference.lateral.tracker import Tracker
+from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, atan, decay, saturate, tan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.bicycle import steps
@@ -49,7 +50,7 @@ class PreviewPopParams:
         a wheelbase. More: the path is joined more gently, and offsets take longer to vanish.
     steer_rate_cost : float or None
         How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
-        [m s/rad]; None is a twelfth of the wheelbase. More: calmer wheels, less noise passed on,
+        [m s/rad]; None is a tenth of the wheelbase. More: calmer wheels, less noise passed on,
         wider bends where the model is wrong.
     approach_angle : float
         Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
@@ -110,7 +111,7 @@ class PreviewPopParams:
         >>> from popsteer.reference import Vehicle
         >>> params = PreviewPopParams().resolved(Vehicle())
         >>> params.heading_cost, params.steer_rate_cost, params.min_speed, params.smoothing_length
-        (3.0, 0.25, 5.0, 2.0)
+        (3.0, 0.3, 5.0, 2.0)
         """
         wheelbase = vehicle.wheelbase
         rate = vehicle.max_steer_rate
@@ -120,7 +121,7 @@ class PreviewPopParams:
                 self.steer_span_rate, 60.0 * (PI / 180.0) if rate is None else rate
             ),
             heading_cost=or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 12.0),
+            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 10.0),
             min_speed=or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
             smoothing_length=or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
             search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),

@@ -16,7 +16,8 @@ from popsteer.reference.lateral import (
     or_scaled,
 )
 from popsteer.reference.lateral.search import Search, check_search
-from popsteer.reference.lateral.tracker import Tracker, TrackerState
+from popsteer.reference.lateral.tracker import Tracker
+from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, acos, atan2, divide, sin
 from popsteer.reference.path.view import get_distance
 from popsteer.status import Status

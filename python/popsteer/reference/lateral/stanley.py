@@ -15,7 +15,8 @@ from popsteer.reference.lateral import (
     or_scaled,
     resolved,
 )
-from popsteer.reference.lateral.tracker import Tracker, TrackerState
+from popsteer.reference.lateral.tracker import Tracker
+from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import atan, wrap
 from popsteer.reference.path.locate import path_yaw_behind
 

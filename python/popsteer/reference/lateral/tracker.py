@@ -8,9 +8,9 @@ angle without a jump, and answers every input.
 from __future__ import annotations
 
 import operator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import copysign
-from typing import TYPE_CHECKING, ClassVar, Generic, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, Literal, TypeVar
 
 from popsteer.errors import InputError
 from popsteer.reference.error import input_below, input_in_range
@@ -22,157 +22,39 @@ from popsteer.reference.lateral import (
     Tracked,
     check_steer,
 )
-from popsteer.reference.math import atan, atan2, divide, saturate, wrap
+from popsteer.reference.lateral.tracker_state import (
+    Answer,
+    Seen,
+    TrackerState,
+    estimator_of,
+    hands_over,
+    in_flight_of,
+    with_estimator,
+    with_in_flight,
+)
+from popsteer.reference.math import atan, divide, saturate
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.relocalise import relocalise
-from popsteer.reference.path.view import MAX_COORDINATE, Point
 from popsteer.reference.vehicle import Vehicle
-from popsteer.reference.vehicle.delay import Commands, InFlight
-from popsteer.reference.vehicle.estimator import AdaptParams, Corrections, Estimate, Estimator
-from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
+from popsteer.reference.vehicle.delay import InFlight
+from popsteer.reference.vehicle.estimator import (
+    MAX_STEER_OFFSET,
+    AdaptParams,
+    Corrections,
+    Estimate,
+    Estimator,
+)
+from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
 
-__all__ = ["HANDOVER_TIME", "Answer", "Seen", "Tracker", "TrackerState"]
+__all__ = ["HANDOVER_TIME", "Tracker"]
 
 HANDOVER_TIME = 1.0
 """How long the difference to a driver's angle takes to fade [s]."""
-
-
-class Seen(NamedTuple):
-    """Where the tracked point was seen at the last step, for as long as an input is held."""
-
-    cross_track_error: float
-    """Cross-track error [m]."""
-    yaw: float
-    """Heading of the vehicle, mirrored where it drives backwards [rad]."""
-    along_x: float
-    """Along the path [m]."""
-    along_y: float
-
-    @classmethod
-    def of(cls, at: Located) -> Seen:
-        """Take it from a located vehicle."""
-        along = at.foot.along
-        return cls(at.foot.cross_track_error(), at.vehicle.yaw, along[0], along[1])
-
-    def heading_error(self) -> float:
-        """Yaw less direction of the path [rad], in [-π, π]."""
-        return wrap(self.yaw - atan2(self.along_y, self.along_x))
-
-    def checked(self) -> Seen:
-        """Return the same, as floats, where each is within its bound."""
-        most = 4.0 * MAX_COORDINATE
-        return Seen(
-            input_in_range("seen", self.cross_track_error, -most, most),
-            input_in_range("seen", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW),
-            input_in_range("seen", self.along_x, -most, most),
-            input_in_range("seen", self.along_y, -most, most),
-        )
-
-
-class Answer(NamedTuple):
-    """What the last step answered besides its angle."""
-
-    measured: Seen
-    """The measured vehicle."""
-    predicted: Seen
-    """The predicted one."""
-    target: Point
-    """The point aimed at [m]."""
-    reverse: bool
-    """Whether the path was driven backwards."""
-
-    def checked(self) -> Answer:
-        """Return the same, as floats, where each is within its bound."""
-        measured, predicted = Seen(*self.measured).checked(), Seen(*self.predicted).checked()
-        most = 4.0 * MAX_COORDINATE
-        x, y = self.target
-        x = input_in_range("target", x, -most, most)
-        y = input_in_range("target", y, -most, most)
-        return Answer(measured, predicted, (x, y), self.reverse)
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrackerState:
-    """What all states remember beside the law's own.
-
-    Attributes
-    ----------
-    waypoint : int or None
-        The segment of the last projection of the predicted vehicle, by the waypoint at which it
-        starts; None before the first step.
-    measured_waypoint : int or None
-        The same of the measured vehicle, where there is a dead time.
-    steer : float
-        The angle last commanded [rad].
-    handover_offset : float or None
-        Difference to the angle that was taken over [rad]; None before the first step.
-    handover_left : float
-        How long it fades on [s]; 0 without a hand-over.
-    held : int
-        How many inputs in a row were refused.
-    wheel : float or None
-        Angle of the wheels by the vehicle's own figures [rad]; None where the vehicle is not
-        modelled.
-    commands_in_flight : tuple of tuple of float
-        Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
-    seen : tuple of float or None
-        x [m], y [m], yaw [rad] and speed [m/s] of the point that does not slip as it was last seen;
-        None where the motion since shows nothing.
-    turn_turn, turn_offset, offset_offset : float
-        Sums over the turns expected and those of a radian of steering offset [rad²], [rad], [1];
-        see `Estimator`.
-    turn_measured, offset_measured : float
-        Sums of these times the turns measured [rad²], [rad].
-    turn : float
-        The turn expected for the last period [rad].
-    change : float
-        Rates at which the expected turns changed, squared [rad²/s²].
-    gain : float
-        How many times more the vehicle turns than its figures say.
-    steer_offset : float
-        Angle of the wheels at the command 0, beyond the vehicle's [rad].
-    longer_dead_time : float
-        How much longer the dead time is than the vehicle's [s].
-    slip : float
-        Angle of the motion of the point that does not slip to the heading, straight on [rad].
-    slip_length : float
-        How much that angle grows with the curvature [m].
-    acceleration : float
-        Acceleration [m/s²].
-    answer : tuple or None
-        What the last step answered besides its angle: cross-track error [m], yaw [rad] and
-        direction of the path (x, y) [m] of the measured vehicle, and of the predicted one; the
-        target (x, y) [m]; and whether the path was driven backwards. None before the first step.
-    """
-
-    waypoint: int | None = None
-    measured_waypoint: int | None = None
-    steer: float = 0.0
-    handover_offset: float | None = None
-    handover_left: float = 0.0
-    held: int = 0
-    wheel: float | None = None
-    commands_in_flight: Commands = ()
-    seen: tuple[float, float, float, float] | None = None
-    turn_turn: float = 0.0
-    turn_offset: float = 0.0
-    offset_offset: float = 0.0
-    turn_measured: float = 0.0
-    offset_measured: float = 0.0
-    turn: float = 0.0
-    change: float = 0.0
-    gain: float = 1.0
-    steer_offset: float = 0.0
-    longer_dead_time: float = 0.0
-    slip: float = 0.0
-    slip_length: float = 0.0
-    acceleration: float = 0.0
-    answer: Answer | None = None
 
 
 ParamsT = TypeVar("ParamsT", bound=Params)
@@ -233,7 +115,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     @property
     def estimate(self) -> Estimate:
         """What is known of the vehicle: its own figures, corrected by what its motion has shown."""
-        return _estimator(self._state).estimate.of(self._vehicle)
+        return estimator_of(self._state).estimate.of(self._vehicle)
 
     @property
     def state(self) -> StateT:
@@ -335,16 +217,24 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         if self._vehicle.dead_time > 0.0:
             here = self._follow.locate(self._path, self._state.measured_waypoint, vehicle, dt)
             self._state = replace(self._state, measured_waypoint=here.foot.segment)
+        else:
+            # One that a state of another vehicle brought along may be none of this path.
+            self._state = replace(self._state, measured_waypoint=None)
         if self._adapt is not None:
             estimator = self._observe_slip(self._adapt, here, vehicle, dt)
-            self._state = _with_estimator(self._state, estimator)
+            self._state = with_estimator(self._state, estimator)
             belief = replace(belief, estimate=estimator.estimate)
 
+        if not self._bare:
+            # The angle of the last command by the offset as it is known now.
+            offset = self._vehicle.steer_offset + belief.estimate.steer_offset
+            last = self._vehicle.at_wheels(self._state.steer + offset)
+            self._state, _ = self.set_steer(self._state, last)
         decision = self.decide(at, belief)
         steer = at.turn(decision.steer)
         self._state = replace(self._state, held=0)
         limited = False
-        if self._bare and not _hands_over(self._state):
+        if self._bare and not hands_over(self._state):
             self._state = replace(self._state, steer=steer)
         else:
             limited = self._limit(steer, at.vehicle.speed, dt, belief.estimate)
@@ -376,14 +266,14 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             return self.step(x, y, yaw, speed, dt)
         except InputError:
             state = replace(self._state, held=self._state.held + 1)
-        in_flight = _in_flight(state)
+        in_flight = in_flight_of(state)
         if in_flight is not None:
             # The angle that is held goes on its way like any other.
             try:
                 in_flight = in_flight.elapse(self._vehicle, state.steer, checked_dt(dt), 0.0)
             except InputError:
                 pass
-            state = replace(_with_in_flight(state, in_flight), seen=None)
+            state = replace(with_in_flight(state, in_flight), seen=None)
         self._state = state
         nowhere = Seen(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
         answer = state.answer
@@ -396,7 +286,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         """Return the state before the first step, with the wheels at the angle `steer` [rad]."""
         state = self.initial_state()
         if self._models:
-            return _with_in_flight(state, InFlight.settled(self._vehicle, steer))
+            return with_in_flight(state, InFlight.settled(self._vehicle, steer))
         return state
 
     def _take_over(self, state: StateT, steer: float) -> StateT:
@@ -411,10 +301,10 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         Before, its motion since the last step is observed, and the last command takes flight.
         """
         car, state = self._vehicle, self._state
-        in_flight = _in_flight(state)
+        in_flight = in_flight_of(state)
         if in_flight is None:
             return vehicle, Belief(state.steer, Corrections())
-        estimator = _estimator(state)
+        estimator = estimator_of(state)
         now = vehicle.ahead(car.no_slip)
         before = estimator.estimate.longer_dead_time
         if self._adapt is not None:
@@ -422,7 +312,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             estimator = estimator.observe_turn(self._adapt, car, now, reached, dt)
         estimate = estimator.estimate
         in_flight = in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before)
-        self._state = _with_in_flight(_with_estimator(state, estimator), in_flight)
+        self._state = with_in_flight(with_estimator(state, estimator), in_flight)
         if car.dead_time > 0.0:
             predicted, wheel = in_flight.predict(car, now, estimate)
             # What was given is good, so what comes of it is not refused.
@@ -438,7 +328,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         Nothing is learnt across a change of the direction.
         """
         car, path = self._vehicle, self._path
-        estimator = _estimator(self._state)
+        estimator = estimator_of(self._state)
         now = vehicle.ahead(car.no_slip)
         if here.turned or here.vehicle.speed <= 0.0:
             return replace(estimator, seen=now)
@@ -450,7 +340,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             smoothing = 2.0 / 3.0 * car.wheelbase
             preview = Preview(path, smoothing, here.foot.segment, start, travel)
             _, (turn,) = preview.turns(start, travel, 1)
-            return here.turn(divide(turn, travel))
+            return here.turn(turn / travel)
 
         estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
         return replace(estimator, seen=now)
@@ -477,7 +367,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     def _fade(self, wanted: float, dt: float) -> float:
         """Return the command of a hand-over: the difference to the last one fades."""
         state = self._state
-        if not _hands_over(state):
+        if not hands_over(state):
             return wanted
         offset, left = state.handover_offset, state.handover_left
         if offset is None:
@@ -508,17 +398,18 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         steer = check_steer("steer", state.steer, car.max_steer)
         offset, left = state.handover_offset, state.handover_left
         # No offset and no time left is no hand-over; NaN is one, and refused.
-        if _hands_over(state):
+        if hands_over(state):
             if offset is not None:
-                offset = check_steer("handover_offset", offset, 2.0 * car.max_steer)
+                widest = 2.0 * car.max_steer + (abs(car.steer_offset) + MAX_STEER_OFFSET)
+                offset = check_steer("handover_offset", offset, widest)
             left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
         else:
             left = 0.0
         answer = None if state.answer is None else Answer(*state.answer).checked()
-        estimator = _estimator(state).checked(car)
+        estimator = estimator_of(state).checked(car)
         if in_flight is not None:
             in_flight = in_flight.checked(car, estimator.estimate.longer_dead_time)
-        state = _with_in_flight(_with_estimator(state, estimator), in_flight)
+        state = with_in_flight(with_estimator(state, estimator), in_flight)
         return replace(
             state,
             waypoint=waypoint,
@@ -534,7 +425,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         """Return the commands in flight of a state to restore."""
         if not self._models:
             return None
-        in_flight = _in_flight(state)
+        in_flight = in_flight_of(state)
         if in_flight is None:
             # Of a state that knows nothing of the wheels they are at rest under the last command.
             return InFlight.settled(self._vehicle, state.steer)
@@ -543,65 +434,6 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
 
 
 # A state is flat, as the binding shows it; what goes together in it is taken out and put back here.
-
-
-def _hands_over(state: TrackerState) -> bool:
-    """Tell whether a hand-over is not over."""
-    return not (state.handover_offset is None and state.handover_left == 0.0)
-
-
-def _in_flight(state: TrackerState) -> InFlight | None:
-    """Return the commands in flight; None where the vehicle is not modelled."""
-    return None if state.wheel is None else InFlight(state.commands_in_flight, state.wheel)
-
-
-def _with_in_flight(state: StateT, in_flight: InFlight | None) -> StateT:
-    if in_flight is None:
-        return replace(state, wheel=None, commands_in_flight=())
-    return replace(state, wheel=in_flight.wheel, commands_in_flight=in_flight.commands)
-
-
-def _estimator(state: TrackerState) -> Estimator:
-    """Return what the motion of the vehicle has shown."""
-    return Estimator(
-        seen=None if state.seen is None else VehicleState(*state.seen),
-        turn_turn=state.turn_turn,
-        turn_offset=state.turn_offset,
-        offset_offset=state.offset_offset,
-        turn_measured=state.turn_measured,
-        offset_measured=state.offset_measured,
-        turn=state.turn,
-        change=state.change,
-        estimate=Corrections(
-            gain=state.gain,
-            steer_offset=state.steer_offset,
-            longer_dead_time=state.longer_dead_time,
-            slip=state.slip,
-            slip_length=state.slip_length,
-            acceleration=state.acceleration,
-        ),
-    )
-
-
-def _with_estimator(state: StateT, estimator: Estimator) -> StateT:
-    seen, estimate = estimator.seen, estimator.estimate
-    return replace(
-        state,
-        seen=None if seen is None else (seen.x, seen.y, seen.yaw, seen.speed),
-        turn_turn=estimator.turn_turn,
-        turn_offset=estimator.turn_offset,
-        offset_offset=estimator.offset_offset,
-        turn_measured=estimator.turn_measured,
-        offset_measured=estimator.offset_measured,
-        turn=estimator.turn,
-        change=estimator.change,
-        gain=estimate.gain,
-        steer_offset=estimate.steer_offset,
-        longer_dead_time=estimate.longer_dead_time,
-        slip=estimate.slip,
-        slip_length=estimate.slip_length,
-        acceleration=estimate.acceleration,
-    )
 
 
 def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:
@@ -613,9 +445,6 @@ def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: 
     if most is None:
         return wheel
     square, length = speed * speed * gain, car.turning_length(speed)
-    # tan(x) < 2 x up to 1.1: most steps need no tangent.
-    if abs(wheel) < 1.1 and 2.0 * abs(wheel) * square <= most * length:
-        return wheel
     widest = atan(divide(most * length, square))
     return saturate(wheel, -widest, widest)
 

@@ -237,6 +237,7 @@ class InFlight:
         The vehicle is rolled forward through the commands in flight. The state is that of the
         point that does not slip; what the `estimate` knows better than `vehicle` counts.
         """
+        start, time = state.speed, 0.0
         wheel = self.wheel
         length = vehicle.turning_length(state.speed) / estimate.gain
         for steer, duration in self.commands:
@@ -244,7 +245,8 @@ class InFlight:
             step = divide(duration, steps)
             for _ in range(steps):
                 moved = move_wheel(vehicle, wheel, steer, step)
-                speed = estimate.speed_after(state.speed, step)
+                time += step
+                speed = estimate.speed_after(start, time)
                 travel = 0.5 * (state.speed + speed) * step
                 angle = vehicle.at_wheels(moved.mean + estimate.steer_offset)
                 curvature = tan(angle) / length

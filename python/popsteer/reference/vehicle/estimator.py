@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
-from popsteer.reference.math import cos, divide, exp, saturate, sin, wrap
+from popsteer.reference.math import cos, exp, saturate, sin, wrap
 from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
 
@@ -51,6 +51,11 @@ SLIP_SPLIT = 0.03
 """Curvature, times the wheelbase, at which a slip sample updates both parts of the slip equally.
 
 The parts are the constant and the curvature-dependent one. Below it a bend is treated as straight.
+"""
+LEAST_TRAVEL = 1e-9
+"""Less than the slowest vehicle travels in the shortest period at its default `min_speed` [m].
+
+A curvature over a distance much shorter than this could not be told from infinity.
 """
 MAX_ACCELERATION = 20.0
 """The largest acceleration that is believed, in wheelbases [1/s²]."""
@@ -341,13 +346,13 @@ class Estimator:
             return self
         pace = 5.0 / 3.0 * vehicle.wheelbase if params.min_speed is None else params.min_speed
         speed = 0.5 * (before.speed + now.speed)
-        if abs(speed) < pace or abs(speed) <= 0.0:
-            return self
         travel = speed * dt
+        if abs(speed) < pace or abs(travel) < LEAST_TRAVEL:
+            return self
         direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw)
         aside = (now.y - before.y) * cos(direction) - (now.x - before.x) * sin(direction)
         bend = curvature(travel)
-        sample = saturate(divide(aside, travel), -4.0 * MAX_SLIP, 4.0 * MAX_SLIP)
+        sample = saturate(aside / travel, -4.0 * MAX_SLIP, 4.0 * MAX_SLIP)
         split = SLIP_SPLIT / vehicle.wheelbase
         estimate = self.estimate
         missed = sample - (estimate.slip + estimate.slip_length * bend)

@@ -14,6 +14,7 @@ pub mod pure_pursuit;
 pub mod search;
 pub mod stanley;
 pub mod tracker;
+pub mod tracker_state;
 
 pub use bang_bang::{BangBang, BangBangParams, BangBangState};
 pub use command::{Command, Status};
@@ -22,7 +23,8 @@ pub use pop::{Pop, PopParams, PopState};
 pub use preview_pop::{PreviewPop, PreviewPopParams, PreviewPopState};
 pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
 pub use stanley::{Stanley, StanleyParams, StanleyState};
-pub use tracker::{Handover, Seen, Tracker, TrackerState};
+pub use tracker::Tracker;
+pub use tracker_state::{Answer, Handover, Seen, TrackerState};
 
 use core::fmt;
 

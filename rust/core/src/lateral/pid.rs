@@ -49,9 +49,9 @@ impl PidParams {
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         let wheelbase = vehicle.wheelbase;
         Self {
-            kp: or_scaled(self.kp, 0.75 / wheelbase),
-            ki: or_scaled(self.ki, 0.03 / wheelbase),
-            kd: or_scaled(self.kd, 0.6 / wheelbase),
+            kp: or_scaled(self.kp, 0.25 * (3.0 / wheelbase)),
+            ki: or_scaled(self.ki, 0.01 * (3.0 / wheelbase)),
+            kd: or_scaled(self.kd, 0.2 * (3.0 / wheelbase)),
             search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
             lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
             ..self

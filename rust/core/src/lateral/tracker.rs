@@ -4,15 +4,16 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
+use super::tracker_state::{Answer, Handover, Seen, TrackerState};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
-use crate::math::{atan, atan2, from_count, saturate, wrap};
+use crate::math::{atan, from_count, saturate};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
 use crate::path::view::{MAX_COORDINATE, PathView};
-use crate::vehicle::state::{MAX_YAW, checked_dt};
+use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// How long the difference to a driver's angle takes to fade [s].
@@ -33,124 +34,6 @@ pub struct Tracker<L> {
     models: bool,
     /// Whether the law's angle is the command as it is.
     bare: bool,
-}
-
-/// The difference to the angle that a law took over [rad], and how long it fades on [s].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Handover {
-    /// None before the first step.
-    pub offset: Option<f64>,
-    /// From [`HANDOVER_TIME`] to 0.
-    pub left: f64,
-}
-
-/// Where the tracked point was seen at the last step, for as long as an input is held.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
-    /// Cross-track error [m].
-    pub cross_track_error: f64,
-    /// Heading of the vehicle, mirrored where it drives backwards [rad].
-    pub yaw: f64,
-    /// Along the path [m].
-    pub along: Point,
-}
-
-impl Seen {
-    #[inline]
-    fn of(at: &Located) -> Self {
-        Self {
-            cross_track_error: at.foot.cross_track_error(),
-            yaw: at.vehicle.yaw,
-            along: at.foot.along(),
-        }
-    }
-
-    #[inline]
-    fn heading_error(&self) -> f64 {
-        wrap(self.yaw - atan2(self.along.y, self.along.x))
-    }
-
-    /// Whether the heading error of `other` is that of this one, to the bit.
-    #[inline]
-    fn heads_as(&self, other: &Self) -> bool {
-        self.yaw.to_bits() == other.yaw.to_bits()
-            && self.along.x.to_bits() == other.along.x.to_bits()
-            && self.along.y.to_bits() == other.along.y.to_bits()
-    }
-
-    fn checked(self) -> Result<Self, InputError> {
-        let most = 4.0 * MAX_COORDINATE;
-        input_in_range("seen", self.cross_track_error, -most, most)?;
-        input_in_range("seen", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
-        input_in_range("seen", self.along.x, -most, most)?;
-        input_in_range("seen", self.along.y, -most, most)?;
-        Ok(self)
-    }
-}
-
-/// What the last step answered besides its angle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Answer {
-    /// The measured vehicle.
-    pub measured: Seen,
-    /// The predicted one.
-    pub predicted: Seen,
-    /// The point aimed at [m].
-    pub target: Point,
-    /// Whether the path was driven backwards.
-    pub reverse: bool,
-}
-
-/// What a [`Tracker`] remembers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackerState<S> {
-    /// What the law remembers.
-    pub law: S,
-    /// The segment of the last projection of the predicted vehicle; none before the first step.
-    pub waypoint: Option<usize>,
-    /// The same of the measured vehicle, where there is a dead time.
-    pub measured_waypoint: Option<usize>,
-    /// The angle last commanded [rad].
-    pub steer: f64,
-    /// A hand-over that is not over.
-    pub handover: Option<Handover>,
-    /// How many inputs in a row were refused.
-    pub held: usize,
-    /// The last answer; none before the first step.
-    pub answer: Option<Answer>,
-    /// Commands on their way to the wheels, where the vehicle is modelled.
-    pub in_flight: Option<InFlight>,
-    /// What the motion of the vehicle has shown.
-    pub estimator: Estimator,
-}
-
-impl<S: LateralState> TrackerState<S> {
-    /// Another path is followed from now on; the next answer goes on from the present angle.
-    pub fn leave_path(&mut self) {
-        self.waypoint = None;
-        self.measured_waypoint = None;
-        self.law.leave_path();
-        self.take_over(self.steer);
-    }
-
-    /// Puts the place on the path after a jump. Nothing is learnt of the motion until then.
-    pub fn set_waypoint(&mut self, waypoint: usize) {
-        self.waypoint = Some(waypoint);
-        self.measured_waypoint = None;
-        self.estimator.seen = None;
-    }
-
-    fn take_over(&mut self, steer: f64) {
-        self.steer = steer;
-        self.handover = if self.law.set_steer(steer) {
-            None
-        } else {
-            Some(Handover {
-                offset: None,
-                left: HANDOVER_TIME,
-            })
-        };
-    }
 }
 
 impl<L: LateralLaw> Tracker<L> {
@@ -378,7 +261,8 @@ impl<L: LateralLaw> Tracker<L> {
         check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
         if let Some(Handover { offset, left }) = state.handover {
-            let widest = 2.0 * vehicle.max_steer;
+            let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
+            let widest = 2.0 * vehicle.max_steer + offsets;
             check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
             input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
         }
@@ -386,8 +270,8 @@ impl<L: LateralLaw> Tracker<L> {
             answer.measured.checked()?;
             answer.predicted.checked()?;
             let most = 4.0 * MAX_COORDINATE;
-            input_in_range("target", answer.target.x, -most, most)?;
-            input_in_range("target", answer.target.y, -most, most)?;
+            input_in_range("answer", answer.target.x, -most, most)?;
+            input_in_range("answer", answer.target.y, -most, most)?;
         }
         state.estimator.checked(vehicle)?;
         match (self.models, &state.in_flight) {
@@ -429,6 +313,8 @@ impl<L: LateralLaw> Tracker<L> {
             state.measured_waypoint = Some(measured.foot.segment);
             Some(measured)
         } else {
+            // One that a state of another vehicle brought along may be none of this path.
+            state.measured_waypoint = None;
             None
         };
         if let Some(adapt) = &self.adapt {
@@ -437,6 +323,12 @@ impl<L: LateralLaw> Tracker<L> {
             belief.estimate = state.estimator.estimate;
         }
 
+        if !self.bare {
+            // The angle of the last command by the offset as it is known now.
+            let offset = self.law.vehicle().steer_offset + belief.estimate.steer_offset;
+            let last = self.law.vehicle().at_wheels(state.steer + offset);
+            state.law.set_steer(last);
+        }
         let decision = self.law.decide(path, &mut state.law, &at, &belief);
         let steer = at.turn(decision.steer);
         state.held = 0;
@@ -471,7 +363,8 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
     ) -> (VehicleState, Belief) {
         let car = self.law.vehicle();
-        let Some(in_flight) = &mut state.in_flight else {
+        // Where nothing is modelled, what a state of another vehicle brings along does not count.
+        let (true, Some(in_flight)) = (self.models, &mut state.in_flight) else {
             let belief = Belief {
                 wheel: state.steer,
                 estimate: Estimate::DEFAULT,
@@ -646,12 +539,6 @@ fn check_waypoint(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Path;
-    use crate::lateral::{
-        Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit,
-        PurePursuitParams, Stanley, StanleyParams,
-    };
-    use alloc::vec::Vec;
     use proptest::prelude::*;
 
     proptest! {
@@ -681,263 +568,5 @@ mod tests {
             let limited = vehicle.limit_lateral_acceleration(wheel, speed, gain);
             prop_assert_eq!(limited.to_bits(), saturate(wheel, -widest, widest).to_bits());
         }
-    }
-
-    fn straight() -> Path {
-        Path::new(&[0.0, 100.0], &[0.0, 0.0], None, false).unwrap()
-    }
-
-    fn beside() -> VehicleState {
-        VehicleState {
-            x: 5.0,
-            y: 1.0,
-            yaw: 0.1,
-            speed: 5.0,
-        }
-    }
-
-    fn stanley(vehicle: Vehicle) -> Tracker<Stanley> {
-        Tracker::of(Stanley::new(vehicle, StanleyParams::DEFAULT).unwrap())
-    }
-
-    #[test]
-    fn test_handover_starts_from_the_angle_and_fades() {
-        let path = straight();
-        let tracker = stanley(Vehicle::PAPER);
-        let mut bare = tracker.initial_state();
-        let wanted = tracker
-            .steer(&path.view(), &mut bare, beside(), 0.1)
-            .unwrap();
-        let mut state = tracker.state_from(0.3).unwrap();
-        let mut steer = || {
-            tracker
-                .steer(&path.view(), &mut state, beside(), 0.1)
-                .unwrap()
-        };
-        assert!((steer() - 0.3).abs() < 1e-15);
-        let mut before = 0.3;
-        for _ in 0..9 {
-            let next = steer();
-            assert!((before - next - 0.1 * (0.3 - wanted)).abs() < 1e-12);
-            before = next;
-        }
-        assert!((steer() - wanted).abs() < 1e-12);
-        assert_eq!(steer(), wanted);
-        assert_eq!(tracker.state_from(2.0).unwrap_err().field, "steer");
-    }
-
-    #[test]
-    fn test_handover_pop_goes_on_from_the_angle() {
-        let path = straight();
-        let law = Pop::new(Vehicle::DEFAULT, PopParams::DEFAULT).unwrap();
-        let tracker = Tracker::of(law);
-        let mut state = tracker.state_from(0.3).unwrap();
-        let steer = tracker
-            .steer(&path.view(), &mut state, beside(), 0.05)
-            .unwrap();
-        assert!((steer - 0.3).abs() <= PopParams::DEFAULT.steer_span + 1e-15);
-    }
-
-    #[test]
-    fn test_limits_of_the_vehicle_are_kept_and_said() {
-        let path = straight();
-        let rate = Vehicle {
-            max_steer_rate: Some(0.2),
-            ..Vehicle::PAPER
-        };
-        let lateral = Vehicle {
-            max_lateral_acceleration: Some(0.5),
-            ..Vehicle::PAPER
-        };
-        let lateral_limit = -atan(0.5 * 3.0 / 25.0);
-        for (vehicle, limit) in [(rate, -0.2 * 0.05), (lateral, lateral_limit)] {
-            let tracker = stanley(vehicle);
-            let mut state = tracker.initial_state();
-            let command = tracker
-                .step(&path.view(), &mut state, beside(), 0.05)
-                .unwrap();
-            assert!((command.steer - limit).abs() < 1e-15, "{command:?}");
-            assert_eq!(command.status, Status::SATURATED);
-        }
-    }
-
-    #[test]
-    fn test_conditions_stand_side_by_side_in_a_status() {
-        let path = straight();
-        let tracker = stanley(Vehicle::PAPER);
-        let mut state = tracker.initial_state();
-        let lost = VehicleState {
-            x: 140.0,
-            y: 50.0,
-            yaw: -1.5,
-            speed: 5.0,
-        };
-        let command = tracker.step(&path.view(), &mut state, lost, 0.05).unwrap();
-        let all = Status::OFF_PATH | Status::END_OF_PATH;
-        assert_eq!(command.status, all);
-        let turned = VehicleState { yaw: 1.5, ..lost };
-        let command = tracker
-            .step(&path.view(), &mut state, turned, 0.05)
-            .unwrap();
-        assert_eq!(command.status, all | Status::SATURATED);
-    }
-
-    #[test]
-    fn test_told_steering_offset_is_taken_off_the_command() {
-        let path = straight();
-        let told = Vehicle {
-            steer_offset: 0.02,
-            ..Vehicle::PAPER
-        };
-        let step = |vehicle| {
-            let tracker = stanley(vehicle);
-            let mut state = tracker.initial_state();
-            let command = tracker.step(&path.view(), &mut state, beside(), 0.05);
-            command.unwrap().steer
-        };
-        assert!((step(Vehicle::PAPER) - 0.02 - step(told)).abs() < 1e-15);
-    }
-
-    #[test]
-    fn test_any_point_of_the_vehicle_gives_the_same_angles() {
-        let x: Vec<f64> = (0..60).map(f64::from).collect();
-        let y: Vec<f64> = x.iter().map(|x| 3.0 * crate::math::sin(x / 9.0)).collect();
-        let forward = Path::new(&x, &y, None, false).unwrap();
-        let backward = Path::new(&x, &y, None, false)
-            .unwrap()
-            .with_reverse(&[true; 60])
-            .unwrap();
-        for path in [forward, backward] {
-            let reverse = path.view().reverse().is_some();
-            let poses: Vec<VehicleState> = (0..40)
-                .map(|k| VehicleState {
-                    x: 1.0 + 0.25 * f64::from(k),
-                    y: 1.5 * crate::math::sin(0.1 * f64::from(k)),
-                    yaw: 0.2 + if reverse { crate::math::PI } else { 0.0 },
-                    speed: if reverse { -5.0 } else { 5.0 },
-                })
-                .collect();
-            let angles = |rear_axle: f64| {
-                let vehicle = Vehicle {
-                    rear_axle,
-                    dead_time: 0.1,
-                    max_lateral_acceleration: None,
-                    ..Vehicle::DEFAULT
-                };
-                let mut all = Vec::new();
-                macro_rules! drive {
-                    ($law:expr) => {
-                        let tracker = Tracker::of($law.unwrap());
-                        let mut state = tracker.initial_state();
-                        for pose in &poses {
-                            let pose = pose.ahead(-rear_axle);
-                            let view = path.view();
-                            all.push(tracker.steer(&view, &mut state, pose, 0.05).unwrap());
-                        }
-                    };
-                }
-                drive!(Pop::new(vehicle, PopParams::DEFAULT));
-                drive!(PreviewPop::new(vehicle, PreviewPopParams::DEFAULT));
-                drive!(Pid::new(vehicle, PidParams::DEFAULT));
-                drive!(PurePursuit::new(vehicle, PurePursuitParams::DEFAULT));
-                drive!(Stanley::new(vehicle, StanleyParams::DEFAULT));
-                all
-            };
-            let rear = angles(0.0);
-            for point in [-1.35, -3.0, 0.8] {
-                for (a, b) in rear.iter().zip(angles(point)) {
-                    assert!((a - b).abs() < 1e-12, "{point} {a} {b}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn test_errors_are_those_of_the_measured_vehicle() {
-        let path = straight();
-        let tracker = stanley(Vehicle {
-            dead_time: 0.5,
-            ..Vehicle::PAPER
-        });
-        let mut state = tracker.initial_state();
-        let command = tracker
-            .step(&path.view(), &mut state, beside(), 0.05)
-            .unwrap();
-        let front = 1.0 + 3.0 * crate::math::sin(0.1);
-        assert!((command.cross_track_error - front).abs() < 1e-12);
-        assert!((command.heading_error - 0.1).abs() < 1e-12);
-        let predicted = front + 2.5 * crate::math::sin(0.1);
-        assert!((command.predicted_cross_track_error - predicted).abs() < 1e-12);
-    }
-
-    #[test]
-    fn test_prediction_beyond_the_bounds_is_no_reason_to_refuse() {
-        let path = straight();
-        for adapt in [None, Some(AdaptParams::DEFAULT)] {
-            let vehicle = Vehicle {
-                dead_time: 10.0,
-                ..Vehicle::PAPER
-            };
-            let law = Stanley::new(vehicle, StanleyParams::DEFAULT).unwrap();
-            let tracker = Tracker::new(law, adapt).unwrap();
-            let mut state = tracker.state_from(1.0).unwrap();
-            let yaw = MAX_YAW;
-            // The faster of the speeds is taken for an acceleration that goes on.
-            for (x, y, speed) in [(1e9, -1e9, 9e3), (-1e9, 1e9, 1e4), (1e9, 1e9, -1e4)] {
-                let vehicle = VehicleState { x, y, yaw, speed };
-                let command = tracker.step(&path.view(), &mut state, vehicle, 0.05);
-                assert!(command.unwrap().status.contains(Status::OFF_PATH));
-                assert_eq!(tracker.check_state(&path.view(), &state), Ok(()));
-            }
-        }
-    }
-
-    #[test]
-    fn test_check_state_refuses_commands_in_flight_to_another_vehicle() {
-        let path = straight();
-        let dead = |dead_time| {
-            stanley(Vehicle {
-                dead_time,
-                ..Vehicle::PAPER
-            })
-        };
-        let check = |tracker: &Tracker<Stanley>, state| {
-            let answer = tracker.check_state(&path.view(), &state);
-            answer.map_err(|error| (error.field, error.value))
-        };
-        let state = dead(0.2).initial_state();
-        assert_eq!(check(&dead(0.2), state), Ok(()));
-        assert_eq!(check(&dead(0.3), state), Err(("commands_in_flight", 0.2)));
-        assert_eq!(check(&dead(0.0), state), Ok(()));
-        let without = dead(0.0).initial_state();
-        assert_eq!(check(&dead(0.2), without), Err(("commands_in_flight", 0.0)));
-    }
-
-    #[test]
-    fn test_input_refused_holds_all_of_the_last_command_then_is_lost() {
-        let x = [0.0, 50.0, 100.0];
-        let path = Path::new(&x, &[0.0; 3], None, false).unwrap();
-        let path = path.with_reverse(&[true; 3]).unwrap();
-        let tracker = stanley(Vehicle::DEFAULT);
-        let mut state = tracker.initial_state();
-        let backing = VehicleState {
-            yaw: crate::math::PI,
-            speed: -2.0,
-            ..beside()
-        };
-        let good = tracker
-            .step(&path.view(), &mut state, backing, 0.05)
-            .unwrap();
-        assert!(good.reverse && good.cross_track_error > 0.5);
-        let bad = VehicleState {
-            x: f64::NAN,
-            ..backing
-        };
-        let mut held = |vehicle| tracker.step_or_hold(&path.view(), &mut state, vehicle, 0.05, 2);
-        for status in [Status::INPUT_HELD, Status::INPUT_HELD, Status::INPUT_LOST] {
-            assert_eq!(held(bad), Command { status, ..good });
-        }
-        assert_eq!(held(backing), good);
-        assert_eq!(held(bad).status, Status::INPUT_HELD);
     }
 }

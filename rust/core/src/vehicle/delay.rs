@@ -240,6 +240,7 @@ impl InFlight {
         state: VehicleState,
         estimate: &Estimate,
     ) -> (VehicleState, f64) {
+        let (start, mut time) = (state.speed, 0.0);
         let (mut state, mut wheel) = (state, self.wheel);
         let length = vehicle.turning_length(state.speed) / estimate.gain;
         for (steer, duration) in self.commands() {
@@ -248,7 +249,8 @@ impl InFlight {
             let mut done = 0.0;
             while done < steps {
                 let moved = vehicle.move_wheel(wheel, steer, step);
-                let speed = estimate.speed_after(state.speed, step);
+                time += step;
+                let speed = estimate.speed_after(start, time);
                 let travel = 0.5 * (state.speed + speed) * step;
                 let angle = vehicle.at_wheels(moved.mean + estimate.steer_offset);
                 let curvature = tan(angle) / length;
@@ -384,6 +386,27 @@ mod tests {
             let moved = both.move_wheel(start, command, time);
             assert!((moved.wheel - wheel).abs() < 1e-5, "{moved:?} {wheel}");
             assert!((moved.mean - sum / time).abs() < 1e-5, "{moved:?}");
+        }
+    }
+
+    #[test]
+    fn test_predict_braking_stops_and_does_not_turn_round() {
+        let car = car(0.6, 0.1, None);
+        let in_flight = InFlight::settled(&car, 0.0);
+        for speed in [1.0, -1.0] {
+            let state = VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.0,
+                speed,
+            };
+            let estimate = Estimate {
+                acceleration: -5.0 * speed,
+                ..Estimate::DEFAULT
+            };
+            let (seen, _) = in_flight.predict(&car, state, &estimate);
+            assert_eq!(seen.speed, 0.0);
+            assert!((seen.x - 0.1 * speed).abs() < 1e-12, "{seen:?}");
         }
     }
 

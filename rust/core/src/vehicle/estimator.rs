@@ -149,6 +149,9 @@ impl Estimator {
     /// The curvature at which a slip sample updates the constant and the curvature-dependent part
     /// equally, times the wheelbase. Below it a bend is treated as straight.
     const SLIP_SPLIT: f64 = 0.03;
+    /// Less than the slowest vehicle travels in the shortest period at its default `min_speed` [m].
+    /// A curvature over a distance much shorter than this could not be told from infinity.
+    const LEAST_TRAVEL: f64 = 1e-9;
     /// The largest acceleration that is believed, in wheelbases [1/s^2].
     const MAX_ACCELERATION: f64 = 20.0;
     /// More than a sum comes to within the bounds of the input.
@@ -289,10 +292,10 @@ impl Estimator {
         };
         let pace = params.min_speed.unwrap_or(5.0 / 3.0 * vehicle.wheelbase);
         let speed = 0.5 * (before.speed + now.speed);
-        if speed.abs() < pace || speed.abs() <= 0.0 {
+        let travel = speed * dt;
+        if speed.abs() < pace || travel.abs() < Self::LEAST_TRAVEL {
             return;
         }
-        let travel = speed * dt;
         let direction = before.yaw + 0.5 * wrap(now.yaw - before.yaw);
         let aside = (now.y - before.y) * cos(direction) - (now.x - before.x) * sin(direction);
         let bend = curvature(travel);
@@ -409,6 +412,29 @@ mod tests {
             known.elapse(&told, command, 0.05, longer);
         }
         estimator
+    }
+
+    #[test]
+    fn test_slip_of_a_vehicle_that_hardly_moves_is_a_number() {
+        let told = car(3.0, 0.0, 0.0);
+        let params = AdaptParams {
+            min_speed: Some(0.0),
+            ..AdaptParams::DEFAULT
+        };
+        for speed in [5e-324, 1e-320, 1e-300, 1e-9, -1e-308] {
+            let state = |y| VehicleState {
+                x: 0.0,
+                y,
+                yaw: 0.0,
+                speed,
+            };
+            let mut estimator = Estimator {
+                seen: Some(state(0.0)),
+                ..Estimator::default()
+            };
+            estimator.observe_slip(&params, &told, state(0.1), |travel| 1e-16 / travel, 0.05);
+            assert!(estimator.checked(&told).is_ok(), "{estimator:?}");
+        }
     }
 
     #[test]

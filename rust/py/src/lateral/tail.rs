@@ -1,6 +1,6 @@
 //! What the states of all controllers have in common, on its way between Python and the core.
 
-use popsteer_core::lateral::tracker::Answer;
+use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::{Handover, Seen, Tracker, TrackerState};
 use popsteer_core::vehicle::{Estimator, InFlight};
 use popsteer_core::{InputError, LateralLaw, Point};

@@ -161,7 +161,9 @@ fn check_refusal(waypoints: &Waypoints, error: &PathError) {
             let from = Point::new(x[index], y[index]);
             assert!(get_distance(from, Point::new(x[next], y[next])) <= COINCIDING);
         }
-        PathError::LengthMismatch { .. } => panic!("no reason to refuse: {error}"),
+        PathError::LengthMismatch { .. } | PathError::GridTooLarge { .. } => {
+            panic!("no reason to refuse: {error}")
+        }
     }
 }
 

@@ -122,6 +122,7 @@ pub(super) fn check_relocalise(view: &PathView<'_>, position: Point, yaw: f64) {
 pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &mut Bytes) {
     let reference_offset = bytes.parameter(3.0, [-3.0, 4.0], [-1e3, 1e3]);
     let follow = Follow {
+        base: bytes.parameter(0.0, [-3.0, 1.0], [-1e3, 1e3]),
         reference_offset,
         rear_axle: -0.5 * reference_offset,
         search_distance: bytes.parameter(6.0, [0.0, 20.0], [0.0, 1e6]),
@@ -134,7 +135,8 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
     let Ok(dt) = checked_dt(dt(bytes)) else {
         return;
     };
-    if !(valid(follow.reference_offset, -1e3, 1e3)
+    if !(valid(follow.base, -1e3, 1e3)
+        && valid(follow.reference_offset, -1e3, 1e3)
         && valid(follow.search_distance, 0.0, 1e6)
         && valid(follow.lost_distance, 1e-3, 1e9)
         && valid(follow.arrival_distance, 0.0, 50.0))
@@ -158,7 +160,7 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
 /// vehicle turns round.
 fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> usize {
     let sign = if at.reverse { -1.0 } else { 1.0 };
-    let behind = sign * follow.rear_axle - follow.reference_offset;
+    let behind = sign * (follow.rear_axle - follow.base) - follow.reference_offset;
     let near = behind.max(0.0) + 4.0 * follow.arrival_distance;
     let mut last = at.foot.segment;
     let mut rest = (1.0 - at.foot.fraction) * length(view, last);
@@ -187,14 +189,8 @@ fn follow_plainly(
     vehicle: VehicleState,
     dt: f64,
 ) -> Located {
-    let anew = || {
-        relocalise(
-            view,
-            Point::new(vehicle.x, vehicle.y),
-            vehicle.yaw,
-            OPPOSITE,
-        )
-    };
+    let base = vehicle.ahead(follow.base);
+    let anew = || relocalise(view, Point::new(base.x, base.y), vehicle.yaw, OPPOSITE);
     let from = |segment: usize| {
         let reverse = view.is_reverse(segment);
         let (turn, sign) = if reverse { (PI, -1.0) } else { (0.0, 1.0) };
@@ -204,7 +200,7 @@ fn follow_plainly(
             ..vehicle
         };
         let heading = Point::new(driven.yaw.cos(), driven.yaw.sin());
-        let position = driven.point_ahead(follow.reference_offset);
+        let position = driven.point_ahead(follow.reference_offset + sign * follow.base);
         let reach = follow.search_distance + driven.speed.abs() * dt;
         let foot = locate_by_scan(view, segment, position, heading, reach, OPPOSITE);
         let is_last = !view.is_closed() && foot.segment + 1 == view.segments();

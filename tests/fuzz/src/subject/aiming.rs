@@ -1,49 +1,48 @@
 //! The laws that aim at a point ahead.
 
-use super::{Body, Drawn, Subject, waypoint};
+use super::{Search, Subject};
 use crate::bytes::Bytes;
 use popsteer_core::lateral::{
     Pop, PopParams, PopState, PurePursuit, PurePursuitParams, PurePursuitState,
 };
+use popsteer_core::{ConfigError, Vehicle};
 use std::f64::consts::PI;
 
 /// The parameters of the search for that point.
-struct Search {
+struct Aim {
     lookahead_gain: f64,
-    min_lookahead: f64,
+    min_lookahead: Option<f64>,
     exact_lookahead: bool,
-    lookahead_tolerance: f64,
-    window_ahead: f64,
-    grid_spacing: f64,
+    lookahead_tolerance: Option<f64>,
+    window_ahead: Option<f64>,
+    grid_spacing: Option<f64>,
 }
 
-impl Search {
+impl Aim {
     fn draw(bytes: &mut Bytes) -> Self {
         Self {
             lookahead_gain: bytes.parameter(0.2, [0.0, 1.0], [0.0, 1e3]),
-            min_lookahead: bytes.parameter(6.0, [0.0, 12.0], [0.0, 1e4]),
+            min_lookahead: bytes.optional([0.0, 12.0], [0.0, 1e4]),
             exact_lookahead: bytes.byte() & 1 == 0,
-            lookahead_tolerance: bytes.parameter(0.01, [0.005, 0.5], [1e-9, 1e3]),
-            window_ahead: bytes.parameter(20.0, [5.0, 40.0], [1e-3, 1e6]),
-            grid_spacing: bytes.parameter(0.01, [0.01, 1.0], [1e-4, 1e3]),
+            lookahead_tolerance: bytes.optional([0.005, 0.5], [1e-9, 1e3]),
+            window_ahead: bytes.optional([5.0, 40.0], [1e-3, 1e6]),
+            grid_spacing: bytes.optional([0.01, 1.0], [1e-4, 1e3]),
         }
     }
 }
 
 impl Subject for Pop {
-    fn draw(bytes: &mut Bytes) -> Drawn<Self> {
-        let search = Search::draw(bytes);
-        let body = Body::draw(bytes);
-        let law = Self::new(PopParams {
-            lookahead_gain: search.lookahead_gain,
-            min_lookahead: search.min_lookahead,
-            exact_lookahead: search.exact_lookahead,
-            lookahead_tolerance: search.lookahead_tolerance,
-            window_ahead: search.window_ahead,
-            grid_spacing: search.grid_spacing,
-            horizon: (bytes.byte() > 200).then(|| bytes.number([0.1, 2.0], [1e-3, 100.0])),
-            understeer: bytes.parameter(0.0, [0.0, 0.01], [0.0, 1e3]),
-            steer_lag: bytes.parameter(0.1, [0.0, 0.5], [0.0, 10.0]),
+    type Params = PopParams;
+
+    fn draw(bytes: &mut Bytes) -> PopParams {
+        let (aim, search) = (Aim::draw(bytes), Search::draw(bytes));
+        PopParams {
+            lookahead_gain: aim.lookahead_gain,
+            min_lookahead: aim.min_lookahead,
+            exact_lookahead: aim.exact_lookahead,
+            lookahead_tolerance: aim.lookahead_tolerance,
+            window_ahead: aim.window_ahead,
+            grid_spacing: aim.grid_spacing,
             steer_span: bytes.parameter(0.05, [0.01, 0.5], [1e-6, PI]),
             candidate_count: match bytes.byte() {
                 0..=199 => 21,
@@ -54,17 +53,13 @@ impl Subject for Pop {
                 253 => Self::MAX_CANDIDATES + 2,
                 _ => usize::MAX,
             },
-            wheelbase: body.wheelbase,
-            reference_offset: body.reference_offset,
-            max_steer: body.max_steer,
-            search_distance: body.search_distance,
-            lost_distance: body.lost_distance,
-        })?;
-        Ok((law, body.max_steer))
+            search_distance: search.search_distance,
+            lost_distance: search.lost_distance,
+        }
     }
 
-    fn waypoint(state: &PopState) -> Option<usize> {
-        state.waypoint
+    fn make(vehicle: Vehicle, params: PopParams) -> Result<Self, ConfigError> {
+        Self::new(vehicle, params)
     }
 
     fn previous_steer(state: &PopState) -> Option<f64> {
@@ -73,41 +68,35 @@ impl Subject for Pop {
 
     fn draw_state(bytes: &mut Bytes) -> Option<PopState> {
         Some(PopState {
-            waypoint: waypoint(bytes),
             previous_steer: bytes.number([-1.0, 1.0], [-1.57, 1.57]),
-            model_steer: bytes.number([-1.0, 1.0], [-1.57, 1.57]),
         })
     }
 }
 
 impl Subject for PurePursuit {
-    fn draw(bytes: &mut Bytes) -> Drawn<Self> {
-        let search = Search::draw(bytes);
-        let body = Body::draw(bytes);
-        let law = Self::new(PurePursuitParams {
-            lookahead_gain: search.lookahead_gain,
-            min_lookahead: search.min_lookahead,
-            exact_lookahead: search.exact_lookahead,
+    type Params = PurePursuitParams;
+
+    fn draw(bytes: &mut Bytes) -> PurePursuitParams {
+        let (aim, search) = (Aim::draw(bytes), Search::draw(bytes));
+        PurePursuitParams {
+            lookahead_gain: aim.lookahead_gain,
+            min_lookahead: aim.min_lookahead,
+            exact_lookahead: aim.exact_lookahead,
             alpha_by_arccos: bytes.byte() & 1 == 1,
-            lookahead_tolerance: search.lookahead_tolerance,
-            window_ahead: search.window_ahead,
-            grid_spacing: search.grid_spacing,
-            wheelbase: body.wheelbase,
-            reference_offset: body.reference_offset,
-            max_steer: body.max_steer,
-            search_distance: body.search_distance,
-            lost_distance: body.lost_distance,
-        })?;
-        Ok((law, body.max_steer))
+            lookahead_tolerance: aim.lookahead_tolerance,
+            window_ahead: aim.window_ahead,
+            grid_spacing: aim.grid_spacing,
+            search_distance: search.search_distance,
+            lost_distance: search.lost_distance,
+        }
     }
 
-    fn waypoint(state: &PurePursuitState) -> Option<usize> {
-        state.waypoint
+    fn make(vehicle: Vehicle, params: PurePursuitParams) -> Result<Self, ConfigError> {
+        Self::new(vehicle, params)
     }
 
     fn draw_state(bytes: &mut Bytes) -> Option<PurePursuitState> {
         Some(PurePursuitState {
-            waypoint: waypoint(bytes),
             previous_alpha: bytes.number([-1.0, 1.0], [-PI, PI]),
         })
     }

@@ -1,64 +1,57 @@
 //! The laws that steer by what is beside the vehicle.
 
-use super::{Body, Drawn, Subject, gain, waypoint};
+use super::{Search, Subject, gain, scaled_gain};
 use crate::bytes::Bytes;
 use popsteer_core::lateral::pid::ErrorBuffer;
 use popsteer_core::lateral::{
     BangBang, BangBangParams, BangBangState, Pid, PidParams, PidState, Stanley, StanleyParams,
     StanleyState,
 };
+use popsteer_core::{ConfigError, Vehicle};
 
 impl Subject for Stanley {
-    fn draw(bytes: &mut Bytes) -> Drawn<Self> {
-        let body = Body::draw(bytes);
-        let law = Self::new(StanleyParams {
+    type Params = StanleyParams;
+
+    fn draw(bytes: &mut Bytes) -> StanleyParams {
+        let search = Search::draw(bytes);
+        StanleyParams {
             cross_track_gain: gain(bytes, 1.5),
             speed_gain: gain(bytes, 1.3),
-            softening: bytes.parameter(1e-5, [1e-5, 1.0], [1e-9, 1e6]),
+            softening: bytes.optional([1e-5, 1.0], [1e-9, 1e6]),
             heading_behind: bytes.byte() & 1 == 1,
-            wheelbase: body.wheelbase,
-            reference_offset: body.reference_offset,
-            max_steer: body.max_steer,
-            search_distance: body.search_distance,
-            lost_distance: body.lost_distance,
-        })?;
-        Ok((law, body.max_steer))
+            search_distance: search.search_distance,
+            lost_distance: search.lost_distance,
+        }
     }
 
-    fn waypoint(state: &StanleyState) -> Option<usize> {
-        state.waypoint
+    fn make(vehicle: Vehicle, params: StanleyParams) -> Result<Self, ConfigError> {
+        Self::new(vehicle, params)
     }
 
-    fn draw_state(bytes: &mut Bytes) -> Option<StanleyState> {
-        Some(StanleyState {
-            waypoint: waypoint(bytes),
-        })
+    fn draw_state(_bytes: &mut Bytes) -> Option<StanleyState> {
+        Some(StanleyState {})
     }
 }
 
 impl Subject for BangBang {
-    fn draw(bytes: &mut Bytes) -> Drawn<Self> {
-        let body = Body::draw(bytes);
-        let law = Self::new(BangBangParams {
+    type Params = BangBangParams;
+
+    fn draw(bytes: &mut Bytes) -> BangBangParams {
+        let search = Search::draw(bytes);
+        BangBangParams {
             amplitude: bytes.parameter(0.122, [0.0, 1.0], [0.0, 1.57]),
             deadband: bytes.parameter(0.0, [0.0, 1.0], [0.0, 1e6]),
-            wheelbase: body.wheelbase,
-            reference_offset: body.reference_offset,
-            max_steer: body.max_steer,
-            search_distance: body.search_distance,
-            lost_distance: body.lost_distance,
-        })?;
-        Ok((law, body.max_steer))
+            search_distance: search.search_distance,
+            lost_distance: search.lost_distance,
+        }
     }
 
-    fn waypoint(state: &BangBangState) -> Option<usize> {
-        state.waypoint
+    fn make(vehicle: Vehicle, params: BangBangParams) -> Result<Self, ConfigError> {
+        Self::new(vehicle, params)
     }
 
-    fn draw_state(bytes: &mut Bytes) -> Option<BangBangState> {
-        Some(BangBangState {
-            waypoint: waypoint(bytes),
-        })
+    fn draw_state(_bytes: &mut Bytes) -> Option<BangBangState> {
+        Some(BangBangState {})
     }
 }
 
@@ -77,25 +70,23 @@ fn buffer_length(bytes: &mut Bytes) -> usize {
 }
 
 impl Subject for Pid {
-    fn draw(bytes: &mut Bytes) -> Drawn<Self> {
-        let body = Body::draw(bytes);
-        let law = Self::new(PidParams {
-            kp: gain(bytes, 0.25),
-            ki: gain(bytes, 0.01),
-            kd: gain(bytes, 0.2),
+    type Params = PidParams;
+
+    fn draw(bytes: &mut Bytes) -> PidParams {
+        let search = Search::draw(bytes);
+        PidParams {
+            kp: scaled_gain(bytes),
+            ki: scaled_gain(bytes),
+            kd: scaled_gain(bytes),
             buffer_length: buffer_length(bytes),
             integral_with_dt: bytes.byte() & 1 == 0,
-            wheelbase: body.wheelbase,
-            reference_offset: body.reference_offset,
-            max_steer: body.max_steer,
-            search_distance: body.search_distance,
-            lost_distance: body.lost_distance,
-        })?;
-        Ok((law, body.max_steer))
+            search_distance: search.search_distance,
+            lost_distance: search.lost_distance,
+        }
     }
 
-    fn waypoint(state: &PidState) -> Option<usize> {
-        state.waypoint
+    fn make(vehicle: Vehicle, params: PidParams) -> Result<Self, ConfigError> {
+        Self::new(vehicle, params)
     }
 
     fn draw_state(bytes: &mut Bytes) -> Option<PidState> {
@@ -111,7 +102,6 @@ impl Subject for Pid {
             bytes.number([-5.0, 5.0], whole),
         );
         Some(PidState {
-            waypoint: waypoint(bytes),
             previous_error: (bytes.byte() & 1 == 0).then(|| bytes.number([-5.0, 5.0], whole)),
             buffer: buffer.ok()?,
         })
@@ -122,7 +112,6 @@ impl Subject for Pid {
         let rest = |state: &PidState| {
             let buffer = &state.buffer;
             (
-                state.waypoint,
                 state.previous_error,
                 buffer.length(),
                 buffer.next(),

@@ -1,0 +1,224 @@
+"""What a tracker remembers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+from popsteer.reference.error import input_in_range
+from popsteer.reference.math import atan2, wrap
+from popsteer.reference.path.view import MAX_COORDINATE, Point
+from popsteer.reference.vehicle.delay import Commands, InFlight
+from popsteer.reference.vehicle.estimator import Corrections, Estimator
+from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
+
+if TYPE_CHECKING:
+    from popsteer.reference.path.follow import Located
+
+__all__ = [
+    "Answer",
+    "Seen",
+    "TrackerState",
+    "estimator_of",
+    "hands_over",
+    "in_flight_of",
+    "with_estimator",
+    "with_in_flight",
+]
+
+
+class Seen(NamedTuple):
+    """Where the tracked point was seen at the last step, for as long as an input is held."""
+
+    cross_track_error: float
+    """Cross-track error [m]."""
+    yaw: float
+    """Heading of the vehicle, mirrored where it drives backwards [rad]."""
+    along_x: float
+    """Along the path [m]."""
+    along_y: float
+
+    @classmethod
+    def of(cls, at: Located) -> Seen:
+        """Take it from a located vehicle."""
+        along = at.foot.along
+        return cls(at.foot.cross_track_error(), at.vehicle.yaw, along[0], along[1])
+
+    def heading_error(self) -> float:
+        """Yaw less direction of the path [rad], in [-π, π]."""
+        return wrap(self.yaw - atan2(self.along_y, self.along_x))
+
+    def checked(self) -> Seen:
+        """Return the same, as floats, where each is within its bound."""
+        most = 4.0 * MAX_COORDINATE
+        return Seen(
+            input_in_range("answer", self.cross_track_error, -most, most),
+            input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW),
+            input_in_range("answer", self.along_x, -most, most),
+            input_in_range("answer", self.along_y, -most, most),
+        )
+
+
+class Answer(NamedTuple):
+    """What the last step answered besides its angle."""
+
+    measured: Seen
+    """The measured vehicle."""
+    predicted: Seen
+    """The predicted one."""
+    target: Point
+    """The point aimed at [m]."""
+    reverse: bool
+    """Whether the path was driven backwards."""
+
+    def checked(self) -> Answer:
+        """Return the same, as floats, where each is within its bound."""
+        measured, predicted = Seen(*self.measured).checked(), Seen(*self.predicted).checked()
+        most = 4.0 * MAX_COORDINATE
+        x, y = self.target
+        x = input_in_range("answer", x, -most, most)
+        y = input_in_range("answer", y, -most, most)
+        return Answer(measured, predicted, (x, y), self.reverse)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackerState:
+    """What all states remember beside the law's own.
+
+    Attributes
+    ----------
+    waypoint : int or None
+        The segment of the last projection of the predicted vehicle, by the waypoint at which it
+        starts; None before the first step.
+    measured_waypoint : int or None
+        The same of the measured vehicle, where there is a dead time.
+    steer : float
+        The angle last commanded [rad].
+    handover_offset : float or None
+        Difference to the angle that was taken over [rad]; None before the first step.
+    handover_left : float
+        How long it fades on [s]; 0 without a hand-over.
+    held : int
+        How many inputs in a row were refused.
+    wheel : float or None
+        Angle of the wheels by the vehicle's own figures [rad]; None where the vehicle is not
+        modelled.
+    commands_in_flight : tuple of tuple of float
+        Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+    seen : tuple of float or None
+        x [m], y [m], yaw [rad] and speed [m/s] of the point that does not slip as it was last seen;
+        None where the motion since shows nothing.
+    turn_turn, turn_offset, offset_offset : float
+        Sums over the turns expected and those of a radian of steering offset [rad²], [rad], [1];
+        see `Estimator`.
+    turn_measured, offset_measured : float
+        Sums of these times the turns measured [rad²], [rad].
+    turn : float
+        The turn expected for the last period [rad].
+    change : float
+        Rates at which the expected turns changed, squared [rad²/s²].
+    gain : float
+        How many times more the vehicle turns than its figures say.
+    steer_offset : float
+        Angle of the wheels at the command 0, beyond the vehicle's [rad].
+    longer_dead_time : float
+        How much longer the dead time is than the vehicle's [s].
+    slip : float
+        Angle of the motion of the point that does not slip to the heading, straight on [rad].
+    slip_length : float
+        How much that angle grows with the curvature [m].
+    acceleration : float
+        Acceleration [m/s²].
+    answer : tuple or None
+        What the last step answered besides its angle: cross-track error [m], yaw [rad] and
+        direction of the path (x, y) [m] of the measured vehicle, and of the predicted one; the
+        target (x, y) [m]; and whether the path was driven backwards. None before the first step.
+    """
+
+    waypoint: int | None = None
+    measured_waypoint: int | None = None
+    steer: float = 0.0
+    handover_offset: float | None = None
+    handover_left: float = 0.0
+    held: int = 0
+    wheel: float | None = None
+    commands_in_flight: Commands = ()
+    seen: tuple[float, float, float, float] | None = None
+    turn_turn: float = 0.0
+    turn_offset: float = 0.0
+    offset_offset: float = 0.0
+    turn_measured: float = 0.0
+    offset_measured: float = 0.0
+    turn: float = 0.0
+    change: float = 0.0
+    gain: float = 1.0
+    steer_offset: float = 0.0
+    longer_dead_time: float = 0.0
+    slip: float = 0.0
+    slip_length: float = 0.0
+    acceleration: float = 0.0
+    answer: Answer | None = None
+
+
+StateT = TypeVar("StateT", bound=TrackerState)
+
+
+def hands_over(state: TrackerState) -> bool:
+    """Tell whether a hand-over is not over."""
+    return not (state.handover_offset is None and state.handover_left == 0.0)
+
+
+def in_flight_of(state: TrackerState) -> InFlight | None:
+    """Return the commands in flight; None where the vehicle is not modelled."""
+    return None if state.wheel is None else InFlight(state.commands_in_flight, state.wheel)
+
+
+def with_in_flight(state: StateT, in_flight: InFlight | None) -> StateT:
+    """Return the state with these commands in flight."""
+    if in_flight is None:
+        return replace(state, wheel=None, commands_in_flight=())
+    return replace(state, wheel=in_flight.wheel, commands_in_flight=in_flight.commands)
+
+
+def estimator_of(state: TrackerState) -> Estimator:
+    """Return what the motion of the vehicle has shown."""
+    return Estimator(
+        seen=None if state.seen is None else VehicleState(*state.seen),
+        turn_turn=state.turn_turn,
+        turn_offset=state.turn_offset,
+        offset_offset=state.offset_offset,
+        turn_measured=state.turn_measured,
+        offset_measured=state.offset_measured,
+        turn=state.turn,
+        change=state.change,
+        estimate=Corrections(
+            gain=state.gain,
+            steer_offset=state.steer_offset,
+            longer_dead_time=state.longer_dead_time,
+            slip=state.slip,
+            slip_length=state.slip_length,
+            acceleration=state.acceleration,
+        ),
+    )
+
+
+def with_estimator(state: StateT, estimator: Estimator) -> StateT:
+    """Return the state with what the motion of the vehicle has shown."""
+    seen, estimate = estimator.seen, estimator.estimate
+    return replace(
+        state,
+        seen=None if seen is None else (seen.x, seen.y, seen.yaw, seen.speed),
+        turn_turn=estimator.turn_turn,
+        turn_offset=estimator.turn_offset,
+        offset_offset=estimator.offset_offset,
+        turn_measured=estimator.turn_measured,
+        offset_measured=estimator.offset_measured,
+        turn=estimator.turn,
+        change=estimator.change,
+        gain=estimate.gain,
+        steer_offset=estimate.steer_offset,
+        longer_dead_time=estimate.longer_dead_time,
+        slip=estimate.slip,
+        slip_length=estimate.slip_length,
+        acceleration=estimate.acceleration,
+    )

@@ -1,0 +1,129 @@
+//! What a tracker remembers.
+
+use super::LateralState;
+use super::tracker::HANDOVER_TIME;
+use crate::Point;
+use crate::error::{InputError, input_in_range};
+use crate::math::{atan2, wrap};
+use crate::path::follow::Located;
+use crate::path::view::MAX_COORDINATE;
+use crate::vehicle::state::MAX_YAW;
+use crate::vehicle::{Estimator, InFlight};
+
+/// The difference to the angle that a law took over [rad], and how long it fades on [s].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Handover {
+    /// None before the first step.
+    pub offset: Option<f64>,
+    /// From [`HANDOVER_TIME`] to 0.
+    pub left: f64,
+}
+
+/// Where the tracked point was seen at the last step, for as long as an input is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Cross-track error [m].
+    pub cross_track_error: f64,
+    /// Heading of the vehicle, mirrored where it drives backwards [rad].
+    pub yaw: f64,
+    /// Along the path [m].
+    pub along: Point,
+}
+
+impl Seen {
+    #[inline]
+    pub(super) fn of(at: &Located) -> Self {
+        Self {
+            cross_track_error: at.foot.cross_track_error(),
+            yaw: at.vehicle.yaw,
+            along: at.foot.along(),
+        }
+    }
+
+    #[inline]
+    pub(super) fn heading_error(&self) -> f64 {
+        wrap(self.yaw - atan2(self.along.y, self.along.x))
+    }
+
+    /// Whether the heading error of `other` is that of this one, to the bit.
+    #[inline]
+    pub(super) fn heads_as(&self, other: &Self) -> bool {
+        self.yaw.to_bits() == other.yaw.to_bits()
+            && self.along.x.to_bits() == other.along.x.to_bits()
+            && self.along.y.to_bits() == other.along.y.to_bits()
+    }
+
+    pub(super) fn checked(self) -> Result<Self, InputError> {
+        let most = 4.0 * MAX_COORDINATE;
+        input_in_range("answer", self.cross_track_error, -most, most)?;
+        input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
+        input_in_range("answer", self.along.x, -most, most)?;
+        input_in_range("answer", self.along.y, -most, most)?;
+        Ok(self)
+    }
+}
+
+/// What the last step answered besides its angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// The measured vehicle.
+    pub measured: Seen,
+    /// The predicted one.
+    pub predicted: Seen,
+    /// The point aimed at [m].
+    pub target: Point,
+    /// Whether the path was driven backwards.
+    pub reverse: bool,
+}
+
+/// What a [`Tracker`](super::Tracker) remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackerState<S> {
+    /// What the law remembers.
+    pub law: S,
+    /// The segment of the last projection of the predicted vehicle; none before the first step.
+    pub waypoint: Option<usize>,
+    /// The same of the measured vehicle, where there is a dead time.
+    pub measured_waypoint: Option<usize>,
+    /// The angle last commanded [rad].
+    pub steer: f64,
+    /// A hand-over that is not over.
+    pub handover: Option<Handover>,
+    /// How many inputs in a row were refused.
+    pub held: usize,
+    /// The last answer; none before the first step.
+    pub answer: Option<Answer>,
+    /// Commands on their way to the wheels, where the vehicle is modelled.
+    pub in_flight: Option<InFlight>,
+    /// What the motion of the vehicle has shown.
+    pub estimator: Estimator,
+}
+
+impl<S: LateralState> TrackerState<S> {
+    /// Another path is followed from now on; the next answer goes on from the present angle.
+    pub fn leave_path(&mut self) {
+        self.waypoint = None;
+        self.measured_waypoint = None;
+        self.law.leave_path();
+        self.take_over(self.steer);
+    }
+
+    /// Puts the place on the path after a jump. Nothing is learnt of the motion until then.
+    pub fn set_waypoint(&mut self, waypoint: usize) {
+        self.waypoint = Some(waypoint);
+        self.measured_waypoint = None;
+        self.estimator.seen = None;
+    }
+
+    pub(super) fn take_over(&mut self, steer: f64) {
+        self.steer = steer;
+        self.handover = if self.law.set_steer(steer) {
+            None
+        } else {
+            Some(Handover {
+                offset: None,
+                left: HANDOVER_TIME,
+            })
+        };
+    }
+}

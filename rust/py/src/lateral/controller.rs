@@ -1,0 +1,409 @@
+//! What all controllers have in common: one macro around a law of the core.
+
+use popsteer_core::lateral::Tracker;
+use popsteer_core::{ConfigError, LateralLaw};
+
+use crate::vehicle::Adapt;
+
+/// The tracker of `law`, adapting as it was told to.
+pub(super) fn track<L: LateralLaw>(law: L, adapt: &Adapt) -> Result<Tracker<L>, ConfigError> {
+    match adapt {
+        Adapt::Usual => Ok(Tracker::of(law)),
+        Adapt::Told(told) => Tracker::new(law, told.as_ref().map(|params| params.get().0)),
+    }
+}
+
+/// A controller: a law of the core, its state, and the path it follows.
+///
+/// The texts of the parameters that all of them have, and of their methods, are here.
+macro_rules! controller {
+    (
+        $(#[doc = $about:literal])+
+        $class:ident($core:ident) named $name:literal,
+        params $params:ident, state $state:ident,
+        examples { $(#[doc = $example:literal])+ }
+        $(extra { $($extra:item)* })?
+    ) => {
+        $(#[doc = $about])+
+        ///
+        /// Parameters
+        /// ----------
+        /// path : Path
+        ///     The path to follow.
+        /// vehicle : Vehicle, optional
+        ///     What is true of the vehicle, and where the point lies whose pose `step` is given;
+        ///     ``Vehicle()`` by default. With a dead time the controller steers by the vehicle as it
+        ///     will be when its command reaches the wheels.
+        #[doc = concat!("params : ", $name, "Params, optional")]
+        ///     The tuning; its defaults scale with the vehicle.
+        /// adapt : AdaptParams or None or "auto", default "auto"
+        ///     How fast the controller adapts to the vehicle; None: not at all. "auto": as
+        ///     ``AdaptParams()`` where an estimate counts, that is in preview POP, and in any
+        ///     controller whose vehicle has a dead time.
+        ///
+        /// Raises
+        /// ------
+        /// ConfigError
+        ///     If a default that scales with the vehicle is out of its range; names it.
+        ///
+        /// Examples
+        /// --------
+        $(#[doc = $example])+
+        #[pyclass(name = $name, module = "popsteer")]
+        #[derive(Debug)]
+        pub(crate) struct $class {
+            law: Tracker<$core>,
+            state: TrackerState<<$core as LateralLaw>::State>,
+            path: Arc<Path>,
+            owner: Py<PyPath>,
+            vehicle: Py<PyVehicle>,
+            vehicle_given: bool,
+            params: Py<$params>,
+            adapt: Adapt,
+        }
+
+        impl $class {
+            /// The controller as the closed loop takes it, and its path.
+            fn driver(&self) -> (Tracker<Law>, Arc<Path>) {
+                (self.law.map(Law::from), Arc::clone(&self.path))
+            }
+
+            /// The controller, its path and the present state, as a batch takes them.
+            pub(crate) fn member(&self) -> Member<$core> {
+                Member {
+                    tracker: self.law,
+                    path: Arc::clone(&self.path),
+                    state: self.state,
+                }
+            }
+        }
+
+        #[pymethods]
+        impl $class {
+            #[new]
+            #[pyo3(
+                signature = (path, vehicle=None, params=None, *, adapt=Adapt::Usual),
+                text_signature = "(path, vehicle=None, params=None, *, adapt='auto')"
+            )]
+            fn new(
+                py: Python<'_>,
+                path: Py<PyPath>,
+                vehicle: Option<Py<PyVehicle>>,
+                params: Option<Py<$params>>,
+                adapt: Adapt,
+            ) -> PyResult<Self> {
+                let params = match params {
+                    Some(params) => params,
+                    None => Py::new(py, $params(Default::default()))?,
+                };
+                let vehicle_given = vehicle.is_some();
+                let vehicle = match vehicle {
+                    Some(vehicle) => vehicle,
+                    None => Py::new(py, PyVehicle(Vehicle::DEFAULT))?,
+                };
+                let law = $core::new(vehicle.get().0, params.get().0).or_raise(py)?;
+                let law = track(law, &adapt).or_raise(py)?;
+                Ok(Self {
+                    law,
+                    state: law.initial_state(),
+                    path: Arc::clone(&path.get().0),
+                    owner: path,
+                    vehicle,
+                    vehicle_given,
+                    params,
+                    adapt,
+                })
+            }
+
+            /// Take one control step.
+            ///
+            /// The pose is that of the vehicle's point, wherever it is measured: the rear axle's
+            /// unless the vehicle's `rear_axle` says otherwise.
+            ///
+            /// Parameters
+            /// ----------
+            /// x, y : float
+            ///     Position of the vehicle's point [m].
+            /// yaw : float
+            ///     Heading [rad], counter-clockwise from x.
+            /// speed : float
+            ///     Speed [m/s], negative while rolling backwards.
+            /// dt : float
+            ///     Time since the last step [s], 1e-6 to 1e3.
+            ///
+            /// Returns
+            /// -------
+            /// Command
+            ///     Angle, errors, target and status.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If a number is not finite or beyond its bound; the state is then unchanged.
+            #[inline]
+            fn step(
+                &mut self,
+                py: Python<'_>,
+                x: Number,
+                y: Number,
+                yaw: Number,
+                speed: Number,
+                dt: Number,
+            ) -> PyResult<PyCommand> {
+                let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
+                self.law
+                    .step(&self.path.view(), &mut self.state, vehicle, dt.0)
+                    .map(PyCommand)
+                    .or_raise(py)
+            }
+
+            /// Take one control step and give the angle alone, for tight loops.
+            ///
+            /// Parameters
+            /// ----------
+            /// x, y : float
+            ///     Position of the vehicle's point [m].
+            /// yaw : float
+            ///     Heading [rad], counter-clockwise from x.
+            /// speed : float
+            ///     Speed [m/s], negative while rolling backwards.
+            /// dt : float
+            ///     Time since the last step [s], 1e-6 to 1e3.
+            ///
+            /// Returns
+            /// -------
+            /// float
+            ///     Angle to command [rad]: ``step(...).steer``, bit for bit.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If a number is not finite or beyond its bound; the state is then unchanged.
+            #[pyo3(signature = (x, y, yaw, speed, dt, /))]
+            fn steer(
+                &mut self,
+                py: Python<'_>,
+                x: Number,
+                y: Number,
+                yaw: Number,
+                speed: Number,
+                dt: Number,
+            ) -> PyResult<f64> {
+                let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
+                self.law.steer(&self.path.view(), &mut self.state, vehicle, dt.0).or_raise(py)
+            }
+
+            /// Take one control step, and answer whatever comes in.
+            ///
+            /// Where `step` would raise `InputError`, the last command is held: its angle,
+            /// direction, errors and target. Commands in flight go on.
+            ///
+            /// Parameters
+            /// ----------
+            /// x, y : float
+            ///     Position of the vehicle's point [m].
+            /// yaw : float
+            ///     Heading [rad], counter-clockwise from x.
+            /// speed : float
+            ///     Speed [m/s], negative while rolling backwards.
+            /// dt : float
+            ///     Time since the last step [s], 1e-6 to 1e3.
+            /// hold_limit : int, default 10
+            ///     How many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the status
+            ///     is the fault ``Status.INPUT_LOST``.
+            ///
+            /// Returns
+            /// -------
+            /// Command
+            ///     Always one of finite numbers. Before the first step that is taken its errors and
+            ///     its target are 0.
+            #[pyo3(signature = (x, y, yaw, speed, dt, hold_limit=Count(10)))]
+            #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10)")]
+            fn step_or_hold(
+                &mut self,
+                x: Number,
+                y: Number,
+                yaw: Number,
+                speed: Number,
+                dt: Number,
+                hold_limit: Count,
+            ) -> PyCommand {
+                let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
+                let (path, limit) = (self.path.view(), hold_limit.saturated());
+                PyCommand(self.law.step_or_hold(&path, &mut self.state, vehicle, dt.0, limit))
+            }
+
+            /// Find the vehicle's place on the path anew, after a jump.
+            ///
+            /// A step looks for the vehicle near its last place. After a jump, of the vehicle, of
+            /// its localisation or along the path, this looks for it on the whole path, as
+            /// `Path.relocalise` does, and the next step goes on from there. The rest of the state
+            /// stays.
+            ///
+            /// Parameters
+            /// ----------
+            /// x, y : float
+            ///     Position of the vehicle's point [m].
+            /// yaw : float
+            ///     Heading [rad]; tells branches apart that cross or lie alongside.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If a number is not finite or beyond its bound; the state is then unchanged.
+            fn relocalise(
+                &mut self,
+                py: Python<'_>,
+                x: Number,
+                y: Number,
+                yaw: Number,
+            ) -> PyResult<()> {
+                let path = self.path.view();
+                self.law.relocalise(&path, &mut self.state, x.0, y.0, yaw.0).or_raise(py)
+            }
+
+            /// Forget all steps taken so far.
+            ///
+            /// Parameters
+            /// ----------
+            /// steer : float, optional
+            ///     The angle of the wheels as a driver leaves them [rad], from which the next steps
+            ///     go on without a jump; POP goes on in its neighbourhood, of other controllers the
+            ///     difference fades within a second. By default the wheels count as straight, and
+            ///     nothing fades.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If the angle is not within the vehicle's `max_steer`; the state is then
+            ///     unchanged.
+            #[pyo3(signature = (*, steer=None))]
+            fn reset(&mut self, py: Python<'_>, steer: Option<Number>) -> PyResult<()> {
+                self.state = match steer {
+                    None => self.law.initial_state(),
+                    Some(steer) => self.law.state_from(steer.0).or_raise(py)?,
+                };
+                Ok(())
+            }
+
+            /// Follow another path from the next step on, without a jump of the angle.
+            ///
+            /// The vehicle is looked for on the whole of it; what was measured against the old one
+            /// is forgotten. The angle goes on from the last one, as after ``reset(steer=...)``.
+            ///
+            /// Parameters
+            /// ----------
+            /// path : Path
+            ///     The path to follow.
+            fn set_path(&mut self, path: Py<PyPath>) {
+                self.path = Arc::clone(&path.get().0);
+                self.owner = path;
+                self.state.leave_path();
+            }
+
+            /// What the controller remembers; a copy, which can be compared, saved and set again.
+            #[getter]
+            fn state(&self) -> $state {
+                $state::from_core(&self.state)
+            }
+
+            #[setter]
+            fn set_state(&mut self, py: Python<'_>, state: PyRef<'_, $state>) -> PyResult<()> {
+                let restored = state.to_core(&self.law).and_then(|restored| {
+                    self.law.check_state(&self.path.view(), &restored).map(|()| restored)
+                });
+                match restored {
+                    Ok(restored) => {
+                        self.state = restored;
+                        Ok(())
+                    }
+                    Err(error) => {
+                        Err(as_given(error, &state.as_dict(py)?)?.into_py_err(py))
+                    }
+                }
+            }
+
+            /// The parameters, as they were given.
+            #[getter]
+            fn params(&self, py: Python<'_>) -> Py<$params> {
+                self.params.clone_ref(py)
+            }
+
+            /// The vehicle that is steered.
+            #[getter]
+            fn vehicle(&self, py: Python<'_>) -> Py<PyVehicle> {
+                self.vehicle.clone_ref(py)
+            }
+
+            /// Whether the vehicle was given; if not, `popsteer.sim.run` takes the plant's.
+            #[getter]
+            fn vehicle_given(&self) -> bool {
+                self.vehicle_given
+            }
+
+            /// How the controller adapts to its vehicle; None where it does not.
+            #[getter]
+            fn adapt(&self, py: Python<'_>) -> PyResult<Option<Py<PyAdaptParams>>> {
+                match (&self.adapt, self.law.adapt()) {
+                    (Adapt::Told(told), _) => Ok(told.as_ref().map(|params| params.clone_ref(py))),
+                    (Adapt::Usual, None) => Ok(None),
+                    (Adapt::Usual, Some(&usual)) => Py::new(py, PyAdaptParams(usual)).map(Some),
+                }
+            }
+
+            /// What the controller knows of its vehicle by now, with what it was told.
+            #[getter]
+            fn estimate(&self) -> PyEstimate {
+                PyEstimate::of(self.law.vehicle(), self.law.estimate(&self.state))
+            }
+
+            /// The path followed.
+            #[getter]
+            fn path(&self, py: Python<'_>) -> Py<PyPath> {
+                self.owner.clone_ref(py)
+            }
+
+            /// How far ahead of the vehicle's point the tracked point lies [m], driving forward: the
+            /// point whose errors a command tells.
+            #[getter]
+            fn tracked_point(&self) -> f64 {
+                self.law.tracked_point()
+            }
+
+            fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+                let path = self.owner.bind(py).repr()?;
+                let vehicle = self.vehicle.bind(py).repr()?;
+                let params = self.params.bind(py).repr()?;
+                let adapt = match &self.adapt {
+                    Adapt::Usual => String::new(),
+                    Adapt::Told(told) => format!(", adapt={}", told.into_pyobject(py)?.repr()?),
+                };
+                Ok(format!("{}({path}, {vehicle}, {params}{adapt})", $name))
+            }
+
+            /// What makes an equal controller but for the state.
+            pub(crate) fn __getnewargs_ex__<'py>(
+                &self,
+                py: Python<'py>,
+            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+                let vehicle = self.vehicle_given.then_some(&self.vehicle);
+                let options = PyDict::new(py);
+                if let Adapt::Told(told) = &self.adapt {
+                    options.set_item("adapt", told)?;
+                }
+                Ok(((&self.owner, vehicle, &self.params).into_pyobject(py)?, options))
+            }
+
+            fn __getstate__(&self) -> $state {
+                self.state()
+            }
+
+            fn __setstate__(&mut self, py: Python<'_>, state: PyRef<'_, $state>) -> PyResult<()> {
+                self.set_state(py, state)
+            }
+
+            $($($extra)*)?
+        }
+    };
+}
+pub(super) use controller;

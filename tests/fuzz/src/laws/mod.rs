@@ -1,0 +1,442 @@
+//! Whole lives of a controller of any vehicle: steps, hand-overs, resets, jumps, other paths, states
+//! saved and restored, and bad input at any point.
+
+mod plain;
+
+use crate::backwards::check_backwards;
+use crate::bytes::Bytes;
+use crate::scene::{Waypoints, adapt, car, dt, estimator, symmetric, vehicle};
+use crate::subject::{Subject, waypoint};
+use popsteer_core::error::Requirement;
+use popsteer_core::lateral::Answer;
+use popsteer_core::lateral::command::Level;
+use popsteer_core::lateral::tracker::HANDOVER_TIME;
+use popsteer_core::lateral::{
+    BangBang, Handover, Pid, Pop, PreviewPop, PurePursuit, Seen, Stanley, TrackerState,
+};
+use popsteer_core::path::view::MAX_COORDINATE;
+use popsteer_core::vehicle::bicycle::kinematic_bicycle;
+use popsteer_core::vehicle::state::{MAX_YAW, checked_dt};
+use popsteer_core::vehicle::{Estimate, InFlight};
+use popsteer_core::{
+    Command, ConfigError, LateralLaw, Path, Point, Status, Tracker, Vehicle, VehicleState,
+};
+use std::f64::consts::PI;
+
+/// One life of one controller.
+pub fn check(data: &[u8]) {
+    let mut bytes = Bytes::new(data);
+    match bytes.below(6) {
+        0 => live::<Pop>(&mut bytes),
+        1 => live::<PurePursuit>(&mut bytes),
+        2 => live::<Stanley>(&mut bytes),
+        3 => live::<Pid>(&mut bytes),
+        4 => live::<PreviewPop>(&mut bytes),
+        _ => live::<BangBang>(&mut bytes),
+    }
+}
+
+/// A refused parameter is named with its value, which does break the requirement.
+fn check_refusal(error: &ConfigError) {
+    assert!(!error.field.is_empty() && !error.to_string().is_empty());
+    if let Requirement::InRange(low, high) = error.requirement {
+        assert!(!(low..=high).contains(&error.value));
+    }
+}
+
+/// What the law itself makes of it, told how to adapt, or told not to.
+fn tracker<L: Subject>(bytes: &mut Bytes, law: L) -> Result<Tracker<L>, ConfigError> {
+    match bytes.byte() {
+        0..=127 => Ok(Tracker::of(law)),
+        128..=169 => Tracker::new(law, None),
+        _ => Tracker::new(law, Some(adapt(bytes))),
+    }
+}
+
+fn live<L: Subject>(bytes: &mut Bytes) {
+    let (car, params) = (car(bytes), L::draw(bytes));
+    let law = match L::make(car, params) {
+        Ok(law) => law,
+        Err(error) => return check_refusal(&error),
+    };
+    let tracker = match tracker(bytes, law) {
+        Ok(tracker) => tracker,
+        Err(error) => return check_refusal(&error),
+    };
+    let Ok(path) = Waypoints::draw(bytes).path() else {
+        return;
+    };
+    if bytes.byte() < 40 && path.view().reverse().is_none() {
+        return check_backwards::<L>(car, params, &path, bytes);
+    }
+    let mut life = Life::new(tracker, path);
+    for _ in 0..12 {
+        if bytes.is_empty() {
+            break;
+        }
+        life.go_on(bytes);
+    }
+}
+
+type State<L> = TrackerState<<L as LateralLaw>::State>;
+
+/// Whether two states are one, however they keep the commands in flight.
+fn same<L: Subject>(a: &State<L>, b: &State<L>) -> bool {
+    L::same(&a.law, &b.law)
+        && a.steer.to_bits() == b.steer.to_bits()
+        && (a.waypoint, a.measured_waypoint) == (b.waypoint, b.measured_waypoint)
+        && (a.handover, a.held) == (b.handover, b.held)
+        && (a.answer, a.estimator) == (b.answer, b.estimator)
+        && a.in_flight == b.in_flight
+}
+
+/// A controller at work, with two states: one is stepped, the other steered, and they stay one.
+struct Life<L: Subject> {
+    tracker: Tracker<L>,
+    car: Vehicle,
+    path: Path,
+    state: State<L>,
+    twin: State<L>,
+    saved: Option<State<L>>,
+    vehicle: VehicleState,
+}
+
+impl<L: Subject> Life<L> {
+    fn new(tracker: Tracker<L>, path: Path) -> Self {
+        let state = tracker.initial_state();
+        let (x, y) = (path.view().x()[0], path.view().y()[0]);
+        Self {
+            twin: state.clone(),
+            state,
+            car: *tracker.vehicle(),
+            tracker,
+            path,
+            saved: None,
+            vehicle: VehicleState {
+                x,
+                y,
+                yaw: 0.1,
+                speed: 8.0,
+            },
+        }
+    }
+
+    fn go_on(&mut self, bytes: &mut Bytes) {
+        match bytes.byte() {
+            0..=79 => {
+                let steer = self.state.steer;
+                self.vehicle =
+                    kinematic_bicycle(self.vehicle, steer, bytes.within(-3.0, 3.0), 3.0, 0.05);
+                self.step(self.vehicle, 0.05);
+            }
+            80..=149 => {
+                let vehicle = vehicle(bytes, &self.path.view());
+                let refused = self.step(vehicle, dt(bytes));
+                if !refused {
+                    self.vehicle = vehicle;
+                }
+            }
+            150..=174 => {
+                let vehicle = vehicle(bytes, &self.path.view());
+                self.step_or_hold(vehicle, dt(bytes), bytes.below(3));
+            }
+            175..=189 => self.reset(bytes),
+            190..=204 => self.relocalise(bytes),
+            205..=219 => self.set_path(bytes),
+            220..=229 => self.saved = Some(self.state.clone()),
+            230..=239 => {
+                if let Some(saved) = self.saved.take() {
+                    self.restore(saved);
+                }
+            }
+            _ => {
+                if let Some(state) = self.draw_state(bytes) {
+                    self.restore(state);
+                }
+            }
+        }
+        assert!(same::<L>(&self.state, &self.twin));
+    }
+
+    fn put(&mut self, state: State<L>) {
+        self.twin = state.clone();
+        self.state = state;
+    }
+
+    /// Steps the state and steers its twin; whether both refused.
+    fn step(&mut self, vehicle: VehicleState, dt: f64) -> bool {
+        let path = self.path.view();
+        let good = vehicle.checked().is_ok() && checked_dt(dt).is_ok();
+        let before = self.state.clone();
+        let stepped = self.tracker.step(&path, &mut self.state, vehicle, dt);
+        assert_eq!(stepped.is_ok(), good, "{stepped:?}");
+        let steered = self.tracker.steer(&path, &mut self.twin, vehicle, dt);
+        match (stepped, steered) {
+            (Ok(command), Ok(steer)) => {
+                assert_eq!(command.steer.to_bits(), steer.to_bits());
+                self.check_command(&command);
+                self.check_limits(&before, &command, dt);
+                plain::check_step(
+                    &self.tracker,
+                    &path,
+                    &before,
+                    &self.state,
+                    &command,
+                    vehicle,
+                    dt,
+                );
+                assert_eq!(self.tracker.check_state(&path, &self.state), Ok(()));
+                false
+            }
+            (Err(stepped), Err(steered)) => {
+                assert!(same::<L>(&self.state, &before));
+                // Written out, as a NaN in it is not equal to itself.
+                assert_eq!(stepped.to_string(), steered.to_string());
+                true
+            }
+            mixed => panic!("step and steer disagree: {mixed:?}"),
+        }
+    }
+
+    fn check_command(&self, command: &Command) {
+        assert!(command.steer.abs() <= self.car.max_steer);
+        for (error, yaw) in [
+            (command.cross_track_error, command.heading_error),
+            (
+                command.predicted_cross_track_error,
+                command.predicted_heading_error,
+            ),
+        ] {
+            assert!(error.is_finite() && yaw.abs() <= PI, "{command:?}");
+        }
+        assert!(command.target.x.is_finite() && command.target.y.is_finite());
+        assert!(command.status.level() < Level::Fault);
+        assert!(!command.status.contains(Status::INPUT_HELD));
+        assert_eq!(
+            Status::from_bits(command.status.bits()),
+            Some(command.status)
+        );
+        assert_eq!(self.state.steer.to_bits(), command.steer.to_bits());
+        assert_eq!(self.state.held, 0);
+        let view = self.path.view();
+        let segment = self.state.waypoint.expect("the vehicle was found");
+        assert!(segment < view.segments());
+        assert_eq!(command.reverse, view.is_reverse(segment));
+        let late = self.car.dead_time > 0.0;
+        assert!(
+            !late
+                || self
+                    .state
+                    .measured_waypoint
+                    .is_some_and(|k| k < view.segments())
+        );
+        let estimate = if plain::is_modelled(&self.tracker) {
+            self.tracker.estimate(&self.state)
+        } else {
+            Estimate::DEFAULT
+        };
+        if let Some(steer) = L::previous_steer(&self.state.law) {
+            // What the wheels are given, whatever was wanted.
+            let offset = self.car.steer_offset + estimate.steer_offset;
+            let wheel = self.car.at_wheels(command.steer + offset);
+            assert!((steer - wheel).abs() <= 0.0, "{steer} {wheel}");
+        }
+    }
+
+    /// The rate is kept whatever is wanted.
+    fn check_limits(&self, before: &State<L>, command: &Command, dt: f64) {
+        let most = self.car.max_steer_rate.unwrap_or(f64::INFINITY) * dt;
+        assert!((command.steer - before.steer).abs() <= most + 1e-12);
+    }
+
+    /// An answer to anything: that of the step where there is one, else the one that is held.
+    fn step_or_hold(&mut self, vehicle: VehicleState, dt: f64, hold_limit: usize) {
+        let path = self.path.view();
+        let before = self.state.clone();
+        let tracker = &self.tracker;
+        let command = tracker.step_or_hold(&path, &mut self.state, vehicle, dt, hold_limit);
+        if let Ok(stepped) = tracker.step(&path, &mut self.twin, vehicle, dt) {
+            assert_eq!(command, stepped);
+            return;
+        }
+        let held = before.held.saturating_add(1);
+        let lost = held > hold_limit;
+        let status = if lost {
+            Status::INPUT_LOST
+        } else {
+            Status::INPUT_HELD
+        };
+        assert_eq!(command.status, status);
+        assert_eq!(command.status.level() == Level::Fault, lost);
+        assert_eq!(command.steer.to_bits(), before.steer.to_bits());
+        assert!(command.heading_error.abs() <= PI && command.predicted_heading_error.abs() <= PI);
+        if let Some(answer) = before.answer {
+            let errors = [answer.measured, answer.predicted].map(|seen| seen.cross_track_error);
+            let given = [
+                command.cross_track_error,
+                command.predicted_cross_track_error,
+            ];
+            assert_eq!(given.map(f64::to_bits), errors.map(f64::to_bits));
+            assert_eq!(
+                (command.target, command.reverse),
+                (answer.target, answer.reverse)
+            );
+        }
+        // Time goes on for the commands in flight, and nothing else changes.
+        let mut wanted = TrackerState { held, ..before };
+        if let Some(in_flight) = &mut wanted.in_flight {
+            if let Ok(dt) = checked_dt(dt) {
+                in_flight.elapse(&self.car, wanted.steer, dt, 0.0);
+            }
+            wanted.estimator.seen = None;
+        }
+        assert!(same::<L>(&self.state, &wanted));
+        self.put(wanted);
+    }
+
+    /// From nothing, or from a driver's angle.
+    fn reset(&mut self, bytes: &mut Bytes) {
+        if bytes.byte() < 100 {
+            return self.put(self.tracker.initial_state());
+        }
+        let most = self.car.max_steer;
+        let steer = bytes.number([-0.5, 0.5], [-most, most]);
+        let answer = self.tracker.state_from(steer);
+        assert_eq!(answer.is_ok(), steer.abs() <= most);
+        if let Ok(state) = answer {
+            assert_eq!(state.steer.to_bits(), steer.to_bits());
+            assert_eq!(self.tracker.check_state(&self.path.view(), &state), Ok(()));
+            self.put(state);
+        }
+    }
+
+    fn relocalise(&mut self, bytes: &mut Bytes) {
+        if bytes.byte() < 50 {
+            // Whatever is put there, the next step finds a place on the path.
+            let waypoint = waypoint(bytes).unwrap_or_default();
+            self.state.set_waypoint(waypoint);
+            return self.twin.set_waypoint(waypoint);
+        }
+        let VehicleState { x, y, yaw, .. } = vehicle(bytes, &self.path.view());
+        let path = self.path.view();
+        let done = self.tracker.relocalise(&path, &mut self.state, x, y, yaw);
+        let speed = 0.0;
+        let good = VehicleState { x, y, yaw, speed }.checked().is_ok();
+        assert_eq!(done.is_ok(), good);
+        if done.is_err() {
+            assert!(same::<L>(&self.state, &self.twin));
+        } else {
+            let segment = self.state.waypoint.expect("the vehicle was found");
+            assert!(segment < path.segments());
+            assert_eq!(self.state.estimator.seen, None);
+            self.put(self.state.clone());
+        }
+    }
+
+    /// Another path, mostly with the controller told of it.
+    fn set_path(&mut self, bytes: &mut Bytes) {
+        let Ok(path) = Waypoints::draw(bytes).path() else {
+            return;
+        };
+        self.path = path;
+        if bytes.byte() < 200 {
+            let steer = self.state.steer;
+            self.state.leave_path();
+            self.twin.leave_path();
+            assert_eq!(
+                (self.state.waypoint, self.state.measured_waypoint),
+                (None, None)
+            );
+            assert_eq!(self.state.steer.to_bits(), steer.to_bits());
+            let path = self.path.view();
+            assert_eq!(self.tracker.check_state(&path, &self.state), Ok(()));
+        }
+    }
+
+    fn draw_state(&self, bytes: &mut Bytes) -> Option<State<L>> {
+        let Vehicle {
+            wheelbase,
+            dead_time,
+            ..
+        } = self.car;
+        let handover = (bytes.byte() & 1 == 1).then(|| Handover {
+            offset: (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 1.0, PI)),
+            left: bytes.number([0.0, 1.0], [0.0, HANDOVER_TIME]),
+        });
+        let answer = (bytes.byte() & 1 == 1).then(|| Answer {
+            measured: draw_seen(bytes),
+            predicted: draw_seen(bytes),
+            target: Point::new(
+                symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),
+                symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),
+            ),
+            reverse: bytes.byte() & 1 == 1,
+        });
+        let estimator = if bytes.byte() < 100 {
+            self.state.estimator
+        } else {
+            estimator(bytes, wheelbase, dead_time)
+        };
+        Some(TrackerState {
+            law: L::draw_state(bytes)?,
+            waypoint: waypoint(bytes),
+            measured_waypoint: waypoint(bytes),
+            steer: symmetric(bytes, 1.0, 1.57),
+            handover,
+            held: [0, 1, usize::MAX][bytes.below(3)],
+            answer,
+            in_flight: self.draw_in_flight(bytes, &estimator.estimate),
+            estimator,
+        })
+    }
+
+    fn draw_in_flight(&self, bytes: &mut Bytes, estimate: &Estimate) -> Option<InFlight> {
+        let longer = estimate.longer_dead_time;
+        match bytes.byte() {
+            0..=49 => Some(InFlight::settled(&self.car, bytes.within(-1.57, 1.57))),
+            50..=199 => {
+                let part = 0.25 * (self.car.dead_time + longer);
+                let line: Vec<_> = (0..4).map(|_| (bytes.within(-1.0, 1.0), part)).collect();
+                let wheel = bytes.within(-1.0, 1.0);
+                InFlight::restore(&self.car, line.into_iter(), wheel, longer).ok()
+            }
+            200..=249 => None,
+            // To another vehicle.
+            _ => {
+                let other = car(bytes).checked().ok()?;
+                Some(InFlight::settled(&other, 0.1))
+            }
+        }
+    }
+
+    /// What the tracker accepts it can go on from; commands in flight go through a copy of their
+    /// parts.
+    fn restore(&mut self, state: State<L>) {
+        if self.tracker.check_state(&self.path.view(), &state).is_err() {
+            return;
+        }
+        let longer = state.estimator.estimate.longer_dead_time;
+        let in_flight = state.in_flight.map(|in_flight| {
+            let commands: Vec<_> = in_flight.commands().collect();
+            let wheel = in_flight.wheel();
+            let copied = InFlight::restore(&self.car, commands.into_iter(), wheel, longer);
+            // Where none are modelled those that are there do not count.
+            let accepted = in_flight.check(&self.car, longer).is_ok();
+            assert_eq!(copied.is_ok(), accepted);
+            copied.unwrap_or(in_flight)
+        });
+        self.put(state.clone());
+        self.twin = TrackerState { in_flight, ..state };
+    }
+}
+
+fn draw_seen(bytes: &mut Bytes) -> Seen {
+    Seen {
+        cross_track_error: symmetric(bytes, 2.0, 4.0 * MAX_COORDINATE),
+        yaw: symmetric(bytes, 4.0, 2.0 * MAX_YAW),
+        along: Point::new(
+            symmetric(bytes, 2.0, 4.0 * MAX_COORDINATE),
+            symmetric(bytes, 2.0, 4.0 * MAX_COORDINATE),
+        ),
+    }
+}

@@ -1,0 +1,155 @@
+//! A step put together from the parts that it is made of, against the step itself.
+
+use super::State;
+use crate::subject::Subject;
+use popsteer_core::lateral::tracker::HANDOVER_TIME;
+use popsteer_core::lateral::{Belief, Decision, Handover};
+use popsteer_core::path::Located;
+use popsteer_core::vehicle::{Estimate, InFlight};
+use popsteer_core::{Command, PathView, Status, Tracker, VehicleState};
+
+/// What the step went by.
+struct Plain {
+    measured: Located,
+    predicted: Located,
+    decision: Decision,
+    estimate: Estimate,
+}
+
+/// The step of a good input, from the state `before` it to the one `after` it.
+pub(super) fn check_step<L: Subject>(
+    tracker: &Tracker<L>,
+    path: &PathView<'_>,
+    before: &State<L>,
+    after: &State<L>,
+    command: &Command,
+    vehicle: VehicleState,
+    dt: f64,
+) {
+    let plain = decide(tracker, path, before, after, vehicle, dt);
+    let bits = |values: [f64; 4]| values.map(f64::to_bits);
+    assert_eq!(
+        bits([
+            command.cross_track_error,
+            command.predicted_cross_track_error,
+            command.target.x,
+            command.target.y,
+        ]),
+        bits([
+            plain.measured.foot.cross_track_error(),
+            plain.predicted.foot.cross_track_error(),
+            plain.decision.target.x,
+            plain.decision.target.y,
+        ])
+    );
+    assert_eq!(command.reverse, plain.predicted.reverse);
+    let seen = plain.decision.status
+        | Status::END_OF_PATH.when(plain.predicted.past_end)
+        | Status::OFF_PATH.when(plain.predicted.off_path);
+    assert!(command.status == seen || command.status == seen | Status::SATURATED);
+    check_limits(tracker, before, command, &plain, dt);
+}
+
+/// What the law decides for the vehicle that it is shown.
+fn decide<L: Subject>(
+    tracker: &Tracker<L>,
+    path: &PathView<'_>,
+    before: &State<L>,
+    after: &State<L>,
+    vehicle: VehicleState,
+    dt: f64,
+) -> Plain {
+    let (car, law) = (tracker.vehicle(), tracker.law());
+    let mut shown = vehicle;
+    let mut belief = Belief {
+        wheel: before.steer,
+        estimate: Estimate::DEFAULT,
+    };
+    let modelled = before.in_flight.filter(|_| is_modelled(tracker));
+    if let Some(mut in_flight) = modelled {
+        let now = vehicle.ahead(car.no_slip());
+        let mut estimator = before.estimator;
+        if let Some(adapt) = tracker.adapt() {
+            let reached = in_flight.reaching(car, before.steer, dt);
+            estimator.observe_turn(adapt, car, now, reached, dt);
+        }
+        let longer = estimator.estimate.longer_dead_time;
+        let late = longer - before.estimator.estimate.longer_dead_time;
+        in_flight.elapse(car, before.steer, dt, late);
+        assert_eq!(Some(in_flight), after.in_flight);
+        check_line(tracker, &in_flight, longer);
+        belief.wheel = in_flight.wheel();
+        // The slip is observed after this, and changes nothing that counts here.
+        if car.dead_time > 0.0 {
+            let (predicted, wheel) = in_flight.predict(car, now, &estimator.estimate);
+            shown = predicted.bounded().ahead(-car.no_slip()).bounded();
+            belief.wheel = wheel;
+        }
+        belief.estimate = after.estimator.estimate;
+    }
+    let follow = law.follow();
+    let predicted = follow.locate(path, before.waypoint, shown, dt);
+    let measured = if car.dead_time > 0.0 {
+        follow.locate(path, before.measured_waypoint, vehicle, dt)
+    } else {
+        predicted
+    };
+    let decision = law.decide(path, &mut before.law.clone(), &predicted, &belief);
+    assert!(decision.steer.abs() <= car.max_steer, "{decision:?}");
+    Plain {
+        measured,
+        predicted,
+        decision,
+        estimate: belief.estimate,
+    }
+}
+
+/// Whether commands in flight count: a state of another vehicle may bring some along.
+pub(super) fn is_modelled<L: Subject>(tracker: &Tracker<L>) -> bool {
+    tracker.initial_state().in_flight.is_some()
+}
+
+/// Commands in flight last the dead time.
+fn check_line<L: Subject>(tracker: &Tracker<L>, in_flight: &InFlight, longer: f64) {
+    let dead_time = tracker.vehicle().dead_time + longer;
+    let total: f64 = in_flight.commands().map(|(_, duration)| duration).sum();
+    assert!((total - dead_time).abs() <= 1e-9 * (1.0 + dead_time));
+}
+
+/// Offset, hand-over, lateral acceleration, largest angle and rate, one after the other.
+fn check_limits<L: Subject>(
+    tracker: &Tracker<L>,
+    before: &State<L>,
+    command: &Command,
+    plain: &Plain,
+    dt: f64,
+) {
+    let (car, estimate) = (tracker.vehicle(), &plain.estimate);
+    let offset = car.steer_offset + estimate.steer_offset;
+    let mut wanted = plain.predicted.turn(plain.decision.steer) - offset;
+    if let Some(Handover { offset, left }) = before.handover {
+        let (difference, left) = match offset {
+            None => (before.steer - wanted, left),
+            Some(difference) => (difference, left - dt),
+        };
+        wanted += (left / HANDOVER_TIME).clamp(0.0, 1.0) * difference;
+    }
+    let mut wheel = (wanted + offset).clamp(-car.max_steer, car.max_steer);
+    if let Some(most) = car.max_lateral_acceleration {
+        let speed = plain.predicted.vehicle.speed;
+        let length = car.turning_length(speed);
+        let widest = (most * length / (speed * speed * estimate.gain)).atan();
+        wheel = wheel.clamp(-widest, widest);
+    }
+    let mut steer = (wheel - offset).clamp(-car.max_steer, car.max_steer);
+    if let Some(rate) = car.max_steer_rate {
+        steer = steer.clamp(before.steer - rate * dt, before.steer + rate * dt);
+    }
+    assert!(
+        (command.steer - steer).abs() <= 1e-12,
+        "{command:?} {steer}"
+    );
+    let limited = (steer - wanted).abs();
+    let said = command.status.contains(Status::SATURATED);
+    assert!(said || limited <= 1.1e-12, "{command:?} {wanted}");
+}
