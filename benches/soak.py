@@ -104,7 +104,7 @@ class Soak:
         self._batch = popsteer.Batch(self._controller, VEHICLES)
         self._vehicles = vehicles
         self._list = vehicles.tolist()
-        self._max_steer = self._controller.params.max_steer
+        self._max_steer = self._controller.vehicle.max_steer
 
     def go_round(self, number: int) -> None:
         """Make the steps of one round, `ROUND` of them, and all that is not a step."""
@@ -146,7 +146,7 @@ class Soak:
         law.relocalise(*self._list[0][:3])
         law.reset()
         path = popsteer.Path(self._vehicles[:100, :2])
-        type(law)(path, law.params).step(*self._list[0], DT)
+        type(law)(path, law.vehicle, law.params).step(*self._list[0], DT)
         law.state = saved
 
 

@@ -51,7 +51,8 @@ def test_dead_time_predicted_of_a_wrong_vehicle_costs_at_most_a_quarter(
 def test_dead_time_with_nothing_done_costs_more(rows: tuple[str, Rows], law: str) -> None:
     row = rows[1][law]
     assert row.ratio(row.late) > max(1.02, row.ratio(row.predicted))
-    assert row.late.finished is (law != "pop")
+    # With no limit of the lateral acceleration preview POP, like POP, never comes back.
+    assert row.late.finished is (law not in ("pop", "preview-pop"))
 
 
 def test_page_table_of_dead_times_is_what_is_driven(rows: tuple[str, Rows]) -> None:

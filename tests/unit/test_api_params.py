@@ -81,7 +81,7 @@ AT_THE_PAPERS: dict[str, dict[str, tuple[float, int]]] = {
     "PreviewPop": {
         "steer_span_rate": (math.radians(60.0), 0),
         "heading_cost": (3.0, 1),
-        "steer_rate_cost": (0.3, 1),
+        "steer_rate_cost": (0.25, 1),
         "min_speed": (5.0, 1),
         "smoothing_length": (2.0, 1),
     },

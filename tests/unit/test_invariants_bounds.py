@@ -234,7 +234,7 @@ def test_pop_at_rest_or_rolling_back_keeps_its_angle(
     pop = _controller(POP, path, params, {**vehicle, **UNLIMITED}, adapt=None)
     x, y, yaw, _, dt = spot.at(path)
     angle = previous * pop.vehicle.max_steer
-    pop.state = popsteer.PopState(previous_steer=angle)
+    pop.state = popsteer.PopState(previous_steer=angle, steer=angle)
     for _ in range(3):
         assert pop.steer(x, y, yaw, speed, dt) == angle
 

@@ -47,7 +47,7 @@ fn test_handover_starts_from_the_angle_and_fades() {
         before = next;
     }
     assert!((steer() - wanted).abs() < 1e-12);
-    assert_eq!(steer(), wanted);
+    assert_eq!(steer().to_bits(), wanted.to_bits());
     assert_eq!(tracker.state_from(2.0).unwrap_err().field, "steer");
 }
 

@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyTuple};
 use pyo3::{PyTraverseError, PyVisit};
 
-use crate::errors::{OrRaise, argument_error, unknown};
+use crate::errors::{OrRaise, argument_error};
 use crate::lateral::law_of;
 use crate::longitudinal::drive_of;
 use crate::many::PyNoise;

@@ -53,7 +53,7 @@ class PreviewPopParams:
         a wheelbase. More: the path is joined more gently, and offsets take longer to vanish.
     steer_rate_cost : float or None
         How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
-        [m s/rad]; None is a tenth of the wheelbase. More: calmer wheels, less noise passed on,
+        [m s/rad]; None is a twelfth of the wheelbase. More: calmer wheels, less noise passed on,
         wider bends where the model is wrong.
     approach_angle : float
         Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
@@ -114,7 +114,7 @@ class PreviewPopParams:
         >>> from popsteer.reference import Vehicle
         >>> params = PreviewPopParams().resolved(Vehicle())
         >>> params.heading_cost, params.steer_rate_cost, params.min_speed, params.smoothing_length
-        (3.0, 0.3, 5.0, 2.0)
+        (3.0, 0.25, 5.0, 2.0)
         """
         wheelbase = vehicle.wheelbase
         rate = vehicle.max_steer_rate
@@ -124,7 +124,7 @@ class PreviewPopParams:
                 self.steer_span_rate, 60.0 * (PI / 180.0) if rate is None else rate
             ),
             heading_cost=or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 10.0),
+            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 12.0),
             min_speed=or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
             smoothing_length=or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
             search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
@@ -293,7 +293,8 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             return unlimited, Status.OK
         # At rest the wheels stand.
         if span <= 0.0:
-            return previous_steer, Status.OK
+            turns = self._rate_is_the_vehicles and unlimited != previous_steer
+            return previous_steer, Status.SATURATED if turns else Status.OK
 
         def first(angle: float) -> float:
             angle = saturate(angle, -vehicle.max_steer, vehicle.max_steer)
@@ -304,6 +305,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         reached = later(plan.limits) if share > 0.5 else plan.limits
         self._state = replace(self.state, reached_limits=reached)
         angle = atan((told + (plan.curvatures[0] - told) * share) * length)
+        # The neighbourhood holds back by choice, the vehicle by what its wheels do.
         status = Status.OK
         if plan.reached is Reached.CURVATURE:
             status |= Status.SATURATED

@@ -302,8 +302,12 @@ class Estimator:
         determinant = aa * bb - ab * ab
         estimate = self.estimate
         if determinant > 0.0:
-            gain = saturate((ay * bb - ab * by) / determinant, MIN_GAIN, MAX_GAIN)
-            # With the gain at its bound, the offset that goes with it.
+            # Without commands in flight the gain is left to the feedback: one that is fitted
+            # through a lag that is not quite right would cost it margin.
+            gain = 1.0
+            if vehicle.dead_time > 0.0:
+                gain = saturate((ay * bb - ab * by) / determinant, MIN_GAIN, MAX_GAIN)
+            # The offset that goes with the gain, also where that is not the free one.
             offset = (by - ab * gain) / bb / gain
             offset = saturate(offset, -MAX_STEER_OFFSET, MAX_STEER_OFFSET)
             estimate = replace(estimate, gain=gain, steer_offset=offset)

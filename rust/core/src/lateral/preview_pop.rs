@@ -28,7 +28,7 @@ pub struct PreviewPopParams {
     /// vanish.
     pub heading_cost: Option<f64>,
     /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad];
-    /// a tenth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
+    /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
     /// bends where the model is wrong.
     pub steer_rate_cost: Option<f64>,
     /// Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
@@ -70,7 +70,7 @@ impl PreviewPopParams {
         Self {
             steer_span_rate: or_scaled(self.steer_span_rate, rate),
             heading_cost: or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 10.0),
+            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 12.0),
             min_speed: or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
             smoothing_length: or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
             search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
@@ -251,7 +251,8 @@ impl PreviewPop {
         }
         // At rest the wheels stand.
         if span <= 0.0 {
-            return (previous_steer, Status::OK);
+            let turns = self.rate_is_the_vehicles && unlimited.total_cmp(&previous_steer).is_ne();
+            return (previous_steer, Status::SATURATED.when(turns));
         }
         let most = vehicle.max_steer;
         let first = |angle: f64| (tan(saturate(angle, -most, most)) / length - told) / share;
@@ -266,6 +267,7 @@ impl PreviewPop {
             plan.limits
         };
         let angle = atan((told + (plan.first() - told) * share) * length);
+        // The neighbourhood holds back by choice, the vehicle by what its wheels do.
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
             Reached::Rate => self.rate_is_the_vehicles,

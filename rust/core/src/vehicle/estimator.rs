@@ -60,7 +60,7 @@ impl Default for AdaptParams {
 /// What is known of the vehicle beyond its own figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// How many times more the vehicle turns than its figures say.
+    /// How many times more the vehicle turns than its figures say; 1 without a dead time.
     pub gain: f64,
     /// Angle of the wheels at the command 0, beyond the vehicle's `steer_offset` [rad].
     pub steer_offset: f64,
@@ -247,12 +247,18 @@ impl Estimator {
         let (ay, by) = (self.turn_measured + Self::GAIN_PRIOR, self.offset_measured);
         let determinant = aa * bb - ab * ab;
         if determinant > 0.0 {
-            let gain = saturate(
-                (ay * bb - ab * by) / determinant,
-                Self::MIN_GAIN,
-                Self::MAX_GAIN,
-            );
-            // With the gain at its bound, the offset that goes with it.
+            // Without commands in flight the gain is left to the feedback: one that is fitted
+            // through a lag that is not quite right would cost it margin.
+            let gain = if vehicle.dead_time > 0.0 {
+                saturate(
+                    (ay * bb - ab * by) / determinant,
+                    Self::MIN_GAIN,
+                    Self::MAX_GAIN,
+                )
+            } else {
+                1.0
+            };
+            // The offset that goes with the gain, also where that is not the free one.
             let offset = (by - ab * gain) / bb / gain;
             self.estimate.gain = gain;
             self.estimate.steer_offset =
