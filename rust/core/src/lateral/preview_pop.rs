@@ -114,12 +114,26 @@ pub struct PreviewPop {
     steer_span_rate: f64,
     /// Whether that is the vehicle's.
     rate_is_the_vehicles: bool,
+    /// Of the vehicle's `max_steer`.
+    max_tangent: f64,
     horizon: f64,
     heading_cost: f64,
     steer_rate_cost: f64,
     approach_angle: f64,
     min_speed: f64,
     smoothing_length: f64,
+}
+
+/// The angles that the wheels can be brought to in a control period.
+struct Neighbourhood {
+    /// The least [rad].
+    low: f64,
+    /// The greatest [rad].
+    high: f64,
+    /// What makes an angle of a curvature [m].
+    length: f64,
+    /// Of a step of the horizon that a control period is.
+    share: f64,
 }
 
 impl PreviewPop {
@@ -139,6 +153,7 @@ impl PreviewPop {
         Ok(Self {
             steer_span_rate: if span_rate < rate { span_rate } else { rate },
             rate_is_the_vehicles: rate <= span_rate,
+            max_tangent: tan(vehicle.max_steer),
             horizon: within("horizon", Some(params.horizon), 0.05, 100.0)?,
             heading_cost: within("heading_cost", params.heading_cost, 0.0, 1e3)?,
             steer_rate_cost: within("steer_rate_cost", params.steer_rate_cost, 1e-5, 1e3)?,
@@ -238,14 +253,23 @@ impl PreviewPop {
         };
         // The rate at the present angle: the curvature changes faster where the wheels stand wide.
         let later = self.steer_span_rate * period * (1.0 + tangent * tangent) / length;
-        let (least, greatest) = self.curvatures(at, belief, length);
-        let limits = Limits {
+        let limits = |(least, greatest)| Limits {
             first: (-later, later),
             later,
             low: least,
             high: greatest,
         };
-        if low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, &limits) {
+        let keeps = |limits: &Limits| {
+            low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, limits)
+        };
+        // What keeps the narrower limits keeps the limits.
+        let narrower = self.narrower_curvatures(at, belief, length);
+        if keeps(&limits(narrower)) {
+            *guess = ReachedLimits::default();
+            return (unlimited, Status::OK);
+        }
+        let limits = limits(self.curvatures(at, belief, length));
+        if keeps(&limits) {
             *guess = ReachedLimits::default();
             return (unlimited, Status::OK);
         }
@@ -254,7 +278,31 @@ impl PreviewPop {
             let turns = self.rate_is_the_vehicles && unlimited.total_cmp(&previous_steer).is_ne();
             return (previous_steer, Status::SATURATED.when(turns));
         }
-        let most = vehicle.max_steer;
+        let around = Neighbourhood {
+            low,
+            high,
+            length,
+            share,
+        };
+        self.best_within(&horizon, start, limits, &around, guess)
+    }
+
+    /// The angle of the best plan within `limits`, and how it was planned.
+    fn best_within(
+        &self,
+        horizon: &Horizon<'_>,
+        start: Predicted,
+        limits: Limits,
+        around: &Neighbourhood,
+        guess: &mut ReachedLimits,
+    ) -> (f64, Status) {
+        let &Neighbourhood {
+            low,
+            high,
+            length,
+            share,
+        } = around;
+        let (most, told) = (self.vehicle.max_steer, start.commanded);
         let first = |angle: f64| (tan(saturate(angle, -most, most)) / length - told) / share;
         let limits = Limits {
             first: (first(low), first(high)),
@@ -287,8 +335,23 @@ impl PreviewPop {
         let offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset);
         let most = vehicle.max_steer;
         let end = |angle: f64| tan(vehicle.at_wheels(angle)) / length;
-        let (low, high) = (end(offset - most), end(offset + most));
-        let Some(most) = vehicle.max_lateral_acceleration else {
+        self.within_lateral_acceleration(at, end(offset - most), end(offset + most))
+    }
+
+    /// Curvatures within [`curvatures`](Self::curvatures), by how steep a tangent is at its widest:
+    /// most plans keep them, and need no tangent.
+    #[inline]
+    fn narrower_curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
+        let offset = self.vehicle.steer_offset + belief.estimate.steer_offset;
+        let tangent = self.max_tangent;
+        let narrower = tangent - offset.abs() * (1.0 + tangent * tangent) * (1.0 + 1e-9);
+        let widest = narrower / length;
+        self.within_lateral_acceleration(at, -widest, widest)
+    }
+
+    #[inline]
+    fn within_lateral_acceleration(&self, at: &Located, low: f64, high: f64) -> (f64, f64) {
+        let Some(most) = self.vehicle.max_lateral_acceleration else {
             return (low, high);
         };
         let speed = at.vehicle.speed;
