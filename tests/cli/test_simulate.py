@@ -128,7 +128,7 @@ def test_simulate_tells_the_controller_what_it_is_to_believe(
 def test_simulate_sets_how_a_controller_adapts(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    wrong = ("--controller", "preview-pop", "--set-vehicle", "turning_wheelbase=3.02")
+    wrong = ("--controller", "preview-pop", "--set-vehicle", "steer_offset=0.02")
     errors = []
     for k, options in enumerate(((), ("--set", "turn_time=0"), ("--no-adapt",))):
         metrics = _driven(capsys, tmp_path / str(k), *wrong, *options)["controllers"]

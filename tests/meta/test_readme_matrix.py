@@ -68,7 +68,7 @@ def test_errors_of_the_matrix_are_those_that_are_driven(plant: str) -> None:
     for track, cells in shown.items():
         course = tracks.get(track)
         path = popsteer.Path(course.xy, speed=course.speed, closed=course.closed)
-        start = sim.default_start(path, float(options["--start-offset"]))
+        start = sim.default_start(path, float(options["--start-offset"]), sim.vehicle_of(plant))
         speed = float(options["--constant-speed"])
         found = study.compare(path, checked, plant, start=start, constant_speed=speed)
         for name in checked:

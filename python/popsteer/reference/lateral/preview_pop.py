@@ -293,8 +293,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             return unlimited, Status.OK
         # At rest the wheels stand.
         if span <= 0.0:
-            turns = self._rate_is_the_vehicles and unlimited != previous_steer
-            return previous_steer, Status.SATURATED if turns else Status.OK
+            return previous_steer, Status.OK
 
         def first(angle: float) -> float:
             angle = saturate(angle, -vehicle.max_steer, vehicle.max_steer)
@@ -309,7 +308,8 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         status = Status.OK
         if plan.reached is Reached.CURVATURE:
             status |= Status.SATURATED
-        if plan.reached is Reached.RATE and self._rate_is_the_vehicles:
+        is_the_vehicles = self._rate_is_the_vehicles and speed >= self._min_speed
+        if plan.reached is Reached.RATE and is_the_vehicles:
             status |= Status.SATURATED
         if plan.cut_short:
             status |= Status.PLAN_CUT_SHORT

@@ -134,6 +134,8 @@ struct Neighbourhood {
     length: f64,
     /// Of a step of the horizon that a control period is.
     share: f64,
+    /// Whether the rate of the vehicle's wheels bounds it.
+    is_the_vehicles: bool,
 }
 
 impl PreviewPop {
@@ -275,14 +277,14 @@ impl PreviewPop {
         }
         // At rest the wheels stand.
         if span <= 0.0 {
-            let turns = self.rate_is_the_vehicles && unlimited.total_cmp(&previous_steer).is_ne();
-            return (previous_steer, Status::SATURATED.when(turns));
+            return (previous_steer, Status::OK);
         }
         let around = Neighbourhood {
             low,
             high,
             length,
             share,
+            is_the_vehicles: self.rate_is_the_vehicles && speed >= self.min_speed,
         };
         self.best_within(&horizon, start, limits, &around, guess)
     }
@@ -301,6 +303,7 @@ impl PreviewPop {
             high,
             length,
             share,
+            is_the_vehicles,
         } = around;
         let (most, told) = (self.vehicle.max_steer, start.commanded);
         let first = |angle: f64| (tan(saturate(angle, -most, most)) / length - told) / share;
@@ -318,7 +321,7 @@ impl PreviewPop {
         // The neighbourhood holds back by choice, the vehicle by what its wheels do.
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
-            Reached::Rate => self.rate_is_the_vehicles,
+            Reached::Rate => is_the_vehicles,
             Reached::Curvature => true,
         });
         (

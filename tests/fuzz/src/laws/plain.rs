@@ -6,7 +6,7 @@ use popsteer_core::lateral::tracker::HANDOVER_TIME;
 use popsteer_core::lateral::{Belief, Decision, Handover};
 use popsteer_core::path::Located;
 use popsteer_core::vehicle::{Estimate, InFlight};
-use popsteer_core::{Command, PathView, Status, Tracker, VehicleState};
+use popsteer_core::{Command, LateralState, PathView, Status, Tracker, VehicleState};
 
 /// What the step went by.
 struct Plain {
@@ -94,7 +94,14 @@ fn decide<L: Subject>(
     } else {
         predicted
     };
-    let decision = law.decide(path, &mut before.law.clone(), &predicted, &belief);
+    let mut remembered = before.law.clone();
+    let is_limited = car.max_steer_rate.is_some() || car.max_lateral_acceleration.is_some();
+    if is_modelled(tracker) || is_limited || car.steer_offset.to_bits() != 0 {
+        // The angle of the last command by the offset as it is known now.
+        let offset = car.steer_offset + belief.estimate.steer_offset;
+        remembered.set_steer(car.at_wheels(before.steer + offset));
+    }
+    let decision = law.decide(path, &mut remembered, &predicted, &belief);
     assert!(decision.steer.abs() <= car.max_steer, "{decision:?}");
     Plain {
         measured,
