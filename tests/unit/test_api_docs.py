@@ -40,7 +40,8 @@ def _members(kind: type) -> dict[str, Any]:
     return {
         name: getattr(kind, name)
         for each in own
-        for name, member in vars(each).items()
+        # PyO3 adds them in an order of its own, which the workers of pytest-xdist must share.
+        for name, member in sorted(vars(each).items())
         if not name.startswith("_")
         and (callable(getattr(kind, name)) or inspect.isdatadescriptor(member))
         # The fields of a named tuple are documented where they stand.
