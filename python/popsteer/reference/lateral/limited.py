@@ -20,10 +20,13 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 from math import inf
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.reference.lateral.cost_to_go import BestMove, CostToGo, Predicted, Travel
+from popsteer.reference.lateral.held import CODES, Held, Side, Step, first_stop, later
 from popsteer.reference.math import divide
+
+if TYPE_CHECKING:
+    from popsteer.reference.lateral.cost_to_go import BestMove, CostToGo, Predicted, Travel
 
 __all__ = ["Horizon", "Limits", "Plan", "Reached", "later"]
 
@@ -43,41 +46,6 @@ class Reached(enum.Enum):
     NOTHING = enum.auto()
     RATE = enum.auto()
     CURVATURE = enum.auto()
-
-
-class Side(enum.IntEnum):
-    """One end of a range, or none."""
-
-    NEITHER = 0
-    LOW = 1
-    HIGH = 2
-
-    def resists(self, slope: float, least: float) -> bool:
-        """Tell whether what is held at this end would lower the cost by leaving it."""
-        if self is Side.LOW:
-            return slope < -least
-        return self is Side.HIGH and slope > least
-
-
-class Held(NamedTuple):
-    """The limits that a step is held at."""
-
-    rate: Side = Side.NEITHER
-    curvature: Side = Side.NEITHER
-
-
-_CODES = (
-    Held(),
-    Held(rate=Side.LOW),
-    Held(rate=Side.HIGH),
-    Held(curvature=Side.LOW),
-    Held(curvature=Side.HIGH),
-)
-
-
-def later(reached: int) -> int:
-    """Return the limits that a plan reaches one step later."""
-    return reached >> 3
 
 
 class Plan(NamedTuple):
@@ -107,7 +75,7 @@ class Limits(NamedTuple):
     high: float
     """Greatest curvature that is commanded [1/m]."""
 
-    def begin(self, commanded: float, steps: list[_Step]) -> float:
+    def begin(self, commanded: float, steps: list[Step]) -> float:
         """Prepare the steps of a plan; return a length of move to measure rounding by."""
         between = self.high - self.low
         scale = self.later if self.later < between else between
@@ -128,81 +96,6 @@ class Limits(NamedTuple):
                 curvature = 0.5 * (self.low + self.high)
             least, most = -self.later, self.later
         return scale
-
-
-_FREE = Held()
-_NO_MOVE = BestMove(0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@dataclass
-class _Step:
-    """One step of a plan while it is made."""
-
-    turn: float
-    held: Held
-    least: float = 0.0
-    most: float = 0.0
-    low: float = 0.0
-    high: float = 0.0
-    forced: bool = False
-    policy: BestMove = _NO_MOVE
-    target: float | None = None
-    best: float = 0.0
-    best_held: Held = _FREE
-    next: float = 0.0
-    next_held: Held = _FREE
-    trial: float = 0.0
-    trial_held: Held = _FREE
-
-    def force(self, side: Side) -> None:
-        """Give the move: the curvature is on its way back into its limits."""
-        self.forced = True
-        self.held = Held(rate=side)
-        self.low, self.high = -inf, inf
-
-    def held_move(self) -> float | None:
-        """Return the move that is given."""
-        return (None, self.least, self.most)[self.held.rate]
-
-    def held_curvature(self) -> float | None:
-        """Return the curvature that is given."""
-        return (None, self.low, self.high)[self.held.curvature]
-
-    def hold_exceeded(self, before: float, rounding: float) -> None:
-        """Hold a limit that the next plan exceeds, and not one that it cannot be brought to."""
-        if self.forced:
-            return
-        rate, curvature = self.next_held
-        if rate is Side.NEITHER:
-            rate = _beyond(self.next - before, self.least, self.most, rounding)
-            if rate is not Side.NEITHER:
-                self.next_held = Held(rate, curvature)
-                return
-        held = self.held_curvature()
-        if held is None:
-            side = _beyond(self.next, self.low, self.high, rounding)
-            if side is not Side.NEITHER:
-                # Less of the move keeps the curvature.
-                self.next_held = Held(curvature=side)
-        elif abs(self.next - held) > rounding:
-            self.next_held = Held(rate)
-
-    def cut(self, before: float, wanted: float) -> tuple[float, Held]:
-        """Return the curvature `wanted` after `before`, or the limit that it exceeds."""
-        moved = self.held_move()
-        if self.forced and moved is not None:
-            return before + moved, self.held
-        low, at_low = before + self.least, Held(rate=Side.LOW)
-        if low < self.low:
-            low, at_low = self.low, Held(curvature=Side.LOW)
-        high, at_high = before + self.most, Held(rate=Side.HIGH)
-        if high > self.high:
-            high, at_high = self.high, Held(curvature=Side.HIGH)
-        if wanted > high:
-            return high, at_high
-        if wanted < low:
-            return low, at_low
-        return wanted, Held()
 
 
 @dataclass(frozen=True)
@@ -265,7 +158,7 @@ class Horizon:
         steps = []
         for turn in self.turns:
             code = guess & 7
-            steps.append(_Step(turn, _CODES[code] if code < len(_CODES) else Held()))
+            steps.append(Step(turn, CODES[code] if code < len(CODES) else Held()))
             guess >>= 3
         rounding = limits.begin(start.commanded, steps) * ROUNDING
         best_cost, tries = inf, 0
@@ -293,7 +186,7 @@ class Horizon:
                 best_cost = self._go_on(start, steps, rounding)
         return _plan(steps, [step.best for step in steps], MAX_PASSES, cut_short=True)
 
-    def _recur(self, steps: list[_Step]) -> None:
+    def _recur(self, steps: list[Step]) -> None:
         """Backward: the best moves where some are held."""
         after, landing = self.stage, None
         for step in reversed(steps):
@@ -311,7 +204,7 @@ class Horizon:
             else:
                 after = cost.before_best_move(self.move_cost, self.stage)
 
-    def _roll_cut(self, start: Predicted, steps: list[_Step]) -> float:
+    def _roll_cut(self, start: Predicted, steps: list[Step]) -> float:
         """Forward: the best moves, each cut to its limits, and which limits cut them; the cost."""
         state, cost = start, 0.0
         for step in steps:
@@ -321,7 +214,7 @@ class Horizon:
             cost += more
         return cost
 
-    def _roll_held(self, start: Predicted, steps: list[_Step], rounding: float) -> bool:
+    def _roll_held(self, start: Predicted, steps: list[Step], rounding: float) -> bool:
         """Forward: the best moves where some are held.
 
         Tells whether they are the best of all: no other limit is exceeded, and none that is held
@@ -358,13 +251,13 @@ class Horizon:
             state, _ = self._advance(state, step.next, step.turn)
         return right
 
-    def _go_on(self, start: Predicted, steps: list[_Step], rounding: float) -> float:
+    def _go_on(self, start: Predicted, steps: list[Step], rounding: float) -> float:
         """Go from the best plan towards the next one, which costs less without the limits.
 
         Until a limit stops it, or farther, with the moves cut to their limits, where that costs
         less. Returns the cost of the best plan then.
         """
-        share, stop, held = _first_stop(start.commanded, steps, rounding)
+        share, stop, held = first_stop(start.commanded, steps, rounding)
         best, best_cost = share, self._cost_along(start, steps, share, cut=False)
         if stop is not None:
             farther = 1.0
@@ -386,9 +279,7 @@ class Horizon:
             step.best, step.held, step.best_held = step.trial, step.trial_held, step.trial_held
         return best_cost
 
-    def _cost_along(
-        self, start: Predicted, steps: list[_Step], share: float, *, cut: bool
-    ) -> float:
+    def _cost_along(self, start: Predicted, steps: list[Step], share: float, *, cut: bool) -> float:
         """Return the cost of a plan a `share` of the way from the best one to the next.
 
         Cut to its limits where that is asked for; the plan is `trial`.
@@ -418,57 +309,7 @@ class Horizon:
         return state, self.move_cost * moved * moved + self.stage.of(state)
 
 
-def _beyond(value: float, low: float, high: float, rounding: float) -> Side:
-    if value > high + rounding:
-        return Side.HIGH
-    return Side.LOW if value < low - rounding else Side.NEITHER
-
-
-def _first_stop(
-    start: float, steps: list[_Step], rounding: float
-) -> tuple[float, int | None, Held]:
-    """Return the share of the way from the best plan to the next one that keeps all limits.
-
-    And the step that ends it, with what it is held at then.
-    """
-    first: tuple[float, int | None, Held] = (1.0, None, Held())
-    best_before = next_before = start
-    for index, step in enumerate(steps):
-        rate, curvature = step.held
-        moves = step.best - best_before, step.next - next_before
-        best_before, next_before = curvatures = step.best, step.next
-        if step.forced:
-            continue
-        of_move = _crossed(rate, moves, step.least, step.most, rounding)
-        if of_move is not None and of_move[0] < first[0]:
-            first = of_move[0], index, Held(of_move[1], curvature)
-        of_curvature = _crossed(curvature, curvatures, step.low, step.high, rounding)
-        if of_curvature is not None and of_curvature[0] < first[0]:
-            first = of_curvature[0], index, Held(rate, of_curvature[1])
-    return first
-
-
-def _crossed(
-    held: Side, way: tuple[float, float], low: float, high: float, rounding: float
-) -> tuple[float, Side] | None:
-    """Return the share of the way between two numbers at which a limit is crossed, and which.
-
-    None where it is `held`, or not crossed.
-    """
-    start, end = way
-    if held is not Side.NEITHER:
-        return None
-    if end > high + rounding and end - start > rounding:
-        limit, side = high, Side.HIGH
-    elif end < low - rounding and start - end > rounding:
-        limit, side = low, Side.LOW
-    else:
-        return None
-    share = (limit - start) / (end - start)
-    return share if share > 0.0 else 0.0, side
-
-
-def _plan(steps: list[_Step], curvatures: list[float], passes: int, *, cut_short: bool) -> Plan:
+def _plan(steps: list[Step], curvatures: list[float], passes: int, *, cut_short: bool) -> Plan:
     held = [step.held for step in steps]
     reached = Reached.NOTHING
     if held and held[0].curvature is not Side.NEITHER:
@@ -478,5 +319,5 @@ def _plan(steps: list[_Step], curvatures: list[float], passes: int, *, cut_short
     limits = 0
     for each in reversed(held):
         rate_first = Held(rate=each.rate) if each.rate is not Side.NEITHER else each
-        limits = limits << 3 | _CODES.index(rate_first)
+        limits = limits << 3 | CODES.index(rate_first)
     return Plan(tuple(curvatures), reached, limits, passes, cut_short)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.error import config_in_range, config_optional
@@ -296,10 +297,15 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             return previous_steer, Status.OK
 
         def first(angle: float) -> float:
-            angle = saturate(angle, -vehicle.max_steer, vehicle.max_steer)
             return (tan(angle) / length - told) / share
 
-        limits = limits._replace(first=(first(low), first(high)))
+        # Beyond its largest angle it is the curvature that is limited.
+        limits = limits._replace(
+            first=(
+                first(low) if low > -vehicle.max_steer else -inf,
+                first(high) if high < vehicle.max_steer else inf,
+            )
+        )
         plan = horizon.limited(start, limits, self.state.reached_limits)
         reached = later(plan.limits) if share > 0.5 else plan.limits
         self._state = replace(self.state, reached_limits=reached)

@@ -6,6 +6,7 @@
 pub mod bang_bang;
 pub mod command;
 pub mod cost_to_go;
+mod held;
 pub mod limited;
 pub mod pid;
 pub mod pop;

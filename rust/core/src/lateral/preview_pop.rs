@@ -306,9 +306,20 @@ impl PreviewPop {
             is_the_vehicles,
         } = around;
         let (most, told) = (self.vehicle.max_steer, start.commanded);
-        let first = |angle: f64| (tan(saturate(angle, -most, most)) / length - told) / share;
+        let first = |angle: f64| (tan(angle) / length - told) / share;
+        // Beyond its largest angle it is the curvature that is limited.
+        let least = if low > -most {
+            first(low)
+        } else {
+            f64::NEG_INFINITY
+        };
+        let greatest = if high < most {
+            first(high)
+        } else {
+            f64::INFINITY
+        };
         let limits = Limits {
-            first: (first(low), first(high)),
+            first: (least, greatest),
             ..limits
         };
         let plan = horizon.limited(start, &limits, *guess);
