@@ -689,6 +689,7 @@ class PreviewPopState:
         cls,
         *,
         previous_steer: float = ...,
+        reached_limits: int = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
         steer: float = ...,
@@ -715,6 +716,8 @@ class PreviewPopState:
     ) -> Self: ...
     @property
     def previous_steer(self) -> float: ...
+    @property
+    def reached_limits(self) -> int: ...
     @property
     def waypoint(self) -> int | None: ...
     @property

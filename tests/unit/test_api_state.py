@@ -43,7 +43,7 @@ TAIL: dict[str, Any] = {
 FIRST: dict[str, dict[str, Any]] = {
     "Pop": {"previous_steer": 0.0, **TAIL},
     # Its wheels are modelled from the beginning.
-    "PreviewPop": {"previous_steer": 0.0, **TAIL, "wheel": 0.0},
+    "PreviewPop": {"previous_steer": 0.0, "reached_limits": 0, **TAIL, "wheel": 0.0},
     "Pid": {"previous_error": None, "terms": (), "next": 0, "sum": 0.0, **TAIL},
     "PurePursuit": {"previous_alpha": 0.0, **TAIL},
     "Stanley": TAIL,

@@ -6,6 +6,8 @@
 pub mod bang_bang;
 pub mod command;
 pub mod cost_to_go;
+mod held;
+pub mod limited;
 pub mod pid;
 pub mod pop;
 pub mod preview_pop;

@@ -369,6 +369,8 @@ state! {
     PyPreviewPopState named "PreviewPopState",
     previous_steer: f64 = 0.0, "float, default 0.0",
         "The last angle delta_prev [rad].";
+    reached_limits: u64 = 0, "int, default 0",
+        "The limits that the last plan reaches, three bits a step.";
 }
 
 state! {
@@ -446,7 +448,7 @@ macro_rules! as_it_is {
 }
 
 as_it_is!(PyPopState of Pop, PopState { previous_steer });
-as_it_is!(PyPreviewPopState of PreviewPop, PreviewPopState { previous_steer });
+as_it_is!(PyPreviewPopState of PreviewPop, PreviewPopState { previous_steer, reached_limits });
 as_it_is!(PyPurePursuitState of PurePursuit, PurePursuitState { previous_alpha });
 as_it_is!(PyStanleyState of Stanley, StanleyState {});
 as_it_is!(PyBangBangState of BangBang, BangBangState {});
