@@ -607,10 +607,13 @@ class PopState:
         previous_steer: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -636,6 +639,8 @@ class PopState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -643,6 +648,10 @@ class PopState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -691,10 +700,13 @@ class PreviewPopState:
         previous_steer: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -720,6 +732,8 @@ class PreviewPopState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -727,6 +741,10 @@ class PreviewPopState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -778,10 +796,13 @@ class PidState:
         sum: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -813,6 +834,8 @@ class PidState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -820,6 +843,10 @@ class PidState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -868,10 +895,13 @@ class PurePursuitState:
         previous_alpha: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -897,6 +927,8 @@ class PurePursuitState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -904,6 +936,10 @@ class PurePursuitState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -951,10 +987,13 @@ class StanleyState:
         *,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -978,6 +1017,8 @@ class StanleyState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -985,6 +1026,10 @@ class StanleyState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -1032,10 +1077,13 @@ class BangBangState:
         *,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -1059,6 +1107,8 @@ class BangBangState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -1066,6 +1116,10 @@ class BangBangState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -1405,13 +1459,16 @@ class Batch:
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
     ) -> CommandBatch: ...
+    def set_path(
+        self, path: Path | Sequence[Path], *, vehicles: Sequence[int] | None = None
+    ) -> None: ...
     def reset(self) -> None: ...
     @property
     def states(self) -> list[_State]: ...
     def __len__(self) -> int: ...
     def __getnewargs__(self) -> tuple[_Law, int] | tuple[list[_Law]]: ...
-    def __getstate__(self) -> list[_State]: ...
-    def __setstate__(self, states: list[_State]) -> None: ...
+    def __getstate__(self) -> tuple[list[_State], list[Path | None]]: ...
+    def __setstate__(self, kept: tuple[list[_State], list[Path | None]]) -> None: ...
 
 @final
 class CoupledLongitudinalParams:
