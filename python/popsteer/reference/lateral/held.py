@@ -48,7 +48,7 @@ def elapse(state: StateT, dt: float) -> tuple[StateT, float]:
     No time has been missed in the state that is returned with it.
     """
     elapsed = saturate(state.held_time + dt, MIN_DT, MAX_DT)
-    state = replace(state, held_time=0.0, period=dt)
+    state = replace(state, held_time=0.0, period=elapsed)
     if elapsed > LEARNING_GAP:
         state = replace(state, seen=None)
     return state, elapsed

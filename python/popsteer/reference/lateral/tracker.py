@@ -47,7 +47,7 @@ from popsteer.reference.vehicle.estimator import (
     Estimate,
     Estimator,
 )
-from popsteer.reference.vehicle.state import MAX_DT, VehicleState, checked_dt
+from popsteer.reference.vehicle.state import MAX_DT, MIN_DT, VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -331,6 +331,9 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     def _hand_over(self, state: StateT) -> StateT:
         """Go on from the present angle, in what is left of the hand-over that is under way."""
         left = state.handover_left if hands_over(state) else HANDOVER_TIME
+        if state.handover_offset is not None:
+            # Of one that has begun less than all of its time is left.
+            left = saturate(left, 0.0, HANDOVER_TIME - MIN_DT)
         state, goes_on_from_it = self.set_steer(state, state.steer)
         left = 0.0 if goes_on_from_it else left
         return replace(state, handover_offset=None, handover_left=left)

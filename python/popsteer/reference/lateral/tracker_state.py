@@ -125,7 +125,7 @@ class TrackerState:
     held_time : float
         How much time they took, which the next step counts [s].
     period : float
-        The control period of the last step [s]; 0 before the first.
+        The time that the last step counted [s]; 0 before the first.
     wheel : float or None
         Angle of the wheels by the vehicle's own figures [rad]; None where the vehicle is not
         modelled.

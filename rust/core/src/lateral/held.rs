@@ -65,10 +65,10 @@ impl<S: LateralState> TrackerState<S> {
     /// The time since the last step [s] of an input that comes in `dt` [s] after the last, missed
     /// or not; no time has been missed then.
     #[inline]
-    pub(super) fn elapsed(&mut self, dt: f64) -> f64 {
+    pub(super) fn elapse(&mut self, dt: f64) -> f64 {
         let elapsed = saturate(self.held_time + dt, MIN_DT, MAX_DT);
         self.held_time = 0.0;
-        self.period = dt;
+        self.period = elapsed;
         if elapsed > LEARNING_GAP {
             self.estimator.seen = None;
         }

@@ -8,11 +8,12 @@ use super::tracker::{HANDOVER_TIME, Tracker};
 use super::tracker_state::{Handover, Place, TrackerState};
 use super::{LateralLaw, LateralState};
 use crate::Point;
-use crate::math::{PI, atan2, sqrt};
+use crate::math::{PI, atan2, saturate, sqrt};
 use crate::path::index::STEP_BUDGET;
 use crate::path::locate::{Foot, locate};
 use crate::path::relocalise::relocalise_within;
 use crate::path::view::{PathView, get_distance};
+use crate::vehicle::state::MIN_DT;
 
 /// A path that passes the last projection farther off than this lies elsewhere, in wheelbases.
 /// Smaller values fade in more of a planner's noise; larger ones let the angle jump by more.
@@ -98,9 +99,15 @@ impl<S: LateralState> TrackerState<S> {
     /// Goes on from the present angle: its difference to what the law wants fades in what is left
     /// of the hand-over that is under way, or within [`HANDOVER_TIME`].
     fn hand_over(&mut self) {
-        let left = self
-            .handover
-            .map_or(HANDOVER_TIME, |handover| handover.left);
+        let left = match self.handover {
+            // Of one that has begun less than all of its time is left.
+            Some(Handover {
+                offset: Some(_),
+                left,
+            }) => saturate(left, 0.0, HANDOVER_TIME - MIN_DT),
+            Some(Handover { offset: None, left }) => left,
+            None => HANDOVER_TIME,
+        };
         self.handover = if self.law.set_steer(self.steer) {
             None
         } else {

@@ -267,7 +267,7 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
     ) -> Result<(Answer, Status), InputError> {
         let vehicle = vehicle.checked()?;
-        let dt = state.elapsed(checked_dt(dt)?);
+        let dt = state.elapse(checked_dt(dt)?);
         let (seen, mut belief) = self.predict(state, vehicle, dt);
 
         let follow = self.law.follow();

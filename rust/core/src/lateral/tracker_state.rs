@@ -115,7 +115,7 @@ pub struct TrackerState<S> {
     pub held: usize,
     /// How much time they took, which the next step counts [s].
     pub held_time: f64,
-    /// The control period of the last step [s]; 0 before the first.
+    /// The time that the last step counted [s]; 0 before the first.
     pub period: f64,
     /// The last answer; none before the first step.
     pub answer: Option<Answer>,

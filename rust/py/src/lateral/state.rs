@@ -71,7 +71,7 @@ macro_rules! state {
         /// held_time : float, default 0.0
         ///     How much time they took, which the next step counts [s].
         /// period : float, default 0.0
-        ///     The control period of the last step [s]; 0 before the first.
+        ///     The time that the last step counted [s]; 0 before the first.
         /// wheel : float, optional
         ///     Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.
         /// commands_in_flight : tuple of tuple of float, default ()
@@ -233,7 +233,7 @@ macro_rules! state {
                 self.tail.held_time
             }
 
-            /// The control period of the last step [s]; 0 before the first.
+            /// The time that the last step counted [s]; 0 before the first.
             #[getter]
             fn period(&self) -> f64 {
                 self.tail.period
