@@ -607,10 +607,13 @@ class PopState:
         previous_steer: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -636,6 +639,8 @@ class PopState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -643,6 +648,10 @@ class PopState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -692,10 +701,13 @@ class PreviewPopState:
         reached_limits: int = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -723,6 +735,8 @@ class PreviewPopState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -730,6 +744,10 @@ class PreviewPopState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -781,10 +799,13 @@ class PidState:
         sum: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -816,6 +837,8 @@ class PidState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -823,6 +846,10 @@ class PidState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -871,10 +898,13 @@ class PurePursuitState:
         previous_alpha: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -900,6 +930,8 @@ class PurePursuitState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -907,6 +939,10 @@ class PurePursuitState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -954,10 +990,13 @@ class StanleyState:
         *,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -981,6 +1020,8 @@ class StanleyState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -988,6 +1029,10 @@ class StanleyState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -1035,10 +1080,13 @@ class BangBangState:
         *,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
         seen: _Numbers | None = ...,
@@ -1062,6 +1110,8 @@ class BangBangState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -1069,6 +1119,10 @@ class BangBangState:
     def handover_left(self) -> float: ...
     @property
     def held(self) -> int: ...
+    @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
     @property
     def wheel(self) -> float | None: ...
     @property
@@ -1408,13 +1462,16 @@ class Batch:
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
     ) -> CommandBatch: ...
+    def set_path(
+        self, path: Path | Sequence[Path], *, vehicles: Sequence[int] | None = None
+    ) -> None: ...
     def reset(self) -> None: ...
     @property
     def states(self) -> list[_State]: ...
     def __len__(self) -> int: ...
     def __getnewargs__(self) -> tuple[_Law, int] | tuple[list[_Law]]: ...
-    def __getstate__(self) -> list[_State]: ...
-    def __setstate__(self, states: list[_State]) -> None: ...
+    def __getstate__(self) -> tuple[list[_State], list[Path | None]]: ...
+    def __setstate__(self, kept: tuple[list[_State], list[Path | None]]) -> None: ...
 
 @final
 class CoupledLongitudinalParams:

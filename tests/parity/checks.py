@@ -160,6 +160,9 @@ BAD_TAILS: list[dict[str, Any]] = [
     *_beyond("steer", -1.22, 1.22),
     *({**fields, "handover_left": 0.5} for fields in _beyond("handover_offset", -2.59, 2.59)),
     *_beyond("handover_left", 0.0, 1.0),
+    *_spoilt("place", (0.0, 0.0, 0.0, 1.0), (4e9,) * 4),
+    *_beyond("held_time", 0.0, 1e3),
+    *_beyond("period", 0.0, 1e3),
     *_spoilt("seen", (0.0, 0.0, 0.0, 1.0), (2e9, 2e9, 1e6, 1e4)),
     *(
         fields
@@ -209,6 +212,7 @@ def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) 
         *({}, {"waypoint": None}, {"waypoint": 0}, {"waypoint": 29}, {"held": -1}),
         *({"handover_left": -0.0}, {"handover_offset": 0.1}, {"handover_left": 0.5}),
         {"answer": (_SIGHT, _SIGHT, (1.0, 2.0), True), "seen": _SIGHT, "measured_waypoint": 3},
+        {"place": (1.0, 2.0, 3.0, 4.0), "held_time": 0.3, "period": 0.1},
         {"wheel": 0.1, "commands_in_flight": ((5.0, 9.0),) * 300 if not law.predicts else ()},
     ):
         assert pair.set_state(make(law.state_name, **{**good, **fields}))

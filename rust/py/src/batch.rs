@@ -1,7 +1,10 @@
 //! Many vehicles, one step at a time: arrays in, arrays out.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, PyArrayMethods};
-use popsteer_core::error::{ConfigError, Requirement};
+use popsteer_core::error::{ConfigError, InputError, Requirement};
+use popsteer_core::math::from_count;
 use popsteer_core::{Command, VehicleState};
 use popsteer_sim::batch::OnError;
 use pyo3::exceptions::PyTypeError;
@@ -12,6 +15,7 @@ use crate::arrays::column;
 use crate::commands::PyCommandBatch;
 use crate::errors::{OrRaise, unknown};
 use crate::params::{Count, Number};
+use crate::path::PyPath;
 use crate::vehicles::{Recipe, Vehicles, each};
 
 /// More copies of one controller than this are a mistake, not a batch.
@@ -66,6 +70,8 @@ pub(crate) struct PyBatch {
     recipes: Vec<Recipe>,
     /// How many copies of the one controller, where it was made of one.
     copies: Option<usize>,
+    /// The paths that were given since, one a vehicle.
+    paths: Vec<Option<Py<PyPath>>>,
     /// Kept from step to step, to spare its allocation.
     inputs: Vec<VehicleState>,
 }
@@ -93,6 +99,7 @@ impl PyBatch {
             vehicles,
             recipes,
             copies,
+            paths: Vec::new(),
             inputs: Vec::new(),
         })
     }
@@ -113,7 +120,8 @@ impl PyBatch {
     /// on_error : {"raise", "nan", "hold"}, default "raise"
     ///     What a number that is not finite or beyond its bound leads to: an error, with no
     ///     vehicle stepped; or NaN for its vehicle, which keeps its state; or the last command of
-    ///     its vehicle, as `step_or_hold` of a controller. The rest go on.
+    ///     its vehicle, as `step_or_hold` of a controller. The rest go on. With "nan" and "hold" the
+    ///     vehicle's next step counts the time that has passed.
     /// hold_limit : int, default 10
     ///     With "hold", how many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the
     ///     status is the fault ``Status.INPUT_LOST``.
@@ -214,6 +222,67 @@ impl PyBatch {
         PyCommandBatch::new(py, &commands)
     }
 
+    /// Have vehicles follow other paths from the next step on, as `set_path` of a controller.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path or sequence of Path
+    ///     One for all of the vehicles, or one for each of them.
+    /// vehicles : sequence of int, optional
+    ///     Which vehicles, by their places in the batch; by default all of them, in order.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If there are not as many paths as vehicles, or a place is none of the batch; no vehicle
+    ///     has another path then.
+    ///
+    /// Examples
+    /// --------
+    /// >>> ahead = popsteer.Path([(0.0, 0.0), (50.0, 0.0)])
+    /// >>> aside = popsteer.Path([(0.0, 3.0), (50.0, 3.0)])
+    /// >>> batch = popsteer.Batch(popsteer.Pop(ahead), 3)
+    /// >>> batch.set_path(aside)  # all
+    /// >>> batch.set_path([ahead, aside], vehicles=[0, 2])
+    #[pyo3(signature = (path, *, vehicles=None))]
+    fn set_path(
+        &mut self,
+        py: Python<'_>,
+        path: &Bound<'_, PyAny>,
+        vehicles: Option<Vec<Count>>,
+    ) -> PyResult<()> {
+        let count = self.vehicles.len();
+        let places: Vec<usize> = match vehicles {
+            None => (0..count).collect(),
+            Some(given) => given
+                .into_iter()
+                .map(|place| place_of(place, count))
+                .collect::<Result<_, _>>()
+                .or_raise(py)?,
+        };
+        let paths: Vec<Py<PyPath>> = match path.cast::<PyPath>() {
+            Ok(one) => places.iter().map(|_| one.clone().unbind()).collect(),
+            Err(_) => path.extract()?,
+        };
+        if paths.len() != places.len() {
+            return Err(InputError {
+                field: "path",
+                value: from_count(paths.len()),
+                requirement: Requirement::CountInRange(places.len(), places.len()),
+            })
+            .or_raise(py);
+        }
+        self.paths.resize_with(count, || None);
+        for (place, path) in places.into_iter().zip(paths) {
+            let shared = Arc::clone(&path.get().0);
+            each!(&mut self.vehicles, batch => batch.set_path(place, shared));
+            if let Some(kept) = self.paths.get_mut(place) {
+                *kept = Some(path);
+            }
+        }
+        Ok(())
+    }
+
     /// Forget all steps, those of the controllers before the batch was made too.
     fn reset(&mut self) {
         each!(&mut self.vehicles, batch => batch.reset());
@@ -241,12 +310,25 @@ impl PyBatch {
         }
     }
 
-    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        self.states(py)
+    /// The states, and the paths that were given since it was made.
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Kept<'py>> {
+        let paths = self
+            .paths
+            .iter()
+            .map(|path| Some(path.as_ref()?.clone_ref(py)));
+        Ok((self.states(py)?, paths.collect()))
     }
 
-    fn __setstate__(&mut self, states: &Bound<'_, PyList>) -> PyResult<()> {
-        self.vehicles.set_states(states)
+    fn __setstate__(&mut self, kept: Kept<'_>) -> PyResult<()> {
+        let (states, paths) = kept;
+        for (place, path) in paths.iter().enumerate() {
+            if let Some(path) = path {
+                let shared = Arc::clone(&path.get().0);
+                each!(&mut self.vehicles, batch => batch.set_path(place, shared));
+            }
+        }
+        self.paths = paths;
+        self.vehicles.set_states(&states)
     }
 
     fn __repr__(&self) -> String {
@@ -273,6 +355,20 @@ impl PyBatch {
             .extend(poses.map(|(((&x, &y), &yaw), &speed)| VehicleState { x, y, yaw, speed }));
         Ok(())
     }
+}
+
+/// What a pickled batch keeps.
+type Kept<'py> = (Bound<'py, PyList>, Vec<Option<Py<PyPath>>>);
+
+/// A place in a batch of so many vehicles.
+fn place_of(Count(place): Count, count: usize) -> Result<usize, InputError> {
+    let found = usize::try_from(place).ok().filter(|&place| place < count);
+    #[expect(clippy::cast_precision_loss, reason = "shown in an error")]
+    found.ok_or(InputError {
+        field: "vehicles",
+        value: place as f64,
+        requirement: Requirement::Below(count),
+    })
 }
 
 /// The number of copies that is asked for.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use popsteer_core::lateral::Answer;
-use popsteer_core::lateral::{Handover, TrackerState};
+use popsteer_core::lateral::{Handover, Place, TrackerState};
 use popsteer_core::vehicle::Estimator;
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Point, Status, Tracker, VehicleState};
@@ -56,9 +56,12 @@ struct Short<S> {
     law: S,
     waypoint: Option<usize>,
     measured_waypoint: Option<usize>,
+    place: Option<Place>,
     steer: f64,
     handover: Option<Handover>,
     held: usize,
+    held_time: f64,
+    period: f64,
     answer: Option<Answer>,
     estimator: Estimator,
 }
@@ -104,9 +107,12 @@ impl<S: Clone> Short<S> {
             law: state.law.clone(),
             waypoint: state.waypoint,
             measured_waypoint: state.measured_waypoint,
+            place: state.place,
             steer: state.steer,
             handover: state.handover,
             held: state.held,
+            held_time: state.held_time,
+            period: state.period,
             answer: state.answer,
             estimator: state.estimator,
         }
@@ -118,9 +124,12 @@ impl<S: Clone> Short<S> {
             law: self.law.clone(),
             waypoint: self.waypoint,
             measured_waypoint: self.measured_waypoint,
+            place: self.place,
             steer: self.steer,
             handover: self.handover,
             held: self.held,
+            held_time: self.held_time,
+            period: self.period,
             answer: self.answer,
             in_flight: None,
             estimator: self.estimator,
@@ -133,8 +142,8 @@ impl<S: Clone> Short<S> {
 pub enum OnError {
     /// An error; no vehicle has moved then.
     Raise,
-    /// No angle, and no numbers, for its vehicle, which keeps its state; the others go on. A bad
-    /// `dt` is an error.
+    /// No angle, and no numbers, for its vehicle, which keeps its state but for the time that
+    /// passes; the others go on. A bad `dt` is an error.
     Mark,
     /// The last command of its vehicle, as [`Tracker::step_or_hold`] with this limit; the others
     /// go on. A bad `dt` holds all of them.
@@ -174,7 +183,10 @@ impl<L: LateralLaw> Kept<L> {
         }
         self.state.with(|state| {
             let answer = tracker.step(&path, state, input, dt);
-            answer.unwrap_or_else(|_| marked(state.answer))
+            answer.unwrap_or_else(|_| {
+                state.miss(dt);
+                marked(state.answer)
+            })
         })
     }
 
@@ -184,8 +196,13 @@ impl<L: LateralLaw> Kept<L> {
             return self.step(input, dt, on_error).steer;
         }
         let (tracker, path) = (&self.tracker, self.path.view());
-        let steer = |state: &mut _| tracker.steer(&path, state, input, dt);
-        self.state.with(steer).unwrap_or(f64::NAN)
+        self.state.with(|state| {
+            let answer = tracker.steer(&path, state, input, dt);
+            answer.unwrap_or_else(|_| {
+                state.miss(dt);
+                f64::NAN
+            })
+        })
     }
 }
 
@@ -244,6 +261,18 @@ where
     pub fn reset(&mut self) {
         for member in &mut self.members {
             member.state = KeptState::new(member.tracker.initial_state());
+        }
+    }
+
+    /// Has a vehicle follow another path from its next step on, as [`Tracker::set_path`]. A place
+    /// beyond the batch changes nothing.
+    pub fn set_path(&mut self, vehicle: usize, path: Arc<Path>) {
+        if let Some(member) = self.members.get_mut(vehicle) {
+            let (tracker, old) = (&member.tracker, member.path.view());
+            member
+                .state
+                .with(|state| tracker.set_path(state, &old, &path.view()));
+            member.path = path;
         }
     }
 

@@ -19,6 +19,7 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
+from popsteer.reference.math import saturate
 
 if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
@@ -229,6 +230,13 @@ class Pid(Tracker[PidParams, PidState]):
     def forget_path(self, state: PidState) -> PidState:
         """Forget what was measured against the path."""
         return replace(state, previous_error=None, terms=(), next=0, sum=0.0)
+
+    def change_path(self, state: PidState, offset: float | None) -> PidState:
+        """Carry the integral on, and let the derivative see no jump."""
+        previous = state.previous_error
+        if previous is not None:
+            previous = None if offset is None else saturate(previous + offset, -BOUND, BOUND)
+        return replace(state, previous_error=previous)
 
     def restore(self, state: PidState) -> PidState:
         """Return `state`, where a buffer of this law could hold its terms so."""

@@ -22,8 +22,11 @@ from popsteer.reference.lateral import (
     Tracked,
     check_steer,
 )
+from popsteer.reference.lateral.missed import elapse, miss
+from popsteer.reference.lateral.replan import find_place, goes_on
 from popsteer.reference.lateral.tracker_state import (
     Answer,
+    Place,
     Seen,
     TrackerState,
     estimator_of,
@@ -44,7 +47,7 @@ from popsteer.reference.vehicle.estimator import (
     Estimate,
     Estimator,
 )
-from popsteer.reference.vehicle.state import VehicleState, checked_dt
+from popsteer.reference.vehicle.state import MAX_DT, MIN_DT, VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -152,10 +155,42 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         self._state = self._take_over(self._before_first_step(steer), steer)
 
     def set_path(self, path: PathView) -> None:
-        """Follow another path from the next step on, without a jump of the angle."""
+        """Follow another path from the next step on.
+
+        The place on it is that of the last projection. Estimate, integral and commands in flight
+        carry on, and so does all of the state where the path is the same there. A path that lies
+        elsewhere is gone over to from the present angle, within `HANDOVER_TIME`; a hand-over that
+        is under way ends when it was to end. Before the first step nothing changes.
+        """
+        old, state = self._path, self._state
         self._path = path
-        state = replace(self._state, waypoint=None, measured_waypoint=None)
-        self._state = self._take_over(self.forget_path(state), state.steer)
+        if state.waypoint is None:
+            self._state = replace(state, measured_waypoint=None)
+            return
+        last = (state.waypoint, state.measured_waypoint)
+        if all(goes_on(old, path, waypoint) for waypoint in last if waypoint is not None):
+            return
+        if state.place is None:
+            # After a jump it is not known where on the old path the vehicle was.
+            state = replace(state, waypoint=None, measured_waypoint=None)
+            self._state = self._hand_over(self.change_path(state, None))
+            return
+        found = find_place(
+            self._follow, self._vehicle.wheelbase, old, path, last, Place(*state.place)
+        )
+        state = replace(
+            state,
+            waypoint=found.waypoint,
+            measured_waypoint=found.measured_waypoint,
+            place=Place(*found.point, *state.place[2:]),
+        )
+        if found.is_turned:
+            state = self.forget_path(state)
+        else:
+            state = self.change_path(state, None if found.is_askew else found.offset)
+        if found.is_turned or found.is_askew or found.is_aside:
+            state = self._hand_over(state)
+        self._state = state
 
     def relocalise(self, x: float, y: float, yaw: float) -> None:
         """Find the vehicle's place on the path anew, after a jump.
@@ -180,7 +215,9 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         base = vehicle.ahead(self._follow.base)
         waypoint = relocalise(self._path, (base.x, base.y), yaw, self._follow.opposite_distance)
         # Nothing is learnt of the motion until then.
-        self._state = replace(self._state, waypoint=waypoint, measured_waypoint=None, seen=None)
+        self._state = replace(
+            self._state, waypoint=waypoint, measured_waypoint=None, place=None, seen=None
+        )
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
         """Estimate, predict, locate, decide, limit: one control step.
@@ -208,7 +245,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             unchanged.
         """
         vehicle = VehicleState(x, y, yaw, speed).checked()
-        dt = checked_dt(dt)
+        self._state, dt = elapse(self._state, checked_dt(dt))
         seen, belief = self._predict(vehicle, dt)
 
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
@@ -239,7 +276,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         else:
             limited = self._limit(steer, at.vehicle.speed, dt, belief.estimate)
         answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse)
-        self._state = replace(self._state, answer=answer)
+        place = Place(*at.foot.point, *here.foot.point)
+        self._state = replace(self._state, answer=answer, place=place)
         status = decision.status
         if limited:
             status |= Status.SATURATED
@@ -260,20 +298,15 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
 
         Where `step` would raise `InputError`, the last command is held, its angle, direction,
         errors and target, with the status `Status.INPUT_HELD` for up to `hold_limit` inputs in a
-        row and `Status.INPUT_LOST` beyond. The law's state stays; commands in flight go on.
+        row and `Status.INPUT_LOST` beyond. The time `dt` of a held input is added to that of the
+        next step, whose answer so is that of a single step over all the time that has passed. A
+        `dt` that is itself refused counts as that of the last step.
         """
         try:
             return self.step(x, y, yaw, speed, dt)
         except InputError:
-            state = replace(self._state, held=self._state.held + 1)
-        in_flight = in_flight_of(state)
-        if in_flight is not None:
-            # The angle that is held goes on its way like any other.
-            try:
-                in_flight = in_flight.elapse(self._vehicle, state.steer, checked_dt(dt), 0.0)
-            except InputError:
-                pass
-            state = replace(with_in_flight(state, in_flight), seen=None)
+            state = miss(self._state, dt)
+        state = replace(state, held=state.held + 1)
         self._state = state
         nowhere = Seen(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
         answer = state.answer
@@ -294,6 +327,16 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         state, goes_on = self.set_steer(state, steer)
         left = 0.0 if goes_on else HANDOVER_TIME
         return replace(state, steer=steer, handover_offset=None, handover_left=left)
+
+    def _hand_over(self, state: StateT) -> StateT:
+        """Go on from the present angle, in what is left of the hand-over that is under way."""
+        left = state.handover_left if hands_over(state) else HANDOVER_TIME
+        if state.handover_offset is not None:
+            # Of one that has begun less than all of its time is left.
+            left = saturate(left, 0.0, HANDOVER_TIME - MIN_DT)
+        state, goes_on_from_it = self.set_steer(state, state.steer)
+        left = 0.0 if goes_on_from_it else left
+        return replace(state, handover_offset=None, handover_left=left)
 
     def _predict(self, vehicle: VehicleState, dt: float) -> tuple[VehicleState, Belief]:
         """Return the vehicle as the law is to see it.
@@ -369,9 +412,18 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         state = self._state
         if not hands_over(state):
             return wanted
-        offset, left = state.handover_offset, state.handover_left
-        if offset is None:
+        offset, before = state.handover_offset, state.handover_left
+        left = before
+        if offset is None and before >= HANDOVER_TIME:
             offset = state.steer - wanted
+        elif offset is None:
+            # The path changed again on the way: the difference fades in the time that is left.
+            left -= dt
+            share = before / HANDOVER_TIME
+            offset = 0.0
+            if left > 0.0:
+                widest = _widest_offset(self._vehicle)
+                offset = saturate((state.steer - wanted) / share, -widest, widest)
         else:
             left -= dt
         share = saturate(left / HANDOVER_TIME, 0.0, 1.0)
@@ -400,11 +452,13 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         # No offset and no time left is no hand-over; NaN is one, and refused.
         if hands_over(state):
             if offset is not None:
-                widest = 2.0 * car.max_steer + (abs(car.steer_offset) + MAX_STEER_OFFSET)
-                offset = check_steer("handover_offset", offset, widest)
+                offset = check_steer("handover_offset", offset, _widest_offset(car))
             left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
         else:
             left = 0.0
+        place = None if state.place is None else Place(*state.place).checked()
+        held_time = input_in_range("held_time", state.held_time, 0.0, MAX_DT)
+        period = input_in_range("period", state.period, 0.0, MAX_DT)
         answer = None if state.answer is None else Answer(*state.answer).checked()
         estimator = estimator_of(state).checked(car)
         if in_flight is not None:
@@ -414,10 +468,13 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             state,
             waypoint=waypoint,
             measured_waypoint=measured,
+            place=place,
             steer=steer,
             handover_offset=offset,
             handover_left=left,
             held=max(0, operator.index(state.held)),
+            held_time=held_time,
+            period=period,
             answer=answer,
         )
 
@@ -434,6 +491,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
 
 
 # A state is flat, as the binding shows it; what goes together in it is taken out and put back here.
+
+
+def _widest_offset(car: Vehicle) -> float:
+    """Return the widest offset of a hand-over: from one end of the wheels to the other [rad]."""
+    return 2.0 * car.max_steer + (abs(car.steer_offset) + MAX_STEER_OFFSET)
 
 
 def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Answer",
+    "Place",
     "Seen",
     "TrackerState",
     "estimator_of",
@@ -59,6 +60,24 @@ class Seen(NamedTuple):
         )
 
 
+class Place(NamedTuple):
+    """The projections of the last step, by which the place is found on another path."""
+
+    x: float
+    """That of the predicted vehicle, x [m]."""
+    y: float
+    """The same, y [m]."""
+    measured_x: float
+    """That of the measured vehicle, x [m]."""
+    measured_y: float
+    """The same, y [m]."""
+
+    def checked(self) -> Place:
+        """Return the same, as floats, where each is within its bound."""
+        most = 4.0 * MAX_COORDINATE
+        return Place(*(input_in_range("place", value, -most, most) for value in self))
+
+
 class Answer(NamedTuple):
     """What the last step answered besides its angle."""
 
@@ -92,6 +111,9 @@ class TrackerState:
         starts; None before the first step.
     measured_waypoint : int or None
         The same of the measured vehicle, where there is a dead time.
+    place : tuple of float or None
+        Where both were projected to: x, y [m] of the predicted vehicle's projection, x, y [m] of
+        the measured one's; None before the first step and after a jump.
     steer : float
         The angle last commanded [rad].
     handover_offset : float or None
@@ -100,6 +122,10 @@ class TrackerState:
         How long it fades on [s]; 0 without a hand-over.
     held : int
         How many inputs in a row were refused.
+    held_time : float
+        How much time they took, which the next step counts [s].
+    period : float
+        The time that the last step counted [s]; 0 before the first.
     wheel : float or None
         Angle of the wheels by the vehicle's own figures [rad]; None where the vehicle is not
         modelled.
@@ -137,10 +163,13 @@ class TrackerState:
 
     waypoint: int | None = None
     measured_waypoint: int | None = None
+    place: Place | None = None
     steer: float = 0.0
     handover_offset: float | None = None
     handover_left: float = 0.0
     held: int = 0
+    held_time: float = 0.0
+    period: float = 0.0
     wheel: float | None = None
     commands_in_flight: Commands = ()
     seen: tuple[float, float, float, float] | None = None

@@ -8,10 +8,12 @@ pub mod command;
 pub mod cost_to_go;
 mod held;
 pub mod limited;
+pub mod missed;
 pub mod pid;
 pub mod pop;
 pub mod preview_pop;
 pub mod pure_pursuit;
+pub mod replan;
 pub mod search;
 pub mod stanley;
 pub mod tracker;
@@ -25,7 +27,7 @@ pub use preview_pop::{PreviewPop, PreviewPopParams, PreviewPopState};
 pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
 pub use stanley::{Stanley, StanleyParams, StanleyState};
 pub use tracker::Tracker;
-pub use tracker_state::{Answer, Handover, Seen, TrackerState};
+pub use tracker_state::{Answer, Handover, Place, Seen, TrackerState};
 
 use core::fmt;
 
@@ -58,8 +60,12 @@ pub struct Belief {
 
 /// What all states of laws have in common.
 pub trait LateralState {
-    /// Forgets what was measured against the path: another one is followed from now on.
+    /// Forgets what was measured against the path: it leads another way from now on.
     fn leave_path(&mut self) {}
+
+    /// Another path is followed from now on, against which the last error is `offset` [m] larger;
+    /// by nobody knows how much where that is none.
+    fn change_path(&mut self, _offset: Option<f64>) {}
 
     /// Takes note of the angle [rad] that the wheels were given instead of the law's answer.
     /// Whether the law's next answer goes on from it.

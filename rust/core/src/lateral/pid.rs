@@ -2,7 +2,7 @@
 
 use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
-use crate::math::from_count;
+use crate::math::{from_count, saturate};
 use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
@@ -277,6 +277,14 @@ impl LateralState for PidState {
     fn leave_path(&mut self) {
         self.previous_error = None;
         self.buffer = ErrorBuffer::new(self.buffer.length());
+    }
+
+    /// The integral carries on, and the derivative sees no jump.
+    fn change_path(&mut self, offset: Option<f64>) {
+        self.previous_error = match (self.previous_error, offset) {
+            (Some(error), Some(offset)) => Some(saturate(error + offset, -BOUND, BOUND)),
+            _ => None,
+        };
     }
 }
 

@@ -4,7 +4,7 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
-use super::tracker_state::{Answer, Handover, Seen, TrackerState};
+use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
@@ -13,7 +13,7 @@ use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
 use crate::path::view::{MAX_COORDINATE, PathView};
-use crate::vehicle::state::checked_dt;
+use crate::vehicle::state::{MAX_DT, checked_dt};
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// How long the difference to a driver's angle takes to fade [s].
@@ -113,9 +113,12 @@ impl<L: LateralLaw> Tracker<L> {
             law: self.law.initial_state(),
             waypoint: None,
             measured_waypoint: None,
+            place: None,
             steer: 0.0,
             handover: None,
             held: 0,
+            held_time: 0.0,
+            period: 0.0,
             answer: None,
             in_flight: self
                 .models
@@ -176,48 +179,6 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(state.steer)
     }
 
-    /// A step that answers whatever comes in: where [`step`](Self::step) refuses the input, the
-    /// last command is held, its angle, direction, errors and target, with the status
-    /// [`Status::INPUT_HELD`] for up to `hold_limit` inputs in a row and [`Status::INPUT_LOST`]
-    /// beyond. The law's state stays; commands in flight go on.
-    pub fn step_or_hold(
-        &self,
-        path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-        hold_limit: usize,
-    ) -> Command {
-        if let Ok(command) = self.step(path, state, vehicle, dt) {
-            return command;
-        }
-        state.held = state.held.saturating_add(1);
-        if let Some(in_flight) = &mut state.in_flight {
-            // The angle that is held goes on its way like any other.
-            if let Ok(dt) = checked_dt(dt) {
-                in_flight.elapse(self.law.vehicle(), state.steer, dt, 0.0);
-            }
-            state.estimator.seen = None;
-        }
-        let status = if state.held > hold_limit {
-            Status::INPUT_LOST
-        } else {
-            Status::INPUT_HELD
-        };
-        let nowhere = Seen {
-            cross_track_error: 0.0,
-            yaw: 0.0,
-            along: Point::new(1.0, 0.0),
-        };
-        let answer = state.answer.unwrap_or(Answer {
-            measured: nowhere,
-            predicted: nowhere,
-            target: Point::new(0.0, 0.0),
-            reverse: false,
-        });
-        command(state.steer, &answer, status)
-    }
-
     /// After a jump of the vehicle, of its localisation or along the path: finds the place that
     /// the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest
     /// of `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
@@ -261,11 +222,15 @@ impl<L: LateralLaw> Tracker<L> {
         check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
         if let Some(Handover { offset, left }) = state.handover {
-            let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
-            let widest = 2.0 * vehicle.max_steer + offsets;
+            let widest = widest_offset(vehicle);
             check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
             input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
         }
+        if let Some(place) = state.place {
+            place.checked()?;
+        }
+        input_in_range("held_time", state.held_time, 0.0, MAX_DT)?;
+        input_in_range("period", state.period, 0.0, MAX_DT)?;
         if let Some(answer) = state.answer {
             answer.measured.checked()?;
             answer.predicted.checked()?;
@@ -302,7 +267,7 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
     ) -> Result<(Answer, Status), InputError> {
         let vehicle = vehicle.checked()?;
-        let dt = checked_dt(dt)?;
+        let dt = state.elapse(checked_dt(dt)?);
         let (seen, mut belief) = self.predict(state, vehicle, dt);
 
         let follow = self.law.follow();
@@ -346,6 +311,10 @@ impl<L: LateralLaw> Tracker<L> {
             reverse: at.reverse,
         };
         state.answer = Some(answer);
+        state.place = Some(Place {
+            predicted: at.foot.point,
+            measured: measured.as_ref().map_or(at.foot.point, |at| at.foot.point),
+        });
         let status = decision.status
             | Status::SATURATED.when(limited)
             | Status::END_OF_PATH.when(at.past_end)
@@ -436,7 +405,8 @@ impl<L: LateralLaw> Tracker<L> {
     ) -> bool {
         let car = self.law.vehicle();
         let offset = car.steer_offset + estimate.steer_offset;
-        let wanted = fade(&mut state.handover, state.steer, wanted - offset, dt);
+        let widest = widest_offset(car);
+        let wanted = fade(&mut state.handover, state.steer, wanted - offset, dt, widest);
         let wheel = car.at_wheels(wanted + offset);
         let wheel = car.limit_lateral_acceleration(wheel, speed, estimate.gain);
         let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
@@ -451,13 +421,24 @@ impl<L: LateralLaw> Tracker<L> {
     }
 }
 
-/// The command of a hand-over: the difference to the last one fades.
-fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64) -> f64 {
+/// The command of a hand-over: the difference to the last one, at most `widest` [rad], fades.
+fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64, widest: f64) -> f64 {
     let Some(fading) = handover else {
         return wanted;
     };
+    let before = fading.left;
     let offset = match fading.offset {
-        None => last - wanted,
+        None if before >= HANDOVER_TIME => last - wanted,
+        None => {
+            // The path changed again on the way: the difference fades in the time that is left.
+            fading.left -= dt;
+            let share = before / HANDOVER_TIME;
+            if fading.left > 0.0 {
+                saturate((last - wanted) / share, -widest, widest)
+            } else {
+                0.0
+            }
+        }
         Some(offset) => {
             fading.left -= dt;
             offset
@@ -469,6 +450,12 @@ fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64) -> f64
         *handover = None;
     }
     wanted + share * offset
+}
+
+/// The widest offset of a hand-over: from one end of the wheels to the other [rad].
+fn widest_offset(vehicle: &Vehicle) -> f64 {
+    let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
+    2.0 * vehicle.max_steer + offsets
 }
 
 impl Vehicle {
@@ -497,7 +484,7 @@ impl Vehicle {
 }
 
 #[inline]
-fn command(steer: f64, answer: &Answer, status: Status) -> Command {
+pub(super) fn command(steer: f64, answer: &Answer, status: Status) -> Command {
     let Answer {
         measured,
         predicted,

@@ -63,6 +63,26 @@ impl Seen {
     }
 }
 
+/// The projections of the last step, by which the place is found on another path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// That of the predicted vehicle [m].
+    pub predicted: Point,
+    /// That of the measured one [m].
+    pub measured: Point,
+}
+
+impl Place {
+    pub(super) fn checked(self) -> Result<Self, InputError> {
+        let most = 4.0 * MAX_COORDINATE;
+        for point in [self.predicted, self.measured] {
+            input_in_range("place", point.x, -most, most)?;
+            input_in_range("place", point.y, -most, most)?;
+        }
+        Ok(self)
+    }
+}
+
 /// What the last step answered besides its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
@@ -85,12 +105,18 @@ pub struct TrackerState<S> {
     pub waypoint: Option<usize>,
     /// The same of the measured vehicle, where there is a dead time.
     pub measured_waypoint: Option<usize>,
+    /// Where both were projected to; none before the first step and after a jump.
+    pub place: Option<Place>,
     /// The angle last commanded [rad].
     pub steer: f64,
     /// A hand-over that is not over.
     pub handover: Option<Handover>,
     /// How many inputs in a row were refused.
     pub held: usize,
+    /// How much time they took, which the next step counts [s].
+    pub held_time: f64,
+    /// The time that the last step counted [s]; 0 before the first.
+    pub period: f64,
     /// The last answer; none before the first step.
     pub answer: Option<Answer>,
     /// Commands on their way to the wheels, where the vehicle is modelled.
@@ -100,18 +126,11 @@ pub struct TrackerState<S> {
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// Another path is followed from now on; the next answer goes on from the present angle.
-    pub fn leave_path(&mut self) {
-        self.waypoint = None;
-        self.measured_waypoint = None;
-        self.law.leave_path();
-        self.take_over(self.steer);
-    }
-
     /// Puts the place on the path after a jump. Nothing is learnt of the motion until then.
     pub fn set_waypoint(&mut self, waypoint: usize) {
         self.waypoint = Some(waypoint);
         self.measured_waypoint = None;
+        self.place = None;
         self.estimator.seen = None;
     }
 

@@ -6,7 +6,7 @@
 //! [`lookahead`] searches it.
 
 pub mod follow;
-mod index;
+pub(crate) mod index;
 pub mod jump;
 pub mod locate;
 pub mod lookahead;

@@ -129,7 +129,8 @@ macro_rules! controller {
             /// speed : float
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
-            ///     Time since the last step [s], 1e-6 to 1e3.
+            ///     Time since the last step that answered [s], 1e-6 to 1e3: after one that was
+            ///     refused, or did not take place, all of the time since.
             ///
             /// Returns
             /// -------
@@ -196,7 +197,9 @@ macro_rules! controller {
             /// Take one control step, and answer whatever comes in.
             ///
             /// Where `step` would raise `InputError`, the last command is held: its angle,
-            /// direction, errors and target. Commands in flight go on.
+            /// direction, errors and target. Its time is added to that of the next step, whose
+            /// answer is that of one `step` over all the time that has passed. So give the `dt`
+            /// since the last call here, and to `step` the time since it last answered.
             ///
             /// Parameters
             /// ----------
@@ -207,7 +210,8 @@ macro_rules! controller {
             /// speed : float
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
-            ///     Time since the last step [s], 1e-6 to 1e3.
+            ///     Time since the last call [s], 1e-6 to 1e3. One that is refused itself counts as
+            ///     that of the last step.
             /// hold_limit : int, default 10
             ///     How many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the status
             ///     is the fault ``Status.INPUT_LOST``.
@@ -286,19 +290,26 @@ macro_rules! controller {
                 Ok(())
             }
 
-            /// Follow another path from the next step on, without a jump of the angle.
+            /// Follow another path from the next step on.
             ///
-            /// The vehicle is looked for on the whole of it; what was measured against the old one
-            /// is forgotten. The angle goes on from the last one, as after ``reset(steer=...)``.
+            /// That may be at every step, as a planner gives its paths. The place on the new path is
+            /// that of the last step; integral, estimate and commands in flight carry on, and where
+            /// the path is the same beside the vehicle, nothing changes. A path that lies elsewhere,
+            /// by more than a tenth of the wheelbase or half a radian, is gone over to from the
+            /// present angle: the difference to what the controller wants fades within a second,
+            /// and in what is left of that second where one such path follows another. POP goes on
+            /// in its neighbourhood.
             ///
             /// Parameters
             /// ----------
             /// path : Path
-            ///     The path to follow.
+            ///     The path to follow. One that cannot be is refused by `Path` itself, and the
+            ///     present one is kept.
             fn set_path(&mut self, path: Py<PyPath>) {
+                let (old, new) = (self.path.view(), path.get().0.view());
+                self.law.set_path(&mut self.state, &old, &new);
                 self.path = Arc::clone(&path.get().0);
                 self.owner = path;
-                self.state.leave_path();
             }
 
             /// What the controller remembers; a copy, which can be compared, saved and set again.

@@ -58,6 +58,8 @@ macro_rules! state {
         ///     The segment of the last projection, that of the predicted vehicle; None before the first step.
         /// measured_waypoint : int, optional
         ///     The segment of the last projection of the measured vehicle; None without a dead time.
+        /// place : tuple of float, optional
+        ///     The last projections: x, y [m] of the predicted vehicle's, x, y [m] of the measured one's; None before the first step and after a jump.
         /// steer : float, default 0.0
         ///     The angle last commanded [rad].
         /// handover_offset : float, optional
@@ -66,6 +68,10 @@ macro_rules! state {
         ///     How long it goes on fading [s]; 0 without a hand-over.
         /// held : int, default 0
         ///     How many inputs in a row were refused.
+        /// held_time : float, default 0.0
+        ///     How much time they took, which the next step counts [s].
+        /// period : float, default 0.0
+        ///     The time that the last step counted [s]; 0 before the first.
         /// wheel : float, optional
         ///     Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.
         /// commands_in_flight : tuple of tuple of float, default ()
@@ -119,8 +125,9 @@ macro_rules! state {
             #[new]
             #[pyo3(signature = (
                 *, $($field = $default,)*
-                waypoint=None, measured_waypoint=None, steer=0.0, handover_offset=None,
-                handover_left=0.0, held=Count(0), wheel=None,
+                waypoint=None, measured_waypoint=None, place=None, steer=0.0,
+                handover_offset=None, handover_left=0.0, held=Count(0), held_time=0.0, period=0.0,
+                wheel=None,
                 commands_in_flight=Pairs(Vec::new()), seen=None, turn_turn=0.0, turn_offset=0.0,
                 offset_offset=0.0, turn_measured=0.0, offset_measured=0.0, turn=0.0, change=0.0,
                 gain=1.0, steer_offset=0.0, longer_dead_time=0.0, slip=0.0, slip_length=0.0,
@@ -130,10 +137,13 @@ macro_rules! state {
                 $($field: $kind,)*
                 waypoint: Option<Count>,
                 measured_waypoint: Option<Count>,
+                place: Option<Motion>,
                 steer: f64,
                 handover_offset: Option<f64>,
                 handover_left: f64,
                 held: Count,
+                held_time: f64,
+                period: f64,
                 wheel: Option<f64>,
                 commands_in_flight: Pairs,
                 seen: Option<Motion>,
@@ -161,8 +171,8 @@ macro_rules! state {
                     turn, change, estimate,
                 };
                 let tail = Tail {
-                    waypoint, measured_waypoint, steer, handover_offset, handover_left, held, wheel,
-                    commands_in_flight, estimator, answer,
+                    waypoint, measured_waypoint, place, steer, handover_offset, handover_left, held,
+                    held_time, period, wheel, commands_in_flight, estimator, answer,
                 };
                 Self { $($field,)* tail }
             }
@@ -187,6 +197,12 @@ macro_rules! state {
                 self.tail.measured_waypoint
             }
 
+            /// The last projections: x, y [m] of the predicted vehicle's, x, y [m] of the measured one's; None before the first step and after a jump.
+            #[getter]
+            fn place(&self) -> Option<Motion> {
+                self.tail.place
+            }
+
             /// The angle last commanded [rad].
             #[getter]
             fn steer(&self) -> f64 {
@@ -209,6 +225,18 @@ macro_rules! state {
             #[getter]
             fn held(&self) -> Count {
                 self.tail.held
+            }
+
+            /// How much time the refused inputs took, which the next step counts [s].
+            #[getter]
+            fn held_time(&self) -> f64 {
+                self.tail.held_time
+            }
+
+            /// The time that the last step counted [s]; 0 before the first.
+            #[getter]
+            fn period(&self) -> f64 {
+                self.tail.period
             }
 
             /// Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.
@@ -319,10 +347,13 @@ macro_rules! state {
                 $(fields.set_item(stringify!($field), self.$field.clone())?;)*
                 fields.set_item("waypoint", self.waypoint())?;
                 fields.set_item("measured_waypoint", self.measured_waypoint())?;
+                fields.set_item("place", self.place())?;
                 fields.set_item("steer", self.steer())?;
                 fields.set_item("handover_offset", self.handover_offset())?;
                 fields.set_item("handover_left", self.handover_left())?;
                 fields.set_item("held", self.held())?;
+                fields.set_item("held_time", self.held_time())?;
+                fields.set_item("period", self.period())?;
                 fields.set_item("wheel", self.wheel())?;
                 fields.set_item("commands_in_flight", self.commands_in_flight())?;
                 fields.set_item("seen", self.seen())?;

@@ -1,7 +1,7 @@
 //! What the states of all controllers have in common, on its way between Python and the core.
 
 use popsteer_core::lateral::Answer;
-use popsteer_core::lateral::{Handover, Seen, Tracker, TrackerState};
+use popsteer_core::lateral::{Handover, Place, Seen, Tracker, TrackerState};
 use popsteer_core::vehicle::{Estimator, InFlight};
 use popsteer_core::{InputError, LateralLaw, Point};
 use pyo3::prelude::*;
@@ -9,7 +9,7 @@ use pyo3::types::PyTuple;
 
 use crate::params::{Count, Field};
 
-/// x, y [m], yaw [rad] and speed [m/s].
+/// Four numbers: x, y [m], yaw [rad] and speed [m/s], or two points [m].
 pub(super) type Motion = (f64, f64, f64, f64);
 /// Cross-track error [m], yaw [rad], and along the path (x, y) [m].
 type Sighting = (f64, f64, f64, f64);
@@ -21,10 +21,13 @@ pub(super) type Answered = (Sighting, Sighting, (f64, f64), bool);
 pub(crate) struct Tail {
     pub(super) waypoint: Option<Count>,
     pub(super) measured_waypoint: Option<Count>,
+    pub(super) place: Option<Motion>,
     pub(super) steer: f64,
     pub(super) handover_offset: Option<f64>,
     pub(super) handover_left: f64,
     pub(super) held: Count,
+    pub(super) held_time: f64,
+    pub(super) period: f64,
     pub(super) wheel: Option<f64>,
     pub(super) commands_in_flight: Pairs,
     pub(super) estimator: Estimator,
@@ -63,10 +66,19 @@ impl Tail {
         Self {
             waypoint: from_waypoint(state.waypoint),
             measured_waypoint: from_waypoint(state.measured_waypoint),
+            place: state.place.map(|place| {
+                let Place {
+                    predicted,
+                    measured,
+                } = place;
+                (predicted.x, predicted.y, measured.x, measured.y)
+            }),
             steer: state.steer,
             handover_offset: state.handover.and_then(|handover| handover.offset),
             handover_left: state.handover.map_or(0.0, |handover| handover.left),
             held: state.held.argument(),
+            held_time: state.held_time,
+            period: state.period,
             wheel: in_flight.map(InFlight::wheel),
             commands_in_flight: Pairs(
                 in_flight.map_or_else(Vec::new, |line| line.commands().collect()),
@@ -108,9 +120,15 @@ impl Tail {
             law,
             waypoint: to_waypoint(self.waypoint),
             measured_waypoint: to_waypoint(self.measured_waypoint),
+            place: self.place.map(|(x, y, measured_x, measured_y)| Place {
+                predicted: Point::new(x, y),
+                measured: Point::new(measured_x, measured_y),
+            }),
             steer: self.steer,
             handover: (!none).then_some(handover),
             held: self.held.saturated(),
+            held_time: self.held_time,
+            period: self.period,
             answer: self
                 .answer
                 .map(|(measured, predicted, target, reverse)| Answer {
