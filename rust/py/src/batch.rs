@@ -2,6 +2,7 @@
 
 use numpy::{PyArray1, PyArrayMethods};
 use popsteer_core::error::{ConfigError, Requirement};
+use popsteer_core::lateral::Reported;
 use popsteer_core::{Command, VehicleState};
 use popsteer_sim::batch::OnError;
 use pyo3::exceptions::PyTypeError;
@@ -68,6 +69,8 @@ pub(crate) struct PyBatch {
     copies: Option<usize>,
     /// Kept from step to step, to spare its allocation.
     inputs: Vec<VehicleState>,
+    /// What the vehicles report beside that; empty where they report nothing.
+    reported: Vec<Reported>,
 }
 
 #[pymethods]
@@ -94,6 +97,7 @@ impl PyBatch {
             recipes,
             copies,
             inputs: Vec::new(),
+            reported: Vec::new(),
         })
     }
 
@@ -117,6 +121,11 @@ impl PyBatch {
     /// hold_limit : int, default 10
     ///     With "hold", how many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the
     ///     status is the fault ``Status.INPUT_LOST``.
+    /// applied_steer : array of shape (N,), optional
+    ///     The angles that were applied since the last step where those were not the last commands
+    ///     [rad]; see `step` of a controller.
+    /// pose_age : float or array of shape (N,), default 0.0
+    ///     How long ago poses and speeds were measured [s], 0 to 1.
     ///
     /// Returns
     /// -------
@@ -130,8 +139,13 @@ impl PyBatch {
     ///     "hold"; or, with "raise", if a number is, named with its place, as ``speed[3]``.
     /// ConfigError
     ///     If `on_error` is none of them.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
-    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
+    #[pyo3(
+        signature = (
+            x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
+            applied_steer=None, pose_age=Ages::Same(0.0)
+        ),
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, pose_age=0.0)"
+    )]
     fn steer<'py>(
         &mut self,
         py: Python<'py>,
@@ -142,17 +156,20 @@ impl PyBatch {
         dt: Number,
         on_error: &str,
         hold_limit: Count,
+        applied_steer: Option<Bound<'py, PyAny>>,
+        pose_age: Ages<'py>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         self.read(x, y, yaw, speed)?;
+        self.read_reported(applied_steer.as_ref(), &pose_age)?;
         let angles = PyArray1::<f64>::zeros(py, self.inputs.len(), false);
         {
             let mut writable = angles.try_readwrite()?;
             let out = writable.as_slice_mut()?;
-            let inputs = &self.inputs;
+            let (inputs, reported) = (&self.inputs, &self.reported);
             self.vehicles.work(
                 py,
-                |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, on_error, out)),
+                |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, on_error, reported, out)),
             )?;
         }
         Ok(angles)
@@ -176,6 +193,10 @@ impl PyBatch {
     ///     of its last command, and NaN for all else.
     /// hold_limit : int, default 10
     ///     As for `steer`.
+    /// applied_steer : array of shape (N,), optional
+    ///     As for `steer`.
+    /// pose_age : float or array of shape (N,), default 0.0
+    ///     As for `steer`.
     ///
     /// Returns
     /// -------
@@ -188,8 +209,13 @@ impl PyBatch {
     ///     As for `steer`.
     /// ConfigError
     ///     As for `steer`.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
-    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
+    #[pyo3(
+        signature = (
+            x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
+            applied_steer=None, pose_age=Ages::Same(0.0)
+        ),
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, pose_age=0.0)"
+    )]
     fn step<'py>(
         &mut self,
         py: Python<'py>,
@@ -200,15 +226,19 @@ impl PyBatch {
         dt: Number,
         on_error: &str,
         hold_limit: Count,
+        applied_steer: Option<Bound<'py, PyAny>>,
+        pose_age: Ages<'py>,
     ) -> PyResult<PyCommandBatch> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         self.read(x, y, yaw, speed)?;
+        self.read_reported(applied_steer.as_ref(), &pose_age)?;
         let mut commands = vec![None; self.inputs.len()];
         let (inputs, out) = (&self.inputs, commands.as_mut_slice());
+        let reported = &self.reported;
         let write = |place: &mut Option<Command>, command| *place = Some(command);
         self.vehicles.work(
             py,
-            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, on_error, out, write)),
+            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, on_error, reported, out, write)),
         )?;
         let commands: Vec<Command> = commands.into_iter().flatten().collect();
         PyCommandBatch::new(py, &commands)
@@ -272,6 +302,64 @@ impl PyBatch {
         self.inputs
             .extend(poses.map(|(((&x, &y), &yaw), &speed)| VehicleState { x, y, yaw, speed }));
         Ok(())
+    }
+}
+
+impl PyBatch {
+    /// Copies what the vehicles report beside pose and speed.
+    fn read_reported(
+        &mut self,
+        applied_steer: Option<&Bound<'_, PyAny>>,
+        pose_age: &Ages<'_>,
+    ) -> PyResult<()> {
+        let count = self.vehicles.len();
+        self.reported.clear();
+        if let (None, Ages::Same(age)) = (applied_steer, pose_age)
+            && age.to_bits() == 0
+        {
+            return Ok(());
+        }
+        self.reported.resize(count, Reported::NOTHING);
+        if let Some(applied) = applied_steer {
+            let applied = column(applied, "applied_steer", count)?;
+            for (report, &steer) in self.reported.iter_mut().zip(applied.as_array()) {
+                report.applied_steer = Some(steer);
+            }
+        }
+        match pose_age {
+            Ages::Same(age) => {
+                for report in &mut self.reported {
+                    report.pose_age = *age;
+                }
+            }
+            Ages::Each(ages) => {
+                let ages = column(ages, "pose_age", count)?;
+                for (report, &age) in self.reported.iter_mut().zip(ages.as_array()) {
+                    report.pose_age = age;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How old the poses are [s].
+#[derive(Clone, Debug)]
+enum Ages<'py> {
+    /// All alike.
+    Same(f64),
+    /// An array, one entry a vehicle.
+    Each(Bound<'py, PyAny>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Ages<'py> {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract::<f64>() {
+            Ok(age) => Ok(Self::Same(age)),
+            Err(_) => Ok(Self::Each(object.to_owned())),
+        }
     }
 }
 
