@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
 from popsteer.plants.protocol import PythonPlant
+from popsteer.prediction import Prediction
 from popsteer.status import Status
 
 __all__ = [
@@ -64,7 +65,7 @@ __all__ = [
 _Floats: TypeAlias = NDArray[np.float64]
 _Point: TypeAlias = tuple[float, float]
 _Numbers: TypeAlias = tuple[float, float, float, float]
-_Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool]
+_Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool, tuple[float | None, float], _Numbers]
 _Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
 _State: TypeAlias = (
     PopState | PreviewPopState | PidState | PurePursuitState | StanleyState | BangBangState
@@ -167,6 +168,8 @@ class Command:
         predicted_heading_error: float,
         target: _Point,
         reverse: bool,
+        reference_speed: float | None,
+        distance_to_stop: float,
         status: Status,
     ) -> Self: ...
     @property
@@ -183,6 +186,10 @@ class Command:
     def target(self) -> _Point: ...
     @property
     def reverse(self) -> bool: ...
+    @property
+    def reference_speed(self) -> float | None: ...
+    @property
+    def distance_to_stop(self) -> float: ...
     @property
     def status(self) -> Status: ...
     def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
@@ -613,6 +620,9 @@ class PopState:
         held: int = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -647,6 +657,12 @@ class PopState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -697,6 +713,9 @@ class PreviewPopState:
         held: int = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -731,6 +750,12 @@ class PreviewPopState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -784,6 +809,9 @@ class PidState:
         held: int = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -824,6 +852,12 @@ class PidState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -874,6 +908,9 @@ class PurePursuitState:
         held: int = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -908,6 +945,12 @@ class PurePursuitState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -957,6 +1000,9 @@ class StanleyState:
         held: int = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -989,6 +1035,12 @@ class StanleyState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -1038,6 +1090,9 @@ class BangBangState:
         held: int = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -1070,6 +1125,12 @@ class BangBangState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -1116,11 +1177,42 @@ class Pop:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1157,11 +1249,42 @@ class PreviewPop:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1197,11 +1320,42 @@ class Pid:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1237,11 +1391,42 @@ class PurePursuit:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1277,11 +1462,42 @@ class Stanley:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1317,11 +1533,42 @@ class BangBang:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1359,6 +1606,8 @@ class CommandBatch:
         predicted_heading_error: _Floats,
         target: _Floats,
         reverse: NDArray[np.bool_],
+        reference_speed: _Floats,
+        distance_to_stop: _Floats,
         status: NDArray[np.uint32],
     ) -> Self: ...
     @property
@@ -1375,6 +1624,10 @@ class CommandBatch:
     def target(self) -> _Floats: ...
     @property
     def reverse(self) -> NDArray[np.bool_]: ...
+    @property
+    def reference_speed(self) -> _Floats: ...
+    @property
+    def distance_to_stop(self) -> _Floats: ...
     @property
     def status(self) -> NDArray[np.uint32]: ...
     def __len__(self) -> int: ...
@@ -1393,6 +1646,8 @@ class Batch:
         *,
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
+        applied_steer: ArrayLike | None = None,
+        pose_age: ArrayLike = 0.0,
     ) -> _Floats: ...
     def step(
         self,
@@ -1404,6 +1659,8 @@ class Batch:
         *,
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
+        applied_steer: ArrayLike | None = None,
+        pose_age: ArrayLike = 0.0,
     ) -> CommandBatch: ...
     def reset(self) -> None: ...
     @property

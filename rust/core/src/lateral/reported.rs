@@ -5,6 +5,7 @@ use super::tracker::{Sight, Tracker};
 use super::tracker_state::TrackerState;
 use super::{Belief, LateralLaw};
 use crate::error::{InputError, input_in_range};
+use crate::math::saturate;
 use crate::vehicle::past::{MAX_POSE_AGE, Past};
 use crate::vehicle::state::MIN_DT;
 use crate::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
@@ -102,6 +103,10 @@ impl<L: LateralLaw> Tracker<L> {
         if observed >= MIN_DT {
             if let (Some(adapt), Some(_)) = (self.adapt(), &in_flight) {
                 estimator.observe_turn(adapt, car, old, past.reached(age), observed);
+                // No command reaches the wheels before it is given, so in a period the flight
+                // becomes longer by that at most.
+                let longer = &mut estimator.estimate.longer_dead_time;
+                *longer = saturate(*longer, before - dt, before + dt);
             }
             past.see(age);
         }
