@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
 from popsteer.plants.protocol import PythonPlant
+from popsteer.prediction import Prediction
 from popsteer.status import Status
 
 __all__ = [
@@ -64,7 +65,7 @@ __all__ = [
 _Floats: TypeAlias = NDArray[np.float64]
 _Point: TypeAlias = tuple[float, float]
 _Numbers: TypeAlias = tuple[float, float, float, float]
-_Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool]
+_Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool, tuple[float | None, float], _Numbers]
 _Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
 _State: TypeAlias = (
     PopState | PreviewPopState | PidState | PurePursuitState | StanleyState | BangBangState
@@ -167,6 +168,8 @@ class Command:
         predicted_heading_error: float,
         target: _Point,
         reverse: bool,
+        reference_speed: float | None,
+        distance_to_stop: float,
         status: Status,
     ) -> Self: ...
     @property
@@ -183,6 +186,10 @@ class Command:
     def target(self) -> _Point: ...
     @property
     def reverse(self) -> bool: ...
+    @property
+    def reference_speed(self) -> float | None: ...
+    @property
+    def distance_to_stop(self) -> float: ...
     @property
     def status(self) -> Status: ...
     def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
@@ -616,6 +623,9 @@ class PopState:
         period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -656,6 +666,12 @@ class PopState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -710,6 +726,9 @@ class PreviewPopState:
         period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -752,6 +771,12 @@ class PreviewPopState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -808,6 +833,9 @@ class PidState:
         period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -854,6 +882,12 @@ class PidState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -907,6 +941,9 @@ class PurePursuitState:
         period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -947,6 +984,12 @@ class PurePursuitState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -999,6 +1042,9 @@ class StanleyState:
         period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -1037,6 +1083,12 @@ class StanleyState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -1089,6 +1141,9 @@ class BangBangState:
         period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -1127,6 +1182,12 @@ class BangBangState:
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -1173,11 +1234,42 @@ class Pop:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1214,11 +1306,42 @@ class PreviewPop:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1254,11 +1377,42 @@ class Pid:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1294,11 +1448,42 @@ class PurePursuit:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1334,11 +1519,42 @@ class Stanley:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1374,11 +1590,42 @@ class BangBang:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1416,6 +1663,8 @@ class CommandBatch:
         predicted_heading_error: _Floats,
         target: _Floats,
         reverse: NDArray[np.bool_],
+        reference_speed: _Floats,
+        distance_to_stop: _Floats,
         status: NDArray[np.uint32],
     ) -> Self: ...
     @property
@@ -1432,6 +1681,10 @@ class CommandBatch:
     def target(self) -> _Floats: ...
     @property
     def reverse(self) -> NDArray[np.bool_]: ...
+    @property
+    def reference_speed(self) -> _Floats: ...
+    @property
+    def distance_to_stop(self) -> _Floats: ...
     @property
     def status(self) -> NDArray[np.uint32]: ...
     def __len__(self) -> int: ...
@@ -1450,6 +1703,8 @@ class Batch:
         *,
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
+        applied_steer: ArrayLike | None = None,
+        pose_age: ArrayLike = 0.0,
     ) -> _Floats: ...
     def step(
         self,
@@ -1461,6 +1716,8 @@ class Batch:
         *,
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
+        applied_steer: ArrayLike | None = None,
+        pose_age: ArrayLike = 0.0,
     ) -> CommandBatch: ...
     def set_path(
         self, path: Path | Sequence[Path], *, vehicles: Sequence[int] | None = None

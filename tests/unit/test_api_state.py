@@ -27,6 +27,9 @@ TAIL: dict[str, Any] = {
     "period": 0.0,
     "wheel": None,
     "commands_in_flight": (),
+    "past_angles": (),
+    "past_wheel": None,
+    "past_since": 0.0,
     "seen": None,
     "turn_turn": 0.0,
     "turn_offset": 0.0,
@@ -104,6 +107,7 @@ def test_state_of_a_handover_that_is_over_has_none_left(law: Law, left: float) -
     assert (state.handover_offset, math.copysign(1.0, state.handover_left)) == (None, 1.0)
 
 
+_REST = ((0.0, 0.0), False, (None, math.inf), (0.0, 0.0, 0.0, 1.0))
 _MADE_UP: list[tuple[dict[str, Any], str]] = [
     ({"steer": 1.3}, "steer"),
     ({"handover_offset": 9.0, "handover_left": 0.5}, "handover_offset"),
@@ -119,7 +123,10 @@ _MADE_UP: list[tuple[dict[str, Any], str]] = [
     ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.3),)}, "commands_in_flight"),
     ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.001),) * 200}, "commands_in_flight"),
     ({"seen": (math.nan, 0.0, 0.0, 0.0)}, "seen"),
-    ({"answer": ((math.inf, 0.0, 1.0, 0.0),) * 2 + ((0.0, 0.0), False)}, "answer"),
+    ({"answer": ((math.inf, 0.0, 1.0, 0.0),) * 2 + _REST}, "answer"),
+    ({"past_wheel": 2.0}, "past_wheel"),
+    ({"past_wheel": 0.0, "past_angles": ((0.0, -1.0),)}, "past_angles"),
+    ({"past_wheel": 0.0, "past_since": math.nan}, "past_since"),
     ({"gain": 3.0}, "gain"),
     ({"longer_dead_time": 0.15}, "longer_dead_time"),
     ({"turn_turn": -1.0}, "turn_turn"),
@@ -150,7 +157,10 @@ def test_state_after_a_step_is_another_and_shows_it(law: Law) -> None:
     # Reference points 0 to 3 m ahead of x = 4.
     assert after.waypoint in (4, 7)
     assert first.waypoint is first.answer is None
-    (error, yaw, along_x, along_y), predicted, target, reverse = after.answer
+    (error, yaw, along_x, along_y), predicted, target, reverse, ahead, vehicle = after.answer
+    assert ahead[0] is None
+    assert ahead[1] > 0.0
+    assert vehicle == STEP[:4]
     assert (yaw, predicted, reverse) == (0.2, after.answer[0], False)
     assert along_y / along_x == pytest.approx(0.1)
     assert error != 0.0

@@ -45,6 +45,7 @@ NUMBERS = (
     "predicted_cross_track_error",
     "predicted_heading_error",
     "target",
+    "distance_to_stop",
 )
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods};
 use popsteer_core::error::{ConfigError, InputError, Requirement};
+use popsteer_core::lateral::Reported;
 use popsteer_core::math::from_count;
 use popsteer_core::{Command, VehicleState};
 use popsteer_sim::batch::OnError;
@@ -74,6 +75,8 @@ pub(crate) struct PyBatch {
     paths: Vec<Option<Py<PyPath>>>,
     /// Kept from step to step, to spare its allocation.
     inputs: Vec<VehicleState>,
+    /// What the vehicles report beside that; empty where they report nothing.
+    reported: Vec<Reported>,
 }
 
 #[pymethods]
@@ -101,6 +104,7 @@ impl PyBatch {
             copies,
             paths: Vec::new(),
             inputs: Vec::new(),
+            reported: Vec::new(),
         })
     }
 
@@ -125,6 +129,11 @@ impl PyBatch {
     /// hold_limit : int, default 10
     ///     With "hold", how many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the
     ///     status is the fault ``Status.INPUT_LOST``.
+    /// applied_steer : array of shape (N,), optional
+    ///     The angles that were applied since the last step where those were not the last commands
+    ///     [rad]; see `step` of a controller.
+    /// pose_age : float or array of shape (N,), default 0.0
+    ///     How long ago poses and speeds were measured [s], 0 to 1.
     ///
     /// Returns
     /// -------
@@ -138,8 +147,13 @@ impl PyBatch {
     ///     "hold"; or, with "raise", if a number is, named with its place, as ``speed[3]``.
     /// ConfigError
     ///     If `on_error` is none of them.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
-    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
+    #[pyo3(
+        signature = (
+            x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
+            applied_steer=None, pose_age=Ages::Same(0.0)
+        ),
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, pose_age=0.0)"
+    )]
     fn steer<'py>(
         &mut self,
         py: Python<'py>,
@@ -150,17 +164,20 @@ impl PyBatch {
         dt: Number,
         on_error: &str,
         hold_limit: Count,
+        applied_steer: Option<Bound<'py, PyAny>>,
+        pose_age: Ages<'py>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         self.read(x, y, yaw, speed)?;
+        self.read_reported(applied_steer.as_ref(), &pose_age)?;
         let angles = PyArray1::<f64>::zeros(py, self.inputs.len(), false);
         {
             let mut writable = angles.try_readwrite()?;
             let out = writable.as_slice_mut()?;
-            let inputs = &self.inputs;
+            let (inputs, reported) = (&self.inputs, &self.reported);
             self.vehicles.work(
                 py,
-                |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, on_error, out)),
+                |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, on_error, reported, out)),
             )?;
         }
         Ok(angles)
@@ -184,6 +201,10 @@ impl PyBatch {
     ///     of its last command, and NaN for all else.
     /// hold_limit : int, default 10
     ///     As for `steer`.
+    /// applied_steer : array of shape (N,), optional
+    ///     As for `steer`.
+    /// pose_age : float or array of shape (N,), default 0.0
+    ///     As for `steer`.
     ///
     /// Returns
     /// -------
@@ -196,8 +217,13 @@ impl PyBatch {
     ///     As for `steer`.
     /// ConfigError
     ///     As for `steer`.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
-    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
+    #[pyo3(
+        signature = (
+            x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
+            applied_steer=None, pose_age=Ages::Same(0.0)
+        ),
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, pose_age=0.0)"
+    )]
     fn step<'py>(
         &mut self,
         py: Python<'py>,
@@ -208,15 +234,19 @@ impl PyBatch {
         dt: Number,
         on_error: &str,
         hold_limit: Count,
+        applied_steer: Option<Bound<'py, PyAny>>,
+        pose_age: Ages<'py>,
     ) -> PyResult<PyCommandBatch> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         self.read(x, y, yaw, speed)?;
+        self.read_reported(applied_steer.as_ref(), &pose_age)?;
         let mut commands = vec![None; self.inputs.len()];
         let (inputs, out) = (&self.inputs, commands.as_mut_slice());
+        let reported = &self.reported;
         let write = |place: &mut Option<Command>, command| *place = Some(command);
         self.vehicles.work(
             py,
-            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, on_error, out, write)),
+            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, on_error, reported, out, write)),
         )?;
         let commands: Vec<Command> = commands.into_iter().flatten().collect();
         PyCommandBatch::new(py, &commands)
@@ -369,6 +399,64 @@ fn place_of(Count(place): Count, count: usize) -> Result<usize, InputError> {
         value: place as f64,
         requirement: Requirement::Below(count),
     })
+}
+
+impl PyBatch {
+    /// Copies what the vehicles report beside pose and speed.
+    fn read_reported(
+        &mut self,
+        applied_steer: Option<&Bound<'_, PyAny>>,
+        pose_age: &Ages<'_>,
+    ) -> PyResult<()> {
+        let count = self.vehicles.len();
+        self.reported.clear();
+        if let (None, Ages::Same(age)) = (applied_steer, pose_age)
+            && age.to_bits() == 0
+        {
+            return Ok(());
+        }
+        self.reported.resize(count, Reported::NOTHING);
+        if let Some(applied) = applied_steer {
+            let applied = column(applied, "applied_steer", count)?;
+            for (report, &steer) in self.reported.iter_mut().zip(applied.as_array()) {
+                report.applied_steer = Some(steer);
+            }
+        }
+        match pose_age {
+            Ages::Same(age) => {
+                for report in &mut self.reported {
+                    report.pose_age = *age;
+                }
+            }
+            Ages::Each(ages) => {
+                let ages = column(ages, "pose_age", count)?;
+                for (report, &age) in self.reported.iter_mut().zip(ages.as_array()) {
+                    report.pose_age = age;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How old the poses are [s].
+#[derive(Clone, Debug)]
+enum Ages<'py> {
+    /// All alike.
+    Same(f64),
+    /// An array, one entry a vehicle.
+    Each(Bound<'py, PyAny>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Ages<'py> {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract::<f64>() {
+            Ok(age) => Ok(Self::Same(age)),
+            Err(_) => Ok(Self::Each(object.to_owned())),
+        }
+    }
 }
 
 /// The number of copies that is asked for.

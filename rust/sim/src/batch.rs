@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::Answer;
-use popsteer_core::lateral::{Handover, Place, TrackerState};
+use popsteer_core::lateral::{Answer, Handover, Place, Reported, TrackerState};
 use popsteer_core::vehicle::Estimator;
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Point, Status, Tracker, VehicleState};
@@ -39,7 +38,7 @@ struct Kept<L: LateralLaw> {
     state: KeptState<L::State>,
 }
 
-/// A state, without the 3 kB for commands in flight where there are none.
+/// A state, without the 5 kB for commands in flight and the past where there is neither.
 #[expect(
     clippy::large_enum_variant,
     reason = "most are short, and there are many"
@@ -50,7 +49,7 @@ enum KeptState<S> {
     Short(Short<S>),
 }
 
-/// A state without commands in flight.
+/// A state without commands in flight and without a past.
 #[derive(Clone, Debug)]
 struct Short<S> {
     law: S,
@@ -71,7 +70,7 @@ const SHORT: usize = 256;
 
 impl<S: Clone> KeptState<S> {
     fn new(state: TrackerState<S>) -> Self {
-        if state.in_flight.is_some() || size_of::<S>() > SHORT {
+        if state.in_flight.is_some() || state.past.is_some() || size_of::<S>() > SHORT {
             Self::Whole(Box::new(state))
         } else {
             Self::Short(Short::of(&state))
@@ -86,7 +85,11 @@ impl<S: Clone> KeptState<S> {
             Self::Short(short) => {
                 let mut state = short.whole();
                 let answer = change(&mut state);
-                *short = Short::of(&state);
+                if state.past.is_some() {
+                    *self = Self::Whole(Box::new(state));
+                } else {
+                    *short = Short::of(&state);
+                }
                 answer
             }
         }
@@ -132,6 +135,7 @@ impl<S: Clone> Short<S> {
             period: self.period,
             answer: self.answer,
             in_flight: None,
+            past: None,
             estimator: self.estimator,
         }
     }
@@ -175,14 +179,21 @@ impl<L: LateralLaw> Kept<L> {
     }
 
     /// One step. The command of a refused input has no numbers, and the direction of the last one.
-    fn step(&mut self, input: VehicleState, dt: f64, on_error: OnError) -> Command {
+    fn step(
+        &mut self,
+        input: VehicleState,
+        dt: f64,
+        on_error: OnError,
+        reported: Reported,
+    ) -> Command {
         let (tracker, path) = (&self.tracker, self.path.view());
         if let OnError::Hold(limit) = on_error {
-            let step = |state: &mut _| tracker.step_or_hold(&path, state, input, dt, limit);
-            return self.state.with(step);
+            return self.state.with(|state| {
+                tracker.step_or_hold_reported(&path, state, input, dt, limit, reported)
+            });
         }
         self.state.with(|state| {
-            let answer = tracker.step(&path, state, input, dt);
+            let answer = tracker.step_reported(&path, state, input, dt, reported);
             answer.unwrap_or_else(|_| {
                 state.miss(dt);
                 marked(state.answer)
@@ -191,13 +202,19 @@ impl<L: LateralLaw> Kept<L> {
     }
 
     /// The angle of [`step`](Self::step).
-    fn steer(&mut self, input: VehicleState, dt: f64, on_error: OnError) -> f64 {
+    fn steer(
+        &mut self,
+        input: VehicleState,
+        dt: f64,
+        on_error: OnError,
+        reported: Reported,
+    ) -> f64 {
         if matches!(on_error, OnError::Hold(_)) {
-            return self.step(input, dt, on_error).steer;
+            return self.step(input, dt, on_error, reported).steer;
         }
         let (tracker, path) = (&self.tracker, self.path.view());
         self.state.with(|state| {
-            let answer = tracker.steer(&path, state, input, dt);
+            let answer = tracker.steer_reported(&path, state, input, dt, reported);
             answer.unwrap_or_else(|_| {
                 state.miss(dt);
                 f64::NAN
@@ -217,6 +234,8 @@ fn marked(last: Option<Answer>) -> Command {
         predicted_heading_error: nan,
         target: Point::new(nan, nan),
         reverse: last.is_some_and(|answer| answer.reverse),
+        reference_speed: None,
+        distance_to_stop: nan,
         status: Status::INPUT_HELD,
     }
 }
@@ -288,8 +307,8 @@ where
         }
     }
 
-    /// Steps every vehicle: `write` is given each place in `out`, and the command for it, that of
-    /// [`Tracker::step`]. Where an input is refused under [`OnError::Mark`] the command has no
+    /// Steps every vehicle, which report what is `reported`, nothing where that is empty: `write` is
+    /// given each place in `out`, and the command for it, that of [`Tracker::step_reported`]. Where an input is refused under [`OnError::Mark`] the command has no
     /// numbers, the direction of the last one, and [`Status::INPUT_HELD`].
     ///
     /// # Errors
@@ -299,18 +318,20 @@ where
     ///
     /// # Panics
     ///
-    /// Where `inputs` or `out` is not as long as the batch.
+    /// Where `inputs`, `out` or `reported`, unless it is empty, is not as long as the batch.
     pub fn step<T: Send>(
         &mut self,
         inputs: &[VehicleState],
         dt: f64,
         on_error: OnError,
+        reported: &[Reported],
         out: &mut [T],
         write: impl Fn(&mut T, Command) + Sync,
     ) -> Result<(), BatchError> {
-        self.drive(inputs, dt, on_error, out, |member, input, place| {
-            write(place, member.step(input, dt, on_error));
-        })
+        let one = |member: &mut Kept<L>, input, reported, place: &mut T| {
+            write(place, member.step(input, dt, on_error, reported));
+        };
+        self.drive(inputs, dt, on_error, reported, out, one)
     }
 
     /// Steps every vehicle for the angle alone, as [`step`](Self::step).
@@ -327,11 +348,13 @@ where
         inputs: &[VehicleState],
         dt: f64,
         on_error: OnError,
+        reported: &[Reported],
         out: &mut [f64],
     ) -> Result<(), BatchError> {
-        self.drive(inputs, dt, on_error, out, |member, input, angle| {
-            *angle = member.steer(input, dt, on_error);
-        })
+        let one = |member: &mut Kept<L>, input, reported, angle: &mut f64| {
+            *angle = member.steer(input, dt, on_error, reported);
+        };
+        self.drive(inputs, dt, on_error, reported, out, one)
     }
 
     fn drive<T: Send>(
@@ -339,9 +362,13 @@ where
         inputs: &[VehicleState],
         dt: f64,
         on_error: OnError,
+        reported: &[Reported],
         out: &mut [T],
-        one: impl Fn(&mut Kept<L>, VehicleState, &mut T) + Sync,
+        one: impl Fn(&mut Kept<L>, VehicleState, Reported, &mut T) + Sync,
     ) -> Result<(), BatchError> {
+        let reported_of = |vehicle: usize| reported.get(vehicle).copied().unwrap_or_default();
+        let given = reported.is_empty() || reported.len() == self.len();
+        assert!(given, "one report for each vehicle, or none");
         assert_eq!(inputs.len(), self.len(), "one input for each vehicle");
         assert_eq!(out.len(), self.len(), "one place for each vehicle");
         if !matches!(on_error, OnError::Hold(_)) {
@@ -352,7 +379,9 @@ where
         }
         if on_error == OnError::Raise {
             let refused = inputs.iter().enumerate().find_map(|(vehicle, input)| {
-                let error = input.checked().err()?;
+                let car = self.members.get(vehicle)?.tracker.vehicle();
+                let reported = || reported_of(vehicle).checked(car).err();
+                let error = input.checked().err().or_else(reported)?;
                 Some(BatchError {
                     vehicle: Some(vehicle),
                     error,
@@ -361,8 +390,9 @@ where
             refused.map_or(Ok(()), Err)?;
         }
         if self.len() <= CHUNK {
-            for ((member, &input), place) in self.members.iter_mut().zip(inputs).zip(out) {
-                one(member, input, place);
+            let members = self.members.iter_mut().zip(inputs).zip(out);
+            for (vehicle, ((member, &input), place)) in members.enumerate() {
+                one(member, input, reported_of(vehicle), place);
             }
             return Ok(());
         }
@@ -370,8 +400,11 @@ where
             .par_iter_mut()
             .zip(inputs.par_iter())
             .zip(out.par_iter_mut())
+            .enumerate()
             .with_min_len(CHUNK)
-            .for_each(|((member, &input), place)| one(member, input, place));
+            .for_each(|(vehicle, ((member, &input), place))| {
+                one(member, input, reported_of(vehicle), place);
+            });
         Ok(())
     }
 }
@@ -416,7 +449,7 @@ mod tests {
         let mut states: Vec<_> = (0..600).map(|_| tracker.initial_state()).collect();
         for _ in 0..5 {
             batch
-                .steer(&inputs, 0.05, OnError::Raise, &mut angles)
+                .steer(&inputs, 0.05, OnError::Raise, &[], &mut angles)
                 .unwrap();
             for ((state, &input), angle) in states.iter_mut().zip(&inputs).zip(&angles) {
                 let single = tracker.steer(&path.view(), state, input, 0.05).unwrap();
@@ -444,7 +477,7 @@ mod tests {
         let (mut angles, mut others) = ([0.0_f64; 2], [0.0_f64; 2]);
         let step = |batch: &mut Batch<Pop>, angles: &mut [f64]| {
             batch
-                .steer(&inputs(2), 0.05, OnError::Raise, angles)
+                .steer(&inputs(2), 0.05, OnError::Raise, &[], angles)
                 .unwrap();
         };
         step(&mut mixed, &mut angles);
@@ -467,16 +500,16 @@ mod tests {
         let mut angles = vec![0.0; 5];
         let before: Vec<_> = batch.states().collect();
         let refused = batch
-            .steer(&inputs, 0.05, OnError::Raise, &mut angles)
+            .steer(&inputs, 0.05, OnError::Raise, &[], &mut angles)
             .unwrap_err();
         assert_eq!((refused.vehicle, refused.error.field), (Some(3), "speed"));
         assert!(batch.states().eq(before));
         batch
-            .steer(&inputs, 0.05, OnError::Mark, &mut angles)
+            .steer(&inputs, 0.05, OnError::Mark, &[], &mut angles)
             .unwrap();
         let nan: Vec<bool> = angles.iter().map(|angle| angle.is_nan()).collect();
         assert_eq!(nan, [false, false, false, true, false]);
-        let bad_dt = batch.steer(&inputs, -1.0, OnError::Mark, &mut angles);
+        let bad_dt = batch.steer(&inputs, -1.0, OnError::Mark, &[], &mut angles);
         assert!(bad_dt.is_err());
     }
 
@@ -497,7 +530,7 @@ mod tests {
             let mut out = [None; 2];
             let write = |place: &mut Option<Command>, command| *place = Some(command);
             batch
-                .step(&[good, input], 0.05, on_error, &mut out, write)
+                .step(&[good, input], 0.05, on_error, &[], &mut out, write)
                 .unwrap();
             out.map(Option::unwrap)
         };

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from popsteer.reference.error import input_in_range
 from popsteer.reference.math import atan2, wrap
-from popsteer.reference.path.view import MAX_COORDINATE, Point
+from popsteer.reference.path.stop import Ahead
+from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED, Point
 from popsteer.reference.vehicle.delay import Commands, InFlight
 from popsteer.reference.vehicle.estimator import Corrections, Estimator
+from popsteer.reference.vehicle.past import Past
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
 
 if TYPE_CHECKING:
@@ -23,9 +26,14 @@ __all__ = [
     "estimator_of",
     "hands_over",
     "in_flight_of",
+    "past_of",
     "with_estimator",
     "with_in_flight",
+    "with_past",
 ]
+
+MAX_DISTANCE = 1e18
+"""More than a distance along a path can come to [m]."""
 
 
 class Seen(NamedTuple):
@@ -89,6 +97,10 @@ class Answer(NamedTuple):
     """The point aimed at [m]."""
     reverse: bool
     """Whether the path was driven backwards."""
+    ahead: Ahead
+    """What the path says of driving on from there."""
+    vehicle: tuple[float, float, float, float]
+    """The pose of the vehicle's point x [m], y [m], yaw [rad], and the speed [m/s]."""
 
     def checked(self) -> Answer:
         """Return the same, as floats, where each is within its bound."""
@@ -97,7 +109,23 @@ class Answer(NamedTuple):
         x, y = self.target
         x = input_in_range("answer", x, -most, most)
         y = input_in_range("answer", y, -most, most)
-        return Answer(measured, predicted, (x, y), self.reverse)
+        return Answer(measured, predicted, (x, y), self.reverse, *self._checked_ahead())
+
+    def _checked_ahead(self) -> tuple[Ahead, VehicleState]:
+        """Return the rest, as floats, where each is within its bound."""
+        speed, distance = self.ahead
+        if speed is not None:
+            speed = input_in_range("answer", speed, -2.0 * MAX_SPEED, 2.0 * MAX_SPEED)
+        if distance != inf:
+            distance = input_in_range("answer", distance, -MAX_DISTANCE, MAX_DISTANCE)
+        x, y, yaw, now = self.vehicle
+        vehicle = (
+            input_in_range("answer", x, -MAX_COORDINATE, MAX_COORDINATE),
+            input_in_range("answer", y, -MAX_COORDINATE, MAX_COORDINATE),
+            input_in_range("answer", yaw, -MAX_YAW, MAX_YAW),
+            input_in_range("answer", now, -MAX_SPEED, MAX_SPEED),
+        )
+        return Ahead(speed, distance), vehicle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,6 +159,12 @@ class TrackerState:
         modelled.
     commands_in_flight : tuple of tuple of float
         Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+    past_angles : tuple of tuple of float
+        Mean angles of the wheels of late, oldest first: angle [rad] and duration [s].
+    past_wheel : float or None
+        Angle that they end with [rad]; None before the first pose that had an age.
+    past_since : float
+        How long ago the last pose was measured [s].
     seen : tuple of float or None
         x [m], y [m], yaw [rad] and speed [m/s] of the point that does not slip as it was last seen;
         None where the motion since shows nothing.
@@ -158,7 +192,9 @@ class TrackerState:
     answer : tuple or None
         What the last step answered besides its angle: cross-track error [m], yaw [rad] and
         direction of the path (x, y) [m] of the measured vehicle, and of the predicted one; the
-        target (x, y) [m]; and whether the path was driven backwards. None before the first step.
+        target (x, y) [m]; whether the path was driven backwards; reference speed [m/s] and distance
+        to stop [m]; and where the vehicle was: x [m], y [m], yaw [rad] and speed [m/s]. None before
+        the first step.
     """
 
     waypoint: int | None = None
@@ -172,6 +208,9 @@ class TrackerState:
     period: float = 0.0
     wheel: float | None = None
     commands_in_flight: Commands = ()
+    past_angles: Commands = ()
+    past_wheel: float | None = None
+    past_since: float = 0.0
     seen: tuple[float, float, float, float] | None = None
     turn_turn: float = 0.0
     turn_offset: float = 0.0
@@ -207,6 +246,20 @@ def with_in_flight(state: StateT, in_flight: InFlight | None) -> StateT:
     if in_flight is None:
         return replace(state, wheel=None, commands_in_flight=())
     return replace(state, wheel=in_flight.wheel, commands_in_flight=in_flight.commands)
+
+
+def past_of(state: TrackerState) -> Past | None:
+    """Return what the wheels did of late; None before the first pose that had an age."""
+    if state.past_wheel is None:
+        return None
+    return Past(state.past_angles, state.past_wheel, state.past_since)
+
+
+def with_past(state: StateT, past: Past | None) -> StateT:
+    """Return the state with this past of the wheels."""
+    if past is None:
+        return replace(state, past_angles=(), past_wheel=None, past_since=0.0)
+    return replace(state, past_angles=past.angles, past_wheel=past.wheel, past_since=past.since)
 
 
 def estimator_of(state: TrackerState) -> Estimator:

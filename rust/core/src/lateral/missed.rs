@@ -1,9 +1,10 @@
 //! Inputs that fail to come: the last command is held, and its time counts.
 
 use super::tracker_state::{Answer, Seen, TrackerState};
-use super::{Command, LateralLaw, LateralState, Status, Tracker};
+use super::{Command, LateralLaw, LateralState, Reported, Status, Tracker};
 use crate::Point;
 use crate::math::saturate;
+use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 use crate::vehicle::state::{MAX_DT, MIN_DT, checked_dt};
@@ -29,7 +30,22 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         hold_limit: usize,
     ) -> Command {
-        if let Ok(command) = self.step(path, state, vehicle, dt) {
+        let reported = Reported::NOTHING;
+        self.step_or_hold_reported(path, state, vehicle, dt, hold_limit, reported)
+    }
+
+    /// The same for a vehicle that reports more than pose and speed. What comes with a held input
+    /// does not count: the next step is told what was applied in all the time since.
+    pub fn step_or_hold_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        hold_limit: usize,
+        reported: Reported,
+    ) -> Command {
+        if let Ok(command) = self.step_reported(path, state, vehicle, dt, reported) {
             return command;
         }
         state.miss(dt);
@@ -49,6 +65,16 @@ impl<L: LateralLaw> Tracker<L> {
             predicted: nowhere,
             target: Point::new(0.0, 0.0),
             reverse: false,
+            ahead: Ahead {
+                reference_speed: None,
+                distance_to_stop: 0.0,
+            },
+            vehicle: VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.0,
+                speed: 0.0,
+            },
         });
         super::tracker::command(state.steer, &answer, status)
     }

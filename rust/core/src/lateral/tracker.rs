@@ -4,6 +4,7 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
+use super::reported::Reported;
 use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
@@ -12,8 +13,9 @@ use crate::math::{atan, from_count, saturate};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
+use crate::path::stop::Ahead;
 use crate::path::view::{MAX_COORDINATE, PathView};
-use crate::vehicle::state::{MAX_DT, checked_dt};
+use crate::vehicle::state::{MAX_DT, MIN_DT, checked_dt};
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// How long the difference to a driver's angle takes to fade [s].
@@ -34,6 +36,19 @@ pub struct Tracker<L> {
     models: bool,
     /// Whether the law's angle is the command as it is.
     bare: bool,
+}
+
+/// The vehicle at a step, as it is and as the law is to see it.
+pub(super) struct Sight {
+    /// The vehicle now.
+    pub(super) here: VehicleState,
+    /// The vehicle when the next command reaches the wheels.
+    pub(super) seen: VehicleState,
+    pub(super) belief: Belief,
+    /// How long after the last pose this one was measured [s].
+    pub(super) observed: f64,
+    /// How far the vehicle has come since [m].
+    pub(super) travel: f64,
 }
 
 impl<L: LateralLaw> Tracker<L> {
@@ -81,6 +96,11 @@ impl<L: LateralLaw> Tracker<L> {
         self.law.vehicle()
     }
 
+    /// Whether wheels and motion of the vehicle are modelled.
+    pub(super) fn models(&self) -> bool {
+        self.models
+    }
+
     /// How it adapts; none where it does not.
     pub fn adapt(&self) -> Option<&AdaptParams> {
         self.adapt.as_ref()
@@ -123,6 +143,7 @@ impl<L: LateralLaw> Tracker<L> {
             in_flight: self
                 .models
                 .then(|| InFlight::settled(self.law.vehicle(), 0.0)),
+            past: None,
             estimator: Estimator::default(),
         }
     }
@@ -158,7 +179,24 @@ impl<L: LateralLaw> Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
     ) -> Result<Command, InputError> {
-        let (answer, status) = self.advance(path, state, vehicle, dt)?;
+        self.step_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The same for a vehicle that reports more than pose and speed.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step), and for what is `reported`.
+    #[inline]
+    pub fn step_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Command, InputError> {
+        let (answer, status) = self.advance(path, state, vehicle, dt, reported)?;
         Ok(command(state.steer, &answer, status))
     }
 
@@ -175,7 +213,24 @@ impl<L: LateralLaw> Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
     ) -> Result<f64, InputError> {
-        self.advance(path, state, vehicle, dt)?;
+        self.steer_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The angle of [`step_reported`](Self::step_reported) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step_reported`](Self::step_reported).
+    #[inline]
+    pub fn steer_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<f64, InputError> {
+        self.advance(path, state, vehicle, dt, reported)?;
         Ok(state.steer)
     }
 
@@ -237,6 +292,10 @@ impl<L: LateralLaw> Tracker<L> {
             let most = 4.0 * MAX_COORDINATE;
             input_in_range("answer", answer.target.x, -most, most)?;
             input_in_range("answer", answer.target.y, -most, most)?;
+            answer.checked_ahead()?;
+        }
+        if let Some(past) = &state.past {
+            past.check()?;
         }
         state.estimator.checked(vehicle)?;
         match (self.models, &state.in_flight) {
@@ -265,16 +324,37 @@ impl<L: LateralLaw> Tracker<L> {
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
+        reported: Reported,
     ) -> Result<(Answer, Status), InputError> {
         let vehicle = vehicle.checked()?;
-        let dt = state.elapse(checked_dt(dt)?);
-        let (seen, mut belief) = self.predict(state, vehicle, dt);
+        let dt = checked_dt(dt)?;
+        let Reported {
+            applied_steer,
+            pose_age,
+        } = reported.checked(self.law.vehicle())?;
+        let dt = state.elapse(dt);
+        if let Some(applied) = applied_steer {
+            // All that goes on from the last command goes on from what was applied instead.
+            state.steer = applied;
+            state.law.set_steer(applied);
+        }
+        let Sight {
+            here,
+            seen,
+            mut belief,
+            observed,
+            travel,
+        } = if pose_age > 0.0 || state.past.is_some() {
+            self.sight_aged(state, vehicle, dt, pose_age)
+        } else {
+            self.sight(state, vehicle, dt)
+        };
 
         let follow = self.law.follow();
         let at = follow.locate(path, state.waypoint, seen, dt);
         state.waypoint = Some(at.foot.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
-            let measured = follow.locate(path, state.measured_waypoint, vehicle, dt);
+            let measured = follow.locate(path, state.measured_waypoint, here, dt);
             state.measured_waypoint = Some(measured.foot.segment);
             Some(measured)
         } else {
@@ -283,8 +363,11 @@ impl<L: LateralLaw> Tracker<L> {
             None
         };
         if let Some(adapt) = &self.adapt {
-            let here = measured.as_ref().unwrap_or(&at);
-            self.observe_slip(path, state, adapt, here, vehicle, dt);
+            let place = measured.as_ref().unwrap_or(&at);
+            // A pose that was given before shows nothing new.
+            if observed >= MIN_DT {
+                self.observe_slip(path, state, adapt, place, vehicle, (observed, travel));
+            }
             belief.estimate = state.estimator.estimate;
         }
 
@@ -304,11 +387,14 @@ impl<L: LateralLaw> Tracker<L> {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
         };
         let predicted = Seen::of(&at);
+        let ahead = Ahead::of(path, follow, measured.as_ref().unwrap_or(&at));
         let answer = Answer {
             measured: measured.as_ref().map_or(predicted, Seen::of),
             predicted,
             target: decision.target,
             reverse: at.reverse,
+            ahead,
+            vehicle: here,
         };
         state.answer = Some(answer);
         state.place = Some(Place {
@@ -325,7 +411,19 @@ impl<L: LateralLaw> Tracker<L> {
     /// The vehicle as the law is to see it, after its motion since the last step was observed and
     /// the last command took flight.
     #[inline]
-    fn predict(
+    fn sight(&self, state: &mut TrackerState<L::State>, vehicle: VehicleState, dt: f64) -> Sight {
+        let (seen, belief) = self.predict_now(state, vehicle, dt);
+        Sight {
+            here: vehicle,
+            seen,
+            belief,
+            observed: dt,
+            travel: 0.0,
+        }
+    }
+
+    #[inline]
+    fn predict_now(
         &self,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
@@ -360,8 +458,9 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// Observes the slip of a vehicle that is measured at `here`. Nothing is learnt across a change
-    /// of the direction.
+    /// Observes the slip of a vehicle that is at `here`, and was seen at `vehicle` so long [s] after
+    /// the last time, and since then has come so far [m]. Nothing is learnt across a change of the
+    /// direction.
     #[inline]
     fn observe_slip(
         &self,
@@ -370,7 +469,7 @@ impl<L: LateralLaw> Tracker<L> {
         adapt: &AdaptParams,
         here: &Located,
         vehicle: VehicleState,
-        dt: f64,
+        (dt, since): (f64, f64),
     ) {
         let car = self.law.vehicle();
         let now = vehicle.ahead(car.no_slip());
@@ -383,6 +482,7 @@ impl<L: LateralLaw> Tracker<L> {
             let mut turn = [0.0];
             // The tracked point lies ahead of the one that slips by about this much.
             let start = here.foot.arc_length(path) - self.follow().reference_offset - travel;
+            let start = start - since.abs();
             let smoothing = 2.0 / 3.0 * car.wheelbase;
             Preview::new(path, smoothing, here.foot.segment, start, travel)
                 .turns(start, travel, &mut turn);
@@ -406,7 +506,13 @@ impl<L: LateralLaw> Tracker<L> {
         let car = self.law.vehicle();
         let offset = car.steer_offset + estimate.steer_offset;
         let widest = widest_offset(car);
-        let wanted = fade(&mut state.handover, state.steer, wanted - offset, dt, widest);
+        let wanted = fade(
+            &mut state.handover,
+            state.steer,
+            wanted - offset,
+            dt,
+            widest,
+        );
         let wheel = car.at_wheels(wanted + offset);
         let wheel = car.limit_lateral_acceleration(wheel, speed, estimate.gain);
         let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
@@ -503,6 +609,8 @@ pub(super) fn command(steer: f64, answer: &Answer, status: Status) -> Command {
         },
         target: answer.target,
         reverse: answer.reverse,
+        reference_speed: answer.ahead.reference_speed,
+        distance_to_stop: answer.ahead.distance_to_stop,
         status,
     }
 }

@@ -6,9 +6,11 @@ use crate::Point;
 use crate::error::{InputError, input_in_range};
 use crate::math::{atan2, wrap};
 use crate::path::follow::Located;
-use crate::path::view::MAX_COORDINATE;
+use crate::path::stop::Ahead;
+use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
+use crate::vehicle::past::Past;
 use crate::vehicle::state::MAX_YAW;
-use crate::vehicle::{Estimator, InFlight};
+use crate::vehicle::{Estimator, InFlight, VehicleState};
 
 /// The difference to the angle that a law took over [rad], and how long it fades on [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +96,34 @@ pub struct Answer {
     pub target: Point,
     /// Whether the path was driven backwards.
     pub reverse: bool,
+    /// What the path says of driving on from there.
+    pub ahead: Ahead,
+    /// The pose of the vehicle's point, and the speed.
+    pub vehicle: VehicleState,
+}
+
+impl Answer {
+    /// More than a distance along a path can come to [m].
+    const MAX_DISTANCE: f64 = 1e18;
+
+    pub(super) fn checked_ahead(&self) -> Result<(), InputError> {
+        let Ahead {
+            reference_speed,
+            distance_to_stop,
+        } = self.ahead;
+        let most = 2.0 * MAX_SPEED;
+        input_in_range("answer", reference_speed.unwrap_or(0.0), -most, most)?;
+        if distance_to_stop < f64::INFINITY || distance_to_stop.is_nan() {
+            let most = Self::MAX_DISTANCE;
+            input_in_range("answer", distance_to_stop, -most, most)?;
+        }
+        let vehicle = self.vehicle;
+        input_in_range("answer", vehicle.x, -MAX_COORDINATE, MAX_COORDINATE)?;
+        input_in_range("answer", vehicle.y, -MAX_COORDINATE, MAX_COORDINATE)?;
+        input_in_range("answer", vehicle.yaw, -MAX_YAW, MAX_YAW)?;
+        input_in_range("answer", vehicle.speed, -MAX_SPEED, MAX_SPEED)?;
+        Ok(())
+    }
 }
 
 /// What a [`Tracker`](super::Tracker) remembers.
@@ -121,6 +151,8 @@ pub struct TrackerState<S> {
     pub answer: Option<Answer>,
     /// Commands on their way to the wheels, where the vehicle is modelled.
     pub in_flight: Option<InFlight>,
+    /// What the wheels did of late; none before the first pose that had an age.
+    pub past: Option<Past>,
     /// What the motion of the vehicle has shown.
     pub estimator: Estimator,
 }

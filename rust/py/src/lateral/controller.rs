@@ -131,6 +131,16 @@ macro_rules! controller {
             /// dt : float
             ///     Time since the last step that answered [s], 1e-6 to 1e3: after one that was
             ///     refused, or did not take place, all of the time since.
+            /// applied_steer : float, optional
+            ///     The angle that was applied since the last step where that was not the last
+            ///     command [rad]: a driver's, another controller's, or one that was measured; up to
+            ///     a quarter turn, and counted as at most `max_steer`. Commands in flight,
+            ///     estimates and limits go on from it. Given at each step the controller only
+            ///     watches: its answers do not depend on what it answered before.
+            /// pose_age : float, default 0.0
+            ///     How long ago pose and speed were measured [s], 0 to 1: what the localisation
+            ///     takes, which is not the steering's `dead_time`. The vehicle is rolled forward
+            ///     through the commands given since, and all errors are those of now.
             ///
             /// Returns
             /// -------
@@ -142,6 +152,10 @@ macro_rules! controller {
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
             #[inline]
+            #[pyo3(signature = (x, y, yaw, speed, dt, *, applied_steer=None, pose_age=Number(0.0)))]
+            #[pyo3(
+                text_signature = "($self, x, y, yaw, speed, dt, *, applied_steer=None, pose_age=0.0)"
+            )]
             fn step(
                 &mut self,
                 py: Python<'_>,
@@ -150,10 +164,13 @@ macro_rules! controller {
                 yaw: Number,
                 speed: Number,
                 dt: Number,
+                applied_steer: Option<Number>,
+                pose_age: Number,
             ) -> PyResult<PyCommand> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
+                let reported = reported(applied_steer, pose_age);
                 self.law
-                    .step(&self.path.view(), &mut self.state, vehicle, dt.0)
+                    .step_reported(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
                     .map(PyCommand)
                     .or_raise(py)
             }
@@ -170,6 +187,10 @@ macro_rules! controller {
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
             ///     Time since the last step [s], 1e-6 to 1e3.
+            /// applied_steer : float, optional
+            ///     The angle that was applied since the last step [rad]; see `step`.
+            /// pose_age : float, default 0.0
+            ///     How long ago pose and speed were measured [s]; see `step`.
             ///
             /// Returns
             /// -------
@@ -180,7 +201,10 @@ macro_rules! controller {
             /// ------
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
-            #[pyo3(signature = (x, y, yaw, speed, dt, /))]
+            #[pyo3(
+                signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)),
+                text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=0.0)"
+            )]
             fn steer(
                 &mut self,
                 py: Python<'_>,
@@ -189,15 +213,20 @@ macro_rules! controller {
                 yaw: Number,
                 speed: Number,
                 dt: Number,
+                applied_steer: Option<Number>,
+                pose_age: Number,
             ) -> PyResult<f64> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
-                self.law.steer(&self.path.view(), &mut self.state, vehicle, dt.0).or_raise(py)
+                let reported = reported(applied_steer, pose_age);
+                self.law
+                    .steer_reported(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
+                    .or_raise(py)
             }
 
             /// Take one control step, and answer whatever comes in.
             ///
             /// Where `step` would raise `InputError`, the last command is held: its angle,
-            /// direction, errors and target. Its time is added to that of the next step, whose
+            /// direction, errors, target, reference speed and distance to stop. Its time is added to that of the next step, whose
             /// answer is that of one `step` over all the time that has passed. So give the `dt`
             /// since the last call here, and to `step` the time since it last answered.
             ///
@@ -215,14 +244,24 @@ macro_rules! controller {
             /// hold_limit : int, default 10
             ///     How many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the status
             ///     is the fault ``Status.INPUT_LOST``.
+            /// applied_steer : float, optional
+            ///     The angle that was applied since the last step [rad]; see `step`.
+            /// pose_age : float, default 0.0
+            ///     How long ago pose and speed were measured [s]; see `step`.
             ///
             /// Returns
             /// -------
             /// Command
-            ///     Always one of finite numbers. Before the first step that is taken its errors and
-            ///     its target are 0.
-            #[pyo3(signature = (x, y, yaw, speed, dt, hold_limit=Count(10)))]
-            #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10)")]
+            ///     Always one of finite numbers, but for the distance to stop where there is none.
+            ///     Before the first step that is taken its errors, its target and its distance to
+            ///     stop are 0.
+            #[pyo3(
+                signature = (
+                    x, y, yaw, speed, dt, hold_limit=Count(10), *,
+                    applied_steer=None, pose_age=Number(0.0)
+                ),
+                text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10, *, applied_steer=None, pose_age=0.0)"
+            )]
             fn step_or_hold(
                 &mut self,
                 x: Number,
@@ -231,10 +270,52 @@ macro_rules! controller {
                 speed: Number,
                 dt: Number,
                 hold_limit: Count,
+                applied_steer: Option<Number>,
+                pose_age: Number,
             ) -> PyCommand {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let (path, limit) = (self.path.view(), hold_limit.saturated());
-                PyCommand(self.law.step_or_hold(&path, &mut self.state, vehicle, dt.0, limit))
+                let (law, reported) = (&self.law, reported(applied_steer, pose_age));
+                let state = &mut self.state;
+                PyCommand(law.step_or_hold_reported(&path, state, vehicle, dt.0, limit, reported))
+            }
+
+            /// Predict the trajectory that the controller intends, from the last step on.
+            ///
+            /// A copy of the controller drives the vehicle as it is known by now, lag, dead time,
+            /// limits and estimates included, at its present acceleration, and to the next stop at
+            /// most. The controller itself stays as it is.
+            ///
+            /// Parameters
+            /// ----------
+            /// time : float, default 1.0
+            ///     How far ahead [s], 0 to 1000; rounded to whole periods.
+            /// dt : float, default 0.05
+            ///     From one instant to the next, and the period of the steps to come [s]. The
+            ///     period of the controller's own steps is right; ``time / dt`` is at most 100,000.
+            ///
+            /// Returns
+            /// -------
+            /// Prediction
+            ///     Times, poses of the vehicle's point, speeds and commanded angles, as arrays of
+            ///     shape (N,). The first is the last step itself.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If a number is out of its range, or no step was taken before.
+            #[pyo3(signature = (time=Number(1.0), dt=Number(0.05)))]
+            #[pyo3(text_signature = "($self, time=1.0, dt=0.05)")]
+            fn predict<'py>(
+                &self,
+                py: Python<'py>,
+                time: Number,
+                dt: Number,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let mut out = prediction::room(time.0, dt.0).or_raise(py)?;
+                let path = self.path.view();
+                let count = self.law.predict(&path, &self.state, dt.0, &mut out).or_raise(py)?;
+                prediction::shown(py, out.get(..count).unwrap_or_default())
             }
 
             /// Find the vehicle's place on the path anew, after a jump.

@@ -76,6 +76,12 @@ macro_rules! state {
         ///     Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.
         /// commands_in_flight : tuple of tuple of float, default ()
         ///     Commands that have not reached the wheels, oldest first: angle [rad] and duration [s].
+        /// past_angles : tuple of tuple of float, default ()
+        ///     Mean angles of the wheels of late, oldest first: angle [rad] and duration [s].
+        /// past_wheel : float, optional
+        ///     Angle that they end with [rad]; None before the first pose that had an age.
+        /// past_since : float, default 0.0
+        ///     How long ago the last pose was measured [s].
         /// seen : tuple of float, optional
         ///     Where the no-slip point was last seen: x, y [m], yaw [rad] and speed [m/s].
         /// turn_turn : float, default 0.0
@@ -105,7 +111,7 @@ macro_rules! state {
         /// acceleration : float, default 0.0
         ///     Acceleration [m/s^2].
         /// answer : tuple, optional
-        ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
+        ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], whether it drove backwards, reference speed [m/s] and distance to stop [m], and where the vehicle was: x, y [m], yaw [rad] and speed [m/s].
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class {
@@ -127,8 +133,8 @@ macro_rules! state {
                 *, $($field = $default,)*
                 waypoint=None, measured_waypoint=None, place=None, steer=0.0,
                 handover_offset=None, handover_left=0.0, held=Count(0), held_time=0.0, period=0.0,
-                wheel=None,
-                commands_in_flight=Pairs(Vec::new()), seen=None, turn_turn=0.0, turn_offset=0.0,
+                wheel=None, commands_in_flight=Pairs(Vec::new()), past_angles=Pairs(Vec::new()),
+                past_wheel=None, past_since=0.0, seen=None, turn_turn=0.0, turn_offset=0.0,
                 offset_offset=0.0, turn_measured=0.0, offset_measured=0.0, turn=0.0, change=0.0,
                 gain=1.0, steer_offset=0.0, longer_dead_time=0.0, slip=0.0, slip_length=0.0,
                 acceleration=0.0, answer=None
@@ -146,6 +152,9 @@ macro_rules! state {
                 period: f64,
                 wheel: Option<f64>,
                 commands_in_flight: Pairs,
+                past_angles: Pairs,
+                past_wheel: Option<f64>,
+                past_since: f64,
                 seen: Option<Motion>,
                 turn_turn: f64,
                 turn_offset: f64,
@@ -172,7 +181,8 @@ macro_rules! state {
                 };
                 let tail = Tail {
                     waypoint, measured_waypoint, place, steer, handover_offset, handover_left, held,
-                    held_time, period, wheel, commands_in_flight, estimator, answer,
+                    held_time, period, wheel, commands_in_flight, past_angles, past_wheel,
+                    past_since, estimator, answer,
                 };
                 Self { $($field,)* tail }
             }
@@ -249,6 +259,24 @@ macro_rules! state {
             #[getter]
             fn commands_in_flight(&self) -> Pairs {
                 self.tail.commands_in_flight.clone()
+            }
+
+            /// Mean angles of the wheels of late, oldest first: angle [rad] and duration [s].
+            #[getter]
+            fn past_angles(&self) -> Pairs {
+                self.tail.past_angles.clone()
+            }
+
+            /// Angle that they end with [rad]; None before the first pose that had an age.
+            #[getter]
+            fn past_wheel(&self) -> Option<f64> {
+                self.tail.past_wheel
+            }
+
+            /// How long ago the last pose was measured [s].
+            #[getter]
+            fn past_since(&self) -> f64 {
+                self.tail.past_since
             }
 
             /// Where the no-slip point was last seen: x, y [m], yaw [rad] and speed [m/s].
@@ -335,7 +363,7 @@ macro_rules! state {
                 self.tail.estimator.estimate.acceleration
             }
 
-            /// What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
+            /// What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], whether it drove backwards, reference speed [m/s] and distance to stop [m], and where the vehicle was: x, y [m], yaw [rad] and speed [m/s].
             #[getter]
             fn answer(&self) -> Option<Answered> {
                 self.tail.answer
@@ -356,6 +384,9 @@ macro_rules! state {
                 fields.set_item("period", self.period())?;
                 fields.set_item("wheel", self.wheel())?;
                 fields.set_item("commands_in_flight", self.commands_in_flight())?;
+                fields.set_item("past_angles", self.past_angles())?;
+                fields.set_item("past_wheel", self.past_wheel())?;
+                fields.set_item("past_since", self.past_since())?;
                 fields.set_item("seen", self.seen())?;
                 fields.set_item("turn_turn", self.turn_turn())?;
                 fields.set_item("turn_offset", self.turn_offset())?;
