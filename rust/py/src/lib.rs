@@ -69,6 +69,8 @@ mod _core {
     #[pymodule_export]
     use crate::sim::{PySettings, PySimulation};
     #[pymodule_export]
+    use crate::lateral::PyMonitorParams;
+    #[pymodule_export]
     use crate::vehicle::{PyAdaptParams, PyEstimate, PyVehicle};
 
     /// Names the version and the profile that this module was built with.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use popsteer_core::lateral::Answer;
-use popsteer_core::lateral::{Handover, TrackerState};
+use popsteer_core::lateral::{Handover, MonitorState, TrackerState};
 use popsteer_core::vehicle::Estimator;
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Point, Status, Tracker, VehicleState};
@@ -61,6 +61,7 @@ struct Short<S> {
     held: usize,
     answer: Option<Answer>,
     estimator: Estimator,
+    monitor: Option<MonitorState>,
 }
 
 /// A larger state of a law costs more to be moved at each step than it saves [bytes].
@@ -109,6 +110,7 @@ impl<S: Clone> Short<S> {
             held: state.held,
             answer: state.answer,
             estimator: state.estimator,
+            monitor: state.monitor,
         }
     }
 
@@ -124,6 +126,7 @@ impl<S: Clone> Short<S> {
             answer: self.answer,
             in_flight: None,
             estimator: self.estimator,
+            monitor: self.monitor,
         }
     }
 }

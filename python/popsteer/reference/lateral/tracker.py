@@ -22,6 +22,7 @@ from popsteer.reference.lateral import (
     Tracked,
     check_steer,
 )
+from popsteer.reference.lateral.monitor import Monitor, MonitorParams, MonitorState, Sight
 from popsteer.reference.lateral.tracker_state import (
     Answer,
     Seen,
@@ -79,11 +80,15 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         vehicle: Vehicle | None,
         params: ParamsT,
         adapt: AdaptParams | Literal["auto"] | None,
+        monitor: MonitorParams | Literal["auto"] | None,
     ) -> None:
         super().__init__(path, Vehicle() if vehicle is None else vehicle, params)
         self._vehicle_given = vehicle is not None
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
         self._adapt = self.default_adapt() if adapt == "auto" else adapt
+        self._monitor_params = MonitorParams() if monitor == "auto" else monitor
+        watches = self._monitor_params
+        self._monitor = None if watches is None else Monitor(watches, self._vehicle)
         # Whether wheels and motion of the vehicle are modelled.
         self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
         # Whether the law's angle is the command as it is.
@@ -106,6 +111,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     def adapt(self) -> AdaptParams | None:
         """How the controller adapts to its vehicle; None where it does not."""
         return self._adapt
+
+    @property
+    def monitor(self) -> MonitorParams | None:
+        """From where on a step says that something is wrong; None where it never does."""
+        return self._monitor_params
 
     @property
     def tracked_point(self) -> float:
@@ -181,6 +191,10 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         waypoint = relocalise(self._path, (base.x, base.y), yaw, self._follow.opposite_distance)
         # Nothing is learnt of the motion until then.
         self._state = replace(self._state, waypoint=waypoint, measured_waypoint=None, seen=None)
+        watched = self._state.monitor
+        if watched is not None:
+            watched = watched.interrupted()._replace(within=False)
+            self._state = replace(self._state, monitor=watched)
 
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
         """Estimate, predict, locate, decide, limit: one control step.
@@ -211,6 +225,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         dt = checked_dt(dt)
         seen, belief = self._predict(vehicle, dt)
 
+        is_anew = self._state.waypoint is None
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
         self._state = replace(self._state, waypoint=at.foot.segment)
         here = at
@@ -224,6 +239,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             estimator = self._observe_slip(self._adapt, here, vehicle, dt)
             self._state = with_estimator(self._state, estimator)
             belief = replace(belief, estimate=estimator.estimate)
+
+        fault = self._watch(here, vehicle, dt, is_anew=is_anew)
 
         if not self._bare:
             # The angle of the last command by the offset as it is known now.
@@ -240,7 +257,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             limited = self._limit(steer, at.vehicle.speed, dt, belief.estimate)
         answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse)
         self._state = replace(self._state, answer=answer)
-        status = decision.status
+        status = decision.status | fault
         if limited:
             status |= Status.SATURATED
         if at.past_end:
@@ -274,6 +291,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             except InputError:
                 pass
             state = replace(with_in_flight(state, in_flight), seen=None)
+        if state.monitor is not None:
+            state = replace(state, monitor=state.monitor.interrupted())
         self._state = state
         nowhere = Seen(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
         answer = state.answer
@@ -345,6 +364,25 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
         return replace(estimator, seen=now)
 
+    def _watch(self, here: Located, vehicle: VehicleState, dt: float, *, is_anew: bool) -> Status:
+        """Compare the step with what was commanded before it, and say what is wrong."""
+        if self._monitor is None:
+            return Status.OK
+        state = self._state
+        sight = Sight(
+            here,
+            vehicle,
+            state.steer,
+            state.wheel if self._models else None,
+            None if state.answer is None else state.answer.measured.cross_track_error,
+            is_anew,
+            dt,
+        )
+        watched, (is_deviating, is_implausible) = self._monitor.watch(state.monitor, sight)
+        self._state = replace(state, monitor=watched)
+        status = Status.DEVIATING if is_deviating else Status.OK
+        return status | Status.IMPLAUSIBLE if is_implausible else status
+
     def _limit(self, wanted: float, speed: float, dt: float, estimate: Corrections) -> bool:
         """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
 
@@ -407,6 +445,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             left = 0.0
         answer = None if state.answer is None else Answer(*state.answer).checked()
         estimator = estimator_of(state).checked(car)
+        monitor = None if state.monitor is None else MonitorState.of(state.monitor).checked()
         if in_flight is not None:
             in_flight = in_flight.checked(car, estimator.estimate.longer_dead_time)
         state = with_in_flight(with_estimator(state, estimator), in_flight)
@@ -419,6 +458,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             handover_left=left,
             held=max(0, operator.index(state.held)),
             answer=answer,
+            monitor=monitor,
         )
 
     def _restored_in_flight(self, state: StateT) -> InFlight | None:

@@ -13,6 +13,7 @@ from popsteer.reference.vehicle.estimator import Corrections, Estimator
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral.monitor import MonitorState
     from popsteer.reference.path.follow import Located
 
 __all__ = [
@@ -133,6 +134,8 @@ class TrackerState:
         What the last step answered besides its angle: cross-track error [m], yaw [rad] and
         direction of the path (x, y) [m] of the measured vehicle, and of the predicted one; the
         target (x, y) [m]; and whether the path was driven backwards. None before the first step.
+    monitor : tuple or None
+        What the monitor remembers, see `MonitorState`; None before the first step.
     """
 
     waypoint: int | None = None
@@ -158,6 +161,7 @@ class TrackerState:
     slip_length: float = 0.0
     acceleration: float = 0.0
     answer: Answer | None = None
+    monitor: MonitorState | None = None
 
 
 StateT = TypeVar("StateT", bound=TrackerState)

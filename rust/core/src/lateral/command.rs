@@ -40,17 +40,25 @@ impl Status {
     pub const INPUT_HELD: Self = Self(1 << 4);
     /// Fault: more inputs in a row were refused than are held. The last command stands; stop.
     pub const INPUT_LOST: Self = Self(1 << 5);
+    /// Fault: the measured cross-track error is beyond `deviation_limit`, and was within it before.
+    pub const DEVIATING: Self = Self(1 << 6);
+    /// Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s:
+    /// a wrong sign of the steering, wheels that stick, a dead time or a lag that nobody told.
+    pub const IMPLAUSIBLE: Self = Self(1 << 7);
 
     /// Every condition with its name, from the lowest bit up.
-    pub const NAMES: [(Self, &'static str); 6] = [
+    pub const NAMES: [(Self, &'static str); 8] = [
         (Self::SATURATED, "saturated"),
         (Self::LOOKAHEAD_LOST, "lookahead-lost"),
         (Self::END_OF_PATH, "end-of-path"),
         (Self::OFF_PATH, "off-path"),
         (Self::INPUT_HELD, "input-held"),
         (Self::INPUT_LOST, "input-lost"),
+        (Self::DEVIATING, "deviating"),
+        (Self::IMPLAUSIBLE, "implausible"),
     ];
-    const FAULTS: Self = Self::INPUT_LOST;
+    const FAULTS: Self =
+        Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
 
     /// The bits.
     pub const fn bits(self) -> u32 {
@@ -176,6 +184,6 @@ mod tests {
             assert_eq!(all & each.bits(), 0);
             all | each.bits()
         });
-        assert_eq!(all.count_ones(), 6);
+        assert_eq!(all.count_ones(), 8);
     }
 }

@@ -6,6 +6,7 @@
 pub mod bang_bang;
 pub mod command;
 pub mod cost_to_go;
+pub mod monitor;
 pub mod pid;
 pub mod pop;
 pub mod preview_pop;
@@ -17,6 +18,7 @@ pub mod tracker_state;
 
 pub use bang_bang::{BangBang, BangBangParams, BangBangState};
 pub use command::{Command, Status};
+pub use monitor::{MonitorParams, MonitorState};
 pub use pid::{Pid, PidParams, PidState};
 pub use pop::{Pop, PopParams, PopState};
 pub use preview_pop::{PreviewPop, PreviewPopParams, PreviewPopState};

@@ -4,6 +4,7 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
+use super::monitor::{Monitor, MonitorParams, Sight};
 use super::tracker_state::{Answer, Handover, Seen, TrackerState};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
@@ -30,6 +31,7 @@ pub const HANDOVER_TIME: f64 = 1.0;
 pub struct Tracker<L> {
     law: L,
     adapt: Option<AdaptParams>,
+    monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
     models: bool,
     /// Whether the law's angle is the command as it is.
@@ -66,9 +68,23 @@ impl<L: LateralLaw> Tracker<L> {
         Self {
             law,
             adapt,
+            monitor: Some(Monitor::usual(&vehicle)),
             models,
             bare,
         }
+    }
+
+    /// The same, watching the vehicle so; not at all where that is none.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn monitored(self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
+        let monitor = match params {
+            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
+            None => None,
+        };
+        Ok(Self { monitor, ..self })
     }
 
     /// The law.
@@ -84,6 +100,11 @@ impl<L: LateralLaw> Tracker<L> {
     /// How it adapts; none where it does not.
     pub fn adapt(&self) -> Option<&AdaptParams> {
         self.adapt.as_ref()
+    }
+
+    /// How it watches the vehicle; none where it does not.
+    pub fn monitor(&self) -> Option<&MonitorParams> {
+        self.monitor.as_ref().map(|monitor| &monitor.params)
     }
 
     /// Which point of the vehicle is followed along the path, and how.
@@ -102,6 +123,7 @@ impl<L: LateralLaw> Tracker<L> {
         Tracker {
             law: change(self.law),
             adapt: self.adapt,
+            monitor: self.monitor,
             models,
             bare,
         }
@@ -121,6 +143,7 @@ impl<L: LateralLaw> Tracker<L> {
                 .models
                 .then(|| InFlight::settled(self.law.vehicle(), 0.0)),
             estimator: Estimator::default(),
+            monitor: None,
         }
     }
 
@@ -199,6 +222,9 @@ impl<L: LateralLaw> Tracker<L> {
             }
             state.estimator.seen = None;
         }
+        if let Some(monitor) = &mut state.monitor {
+            monitor.interrupt();
+        }
         let status = if state.held > hold_limit {
             Status::INPUT_LOST
         } else {
@@ -274,6 +300,9 @@ impl<L: LateralLaw> Tracker<L> {
             input_in_range("answer", answer.target.y, -most, most)?;
         }
         state.estimator.checked(vehicle)?;
+        if let Some(monitor) = state.monitor {
+            monitor.checked()?;
+        }
         match (self.models, &state.in_flight) {
             (false, _) => Ok(()),
             (true, Some(in_flight)) => {
@@ -306,6 +335,7 @@ impl<L: LateralLaw> Tracker<L> {
         let (seen, mut belief) = self.predict(state, vehicle, dt);
 
         let follow = self.law.follow();
+        let is_anew = state.waypoint.is_none();
         let at = follow.locate(path, state.waypoint, seen, dt);
         state.waypoint = Some(at.foot.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
@@ -322,6 +352,21 @@ impl<L: LateralLaw> Tracker<L> {
             self.observe_slip(path, state, adapt, here, vehicle, dt);
             belief.estimate = state.estimator.estimate;
         }
+
+        let fault = match &self.monitor {
+            Some(monitor) => {
+                let in_flight = state.in_flight.as_ref().filter(|_| self.models);
+                let sight = Sight {
+                    here: measured.as_ref().unwrap_or(&at),
+                    vehicle,
+                    wheel: in_flight.map(InFlight::wheel),
+                    is_anew,
+                    dt,
+                };
+                monitor.watch(self.law.vehicle(), state, &sight)
+            }
+            None => Status::OK,
+        };
 
         if !self.bare {
             // The angle of the last command by the offset as it is known now.
@@ -347,6 +392,7 @@ impl<L: LateralLaw> Tracker<L> {
         };
         state.answer = Some(answer);
         let status = decision.status
+            | fault
             | Status::SATURATED.when(limited)
             | Status::END_OF_PATH.when(at.past_end)
             | Status::OFF_PATH.when(at.off_path);

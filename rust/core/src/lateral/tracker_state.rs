@@ -1,6 +1,6 @@
 //! What a tracker remembers.
 
-use super::LateralState;
+use super::{LateralState, MonitorState};
 use super::tracker::HANDOVER_TIME;
 use crate::Point;
 use crate::error::{InputError, input_in_range};
@@ -97,6 +97,8 @@ pub struct TrackerState<S> {
     pub in_flight: Option<InFlight>,
     /// What the motion of the vehicle has shown.
     pub estimator: Estimator,
+    /// What the monitor remembers; none before the first step.
+    pub monitor: Option<MonitorState>,
 }
 
 impl<S: LateralState> TrackerState<S> {
@@ -113,6 +115,10 @@ impl<S: LateralState> TrackerState<S> {
         self.waypoint = Some(waypoint);
         self.measured_waypoint = None;
         self.estimator.seen = None;
+        if let Some(monitor) = &mut self.monitor {
+            monitor.interrupt();
+            monitor.within = false;
+        }
     }
 
     pub(super) fn take_over(&mut self, steer: f64) {

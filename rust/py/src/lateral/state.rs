@@ -10,7 +10,7 @@ use popsteer_core::{InputError, LateralLaw};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::tail::{Answered, Motion, Pairs, Tail};
+use super::tail::{Answered, Motion, Pairs, Tail, Watched};
 use crate::params::{Count, Field, repr};
 
 /// How a state goes between Python and the core.
@@ -100,6 +100,8 @@ macro_rules! state {
         ///     Acceleration [m/s^2].
         /// answer : tuple, optional
         ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
+        /// monitor : tuple, optional
+        ///     What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class {
@@ -124,7 +126,7 @@ macro_rules! state {
                 commands_in_flight=Pairs(Vec::new()), seen=None, turn_turn=0.0, turn_offset=0.0,
                 offset_offset=0.0, turn_measured=0.0, offset_measured=0.0, turn=0.0, change=0.0,
                 gain=1.0, steer_offset=0.0, longer_dead_time=0.0, slip=0.0, slip_length=0.0,
-                acceleration=0.0, answer=None
+                acceleration=0.0, answer=None, monitor=None
             ))]
             fn new(
                 $($field: $kind,)*
@@ -151,6 +153,7 @@ macro_rules! state {
                 slip_length: f64,
                 acceleration: f64,
                 answer: Option<Answered>,
+                monitor: Option<Watched>,
             ) -> Self {
                 let estimate = Estimate {
                     gain, steer_offset, longer_dead_time, slip, slip_length, acceleration,
@@ -162,7 +165,7 @@ macro_rules! state {
                 };
                 let tail = Tail {
                     waypoint, measured_waypoint, steer, handover_offset, handover_left, held, wheel,
-                    commands_in_flight, estimator, answer,
+                    commands_in_flight, estimator, answer, monitor,
                 };
                 Self { $($field,)* tail }
             }
@@ -313,6 +316,12 @@ macro_rules! state {
                 self.tail.answer
             }
 
+            /// What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.
+            #[getter]
+            fn monitor(&self) -> Option<Watched> {
+                self.tail.monitor
+            }
+
             /// The fields by name, as a new ``dict``.
             pub(crate) fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
                 let fields = PyDict::new(py);
@@ -340,6 +349,7 @@ macro_rules! state {
                 fields.set_item("slip_length", self.slip_length())?;
                 fields.set_item("acceleration", self.acceleration())?;
                 fields.set_item("answer", self.answer())?;
+                fields.set_item("monitor", self.monitor())?;
                 Ok(fields)
             }
 

@@ -1,7 +1,6 @@
 //! What the states of all controllers have in common, on its way between Python and the core.
 
-use popsteer_core::lateral::Answer;
-use popsteer_core::lateral::{Handover, Seen, Tracker, TrackerState};
+use popsteer_core::lateral::{Answer, Handover, MonitorState, Seen, Tracker, TrackerState};
 use popsteer_core::vehicle::{Estimator, InFlight};
 use popsteer_core::{InputError, LateralLaw, Point};
 use pyo3::prelude::*;
@@ -16,6 +15,17 @@ type Sighting = (f64, f64, f64, f64);
 /// The measured and the predicted vehicle, the target [m], and whether it drove backwards.
 pub(super) type Answered = (Sighting, Sighting, (f64, f64), bool);
 
+/// Of the wheels, the yaw and its residual [rad].
+type Turned = (f64, Option<f64>, Option<f64>);
+/// Turns measured, expected, and of a slower response [rad], its rate [rad/s], and the turns of a
+/// radian of steering offset.
+type Turns = (f64, f64, f64, f64, f64);
+/// Time [s] and variance [rad^2] of the noise, and the sums of the offset [1/s], [rad/s].
+type Evidence = (f64, f64, f64, f64);
+/// What the monitor remembers, how long its alarm lasts [s], and whether the deviation was within
+/// its limit.
+pub(super) type Watched = (Turned, Turns, Evidence, f64, bool);
+
 /// What all states remember beside the controller's own.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tail {
@@ -29,6 +39,7 @@ pub(crate) struct Tail {
     pub(super) commands_in_flight: Pairs,
     pub(super) estimator: Estimator,
     pub(super) answer: Option<Answered>,
+    pub(super) monitor: Option<Watched>,
 }
 
 fn from_waypoint(waypoint: Option<usize>) -> Option<Count> {
@@ -57,6 +68,49 @@ fn to_seen((cross_track_error, yaw, x, y): Sighting) -> Seen {
     }
 }
 
+fn from_monitor(state: MonitorState) -> Watched {
+    (
+        (state.wheel, state.yaw, state.residual),
+        (
+            state.measured,
+            state.expected,
+            state.delayed,
+            state.rate,
+            state.reach,
+        ),
+        (
+            state.time,
+            state.noise,
+            state.offset_square,
+            state.offset_sum,
+        ),
+        state.alarm,
+        state.within,
+    )
+}
+
+fn to_monitor((turned, turns, evidence, alarm, within): Watched) -> MonitorState {
+    let (wheel, yaw, residual) = turned;
+    let (measured, expected, delayed, rate, reach) = turns;
+    let (time, noise, offset_square, offset_sum) = evidence;
+    MonitorState {
+        wheel,
+        yaw,
+        residual,
+        measured,
+        expected,
+        delayed,
+        rate,
+        reach,
+        time,
+        noise,
+        offset_square,
+        offset_sum,
+        alarm,
+        within,
+    }
+}
+
 impl Tail {
     pub(super) fn of<S>(state: &TrackerState<S>) -> Self {
         let in_flight = state.in_flight.as_ref();
@@ -78,6 +132,7 @@ impl Tail {
                 let target = (answer.target.x, answer.target.y);
                 (measured, predicted, target, answer.reverse)
             }),
+            monitor: state.monitor.map(from_monitor),
         }
     }
 
@@ -121,6 +176,7 @@ impl Tail {
                 }),
             in_flight,
             estimator: self.estimator,
+            monitor: self.monitor.map(to_monitor),
         })
     }
 }
