@@ -40,7 +40,7 @@ class Status(enum.IntFlag):
     INPUT_LOST = 32
     """Fault: more inputs in a row were refused than are held. The last command stands; stop."""
     DEVIATING = 64
-    """Fault: the measured cross-track error is beyond `deviation_limit`, and was within it before."""
+    """Fault: the measured cross-track error is beyond `deviation_limit`, once it was within."""
     IMPLAUSIBLE = 128
     """Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s:
     a wrong sign of the steering, wheels that stick, a dead time or a lag that nobody told."""

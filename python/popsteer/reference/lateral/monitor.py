@@ -36,8 +36,9 @@ OFFSET = 0.02
 """The steering offset that nobody told and the motion has not yet shown [rad]."""
 OFFSET_DOUBT = 2.0
 """How much motion halves it, as `offset_square` [1/s]: a quarter of a second at 8 m/s."""
-OFFSET_PRIOR = 1.0
-"""Weight of no steering offset in the least squares [1/s]."""
+OFFSET_PRIOR = 8.0
+"""Weight of no steering offset in the least squares [1/s]. Smaller values take wheels that stick
+for a steering offset; larger ones take a steering offset for wheels that stick."""
 OFFSET_TIME = 10.0
 """Time over which the steering offset is estimated [s]: too long for a fault to pass as one."""
 NOISE_TIME = 2.0
@@ -96,7 +97,7 @@ class Turned(NamedTuple):
     yaw: float | None
     """The yaw last measured [rad]; None where the motion since shows nothing."""
     residual: float | None
-    """The turn measured in the last period less the one expected [rad]; None before there was one."""
+    """The turn measured in the last period less the one expected [rad]; None before it."""
 
 
 class Turns(NamedTuple):
@@ -208,8 +209,7 @@ class MonitorState(NamedTuple):
             reach=(self.turns.reach + abs(share) * dt) * kept,
         )
         evidence = self.evidence.with_noise(residual, self.turned.residual, dt)
-        if self.alarm <= 0.0:
-            evidence = evidence.with_offset(residual, share, dt)
+        evidence = evidence.with_offset(residual, share, dt)
         turned = self.turned._replace(residual=residual)
         after = self._replace(turned=turned, turns=turns, evidence=evidence)
 

@@ -40,7 +40,7 @@ impl Status {
     pub const INPUT_HELD: Self = Self(1 << 4);
     /// Fault: more inputs in a row were refused than are held. The last command stands; stop.
     pub const INPUT_LOST: Self = Self(1 << 5);
-    /// Fault: the measured cross-track error is beyond `deviation_limit`, and was within it before.
+    /// Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
     pub const DEVIATING: Self = Self(1 << 6);
     /// Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s:
     /// a wrong sign of the steering, wheels that stick, a dead time or a lag that nobody told.

@@ -98,8 +98,9 @@ impl MonitorState {
     const OFFSET: f64 = 0.02;
     /// How much motion halves it, as `offset_square` [1/s]: a quarter of a second at 8 m/s.
     const OFFSET_DOUBT: f64 = 2.0;
-    /// Weight of no steering offset in the least squares [1/s].
-    const OFFSET_PRIOR: f64 = 1.0;
+    /// Weight of no steering offset in the least squares [1/s]. Smaller values take wheels that
+    /// stick for a steering offset; larger ones take a steering offset for wheels that stick.
+    const OFFSET_PRIOR: f64 = 8.0;
     /// Time over which the steering offset is estimated [s]: too long for a fault to pass as one.
     const OFFSET_TIME: f64 = 10.0;
     /// Time over which the noise is measured [s].
@@ -162,9 +163,7 @@ impl MonitorState {
         self.delayed = (self.delayed + self.rate * dt) * kept;
         self.reach = (self.reach + share.abs() * dt) * kept;
         self.observe_noise(residual, dt);
-        if self.alarm <= 0.0 {
-            self.observe_offset(residual, share, dt);
-        }
+        self.observe_offset(residual, share, dt);
 
         let offset = self.offset_sum / (self.offset_square + Self::OFFSET_PRIOR);
         let doubt = Self::OFFSET * Self::OFFSET_DOUBT / (Self::OFFSET_DOUBT + self.offset_square);
