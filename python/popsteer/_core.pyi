@@ -68,7 +68,7 @@ _Numbers: TypeAlias = tuple[float, float, float, float]
 _Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool]
 _Monitor: TypeAlias = tuple[
     tuple[float, float | None, float | None],
-    tuple[float, float, float, float, float],
+    tuple[float, float, float, float, float, float],
     _Numbers,
     float,
     bool,

@@ -45,6 +45,9 @@ NOISE_TIME = 2.0
 """Time over which the noise is measured [s]."""
 NOISE_PRIOR = (0.005, 0.05)
 """Standard deviation of the noise before it is measured [rad], and for how long that counts."""
+EXCESS = 0.5
+"""The share of the excess of large angles that is let pass: commands that swing from lock to lock
+turn a vehicle by the tangent of angles that no model of its wheels tells well."""
 DEVIATIONS = 5.0
 """How many standard deviations of the noise are let pass."""
 LEAST_TIME = 0.2
@@ -113,6 +116,8 @@ class Turns(NamedTuple):
     """The turning rate of the slower response [rad/s]."""
     reach: float = 0.0
     """Turns of a radian of steering offset."""
+    excess: float = 0.0
+    """How much more the commands would turn the vehicle than in proportion to their angle [rad]."""
 
 
 class Evidence(NamedTuple):
@@ -177,7 +182,7 @@ class MonitorState(NamedTuple):
         return self._replace(turned=turned, turns=Turns(rate=self.turns.rate))
 
     def observed(
-        self, turn: float, rate: float, share: float, dt: float
+        self, turn: float, rate: float, excess: float, share: float, dt: float
     ) -> tuple[MonitorState, float]:
         """Take in a turn, and tell how far the turns are beyond what is explained.
 
@@ -187,6 +192,8 @@ class MonitorState(NamedTuple):
             What was measured [rad].
         rate : float
             How fast the commands made the vehicle turn [rad/s].
+        excess : float
+            How much faster the last command would than in proportion to its angle [rad/s].
         share : float
             ... and a radian of steering offset [1/s].
         dt : float
@@ -207,6 +214,7 @@ class MonitorState(NamedTuple):
             delayed=(self.turns.delayed + slower * dt) * kept,
             rate=slower,
             reach=(self.turns.reach + abs(share) * dt) * kept,
+            excess=(self.turns.excess + abs(excess) * dt) * kept,
         )
         evidence = self.evidence.with_noise(residual, self.turned.residual, dt)
         evidence = evidence.with_offset(residual, share, dt)
@@ -228,7 +236,7 @@ class MonitorState(NamedTuple):
         most = most * (MAX_GAIN if most > 0.0 else MIN_GAIN)
         below, above = least - turns.measured, turns.measured - most
         beyond = below if below > above else above
-        return after, beyond - DEVIATIONS * sqrt(evidence.noise)
+        return after, beyond - EXCESS * turns.excess - DEVIATIONS * sqrt(evidence.noise)
 
     def checked(self) -> MonitorState:
         """Return the same, as floats, where a vehicle could have shown it.
@@ -250,7 +258,7 @@ class MonitorState(NamedTuple):
         )
         return MonitorState(
             turned,
-            Turns(*map(number, turns[:4]), number(turns.reach, 0.0)),
+            Turns(*map(number, turns[:4]), number(turns.reach, 0.0), number(turns.excess, 0.0)),
             Evidence(
                 number(evidence.time, 0.0, NOISE_TIME),
                 number(evidence.noise, 0.0),
@@ -330,9 +338,7 @@ class Monitor:
             wheel, mean = move_wheel(car, before, sight.steer, dt)
         watched = watched._replace(turned=watched.turned._replace(wheel=wheel))
         share = speed / car.turning_length(speed)
-        # A Pade approximant of the tangent: within 1 % up to 1.3 rad.
-        square = mean * mean
-        rate = share * (mean * (15.0 - square) / (15.0 - 6.0 * square))
+        rate, excess = share * _tangent(mean), share * (_tangent(sight.steer) - sight.steer)
 
         if sight.here.turned or dt > MAX_PERIOD:
             watched = watched.interrupted()
@@ -343,8 +349,14 @@ class Monitor:
             watched = watched._replace(turns=watched.turns._replace(rate=rate))
         else:
             turn = wrap(sight.vehicle.yaw - yaw)
-            watched, beyond = watched.observed(turn, rate, share, dt)
+            watched, beyond = watched.observed(turn, rate, excess, share, dt)
             if beyond > self._turn_tolerance and watched.evidence.time >= LEAST_TIME:
                 watched = watched._replace(alarm=ALARM_TIME)
         turned = watched.turned._replace(yaw=sight.vehicle.yaw)
         return watched._replace(turned=turned), watched.alarm > 0.0
+
+
+def _tangent(angle: float) -> float:
+    """Return a Padé approximant of the tangent: within 1 % up to 1.3 rad, finite up to π/2."""
+    square = angle * angle
+    return angle * (15.0 - square) / (15.0 - 6.0 * square)

@@ -57,8 +57,7 @@ impl Status {
         (Self::DEVIATING, "deviating"),
         (Self::IMPLAUSIBLE, "implausible"),
     ];
-    const FAULTS: Self =
-        Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
+    const FAULTS: Self = Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
 
     /// The bits.
     pub const fn bits(self) -> u32 {
@@ -80,6 +79,11 @@ impl Status {
     #[inline]
     pub const fn when(self, holds: bool) -> Self {
         if holds { self } else { Self::OK }
+    }
+
+    /// Those of the conditions that are faults.
+    pub const fn faults(self) -> Self {
+        Self(self.0 & Self::FAULTS.0)
     }
 
     /// The worst of the conditions.

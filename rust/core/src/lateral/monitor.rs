@@ -73,6 +73,8 @@ pub struct MonitorState {
     pub rate: f64,
     /// Turns of a radian of steering offset.
     pub reach: f64,
+    /// How much more the commands would turn the vehicle than in proportion to their angle [rad].
+    pub excess: f64,
     /// How long the noise has been measured, up to [`NOISE_TIME`](Self::NOISE_TIME) [s].
     pub time: f64,
     /// Variance of the noise of the measured yaw [rad^2].
@@ -107,6 +109,9 @@ impl MonitorState {
     pub const NOISE_TIME: f64 = 2.0;
     /// Standard deviation of the noise before it is measured [rad], and for how long that counts.
     const NOISE_PRIOR: (f64, f64) = (0.005, 0.05);
+    /// The share of the excess of large angles that is let pass: commands that swing from lock to
+    /// lock turn a vehicle by the tangent of angles that no model of its wheels tells well.
+    const EXCESS: f64 = 0.5;
     /// How many standard deviations of the noise are let pass.
     const DEVIATIONS: f64 = 5.0;
     /// Nothing is concluded before the noise was measured for so long [s].
@@ -130,6 +135,7 @@ impl MonitorState {
             delayed: 0.0,
             rate: 0.0,
             reach: 0.0,
+            excess: 0.0,
             time,
             noise: deviation * deviation,
             offset_square: 0.0,
@@ -147,13 +153,15 @@ impl MonitorState {
         self.expected = 0.0;
         self.delayed = 0.0;
         self.reach = 0.0;
+        self.excess = 0.0;
     }
 
     /// Takes in a `turn` [rad] within `dt` [s] in which the commands made the vehicle turn at
-    /// `rate` [rad/s], a radian of steering offset at `share` [1/s]. How far the turns are beyond
-    /// what is explained, noise included [rad].
+    /// `rate` [rad/s], a radian of steering offset at `share` [1/s]; the last command would by
+    /// `excess` [rad/s] more than in proportion to its angle. How far the turns are beyond what is
+    /// explained, noise taken off [rad].
     #[inline]
-    fn observe(&mut self, turn: f64, rate: f64, share: f64, dt: f64) -> f64 {
+    fn observe(&mut self, turn: f64, rate: f64, excess: f64, share: f64, dt: f64) -> f64 {
         let expected = rate * dt;
         let residual = turn - expected;
         let kept = Self::WINDOW / (Self::WINDOW + dt);
@@ -162,6 +170,7 @@ impl MonitorState {
         self.expected = (self.expected + expected) * kept;
         self.delayed = (self.delayed + self.rate * dt) * kept;
         self.reach = (self.reach + share.abs() * dt) * kept;
+        self.excess = (self.excess + excess.abs() * dt) * kept;
         self.observe_noise(residual, dt);
         self.observe_offset(residual, share, dt);
 
@@ -189,7 +198,7 @@ impl MonitorState {
         let most = most * if most > 0.0 { high } else { low };
         let (below, above) = (least - self.measured, self.measured - most);
         let beyond = if below > above { below } else { above };
-        beyond - Self::DEVIATIONS * sqrt(self.noise)
+        beyond - Self::EXCESS * self.excess - Self::DEVIATIONS * sqrt(self.noise)
     }
 
     /// A yaw with white noise of variance `s` makes turns whose differences have `6 s`.
@@ -225,6 +234,7 @@ impl MonitorState {
             (self.delayed, -Self::MAX, Self::MAX),
             (self.rate, -Self::MAX, Self::MAX),
             (self.reach, 0.0, Self::MAX),
+            (self.excess, 0.0, Self::MAX),
             (self.time, 0.0, Self::NOISE_TIME),
             (self.noise, 0.0, Self::MAX),
             (self.offset_square, 0.0, Self::MAX),
@@ -264,7 +274,9 @@ impl Monitor {
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub(super) fn new(params: MonitorParams, vehicle: &Vehicle) -> Result<Self, ConfigError> {
-        params.checked().map(|params| Self::unchecked(params, vehicle))
+        params
+            .checked()
+            .map(|params| Self::unchecked(params, vehicle))
     }
 
     /// As it is unless it is told otherwise.
@@ -330,9 +342,8 @@ impl Monitor {
         };
         watched.wheel = wheel;
         let share = speed / car.turning_length(speed);
-        // A Pade approximant of the tangent: within 1 % up to 1.3 rad.
-        let square = mean * mean;
-        let rate = share * (mean * (15.0 - square) / (15.0 - 6.0 * square));
+        let rate = share * tangent(mean);
+        let excess = share * (tangent(last) - last);
 
         if sight.here.turned || dt > MonitorState::MAX_PERIOD {
             watched.interrupt();
@@ -340,7 +351,7 @@ impl Monitor {
         watched.alarm = saturate(watched.alarm - dt, 0.0, MonitorState::ALARM_TIME);
         if let Some(yaw) = watched.yaw {
             let turn = wrap(sight.vehicle.yaw - yaw);
-            let beyond = watched.observe(turn, rate, share, dt);
+            let beyond = watched.observe(turn, rate, excess, share, dt);
             if beyond > self.params.turn_tolerance && watched.time >= MonitorState::LEAST_TIME {
                 watched.alarm = MonitorState::ALARM_TIME;
             }
@@ -349,5 +360,57 @@ impl Monitor {
         }
         watched.yaw = Some(sight.vehicle.yaw);
         watched.alarm > 0.0
+    }
+}
+
+/// A Pade approximant of the tangent: within 1 % up to 1.3 rad, finite up to a right angle.
+#[inline]
+fn tangent(angle: f64) -> f64 {
+    let square = angle * angle;
+    angle * (15.0 - square) / (15.0 - 6.0 * square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::tan;
+
+    /// Steps of 0.05 s at 8 m/s, in which the vehicle turns by `turn` of what is expected.
+    fn beyond(steps: u32, turn: impl Fn(u32, f64) -> f64) -> f64 {
+        let mut state = MonitorState::settled(0.0);
+        let mut most = f64::NEG_INFINITY;
+        for k in 0..steps {
+            let rate = 0.3 * crate::math::sin(0.1 * f64::from(k));
+            let beyond = state.observe(turn(k, rate * 0.05), rate, 0.0, 3.0, 0.05);
+            most = if beyond > most { beyond } else { most };
+        }
+        most
+    }
+
+    #[test]
+    fn test_tangent_is_within_a_hundredth_and_finite_up_to_a_right_angle() {
+        for k in 1..=130 {
+            let angle = 0.01 * f64::from(k);
+            assert!((tangent(angle) / tan(angle) - 1.0).abs() < 0.01, "{angle}");
+        }
+        let right = tangent(core::f64::consts::FRAC_PI_2);
+        assert!(right.is_finite() && right > 10.0);
+    }
+
+    #[test]
+    fn test_turns_of_another_gain_are_explained_and_other_turns_are_not() {
+        for gain in [0.45, 1.0, 2.4] {
+            assert!(beyond(200, |_, expected| gain * expected) < 0.0, "{gain}");
+        }
+        for gain in [-1.0, 0.0, 4.0] {
+            assert!(beyond(200, |_, expected| gain * expected) > 0.02, "{gain}");
+        }
+    }
+
+    #[test]
+    fn test_white_noise_is_measured_and_let_pass() {
+        // Not white, but as large as noise of 0.02 rad gets at each step.
+        let yaw = |k: u32| [0.02, -0.02, -0.02, 0.02, 0.0][usize::try_from(k % 5).unwrap_or(0)];
+        assert!(beyond(200, |k, expected| expected + yaw(k + 1) - yaw(k)) < 0.0);
     }
 }

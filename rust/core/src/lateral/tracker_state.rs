@@ -1,7 +1,7 @@
 //! What a tracker remembers.
 
-use super::{LateralState, MonitorState};
 use super::tracker::HANDOVER_TIME;
+use super::{LateralState, MonitorState};
 use crate::Point;
 use crate::error::{InputError, input_in_range};
 use crate::math::{atan2, wrap};

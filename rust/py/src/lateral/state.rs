@@ -101,7 +101,7 @@ macro_rules! state {
         /// answer : tuple, optional
         ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
         /// monitor : tuple, optional
-        ///     What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.
+        ///     What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset; excess of large angles [rad]), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class {
@@ -316,7 +316,7 @@ macro_rules! state {
                 self.tail.answer
             }
 
-            /// What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.
+            /// What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset; excess of large angles [rad]), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.
             #[getter]
             fn monitor(&self) -> Option<Watched> {
                 self.tail.monitor

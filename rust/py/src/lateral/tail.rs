@@ -17,9 +17,9 @@ pub(super) type Answered = (Sighting, Sighting, (f64, f64), bool);
 
 /// Of the wheels, the yaw and its residual [rad].
 type Turned = (f64, Option<f64>, Option<f64>);
-/// Turns measured, expected, and of a slower response [rad], its rate [rad/s], and the turns of a
-/// radian of steering offset.
-type Turns = (f64, f64, f64, f64, f64);
+/// Turns measured, expected, and of a slower response [rad], its rate [rad/s], the turns of a
+/// radian of steering offset, and the excess of large angles [rad].
+type Turns = (f64, f64, f64, f64, f64, f64);
 /// Time [s] and variance [rad^2] of the noise, and the sums of the offset [1/s], [rad/s].
 type Evidence = (f64, f64, f64, f64);
 /// What the monitor remembers, how long its alarm lasts [s], and whether the deviation was within
@@ -77,6 +77,7 @@ fn from_monitor(state: MonitorState) -> Watched {
             state.delayed,
             state.rate,
             state.reach,
+            state.excess,
         ),
         (
             state.time,
@@ -91,7 +92,7 @@ fn from_monitor(state: MonitorState) -> Watched {
 
 fn to_monitor((turned, turns, evidence, alarm, within): Watched) -> MonitorState {
     let (wheel, yaw, residual) = turned;
-    let (measured, expected, delayed, rate, reach) = turns;
+    let (measured, expected, delayed, rate, reach, excess) = turns;
     let (time, noise, offset_square, offset_sum) = evidence;
     MonitorState {
         wheel,
@@ -102,6 +103,7 @@ fn to_monitor((turned, turns, evidence, alarm, within): Watched) -> MonitorState
         delayed,
         rate,
         reach,
+        excess,
         time,
         noise,
         offset_square,
