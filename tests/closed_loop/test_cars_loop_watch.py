@@ -194,7 +194,7 @@ def test_alarm_ends_two_seconds_after_the_vehicle_obeys_again(name: str) -> None
         command = controller.step(*chain.pose, SPEED, DT)
         said.append(Status.IMPLAUSIBLE in command.status)
         if 40 <= k < 50:
-            stuck(math.radians(5.0))(chain, 0.0)
+            stuck(math.radians(10.0))(chain, 0.0)
         chain.advance(command.steer)
     assert not any(said[:41])
     assert any(said[40:60])

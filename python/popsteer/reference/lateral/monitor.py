@@ -357,6 +357,6 @@ class Monitor:
 
 
 def _tangent(angle: float) -> float:
-    """Return a Padé approximant of the tangent: within 1 % up to 1.3 rad, finite up to π/2."""
+    """Return a Padé approximant of the tangent: within 1 % up to 1.25 rad, finite up to π/2."""
     square = angle * angle
     return angle * (15.0 - square) / (15.0 - 6.0 * square)
