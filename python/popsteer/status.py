@@ -39,6 +39,11 @@ class Status(enum.IntFlag):
     """Degraded: the input was refused. The last command is held."""
     INPUT_LOST = 32
     """Fault: more inputs in a row were refused than are held. The last command stands; stop."""
+    DEVIATING = 64
+    """Fault: the measured cross-track error is beyond `deviation_limit`, once it was within."""
+    IMPLAUSIBLE = 128
+    """Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s:
+    a wrong sign of the steering, wheels that stick, a dead time or a lag that nobody told."""
     PLAN_CUT_SHORT = 256
     """Degraded: the best plan within the vehicle's limits was not found in the time that a step
     may take. The command is that of the best plan found, which keeps them."""
@@ -89,4 +94,4 @@ _NAMES = tuple(
     for name, condition in Status.__members__.items()
     if condition
 )
-_FAULTS = Status.INPUT_LOST
+_FAULTS = Status.INPUT_LOST | Status.DEVIATING | Status.IMPLAUSIBLE

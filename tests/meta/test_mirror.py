@@ -63,7 +63,7 @@ def test_params_have_the_same_fields_in_the_same_order(law: Any) -> None:
     assert ours == [field.name for field in dataclasses.fields(getattr(reference, law.params_name))]
 
 
-@pytest.mark.parametrize("name", ["Vehicle", "AdaptParams", "Estimate"])
+@pytest.mark.parametrize("name", ["Vehicle", "AdaptParams", "MonitorParams", "Estimate"])
 def test_values_have_the_same_fields_in_the_same_order(name: str) -> None:
     ours = list(getattr(popsteer, name)().as_dict())
     assert ours == [field.name for field in dataclasses.fields(getattr(reference, name))]

@@ -62,7 +62,7 @@ def adapting(adapt: Any) -> dict[str, Any]:
 
 ATTRIBUTES = (
     *("state", "params", "path", "vehicle", "vehicle_given", "adapt", "estimate"),
-    "tracked_point",
+    *("monitor", "tracked_point"),
 )
 """What every controller shows."""
 
@@ -154,6 +154,12 @@ def _spoilt(field_name: str, good: tuple[float, ...], bounds: Sequence[float]) -
 
 _SIGHT = (0.5, 0.1, 1.0, 0.0)
 _AHEAD = (None, INF)
+# What the monitor remembers: of the last step, of the last second, of all the time, its alarm, and
+# whether the deviation was within its limit.
+_WATCHED: tuple[Any, ...] = (
+    *((0.1, 0.2, 0.01), (0.1, 0.2, 0.1, 0.3, 2.0, 0.0), (1.0, 1e-6, 9.0, 0.1)),
+    *(0.5, True),
+)
 _SUMS = ("turn_offset", "turn_measured", "offset_measured")
 # What no state remembers beside the law's own, of the default vehicle.
 BAD_TAILS: list[dict[str, Any]] = [
@@ -202,6 +208,15 @@ BAD_TAILS: list[dict[str, Any]] = [
         {"past_wheel": 0.0, "past_angles": ((0.0, 0.1), each)}
         for each in ((NAN, 0.1), (1.6, 0.1), (0.1, NAN), (0.1, -0.1), (0.1, 2e6))
     ),
+        {"monitor": (*_WATCHED[:place], *(fields["part"],), *_WATCHED[place + 1 :])}
+        for place, bounds in (
+            (0, (0.5 * math.pi, 1e6, 1e100)),
+            (1, (1e100,) * 6),
+            (2, (2.0, 1e100, 1e100, 1e100)),
+        )
+        for fields in _spoilt("part", _WATCHED[place], bounds)
+    ),
+    *({"monitor": (*_WATCHED[:3], value, False)} for value in (NAN, INF, -0.1, 2.1)),
     # The first in the order of the check is the one named.
     {"waypoint": 99, "measured_waypoint": 99, "steer": NAN, "handover_left": NAN, "gain": NAN},
     {"measured_waypoint": 99, "steer": NAN, "handover_left": NAN, "gain": NAN},
@@ -234,6 +249,7 @@ def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) 
             "measured_waypoint": 3,
         },
         {"past_wheel": 0.1, "past_angles": ((0.2, 0.3), (0.1, 0.5)), "past_since": 0.05},
+        {"monitor": _WATCHED},
         {"wheel": 0.1, "commands_in_flight": ((5.0, 9.0),) * 300 if not law.predicts else ()},
     ):
         assert pair.set_state(make(law.state_name, **{**good, **fields}))

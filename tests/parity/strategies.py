@@ -243,6 +243,12 @@ ADAPT_RANGES: Ranges = {
 }
 """The parameters of how a controller adapts."""
 ADAPT_OPTIONAL = ("min_speed",)
+MONITOR_RANGES: Ranges = {
+    "deviation_limit": ((0.0, 1e9), (0.05, 3.0)),
+    "turn_tolerance": ((0.0, 1e9), (0.001, 0.1)),
+}
+"""The parameters of how a controller watches its vehicle."""
+MONITOR_OPTIONAL = ("deviation_limit",)
 
 
 def some(

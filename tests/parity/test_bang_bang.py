@@ -55,7 +55,13 @@ def test_bang_bang_matches_reference_edges() -> None:
 
 @pytest.mark.covers(
     *("BangBang.params", "BangBang.path", "BangBang.vehicle", "BangBang.vehicle_given"),
-    *("BangBang.adapt", "BangBang.estimate", "BangBang.tracked_point", "Command.steer"),
+    *(
+        "BangBang.adapt",
+        "BangBang.estimate",
+        "BangBang.tracked_point",
+        "BangBang.monitor",
+        "Command.steer",
+    ),
 )
 @given(
     shape=shapes(),

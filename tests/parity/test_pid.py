@@ -71,7 +71,7 @@ def test_pid_matches_reference_edges() -> None:
 
 @pytest.mark.covers(
     *("Pid.params", "Pid.path", "Pid.vehicle", "Pid.vehicle_given"),
-    *("Pid.adapt", "Pid.estimate", "Pid.tracked_point", "Command.steer"),
+    *("Pid.adapt", "Pid.estimate", "Pid.tracked_point", "Pid.monitor", "Command.steer"),
 )
 @given(
     shape=shapes(),

@@ -60,7 +60,7 @@ def test_pop_matches_reference_edges() -> None:
 
 @pytest.mark.covers(
     *("Pop.params", "Pop.path", "Pop.vehicle", "Pop.vehicle_given"),
-    *("Pop.adapt", "Pop.estimate", "Pop.tracked_point", "Command.steer"),
+    *("Pop.adapt", "Pop.estimate", "Pop.tracked_point", "Pop.monitor", "Command.steer"),
 )
 @given(
     shape=shapes(),

@@ -80,7 +80,13 @@ def test_preview_pop_matches_reference_edges() -> None:
 
 @pytest.mark.covers(
     *("PreviewPop.params", "PreviewPop.path", "PreviewPop.vehicle", "PreviewPop.vehicle_given"),
-    *("PreviewPop.adapt", "PreviewPop.estimate", "PreviewPop.tracked_point", "Command.steer"),
+    *(
+        "PreviewPop.adapt",
+        "PreviewPop.estimate",
+        "PreviewPop.tracked_point",
+        "PreviewPop.monitor",
+        "Command.steer",
+    ),
 )
 @given(
     shape=shapes(),

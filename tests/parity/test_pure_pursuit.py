@@ -68,7 +68,13 @@ def test_pure_pursuit_matches_reference_edges() -> None:
 
 @pytest.mark.covers(
     *("PurePursuit.params", "PurePursuit.path", "PurePursuit.vehicle", "PurePursuit.vehicle_given"),
-    *("PurePursuit.adapt", "PurePursuit.estimate", "PurePursuit.tracked_point", "Command.steer"),
+    *(
+        "PurePursuit.adapt",
+        "PurePursuit.estimate",
+        "PurePursuit.tracked_point",
+        "PurePursuit.monitor",
+        "Command.steer",
+    ),
 )
 @given(
     shape=shapes(),

@@ -56,7 +56,13 @@ def test_stanley_matches_reference_edges() -> None:
 
 @pytest.mark.covers(
     *("Stanley.params", "Stanley.path", "Stanley.vehicle", "Stanley.vehicle_given"),
-    *("Stanley.adapt", "Stanley.estimate", "Stanley.tracked_point", "Command.steer"),
+    *(
+        "Stanley.adapt",
+        "Stanley.estimate",
+        "Stanley.tracked_point",
+        "Stanley.monitor",
+        "Command.steer",
+    ),
 )
 @given(
     shape=shapes(),

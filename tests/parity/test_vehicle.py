@@ -14,6 +14,8 @@ from tests.parity.compare import call, make
 from tests.parity.strategies import (
     ADAPT_OPTIONAL,
     ADAPT_RANGES,
+    MONITOR_OPTIONAL,
+    MONITOR_RANGES,
     SPEEDS,
     VEHICLE_OPTIONAL,
     VEHICLE_RANGES,
@@ -47,10 +49,11 @@ ANSWERS: dict[str, dict[str, Any]] = {
 """What answers consist of."""
 
 
-@pytest.mark.covers("Vehicle", "AdaptParams")
+@pytest.mark.covers("Vehicle", "AdaptParams", "MonitorParams")
 def test_vehicle_matches_reference_edges() -> None:
     check_ranges("Vehicle", VEHICLE_RANGES, VEHICLE_OPTIONAL)
     check_ranges("AdaptParams", ADAPT_RANGES, ADAPT_OPTIONAL)
+    check_ranges("MonitorParams", MONITOR_RANGES, MONITOR_OPTIONAL)
     car = make("Vehicle", understeer=0.01)
     for speed in (nan, inf, -inf, nextafter(1e4, inf), -nextafter(1e4, inf), 10**400, None):
         assert car.call("turning_length", speed) is None
@@ -78,6 +81,16 @@ def test_adapt_params_matches_reference_random(
     adapt: dict[str, Any], changes: dict[str, Any]
 ) -> None:
     check_copy("AdaptParams", adapt, changes)
+
+
+@pytest.mark.covers("MonitorParams.as_dict", "MonitorParams.replace")
+@given(
+    monitor=some(MONITOR_RANGES, MONITOR_OPTIONAL), changes=some(MONITOR_RANGES, MONITOR_OPTIONAL)
+)
+def test_monitor_params_matches_reference_random(
+    monitor: dict[str, Any], changes: dict[str, Any]
+) -> None:
+    check_copy("MonitorParams", monitor, changes)
 
 
 @pytest.mark.covers("Estimate", "Estimate.as_dict")

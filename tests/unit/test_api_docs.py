@@ -197,7 +197,15 @@ def test_laws_and_functions_of_the_core_each_have_an_example() -> None:
     wanted = {"Path", "Pop", "Pid", "PurePursuit", "Stanley", "BangBang", "SpeedPid", "wrap"}
     wanted |= {"CoupledLongitudinal", "saturate", "get_distance", "get_predicted_location"}
     wanted |= {"state_transition", "kinematic_bicycle", "PreviewPop", "Vehicle", "AdaptParams"}
-    wanted |= {"Estimate", "Command", "CommandBatch", "Batch", "Projection", "Lookahead"}
+    wanted |= {
+        "MonitorParams",
+        "Estimate",
+        "Command",
+        "CommandBatch",
+        "Batch",
+        "Projection",
+        "Lookahead",
+    }
     assert all("Examples" in _sections(getattr(popsteer, name)) for name in wanted)
 
 

@@ -22,6 +22,7 @@ each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
 
 CAR = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, no_slip_point=-1.0, dead_time=0.15)
 ADAPT = popsteer.AdaptParams(turn_time=3.0)
+MONITOR = popsteer.MonitorParams(deviation_limit=0.7)
 
 
 def _controller(law: Law, vehicle: popsteer.Vehicle | None = None, **params: Any) -> Any:
@@ -89,14 +90,16 @@ def test_command_of_no_status_is_refused(bits: Any) -> None:
 @each_law
 def test_law_shows_what_it_was_made_of(law: Law) -> None:
     params = getattr(popsteer, law.params_name)(lost_distance=20.0)
-    controller = getattr(popsteer, law.name)(PATH, CAR, params, adapt=ADAPT)
+    controller = getattr(popsteer, law.name)(PATH, CAR, params, adapt=ADAPT, monitor=MONITOR)
     assert controller.path is PATH
     assert controller.vehicle is CAR
     assert controller.params is params
     assert controller.adapt is ADAPT
+    assert controller.monitor is MONITOR
     assert controller.vehicle_given
-    assert repr(controller) == f"{law.name}({PATH!r}, {CAR!r}, {params!r}, adapt={ADAPT!r})"
-    for field in ("path", "vehicle", "params", "adapt", "estimate", "tracked_point"):
+    told = f"adapt={ADAPT!r}, monitor={MONITOR!r}"
+    assert repr(controller) == f"{law.name}({PATH!r}, {CAR!r}, {params!r}, {told})"
+    for field in ("path", "vehicle", "params", "adapt", "monitor", "estimate", "tracked_point"):
         with pytest.raises(AttributeError):
             setattr(controller, field, None)
 
@@ -121,6 +124,16 @@ def test_law_adapts_where_an_estimate_counts_unless_told(law: Law) -> None:
     for wrong in (True, ..., "none", popsteer.PopParams()):
         with pytest.raises(TypeError, match="adapt must be AdaptParams, None or 'auto', got "):
             make(PATH, adapt=wrong)
+
+
+@each_law
+def test_law_watches_its_vehicle_unless_told(law: Law) -> None:
+    make = getattr(popsteer, law.name)
+    assert make(PATH).monitor == make(PATH, monitor="auto").monitor == popsteer.MonitorParams()
+    assert make(PATH, monitor=None).monitor is None
+    for wrong in (True, ..., "none", popsteer.AdaptParams()):
+        with pytest.raises(TypeError, match="monitor must be MonitorParams, None or 'auto', got "):
+            make(PATH, monitor=wrong)
 
 
 @each_law
@@ -155,7 +168,11 @@ def test_law_estimate_begins_with_what_it_was_told(law: Law) -> None:
 
 @each_law
 @pytest.mark.parametrize("vehicle", [None, CAR])
-@pytest.mark.parametrize("options", [{}, {"adapt": None}, {"adapt": ADAPT}], ids=str)
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"adapt": None}, {"adapt": ADAPT}, {"monitor": None}, {"monitor": MONITOR}],
+    ids=str,
+)
 def test_law_copied_or_pickled_goes_on_alike(law: Law, vehicle: Any, options: Any) -> None:
     params = getattr(popsteer, law.params_name)(lost_distance=20.0)
     controller = getattr(popsteer, law.name)(PATH, vehicle, params, **options)
@@ -170,7 +187,15 @@ def test_law_copied_or_pickled_goes_on_alike(law: Law, vehicle: Any, options: An
     assert nexts == [controller.step(11.3, 0.4, 0.1, 5.0, 0.05)] * len(twins)
     for twin in twins:
         assert type(twin) is type(controller)
-        for field in ("vehicle", "vehicle_given", "params", "adapt", "estimate", "state"):
+        for field in (
+            "vehicle",
+            "vehicle_given",
+            "params",
+            "adapt",
+            "monitor",
+            "estimate",
+            "state",
+        ):
             assert getattr(twin, field) == getattr(controller, field), field
 
 

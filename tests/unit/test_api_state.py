@@ -45,6 +45,7 @@ TAIL: dict[str, Any] = {
     "slip_length": 0.0,
     "acceleration": 0.0,
     "answer": None,
+    "monitor": None,
 }
 FIRST: dict[str, dict[str, Any]] = {
     "Pop": {"previous_steer": 0.0, **TAIL},

@@ -69,7 +69,7 @@ def test_status_table_of_the_page_has_every_condition_and_its_level() -> None:
 
 
 def test_status_is_a_set_of_conditions_with_a_bit_each() -> None:
-    assert [int(status) for status in CONDITIONS] == [1, 2, 4, 8, 16, 32, 256]
+    assert [int(status) for status in CONDITIONS] == [1, 2, 4, 8, 16, 32, 64, 128, 256]
     both = Status.SATURATED | Status.END_OF_PATH
     assert Status.SATURATED in both
     assert Status.OFF_PATH not in both
@@ -219,6 +219,48 @@ def test_status_beyond_the_lost_distance_is_off_path_and_found_anew(name: str) -
     assert_sound(far)
     assert Status.OFF_PATH in far.status
     assert far.cross_track_error == pytest.approx(31.0)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_status_beyond_the_deviation_limit_is_deviating_once_it_was_within(
+    name: str, side: float
+) -> None:
+    law = controller(name)
+    beside = [Case(20.0, side * y).step(law) for y in (1.6, 1.4, 1.6, 1.4)]
+    assert [Status.DEVIATING in each.status for each in beside] == [False, False, True, False]
+    assert beside[2].status.level == "fault"
+    assert_sound(beside[2])
+    # Another path that begins farther off is another task.
+    Case(20.0, side).step(law)
+    law.set_path(popsteer.Path([(0.0, -3.0 * side), (100.0, -3.0 * side)]))
+    assert Status.DEVIATING not in Case(20.25, side).step(law).status
+    law.set_path(straight())
+    assert Status.DEVIATING not in Case(20.5, side).step(law).status
+    # One that is the same but for its points is not.
+    law.set_path(popsteer.Path([(0.1, 0.0), (99.0, 0.0)]))
+    assert Status.DEVIATING in Case(20.75, 1.6 * side).step(law).status
+    law.relocalise(20.0, 1.6 * side, 0.0)
+    assert Status.DEVIATING not in Case(21.0, 1.6 * side).step(law).status
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_status_of_a_vehicle_that_turns_uncommanded_is_implausible_for_two_seconds(
+    name: str, side: float
+) -> None:
+    law = controller(name)
+    case = Case(20.0, 0.0)
+    for _ in range(20):
+        assert Status.IMPLAUSIBLE not in case.step(law).status
+    turned = case._replace(yaw=0.3 * side).step(law)
+    assert Status.IMPLAUSIBLE in turned.status
+    assert turned.status.level == "fault"
+    assert_sound(turned)
+    law.relocalise(20.0, 0.0, 0.0)
+    said = [Status.IMPLAUSIBLE in Case(20.0, 0.0, speed=0.0).step(law).status for _ in range(60)]
+    assert all(said[:38])
+    assert not any(said[40:])
 
 
 _BAD = [

@@ -36,6 +36,7 @@ from popsteer.reference import math
 from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral.bang_bang import BangBang, BangBangParams, BangBangState
 from popsteer.reference.lateral.command import Command
+from popsteer.reference.lateral.monitor import MonitorParams
 from popsteer.reference.lateral.pid import Pid, PidParams, PidState
 from popsteer.reference.lateral.pop import Pop, PopParams, PopState
 from popsteer.reference.lateral.preview_pop import (
@@ -79,6 +80,7 @@ __all__ = [
     "CoupledLongitudinalParams",
     "Estimate",
     "Lookahead",
+    "MonitorParams",
     "Path",
     "Pedals",
     "Pid",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
 from popsteer.report.layout import json_text
+from popsteer.status import Status
 from popsteer.study.paper import PAPER
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
         `length` [m], `start` (pose of the vehicle's point), `controllers` with the metrics of each
         controller in SI units and radians (those of the rear axle under `rear_axle`, the vehicle
         that it believed under `vehicle`, the median time of a step under `step_time` [s] where that
-        was measured), and `paper` with the paper's figures. A number that is not finite is None.
+        was measured; `faults` lists by name what the controller said), and `paper` with the paper's figures. A number that is not finite is None.
 
     Examples
     --------
@@ -117,6 +118,8 @@ def _metrics(metrics: Metrics) -> dict[str, Any]:
     for name, value in asdict(metrics).items():
         if name.startswith(_REAR):
             rear[name.removeprefix(_REAR)] = _finite(value)
+        elif isinstance(value, Status):
+            plain[name] = list(value.names)
         else:
             plain[name] = _finite(value)
     return {**plain, "rear_axle": rear}

@@ -108,6 +108,12 @@ def notes(comparison: Comparison) -> list[str]:
         for name, run in comparison.runs.items()
         if not run.metrics.finished
     ]
+    said += [
+        f"{title_of(name)} said {' and '.join(run.metrics.faults.names)}: it was up to"
+        f" {run.metrics.max_abs_cross_track_error:.2f} m off its path."
+        for name, run in comparison.runs.items()
+        if run.metrics.faults
+    ]
     if not PAPER.keys() & comparison.runs.keys():
         return said
     if not is_authors_path(comparison.path):

@@ -78,7 +78,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     Returns
     -------
     dict of str to ndarray of shape (N,)
-        An array for each figure of `Metrics`, under its name, with an entry for each run.
+        An array for each figure of `Metrics`, under its name, with an entry for each run; `faults`
+        are the bits of `popsteer.Status`.
 
     Raises
     ------

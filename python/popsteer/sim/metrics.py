@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
+from popsteer.status import Status
+
 if TYPE_CHECKING:
     from popsteer._core import Simulation
 
@@ -89,7 +91,10 @@ class Metrics:
     steps: int
     """Control steps."""
     finished: bool
-    """Whether the end of the path was reached."""
+    """Whether the end of the path was reached. That alone is no success: see `faults`, and how far
+    off it was."""
+    faults: Status = Status.OK
+    """The faults that the controller said in any of the steps; `Status.OK` for none."""
 
     @classmethod
     def of(cls, simulation: Simulation) -> Metrics:
@@ -106,4 +111,5 @@ class Metrics:
             Its figures at this moment.
         """
         measured = simulation.metrics()
-        return cls(**{field.name: measured[field.name] for field in fields(cls)})
+        named = {field.name: measured[field.name] for field in fields(cls)}
+        return cls(**{**named, "faults": Status(measured["faults"])})

@@ -47,6 +47,8 @@ mod _core {
         get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition, wrap,
     };
     #[pymodule_export]
+    use crate::lateral::PyMonitorParams;
+    #[pymodule_export]
     use crate::lateral::{
         PyBangBang, PyBangBangParams, PyBangBangState, PyPid, PyPidParams, PyPidState, PyPop,
         PyPopParams, PyPopState, PyPreviewPop, PyPreviewPopParams, PyPreviewPopState,

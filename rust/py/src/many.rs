@@ -153,5 +153,7 @@ fn columns<'py>(py: Python<'py>, metrics: &[Metrics]) -> PyResult<Bound<'py, PyD
     columns.set_item("steps", PyArray1::from_iter(py, steps))?;
     let finished = metrics.iter().map(|run| run.finished);
     columns.set_item("finished", PyArray1::from_iter(py, finished))?;
+    let faults = metrics.iter().map(|run| run.faults.bits());
+    columns.set_item("faults", PyArray1::from_iter(py, faults))?;
     Ok(columns)
 }

@@ -22,7 +22,8 @@ macro_rules! stats {
     };
 }
 
-/// Every figure that is a number with a unit; beside them stand `steps` and `finished`.
+/// Every figure that is a number with a unit; beside them stand `steps`, `finished` and
+/// `faults`.
 #[rustfmt::skip] // a line each
 pub(crate) fn figures() -> impl Iterator<Item = Figure> {
     let errors: [[Figure; 3]; 8] = [

@@ -447,6 +447,7 @@ impl PySimulation {
         }
         fields.set_item("steps", metrics.steps)?;
         fields.set_item("finished", metrics.finished)?;
+        fields.set_item("faults", metrics.faults.bits())?;
         Ok(fields)
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::{Answer, Handover, Place, Reported, TrackerState};
+use popsteer_core::lateral::{Answer, Handover, MonitorState, Place, Reported, TrackerState};
 use popsteer_core::vehicle::Estimator;
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Point, Status, Tracker, VehicleState};
@@ -63,6 +63,7 @@ struct Short<S> {
     period: f64,
     answer: Option<Answer>,
     estimator: Estimator,
+    monitor: Option<MonitorState>,
 }
 
 /// A larger state of a law costs more to be moved at each step than it saves [bytes].
@@ -118,6 +119,7 @@ impl<S: Clone> Short<S> {
             period: state.period,
             answer: state.answer,
             estimator: state.estimator,
+            monitor: state.monitor,
         }
     }
 
@@ -137,6 +139,7 @@ impl<S: Clone> Short<S> {
             in_flight: None,
             past: None,
             estimator: self.estimator,
+            monitor: self.monitor,
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What a run comes to.
 
+use popsteer_core::Status;
+
 use crate::simulation::Record;
 
 /// Statistics of the absolute value of an error.
@@ -45,6 +47,8 @@ pub struct Metrics {
     pub steps: usize,
     /// Whether the end of the path was reached.
     pub finished: bool,
+    /// The faults that the driver said in any of the steps.
+    pub faults: Status,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -128,6 +132,7 @@ pub(crate) struct Gatherer {
     max_abs_steer: f64,
     speed_sum: f64,
     steps: usize,
+    faults: Status,
 }
 
 impl Gatherer {
@@ -148,6 +153,7 @@ impl Gatherer {
         self.max_abs_steer = self.max_abs_steer.max(record.steer.abs());
         self.speed_sum += record.speed;
         self.steps += 1;
+        self.faults |= record.status.faults();
     }
 
     /// Shows every number, to be read or replaced; a missing one is NaN.
@@ -163,6 +169,10 @@ impl Gatherer {
         let mut steps = popsteer_core::math::from_count(self.steps);
         visit(&mut steps);
         self.steps = popsteer_core::math::to_count(steps);
+        let mut faults = f64::from(self.faults.bits());
+        visit(&mut faults);
+        let bits = u32::try_from(popsteer_core::math::to_count(faults)).unwrap_or(0);
+        self.faults = Status::from_bits(bits).unwrap_or_default();
     }
 
     pub(crate) fn metrics(&self, time: f64, finished: bool) -> Metrics {
@@ -175,6 +185,7 @@ impl Gatherer {
             time,
             steps: self.steps,
             finished,
+            faults: self.faults,
         }
     }
 }

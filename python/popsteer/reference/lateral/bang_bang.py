@@ -18,6 +18,7 @@ from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -106,6 +107,9 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
     adapt : AdaptParams or None, optional
         How the controller adapts to its vehicle; None for not at all. Without, as by default
         where an estimate counts: with a dead time.
+    monitor : MonitorParams or None, optional
+        From where on a step says that something is wrong; None for never. Without, as
+        ``MonitorParams()``.
 
     Examples
     --------
@@ -124,8 +128,11 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
         params: BangBangParams | None = None,
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
+        monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
-        super().__init__(path, vehicle, BangBangParams() if params is None else params, adapt)
+        super().__init__(
+            path, vehicle, BangBangParams() if params is None else params, adapt, monitor
+        )
 
     def initial_state(self) -> BangBangState:
         """Return the state before the first step, with nothing remembered."""

@@ -22,6 +22,7 @@ from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import saturate
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -182,6 +183,9 @@ class Pid(Tracker[PidParams, PidState]):
     adapt : AdaptParams or None, optional
         How the controller adapts to its vehicle; None for not at all. Without, as by default
         where an estimate counts: with a dead time.
+    monitor : MonitorParams or None, optional
+        From where on a step says that something is wrong; None for never. Without, as
+        ``MonitorParams()``.
 
     Examples
     --------
@@ -200,8 +204,9 @@ class Pid(Tracker[PidParams, PidState]):
         params: PidParams | None = None,
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
+        monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
-        super().__init__(path, vehicle, PidParams() if params is None else params, adapt)
+        super().__init__(path, vehicle, PidParams() if params is None else params, adapt, monitor)
         self._kp = resolved(self._resolved.kp)
         self._ki = resolved(self._resolved.ki)
         self._kd = resolved(self._resolved.kd)

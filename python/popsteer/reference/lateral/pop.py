@@ -24,6 +24,7 @@ from popsteer.reference.vehicle.bicycle import get_predicted_location
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView, Point
     from popsteer.reference.vehicle import Vehicle
@@ -156,6 +157,9 @@ class Pop(Tracker[PopParams, PopState]):
     adapt : AdaptParams or None, optional
         How the controller adapts to its vehicle; None for not at all. Without, as by default
         where an estimate counts: with a dead time.
+    monitor : MonitorParams or None, optional
+        From where on a step says that something is wrong; None for never. Without, as
+        ``MonitorParams()``.
 
     Examples
     --------
@@ -176,8 +180,9 @@ class Pop(Tracker[PopParams, PopState]):
         params: PopParams | None = None,
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
+        monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
-        super().__init__(path, vehicle, PopParams() if params is None else params, adapt)
+        super().__init__(path, vehicle, PopParams() if params is None else params, adapt, monitor)
         self._search = Search.of(self._resolved)
 
     def initial_state(self) -> PopState:

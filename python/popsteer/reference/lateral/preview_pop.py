@@ -28,6 +28,7 @@ from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -178,6 +179,9 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     adapt : AdaptParams or None, optional
         How the controller adapts to its vehicle; None for not at all. Without, as by default
         where an estimate counts: here always.
+    monitor : MonitorParams or None, optional
+        From where on a step says that something is wrong; None for never. Without, as
+        ``MonitorParams()``.
 
     Examples
     --------
@@ -196,8 +200,11 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         params: PreviewPopParams | None = None,
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
+        monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
-        super().__init__(path, vehicle, PreviewPopParams() if params is None else params, adapt)
+        super().__init__(
+            path, vehicle, PreviewPopParams() if params is None else params, adapt, monitor
+        )
         span_rate = resolved(self._resolved.steer_span_rate)
         rate = self.vehicle.max_steer_rate
         # The lesser of the neighbourhood's and the vehicle's.

@@ -23,6 +23,7 @@ from popsteer.reference.path.view import get_distance
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -147,6 +148,9 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
     adapt : AdaptParams or None, optional
         How the controller adapts to its vehicle; None for not at all. Without, as by default
         where an estimate counts: with a dead time.
+    monitor : MonitorParams or None, optional
+        From where on a step says that something is wrong; None for never. Without, as
+        ``MonitorParams()``.
 
     Examples
     --------
@@ -165,8 +169,11 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
         params: PurePursuitParams | None = None,
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
+        monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
-        super().__init__(path, vehicle, PurePursuitParams() if params is None else params, adapt)
+        super().__init__(
+            path, vehicle, PurePursuitParams() if params is None else params, adapt, monitor
+        )
         self._search = Search.of(self._resolved)
 
     def initial_state(self) -> PurePursuitState:

@@ -21,6 +21,7 @@ from popsteer.reference.math import atan, wrap
 from popsteer.reference.path.locate import path_yaw_behind
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -122,6 +123,9 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     adapt : AdaptParams or None, optional
         How the controller adapts to its vehicle; None for not at all. Without, as by default
         where an estimate counts: with a dead time.
+    monitor : MonitorParams or None, optional
+        From where on a step says that something is wrong; None for never. Without, as
+        ``MonitorParams()``.
 
     Examples
     --------
@@ -140,8 +144,11 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
         params: StanleyParams | None = None,
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
+        monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
-        super().__init__(path, vehicle, StanleyParams() if params is None else params, adapt)
+        super().__init__(
+            path, vehicle, StanleyParams() if params is None else params, adapt, monitor
+        )
         self._softening = resolved(self._resolved.softening)
 
     def initial_state(self) -> StanleyState:

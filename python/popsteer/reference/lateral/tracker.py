@@ -29,6 +29,7 @@ from popsteer.reference.lateral.missed import elapse, miss
 from popsteer.reference.lateral.replan import find_place, goes_on
 from popsteer.reference.lateral.predict import instants, predict, standing
 from popsteer.reference.lateral.reported import Reported
+from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams, MonitorState
 from popsteer.reference.lateral.tracker_state import (
     Answer,
     Place,
@@ -105,11 +106,15 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         vehicle: Vehicle | None,
         params: ParamsT,
         adapt: AdaptParams | Literal["auto"] | None,
+        monitor: MonitorParams | Literal["auto"] | None,
     ) -> None:
         super().__init__(path, Vehicle() if vehicle is None else vehicle, params)
         self._vehicle_given = vehicle is not None
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
         self._adapt = self.default_adapt() if adapt == "auto" else adapt
+        self._monitor_params = MonitorParams() if monitor == "auto" else monitor
+        watches = self._monitor_params
+        self._monitor = None if watches is None else Monitor(watches, self._vehicle)
         # Whether wheels and motion of the vehicle are modelled.
         self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
         # Whether the law's angle is the command as it is.
@@ -132,6 +137,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     def adapt(self) -> AdaptParams | None:
         """How the controller adapts to its vehicle; None where it does not."""
         return self._adapt
+
+    @property
+    def monitor(self) -> MonitorParams | None:
+        """From where on a step says that something is wrong; None where it never does."""
+        return self._monitor_params
 
     @property
     def tracked_point(self) -> float:
@@ -241,6 +251,10 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         self._state = replace(
             self._state, waypoint=waypoint, measured_waypoint=None, place=None, seen=None
         )
+        watched = self._state.monitor
+        if watched is not None:
+            watched = watched.interrupted()._replace(within=False)
+            self._state = replace(self._state, monitor=watched)
 
     def step(
         self,
@@ -289,6 +303,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         self._state, dt = elapse(self._state, dt)
         now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
 
+        is_anew = self._state.waypoint is None
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
         self._state = replace(self._state, waypoint=at.foot.segment)
         here = at
@@ -305,6 +320,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
                 estimator = self._observe_slip(self._adapt, here, vehicle, observed, travel)
             self._state = with_estimator(self._state, estimator)
             belief = replace(belief, estimate=estimator.estimate)
+
+        fault = self._watch(here, now, dt, is_anew=is_anew)
 
         if not self._bare:
             # The angle of the last command by the offset as it is known now.
@@ -324,7 +341,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse, ahead, pose)
         place = Place(*at.foot.point, *here.foot.point)
         self._state = replace(self._state, answer=answer, place=place)
-        status = decision.status
+        status = decision.status | fault
         if limited:
             status |= Status.SATURATED
         if at.past_end:
@@ -460,6 +477,9 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             left = saturate(left, 0.0, HANDOVER_TIME - MIN_DT)
         state, goes_on_from_it = self.set_steer(state, state.steer)
         left = 0.0 if goes_on_from_it else left
+        if state.monitor is not None:
+            # It is another task: the vehicle may begin it beyond the limit.
+            state = replace(state, monitor=state.monitor._replace(within=False))
         return replace(state, handover_offset=None, handover_left=left)
 
     def _predict(self, vehicle: VehicleState, dt: float) -> tuple[VehicleState, Belief]:
@@ -579,6 +599,25 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
         return replace(estimator, seen=now)
 
+    def _watch(self, here: Located, vehicle: VehicleState, dt: float, *, is_anew: bool) -> Status:
+        """Compare the step with what was commanded before it, and say what is wrong."""
+        if self._monitor is None:
+            return Status.OK
+        state = self._state
+        now = Measured(
+            here,
+            vehicle,
+            state.steer,
+            state.wheel if self._models else None,
+            None if state.answer is None else state.answer.measured.cross_track_error,
+            is_anew,
+            dt,
+        )
+        watched, (is_deviating, is_implausible) = self._monitor.watch(state.monitor, now)
+        self._state = replace(state, monitor=watched)
+        status = Status.DEVIATING if is_deviating else Status.OK
+        return status | Status.IMPLAUSIBLE if is_implausible else status
+
     def _limit(self, wanted: float, speed: float, dt: float, estimate: Corrections) -> bool:
         """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
 
@@ -655,6 +694,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         period = input_in_range("period", state.period, 0.0, MAX_DT)
         answer = None if state.answer is None else Answer(*state.answer).checked()
         estimator = estimator_of(state).checked(car)
+        monitor = None if state.monitor is None else MonitorState.of(state.monitor).checked()
         if in_flight is not None:
             in_flight = in_flight.checked(car, estimator.estimate.longer_dead_time)
         state = with_in_flight(with_estimator(state, estimator), in_flight)
@@ -670,6 +710,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             held_time=held_time,
             period=period,
             answer=answer,
+            monitor=monitor,
         )
 
     def _restored_in_flight(self, state: StateT) -> InFlight | None:

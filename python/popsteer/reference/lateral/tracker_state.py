@@ -16,6 +16,7 @@ from popsteer.reference.vehicle.past import Past
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral.monitor import MonitorState
     from popsteer.reference.path.follow import Located
 
 __all__ = [
@@ -195,6 +196,8 @@ class TrackerState:
         target (x, y) [m]; whether the path was driven backwards; reference speed [m/s] and distance
         to stop [m]; and where the vehicle was: x [m], y [m], yaw [rad] and speed [m/s]. None before
         the first step.
+    monitor : tuple or None
+        What the monitor remembers, see `MonitorState`; None before the first step.
     """
 
     waypoint: int | None = None
@@ -226,6 +229,7 @@ class TrackerState:
     slip_length: float = 0.0
     acceleration: float = 0.0
     answer: Answer | None = None
+    monitor: MonitorState | None = None
 
 
 StateT = TypeVar("StateT", bound=TrackerState)

@@ -40,21 +40,28 @@ impl Status {
     pub const INPUT_HELD: Self = Self(1 << 4);
     /// Fault: more inputs in a row were refused than are held. The last command stands; stop.
     pub const INPUT_LOST: Self = Self(1 << 5);
+    /// Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
+    pub const DEVIATING: Self = Self(1 << 6);
+    /// Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s:
+    /// a wrong sign of the steering, wheels that stick, a dead time or a lag that nobody told.
+    pub const IMPLAUSIBLE: Self = Self(1 << 7);
     /// Degraded: the best plan within the vehicle's limits was not found in the time that a step
     /// may take. The command is that of the best plan found, which keeps them.
     pub const PLAN_CUT_SHORT: Self = Self(1 << 8);
 
     /// Every condition with its name, from the lowest bit up.
-    pub const NAMES: [(Self, &'static str); 7] = [
+    pub const NAMES: [(Self, &'static str); 9] = [
         (Self::SATURATED, "saturated"),
         (Self::LOOKAHEAD_LOST, "lookahead-lost"),
         (Self::END_OF_PATH, "end-of-path"),
         (Self::OFF_PATH, "off-path"),
         (Self::INPUT_HELD, "input-held"),
         (Self::INPUT_LOST, "input-lost"),
+        (Self::DEVIATING, "deviating"),
+        (Self::IMPLAUSIBLE, "implausible"),
         (Self::PLAN_CUT_SHORT, "plan-cut-short"),
     ];
-    const FAULTS: Self = Self::INPUT_LOST;
+    const FAULTS: Self = Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
 
     /// The bits.
     pub const fn bits(self) -> u32 {
@@ -76,6 +83,11 @@ impl Status {
     #[inline]
     pub const fn when(self, holds: bool) -> Self {
         if holds { self } else { Self::OK }
+    }
+
+    /// Those of the conditions that are faults.
+    pub const fn faults(self) -> Self {
+        Self(self.0 & Self::FAULTS.0)
     }
 
     /// The worst of the conditions.
@@ -188,6 +200,6 @@ mod tests {
             assert_eq!(all & each.bits(), 0);
             all | each.bits()
         });
-        assert_eq!(all.count_ones(), 7);
+        assert_eq!(all.count_ones(), 9);
     }
 }

@@ -9,6 +9,7 @@ pub mod cost_to_go;
 mod held;
 pub mod limited;
 pub mod missed;
+pub mod monitor;
 pub mod pid;
 pub mod pop;
 pub mod predict;
@@ -23,6 +24,7 @@ pub mod tracker_state;
 
 pub use bang_bang::{BangBang, BangBangParams, BangBangState};
 pub use command::{Command, Status};
+pub use monitor::{MonitorParams, MonitorState};
 pub use pid::{Pid, PidParams, PidState};
 pub use pop::{Pop, PopParams, PopState};
 pub use predict::Predicted;

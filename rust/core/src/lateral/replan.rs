@@ -99,6 +99,10 @@ impl<S: LateralState> TrackerState<S> {
     /// Goes on from the present angle: its difference to what the law wants fades in what is left
     /// of the hand-over that is under way, or within [`HANDOVER_TIME`].
     fn hand_over(&mut self) {
+        if let Some(monitor) = &mut self.monitor {
+            // It is another task: the vehicle may begin it beyond the limit.
+            monitor.within = false;
+        }
         let left = match self.handover {
             // Of one that has begun less than all of its time is left.
             Some(Handover {

@@ -4,6 +4,7 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
+use super::monitor::{Measured, Monitor, MonitorParams};
 use super::reported::Reported;
 use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
@@ -32,6 +33,7 @@ pub const HANDOVER_TIME: f64 = 1.0;
 pub struct Tracker<L> {
     law: L,
     adapt: Option<AdaptParams>,
+    monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
     models: bool,
     /// Whether the law's angle is the command as it is.
@@ -81,9 +83,23 @@ impl<L: LateralLaw> Tracker<L> {
         Self {
             law,
             adapt,
+            monitor: Some(Monitor::usual(&vehicle)),
             models,
             bare,
         }
+    }
+
+    /// The same, watching the vehicle so; not at all where that is none.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn monitored(self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
+        let monitor = match params {
+            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
+            None => None,
+        };
+        Ok(Self { monitor, ..self })
     }
 
     /// The law.
@@ -106,6 +122,11 @@ impl<L: LateralLaw> Tracker<L> {
         self.adapt.as_ref()
     }
 
+    /// How it watches the vehicle; none where it does not.
+    pub fn monitor(&self) -> Option<&MonitorParams> {
+        self.monitor.as_ref().map(|monitor| &monitor.params)
+    }
+
     /// Which point of the vehicle is followed along the path, and how.
     pub fn follow(&self) -> &Follow {
         self.law.follow()
@@ -122,6 +143,7 @@ impl<L: LateralLaw> Tracker<L> {
         Tracker {
             law: change(self.law),
             adapt: self.adapt,
+            monitor: self.monitor,
             models,
             bare,
         }
@@ -145,6 +167,7 @@ impl<L: LateralLaw> Tracker<L> {
                 .then(|| InFlight::settled(self.law.vehicle(), 0.0)),
             past: None,
             estimator: Estimator::default(),
+            monitor: None,
         }
     }
 
@@ -298,6 +321,9 @@ impl<L: LateralLaw> Tracker<L> {
             past.check()?;
         }
         state.estimator.checked(vehicle)?;
+        if let Some(monitor) = state.monitor {
+            monitor.checked()?;
+        }
         match (self.models, &state.in_flight) {
             (false, _) => Ok(()),
             (true, Some(in_flight)) => {
@@ -351,6 +377,7 @@ impl<L: LateralLaw> Tracker<L> {
         };
 
         let follow = self.law.follow();
+        let is_anew = state.waypoint.is_none();
         let at = follow.locate(path, state.waypoint, seen, dt);
         state.waypoint = Some(at.foot.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
@@ -370,6 +397,21 @@ impl<L: LateralLaw> Tracker<L> {
             }
             belief.estimate = state.estimator.estimate;
         }
+
+        let fault = match &self.monitor {
+            Some(monitor) => {
+                let in_flight = state.in_flight.as_ref().filter(|_| self.models);
+                let now = Measured {
+                    here: measured.as_ref().unwrap_or(&at),
+                    vehicle: here,
+                    wheel: in_flight.map(InFlight::wheel),
+                    is_anew,
+                    dt,
+                };
+                monitor.watch(self.law.vehicle(), state, &now)
+            }
+            None => Status::OK,
+        };
 
         if !self.bare {
             // The angle of the last command by the offset as it is known now.
@@ -402,6 +444,7 @@ impl<L: LateralLaw> Tracker<L> {
             measured: measured.as_ref().map_or(at.foot.point, |at| at.foot.point),
         });
         let status = decision.status
+            | fault
             | Status::SATURATED.when(limited)
             | Status::END_OF_PATH.when(at.past_end)
             | Status::OFF_PATH.when(at.off_path);

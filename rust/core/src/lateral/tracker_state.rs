@@ -1,7 +1,7 @@
 //! What a tracker remembers.
 
-use super::LateralState;
 use super::tracker::HANDOVER_TIME;
+use super::{LateralState, MonitorState};
 use crate::Point;
 use crate::error::{InputError, input_in_range};
 use crate::math::{atan2, wrap};
@@ -155,6 +155,8 @@ pub struct TrackerState<S> {
     pub past: Option<Past>,
     /// What the motion of the vehicle has shown.
     pub estimator: Estimator,
+    /// What the monitor remembers; none before the first step.
+    pub monitor: Option<MonitorState>,
 }
 
 impl<S: LateralState> TrackerState<S> {
@@ -164,6 +166,10 @@ impl<S: LateralState> TrackerState<S> {
         self.measured_waypoint = None;
         self.place = None;
         self.estimator.seen = None;
+        if let Some(monitor) = &mut self.monitor {
+            monitor.interrupt();
+            monitor.within = false;
+        }
     }
 
     pub(super) fn take_over(&mut self, steer: f64) {

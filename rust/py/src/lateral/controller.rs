@@ -3,13 +3,22 @@
 use popsteer_core::lateral::Tracker;
 use popsteer_core::{ConfigError, LateralLaw};
 
+use super::monitor::Monitored;
 use crate::vehicle::Adapt;
 
-/// The tracker of `law`, adapting as it was told to.
-pub(super) fn track<L: LateralLaw>(law: L, adapt: &Adapt) -> Result<Tracker<L>, ConfigError> {
-    match adapt {
-        Adapt::Usual => Ok(Tracker::of(law)),
-        Adapt::Told(told) => Tracker::new(law, told.as_ref().map(|params| params.get().0)),
+/// The tracker of `law`, adapting and watching as it was told to.
+pub(super) fn track<L: LateralLaw>(
+    law: L,
+    adapt: &Adapt,
+    monitor: &Monitored,
+) -> Result<Tracker<L>, ConfigError> {
+    let tracker = match adapt {
+        Adapt::Usual => Tracker::of(law),
+        Adapt::Told(told) => Tracker::new(law, told.as_ref().map(|params| params.get().0))?,
+    };
+    match monitor {
+        Monitored::Usual => Ok(tracker),
+        Monitored::Told(told) => tracker.monitored(told.as_ref().map(|params| params.get().0)),
     }
 }
 
@@ -40,6 +49,9 @@ macro_rules! controller {
         ///     How fast the controller adapts to the vehicle; None: not at all. "auto": as
         ///     ``AdaptParams()`` where an estimate counts, that is in preview POP, and in any
         ///     controller whose vehicle has a dead time.
+        /// monitor : MonitorParams or None or "auto", default "auto"
+        ///     From where on a step has the status ``Status.DEVIATING`` or ``Status.IMPLAUSIBLE``;
+        ///     None: never. "auto": as ``MonitorParams()``.
         ///
         /// Raises
         /// ------
@@ -60,6 +72,7 @@ macro_rules! controller {
             vehicle_given: bool,
             params: Py<$params>,
             adapt: Adapt,
+            monitor: Monitored,
         }
 
         impl $class {
@@ -82,8 +95,8 @@ macro_rules! controller {
         impl $class {
             #[new]
             #[pyo3(
-                signature = (path, vehicle=None, params=None, *, adapt=Adapt::Usual),
-                text_signature = "(path, vehicle=None, params=None, *, adapt='auto')"
+                signature = (path, vehicle=None, params=None, *, adapt=Adapt::Usual, monitor=Monitored::Usual),
+                text_signature = "(path, vehicle=None, params=None, *, adapt='auto', monitor='auto')"
             )]
             fn new(
                 py: Python<'_>,
@@ -91,6 +104,7 @@ macro_rules! controller {
                 vehicle: Option<Py<PyVehicle>>,
                 params: Option<Py<$params>>,
                 adapt: Adapt,
+                monitor: Monitored,
             ) -> PyResult<Self> {
                 let params = match params {
                     Some(params) => params,
@@ -102,7 +116,7 @@ macro_rules! controller {
                     None => Py::new(py, PyVehicle(Vehicle::DEFAULT))?,
                 };
                 let law = $core::new(vehicle.get().0, params.get().0).or_raise(py)?;
-                let law = track(law, &adapt).or_raise(py)?;
+                let law = track(law, &adapt, &monitor).or_raise(py)?;
                 Ok(Self {
                     law,
                     state: law.initial_state(),
@@ -112,6 +126,7 @@ macro_rules! controller {
                     vehicle_given,
                     params,
                     adapt,
+                    monitor,
                 })
             }
 
@@ -443,6 +458,20 @@ macro_rules! controller {
                 }
             }
 
+            /// From where on a step says that something is wrong; None where it never does.
+            #[getter]
+            fn monitor(&self, py: Python<'_>) -> PyResult<Option<Py<PyMonitorParams>>> {
+                match (&self.monitor, self.law.monitor()) {
+                    (Monitored::Told(told), _) => {
+                        Ok(told.as_ref().map(|params| params.clone_ref(py)))
+                    }
+                    (Monitored::Usual, None) => Ok(None),
+                    (Monitored::Usual, Some(&usual)) => {
+                        Py::new(py, PyMonitorParams(usual)).map(Some)
+                    }
+                }
+            }
+
             /// What the controller knows of its vehicle by now, with what it was told.
             #[getter]
             fn estimate(&self) -> PyEstimate {
@@ -470,7 +499,13 @@ macro_rules! controller {
                     Adapt::Usual => String::new(),
                     Adapt::Told(told) => format!(", adapt={}", told.into_pyobject(py)?.repr()?),
                 };
-                Ok(format!("{}({path}, {vehicle}, {params}{adapt})", $name))
+                let monitor = match &self.monitor {
+                    Monitored::Usual => String::new(),
+                    Monitored::Told(told) => {
+                        format!(", monitor={}", told.into_pyobject(py)?.repr()?)
+                    }
+                };
+                Ok(format!("{}({path}, {vehicle}, {params}{adapt}{monitor})", $name))
             }
 
             /// What makes an equal controller but for the state.
@@ -482,6 +517,9 @@ macro_rules! controller {
                 let options = PyDict::new(py);
                 if let Adapt::Told(told) = &self.adapt {
                     options.set_item("adapt", told)?;
+                }
+                if let Monitored::Told(told) = &self.monitor {
+                    options.set_item("monitor", told)?;
                 }
                 Ok(((&self.owner, vehicle, &self.params).into_pyobject(py)?, options))
             }

@@ -1,11 +1,13 @@
 //! The lateral controllers, with their parameters and states.
 
 mod controller;
+mod monitor;
 mod params;
 mod prediction;
 mod state;
 mod tail;
 
+pub(crate) use monitor::PyMonitorParams;
 pub(crate) use params::{
     PyBangBangParams, PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams,
     PyStanleyParams,
@@ -27,6 +29,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use self::controller::{controller, track};
+use self::monitor::Monitored;
 use crate::command::PyCommand;
 use crate::errors::{IntoPyErr, OrRaise};
 use crate::params::{Count, Number};

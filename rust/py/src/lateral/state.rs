@@ -10,7 +10,7 @@ use popsteer_core::{InputError, LateralLaw};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::tail::{Answered, Motion, Pairs, Tail};
+use super::tail::{Answered, Motion, Pairs, Tail, Watched};
 use crate::params::{Count, Field, repr};
 
 /// How a state goes between Python and the core.
@@ -112,6 +112,9 @@ macro_rules! state {
         ///     Acceleration [m/s^2].
         /// answer : tuple, optional
         ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], whether it drove backwards, reference speed [m/s] and distance to stop [m], and where the vehicle was: x, y [m], yaw [rad] and speed [m/s].
+        ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
+        /// monitor : tuple, optional
+        ///     What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset; excess of large angles [rad]), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class {
@@ -137,7 +140,7 @@ macro_rules! state {
                 past_wheel=None, past_since=0.0, seen=None, turn_turn=0.0, turn_offset=0.0,
                 offset_offset=0.0, turn_measured=0.0, offset_measured=0.0, turn=0.0, change=0.0,
                 gain=1.0, steer_offset=0.0, longer_dead_time=0.0, slip=0.0, slip_length=0.0,
-                acceleration=0.0, answer=None
+                acceleration=0.0, answer=None, monitor=None
             ))]
             fn new(
                 $($field: $kind,)*
@@ -170,6 +173,7 @@ macro_rules! state {
                 slip_length: f64,
                 acceleration: f64,
                 answer: Option<Answered>,
+                monitor: Option<Watched>,
             ) -> Self {
                 let estimate = Estimate {
                     gain, steer_offset, longer_dead_time, slip, slip_length, acceleration,
@@ -182,7 +186,7 @@ macro_rules! state {
                 let tail = Tail {
                     waypoint, measured_waypoint, place, steer, handover_offset, handover_left, held,
                     held_time, period, wheel, commands_in_flight, past_angles, past_wheel,
-                    past_since, estimator, answer,
+                    past_since, estimator, answer, monitor,
                 };
                 Self { $($field,)* tail }
             }
@@ -369,6 +373,12 @@ macro_rules! state {
                 self.tail.answer
             }
 
+            /// What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset; excess of large angles [rad]), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.
+            #[getter]
+            fn monitor(&self) -> Option<Watched> {
+                self.tail.monitor
+            }
+
             /// The fields by name, as a new ``dict``.
             pub(crate) fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
                 let fields = PyDict::new(py);
@@ -402,6 +412,7 @@ macro_rules! state {
                 fields.set_item("slip_length", self.slip_length())?;
                 fields.set_item("acceleration", self.acceleration())?;
                 fields.set_item("answer", self.answer())?;
+                fields.set_item("monitor", self.monitor())?;
                 Ok(fields)
             }
 

@@ -1,7 +1,6 @@
 //! What the states of all controllers have in common, on its way between Python and the core.
 
-use popsteer_core::lateral::Answer;
-use popsteer_core::lateral::{Handover, Place, Seen, Tracker, TrackerState};
+use popsteer_core::lateral::{Answer, Handover, MonitorState, Place, Seen, Tracker, TrackerState};
 use popsteer_core::path::Ahead;
 use popsteer_core::vehicle::{Estimator, InFlight, Past, VehicleState};
 use popsteer_core::{InputError, LateralLaw, Point};
@@ -25,6 +24,17 @@ pub(super) type Answered = (
     Motion,
 );
 
+/// Of the wheels, the yaw and its residual [rad].
+type Turned = (f64, Option<f64>, Option<f64>);
+/// Turns measured, expected, and of a slower response [rad], its rate [rad/s], the turns of a
+/// radian of steering offset, and the excess of large angles [rad].
+type Turns = (f64, f64, f64, f64, f64, f64);
+/// Time [s] and variance [rad^2] of the noise, and the sums of the offset [1/s], [rad/s].
+type Evidence = (f64, f64, f64, f64);
+/// What the monitor remembers, how long its alarm lasts [s], and whether the deviation was within
+/// its limit.
+pub(super) type Watched = (Turned, Turns, Evidence, f64, bool);
+
 /// What all states remember beside the controller's own.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tail {
@@ -44,6 +54,7 @@ pub(crate) struct Tail {
     pub(super) past_since: f64,
     pub(super) estimator: Estimator,
     pub(super) answer: Option<Answered>,
+    pub(super) monitor: Option<Watched>,
 }
 
 fn from_waypoint(waypoint: Option<usize>) -> Option<Count> {
@@ -88,6 +99,51 @@ fn to_answer((measured, predicted, target, reverse, ahead, vehicle): Answered) -
     }
 }
 
+fn from_monitor(state: MonitorState) -> Watched {
+    (
+        (state.wheel, state.yaw, state.residual),
+        (
+            state.measured,
+            state.expected,
+            state.delayed,
+            state.rate,
+            state.reach,
+            state.excess,
+        ),
+        (
+            state.time,
+            state.noise,
+            state.offset_square,
+            state.offset_sum,
+        ),
+        state.alarm,
+        state.within,
+    )
+}
+
+fn to_monitor((turned, turns, evidence, alarm, within): Watched) -> MonitorState {
+    let (wheel, yaw, residual) = turned;
+    let (measured, expected, delayed, rate, reach, excess) = turns;
+    let (time, noise, offset_square, offset_sum) = evidence;
+    MonitorState {
+        wheel,
+        yaw,
+        residual,
+        measured,
+        expected,
+        delayed,
+        rate,
+        reach,
+        excess,
+        time,
+        noise,
+        offset_square,
+        offset_sum,
+        alarm,
+        within,
+    }
+}
+
 impl Tail {
     pub(super) fn of<S>(state: &TrackerState<S>) -> Self {
         let in_flight = state.in_flight.as_ref();
@@ -129,6 +185,7 @@ impl Tail {
                 let vehicle = (x, y, yaw, speed);
                 (measured, predicted, target, answer.reverse, ahead, vehicle)
             }),
+            monitor: state.monitor.map(from_monitor),
         }
     }
 
@@ -179,6 +236,7 @@ impl Tail {
             in_flight,
             past,
             estimator: self.estimator,
+            monitor: self.monitor.map(to_monitor),
         })
     }
 }

@@ -12,7 +12,8 @@ use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::command::Level;
 use popsteer_core::lateral::tracker::HANDOVER_TIME;
 use popsteer_core::lateral::{
-    BangBang, Handover, Pid, Place, Pop, PreviewPop, PurePursuit, Seen, Stanley, TrackerState,
+    BangBang, Handover, MonitorState, Pid, Place, Pop, PreviewPop, PurePursuit, Seen, Stanley,
+    TrackerState,
 };
 use popsteer_core::path::view::MAX_COORDINATE;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
@@ -88,6 +89,7 @@ fn same<L: Subject>(a: &State<L>, b: &State<L>) -> bool {
         && (a.handover, a.held) == (b.handover, b.held)
         && (a.held_time, a.period, a.place) == (b.held_time, b.period, b.place)
         && (a.answer, a.estimator) == (b.answer, b.estimator)
+        && a.monitor == b.monitor
         && a.in_flight == b.in_flight
 }
 
@@ -424,6 +426,7 @@ impl<L: Subject> Life<L> {
             answer,
             in_flight: self.draw_in_flight(bytes, &estimator.estimate),
             estimator,
+            monitor: draw_monitor(bytes).or(self.state.monitor),
         })
     }
 
@@ -465,6 +468,31 @@ impl<L: Subject> Life<L> {
         self.put(state.clone());
         self.twin = TrackerState { in_flight, ..state };
     }
+}
+
+fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
+    if bytes.byte() < 150 {
+        return None;
+    }
+    let unknown = |bytes: &mut Bytes| bytes.byte() & 1 == 1;
+    let most = [1.0, 1e100][bytes.below(2)];
+    Some(MonitorState {
+        wheel: symmetric(bytes, 1.0, 1.57),
+        yaw: unknown(bytes).then(|| symmetric(bytes, 4.0, MAX_YAW)),
+        residual: unknown(bytes).then(|| symmetric(bytes, 0.1, most)),
+        measured: symmetric(bytes, 0.5, most),
+        expected: symmetric(bytes, 0.5, most),
+        delayed: symmetric(bytes, 0.5, most),
+        rate: symmetric(bytes, 0.5, most),
+        reach: symmetric(bytes, 3.0, most).abs(),
+        excess: symmetric(bytes, 0.1, most).abs(),
+        time: bytes.within(0.0, MonitorState::NOISE_TIME),
+        noise: symmetric(bytes, 1e-4, most).abs(),
+        offset_square: symmetric(bytes, 10.0, most).abs(),
+        offset_sum: symmetric(bytes, 1.0, most),
+        alarm: bytes.within(0.0, MonitorState::ALARM_TIME),
+        within: bytes.byte() & 1 == 1,
+    })
 }
 
 fn draw_seen(bytes: &mut Bytes) -> Seen {

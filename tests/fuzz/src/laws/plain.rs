@@ -54,7 +54,8 @@ pub(super) fn check_step<L: Subject>(
     let seen = plain.decision.status
         | Status::END_OF_PATH.when(plain.predicted.past_end)
         | Status::OFF_PATH.when(plain.predicted.off_path);
-    assert!(command.status == seen || command.status == seen | Status::SATURATED);
+    let watched = Status::SATURATED | Status::DEVIATING | Status::IMPLAUSIBLE;
+    assert!(command.status.contains(seen) && (seen | watched).contains(command.status));
     check_limits(tracker, before, command, &plain, dt);
 }
 

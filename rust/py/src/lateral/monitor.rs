@@ -1,0 +1,65 @@
+//! How a controller watches its vehicle.
+
+use popsteer_core::lateral::MonitorParams;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString, PyTuple};
+
+use crate::params::params;
+
+params! {
+    /// From where on a controller says that something is wrong: two statuses of the level fault.
+    ///
+    /// ``Status.DEVIATING`` where the measured cross-track error is beyond `deviation_limit`, once
+    /// the vehicle has been within it. ``Status.IMPLAUSIBLE`` where the yaw measured over the last
+    /// second is farther than `turn_tolerance` and five standard deviations of its noise from what
+    /// the commands explain, and for 2 s after: with the turn ``E`` that the vehicle's figures
+    /// expect of them, quicker by 0.03 s to slower by 0.1 s, and the turn ``S`` of a radian of
+    /// steering offset, all turns ``gain (E + offset S)`` with a gain from 0.4 to 2.5 and the offset
+    /// that the motion has shown. Nothing is concluded across inputs that were refused, periods
+    /// longer than 0.3 s, changes of the direction, and `relocalise`. A steering offset of more
+    /// than some 2 degrees that nobody told is implausible until it is known, and so is a
+    /// localisation whose yaw jumps.
+    PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer",
+    shown as "(*, deviation_limit=None, turn_tolerance=0.01)",
+    defaults MonitorParams::DEFAULT, checked by MonitorParams::checked,
+    deviation_limit: Option<f64>, "float, optional",
+        "Cross-track error beyond which a vehicle that was nearer before is deviating [m]; half a wheelbase by default, 1e9 for never.";
+    turn_tolerance: f64, "float, default 0.01",
+        "How far the yaw measured over a second may be from what the commands explain, besides its noise [rad]; 1e9 for any. Less: sooner found, and sooner a false alarm.";
+    @examples {
+        /// A vehicle that comes off the path:
+        ///
+        /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+        /// >>> limit = popsteer.MonitorParams(deviation_limit=0.5)
+        /// >>> stanley = popsteer.Stanley(path, monitor=limit)
+        /// >>> [str(stanley.step(x, y, 0.0, 5.0, 0.05).status) for x, y in ((1, 0.4), (2, 0.6))]
+        /// ['ok', 'deviating']
+    }
+}
+
+/// How a controller was told to watch.
+#[derive(Debug)]
+pub(crate) enum Monitored {
+    /// "auto": as all controllers do.
+    Usual,
+    /// So, or not at all.
+    Told(Option<Py<PyMonitorParams>>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Monitored {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if object.cast::<PyString>().is_ok_and(|text| text == "auto") {
+            return Ok(Self::Usual);
+        }
+        let told = object.extract().map_err(|_| {
+            let given = object.get_type();
+            PyTypeError::new_err(format!(
+                "monitor must be MonitorParams, None or 'auto', got {given}"
+            ))
+        })?;
+        Ok(Self::Told(told))
+    }
+}
