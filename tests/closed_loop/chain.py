@@ -26,7 +26,7 @@ class Chain:
         self.x = x + self.no_slip * math.cos(self.yaw)
         self.y = y + self.no_slip * math.sin(self.yaw)
         self.wheel = max(-car.max_steer, min(car.steer_offset, car.max_steer))
-        # How far the steering turns before the wheels do, on its way back [rad], and where they are.
+        # How far the steering turns before the wheels turn back [rad], and where these are.
         self.backlash = 0.0
         self.road_wheel = self.wheel
         self.yaw_rate = 0.0

@@ -93,7 +93,7 @@ class PidParams:
         config_optional(self, "kp", 0.0, 1e6)
         config_optional(self, "ki", 0.0, 1e6)
         config_optional(self, "kd", 0.0, 1e6)
-        config_optional(self, "smoothing_length", 0.0, 1e3)
+        config_optional(self, "smoothing_length", 0.0, 1e4)
         check_follow(self)
 
     def resolved(self, vehicle: Vehicle) -> PidParams:

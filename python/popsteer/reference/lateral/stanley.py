@@ -81,7 +81,7 @@ class StanleyParams:
         config_in_range(self, "cross_track_gain", 0.0, 1e6)
         config_in_range(self, "speed_gain", 0.0, 1e6)
         config_optional(self, "softening", 1e-9, 1e6)
-        config_optional(self, "smoothing_length", 0.0, 1e3)
+        config_optional(self, "smoothing_length", 0.0, 1e4)
         check_follow(self)
 
     def resolved(self, vehicle: Vehicle) -> StanleyParams:

@@ -280,7 +280,7 @@ impl Pid {
                 "smoothing_length",
                 resolved(params.smoothing_length),
                 0.0,
-                1e3,
+                1e4,
             )?,
             follow: Tracked::FrontAxle.follow(
                 &vehicle,

@@ -106,7 +106,7 @@ impl Stanley {
                 "smoothing_length",
                 resolved(params.smoothing_length),
                 0.0,
-                1e3,
+                1e4,
             )?,
             follow: Tracked::FrontAxle.follow(
                 &vehicle,

@@ -19,7 +19,7 @@ impl Subject for Stanley {
             speed_gain: gain(bytes, 1.3),
             softening: bytes.optional([1e-5, 1.0], [1e-9, 1e6]),
             heading_behind: bytes.byte() & 1 == 1,
-            smoothing_length: bytes.optional([0.0, 6.0], [0.0, 1e3]),
+            smoothing_length: bytes.optional([0.0, 6.0], [0.0, 1e4]),
             search_distance: search.search_distance,
             lost_distance: search.lost_distance,
         }
@@ -81,7 +81,7 @@ impl Subject for Pid {
             kd: scaled_gain(bytes),
             buffer_length: buffer_length(bytes),
             integral_with_dt: bytes.byte() & 1 == 0,
-            smoothing_length: bytes.optional([0.0, 6.0], [0.0, 1e3]),
+            smoothing_length: bytes.optional([0.0, 6.0], [0.0, 1e4]),
             search_distance: search.search_distance,
             lost_distance: search.lost_distance,
         }
