@@ -12,7 +12,7 @@ import functools
 import math
 import random
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     Curve = npt.NDArray[np.float64]
-    Controller = type[popsteer.PreviewPop]
 
 CAR = popsteer.Vehicle(
     wheelbase=2.7,
@@ -35,7 +34,7 @@ CAR = popsteer.Vehicle(
     steer_lag=0.15,
     dead_time=0.15,
 )
-CONTROLLERS: dict[str, Controller] = {
+CONTROLLERS: dict[str, Any] = {
     "Preview POP": popsteer.PreviewPop,
     "POP": popsteer.Pop,
     "Stanley": popsteer.Stanley,
@@ -153,7 +152,7 @@ class Outcome(NamedTuple):
 
 
 @functools.cache
-def drive(controller: Controller, loop: Loop) -> Outcome:
+def drive(controller: Any, loop: Loop) -> Outcome:
     """Drive the loop with a controller on its defaults."""
     course = loop.course()
     truth = popsteer.Path(course)
@@ -189,7 +188,7 @@ def drive(controller: Controller, loop: Loop) -> Outcome:
     return Outcome(float(np.mean(np.abs(errors))), max(map(abs, errors)), -min(errors))
 
 
-def overshoot(controller: Controller, loop: Loop = JUMP) -> float:
+def overshoot(controller: Any, loop: Loop = JUMP) -> float:
     """How far beyond its new place the car goes after the jump, in parts of the jump."""
     return drive(controller, loop).rightmost / loop.jump - 1.0
 

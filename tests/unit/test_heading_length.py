@@ -12,8 +12,9 @@ import popsteer
 from popsteer import presets
 from tests.closed_loop.cars_loop import CAR, bends, recorded
 
-LAWS = {"stanley": popsteer.Stanley, "pid": popsteer.Pid}
-PARAMS = {"stanley": popsteer.StanleyParams, "pid": popsteer.PidParams}
+LAWS: dict[str, Any] = {"stanley": popsteer.Stanley, "pid": popsteer.Pid}
+Step = tuple[float, float, float, float]
+PARAMS: dict[str, Any] = {"stanley": popsteer.StanleyParams, "pid": popsteer.PidParams}
 # Cars whose pose is that of the point that Stanley and PID track: the front axle, and where it
 # would be if the car, which backs up, were to drive forward.
 AHEAD = popsteer.Vehicle(rear_axle=-3.0, max_lateral_acceleration=None)
@@ -21,16 +22,14 @@ ASTERN = AHEAD.replace(rear_axle=3.0)
 each_law = pytest.mark.parametrize("law", LAWS)
 
 
-def angles(
-    law: str, path: popsteer.Path, steps: list[tuple[float, ...]], **params: Any
-) -> list[float]:
+def angles(law: str, path: popsteer.Path, steps: list[Step], **params: Any) -> list[float]:
     """The angles of some steps of the tracked point."""
     car = ASTERN if steps[0][3] < 0.0 else AHEAD
     controller = LAWS[law](path, car, PARAMS[law](**params))
     return [controller.steer(*step, 0.05) for step in steps]
 
 
-def along(points: np.ndarray[Any, Any], speed: float, count: int = 3) -> list[tuple[float, ...]]:
+def along(points: np.ndarray[Any, Any], speed: float, count: int = 3) -> list[Step]:
     """Poses on the points, every fifth of them, looking where the vehicle does."""
     chosen = points[40 : 41 + 5 * count : 5]
     ahead = math.copysign(1.0, speed) * np.diff(chosen, axis=0)
@@ -99,7 +98,7 @@ def test_heading_length_of_waypoints_with_noise_steers_calmly(law: str) -> None:
 @pytest.mark.parametrize("preset", ["paper", "published-code", "reproduction"])
 @each_law
 def test_preset_of_the_paper_takes_the_heading_as_printed(law: str, preset: str) -> None:
-    params = presets.get(law, preset)
+    params: Any = presets.get(law, preset)
     assert params.resolved(CAR).smoothing_length == 0.0
     path, steps = popsteer.Path(recorded()), along(bends(spacing=0.2), 8.0)
     printed = LAWS[law](path, AHEAD, params)
