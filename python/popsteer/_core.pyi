@@ -506,6 +506,7 @@ class PidParams:
         kd: float | None = None,
         buffer_length: int = 500,
         integral_with_dt: bool = True,
+        smoothing_length: float | None = None,
         search_distance: float | None = None,
         lost_distance: float | None = None,
     ) -> Self: ...
@@ -519,6 +520,8 @@ class PidParams:
     def buffer_length(self) -> int: ...
     @property
     def integral_with_dt(self) -> bool: ...
+    @property
+    def smoothing_length(self) -> float | None: ...
     @property
     def search_distance(self) -> float | None: ...
     @property
@@ -581,6 +584,7 @@ class StanleyParams:
         speed_gain: float = 1.3,
         softening: float | None = None,
         heading_behind: bool = False,
+        smoothing_length: float | None = None,
         search_distance: float | None = None,
         lost_distance: float | None = None,
     ) -> Self: ...
@@ -592,6 +596,8 @@ class StanleyParams:
     def softening(self) -> float | None: ...
     @property
     def heading_behind(self) -> bool: ...
+    @property
+    def smoothing_length(self) -> float | None: ...
     @property
     def search_distance(self) -> float | None: ...
     @property
@@ -849,6 +855,7 @@ class PidState:
         cls,
         *,
         previous_error: float | None = ...,
+        previous_position: tuple[float, float] | None = ...,
         terms: tuple[float, ...] = ...,
         next: int = ...,
         sum: float = ...,
@@ -885,6 +892,8 @@ class PidState:
     ) -> Self: ...
     @property
     def previous_error(self) -> float | None: ...
+    @property
+    def previous_position(self) -> tuple[float, float] | None: ...
     @property
     def terms(self) -> tuple[float, ...]: ...
     @property

@@ -23,14 +23,18 @@ Controller by controller:
     The paper's integral (Equation 1) sums errors without Δt, so its weight grows with the control
     rate; the published code multiplies by Δt, and so do ``default`` and ``reproduction``. The gains
     are 0.25, 0.01 and 0.2 in Table 1, but 0.12, 0.01 and 0.48 in the code. No reading reproduces
-    the paper's PID row: with the table's gains and Δt it tracks as closely as POP.
+    the paper's PID row: with the table's gains and Δt it tracks as closely as POP. ``default``
+    takes the derivative across the path's heading over two wheelbases (``smoothing_length``), the
+    others that of the error.
 `pure-pursuit`
     The lookahead is k_v v in the paper (Equation 2), which vanishes at rest, and max(10 m, 0.9 v)
     in the code, which also takes the bearing from an arc cosine. ``default`` has the code's least
     lookahead and the exact bearing; ``reproduction`` is the code's.
 `stanley`
     The code compares the heading with the segment behind the nearest waypoint, the paper's
-    Equation 3 with the path beside the axle. ``reproduction`` is the code's.
+    Equation 3 with the path beside the axle. ``reproduction`` is the code's. ``default`` takes the
+    path's heading over a wheelbase of it (``smoothing_length``), so noise of the waypoints is not
+    steered.
 `pop`
     ld_min is not given in the paper; 6 m is the code's.
 `preview-pop`
@@ -83,12 +87,25 @@ _SEARCH: dict[str, Any] = {
 }
 _PLACE: dict[str, Any] = {"search_distance": 6.0, "lost_distance": 30.0}
 
-_PID = PidParams(kp=0.25, ki=0.01, kd=0.2, buffer_length=500, integral_with_dt=True, **_PLACE)
+_PID = PidParams(
+    kp=0.25,
+    ki=0.01,
+    kd=0.2,
+    buffer_length=500,
+    integral_with_dt=True,
+    smoothing_length=0.0,
+    **_PLACE,
+)
 _PURE_PURSUIT = PurePursuitParams(
     lookahead_gain=0.9, min_lookahead=10.0, alpha_by_arccos=True, **_SEARCH, **_PLACE
 )
 _STANLEY = StanleyParams(
-    cross_track_gain=1.5, speed_gain=1.3, softening=1e-5, heading_behind=True, **_PLACE
+    cross_track_gain=1.5,
+    speed_gain=1.3,
+    softening=1e-5,
+    heading_behind=True,
+    smoothing_length=0.0,
+    **_PLACE,
 )
 _POP = PopParams(
     lookahead_gain=0.2,

@@ -26,6 +26,9 @@ class Chain:
         self.x = x + self.no_slip * math.cos(self.yaw)
         self.y = y + self.no_slip * math.sin(self.yaw)
         self.wheel = max(-car.max_steer, min(car.steer_offset, car.max_steer))
+        # How far the steering turns before the wheels turn back [rad], and where these are.
+        self.backlash = 0.0
+        self.road_wheel = self.wheel
         self.yaw_rate = 0.0
         # How many control periods a command is late, and how much longer in its last one.
         self.whole = math.floor(car.dead_time / dt + 1e-9)
@@ -56,6 +59,10 @@ class Chain:
             wheel = self.wheel + math.copysign(car.max_steer_rate * h, target - self.wheel)
             mean = 0.5 * (self.wheel + wheel)
         self.wheel = wheel
+        if self.backlash > 0.0:
+            play = 0.5 * self.backlash
+            mean = max(mean - play, min(self.road_wheel, mean + play))
+        self.road_wheel = mean
         turning = car.wheelbase if car.turning_wheelbase is None else car.turning_wheelbase
         length = turning + car.understeer * self.speed * self.speed
         self.yaw_rate = self.speed * math.tan(mean) / length

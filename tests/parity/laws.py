@@ -91,10 +91,16 @@ PREVIEW_POP = Law(
 )
 PID = Law(
     "Pid",
-    {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN, **_FOLLOW},
+    {
+        "kp": _GAIN,
+        "ki": _GAIN,
+        "kd": _GAIN,
+        "smoothing_length": ((0.0, 1e4), (0.0, 10.0)),
+        **_FOLLOW,
+    },
     counts={"buffer_length": (1, 1000)},
     flags=("integral_with_dt",),
-    optional=("kp", "ki", "kd", *_FOLLOW),
+    optional=("kp", "ki", "kd", "smoothing_length", *_FOLLOW),
 )
 PURE_PURSUIT = Law(
     "PurePursuit",
@@ -109,10 +115,11 @@ STANLEY = Law(
         "cross_track_gain": _GAIN,
         "speed_gain": _GAIN,
         "softening": ((1e-9, 1e6), (1e-5, 1.0)),
+        "smoothing_length": ((0.0, 1e4), (0.0, 10.0)),
         **_FOLLOW,
     },
     flags=("heading_behind",),
-    optional=("softening", *_FOLLOW),
+    optional=("softening", "smoothing_length", *_FOLLOW),
 )
 BANG_BANG = Law(
     "BangBang",

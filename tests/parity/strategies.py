@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 XY = list[tuple[float, float]]
 
 SEEDS = st.integers(0, 2**32 - 1)
-KINDS = ("straight", "smooth", "collinear", "lattice", "jagged", "loop")
+KINDS = ("straight", "smooth", "collinear", "lattice", "jagged", "loop", "noisy", "staircase")
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,12 @@ class Shape:
     def build(self) -> Waypoints:
         rng = random.Random(self.seed)
         closed = self.closed and self.count >= 3
-        xy = _loop(rng, self) if self.kind == "loop" and closed else _walk(rng, self)
+        if self.kind == "loop" and closed:
+            xy = _loop(rng, self)
+        elif self.kind == "staircase":
+            xy = _staircase(rng, self)
+        else:
+            xy = _walk(rng, self)
         if closed and math.dist(xy[-1], xy[0]) <= 1e-6 * self.spacing:
             # A walk on the lattice may come back to its start, which a closed path must not.
             xy[-1] = (xy[-1][0] + 0.37 * self.spacing, xy[-1][1] + 0.61 * self.spacing)
@@ -85,7 +90,32 @@ def _walk(rng: random.Random, shape: Shape) -> XY:
         elif shape.kind == "jagged":
             heading += rng.uniform(-2.5, 2.5)
             step *= rng.uniform(0.1, 1.0)
+        elif shape.kind == "noisy":
+            # As recorded: some segments lead backwards.
+            curvature = 0.8 * curvature + rng.uniform(-0.03, 0.03)
+            heading += curvature
+            x, y = x + step * math.cos(heading), y + step * math.sin(heading)
+            xy.append((x + rng.gauss(0.0, 0.3 * step), y + rng.gauss(0.0, 0.3 * step)))
+            continue
         x, y = x + step * math.cos(heading), y + step * math.sin(heading)
+        xy.append((x, y))
+    return xy
+
+
+def _staircase(rng: random.Random, shape: Shape) -> XY:
+    """A line that bends a little, in steps along x and along y."""
+    x, y = shape.offset
+    to_x, to_y = x, y
+    heading = rng.uniform(-math.pi, math.pi)
+    step = shape.spacing
+    xy = [(x, y)]
+    for _ in range(shape.count - 1):
+        heading += rng.uniform(-0.1, 0.1)
+        to_x, to_y = to_x + step * math.cos(heading), to_y + step * math.sin(heading)
+        if abs(to_x - x) >= abs(to_y - y):
+            x += math.copysign(step, to_x - x)
+        else:
+            y += math.copysign(step, to_y - y)
         xy.append((x, y))
     return xy
 

@@ -35,6 +35,7 @@ from tests.parity.strategies import (
     ("params", "vehicle"),
     [
         ({}, {}),
+        ({"smoothing_length": 0.0}, {}),
         ({"buffer_length": 7, "integral_with_dt": False}, {"max_steer": 0.5, "dead_time": 0.1}),
     ],
     ids=str,
@@ -52,9 +53,16 @@ def test_pid_matches_reference_edges() -> None:
     check_zeros(PID)
     check_bad_states(
         PID,
-        good={"previous_error": 0.5, "terms": (0.1, 0.2), "next": 2, "sum": 0.3},
+        good={
+            "previous_error": 0.5,
+            "previous_position": (1.0, -2.0),
+            "terms": (0.1, 0.2),
+            "next": 2,
+            "sum": 0.3,
+        },
         bad=[
             *({"previous_error": value} for value in (nan, inf, -inf, 1.0000000000000002e16)),
+            *({"previous_position": (0.0, value)} for value in (nan, inf, -inf, 4.000000001e9)),
             *({"sum": value} for value in (nan, inf, -inf, -1.0000000000000002e16)),
             *({"terms": (value, 1.0)} for value in (nan, inf, -inf, 1.0000000000000002e16)),
             *({"next": value} for value in (0, 1, 3, 500, 501)),

@@ -34,6 +34,7 @@ from tests.parity.strategies import (
     ("params", "vehicle"),
     [
         ({}, {}),
+        ({"smoothing_length": 0.0}, {}),
         ({"heading_behind": True, "softening": 1.0}, {"dead_time": 0.2, "steer_offset": -0.03}),
     ],
     ids=str,

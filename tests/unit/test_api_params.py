@@ -50,6 +50,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         "kd": None,
         "buffer_length": 500,
         "integral_with_dt": True,
+        "smoothing_length": None,
         **_PLACE,
     },
     "PurePursuit": {
@@ -64,6 +65,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         "speed_gain": 1.3,
         "softening": None,
         "heading_behind": False,
+        "smoothing_length": None,
         **_PLACE,
     },
     "BangBang": {"amplitude": 0.122, "deadband": 0.0, **_PLACE},
@@ -85,14 +87,14 @@ AT_THE_PAPERS: dict[str, dict[str, tuple[float, int]]] = {
         "min_speed": (5.0, 1),
         "smoothing_length": (2.0, 1),
     },
-    "Pid": {"kp": (0.25, -1), "ki": (0.01, -1), "kd": (0.2, -1)},
+    "Pid": {"kp": (0.25, -1), "ki": (0.01, -1), "kd": (0.2, -1), "smoothing_length": (6.0, 1)},
     "PurePursuit": {
         "min_lookahead": (10.0, 1),
         "lookahead_tolerance": (0.01, 1),
         "window_ahead": (20.0, 1),
         "grid_spacing": (0.01, 1),
     },
-    "Stanley": {"softening": (1e-5, 1)},
+    "Stanley": {"softening": (1e-5, 1), "smoothing_length": (3.0, 1)},
     "BangBang": {},
 }
 

@@ -51,7 +51,14 @@ FIRST: dict[str, dict[str, Any]] = {
     "Pop": {"previous_steer": 0.0, **TAIL},
     # Its wheels are modelled from the beginning.
     "PreviewPop": {"previous_steer": 0.0, "reached_limits": 0, **TAIL, "wheel": 0.0},
-    "Pid": {"previous_error": None, "terms": (), "next": 0, "sum": 0.0, **TAIL},
+    "Pid": {
+        "previous_error": None,
+        "previous_position": None,
+        "terms": (),
+        "next": 0,
+        "sum": 0.0,
+        **TAIL,
+    },
     "PurePursuit": {"previous_alpha": 0.0, **TAIL},
     "Stanley": TAIL,
     "BangBang": TAIL,

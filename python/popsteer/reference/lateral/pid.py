@@ -19,12 +19,14 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
-from popsteer.reference.math import saturate
+from popsteer.reference.math import cos, saturate, sin
+from popsteer.reference.path.preview import Preview
+from popsteer.reference.path.view import MAX_COORDINATE
 
 if TYPE_CHECKING:
     from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView
+    from popsteer.reference.path.view import PathView, Point
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimator import AdaptParams
 
@@ -55,6 +57,10 @@ class PidParams:
     integral_with_dt : bool
         Whether the integral weighs each error with its Δt, as the published code does; the
         paper's equation sums the bare errors.
+    smoothing_length : float or None
+        Length of path over which its heading is taken [m]; None is two wheelbases. The
+        derivative is then how fast the front axle moves across that heading, which noise of the
+        waypoints hardly reaches. 0: that of the error, as printed.
     search_distance : float or None
         How far along the path from the last place the vehicle is looked for [m], beside what it
         travels in a step; None is two wheelbases.
@@ -79,6 +85,7 @@ class PidParams:
     kd: float | None = None
     buffer_length: int = 500
     integral_with_dt: bool = True
+    smoothing_length: float | None = None
     search_distance: float | None = None
     lost_distance: float | None = None
 
@@ -87,6 +94,7 @@ class PidParams:
         config_optional(self, "kp", 0.0, 1e6)
         config_optional(self, "ki", 0.0, 1e6)
         config_optional(self, "kd", 0.0, 1e6)
+        config_optional(self, "smoothing_length", 0.0, 1e4)
         check_follow(self)
 
     def resolved(self, vehicle: Vehicle) -> PidParams:
@@ -104,6 +112,7 @@ class PidParams:
             kp=or_scaled(self.kp, 0.25 * (3.0 / wheelbase)),
             ki=or_scaled(self.ki, 0.01 * (3.0 / wheelbase)),
             kd=or_scaled(self.kd, 0.2 * (3.0 / wheelbase)),
+            smoothing_length=or_scaled(self.smoothing_length, 2.0 * wheelbase),
             search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
             lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
         )
@@ -117,6 +126,9 @@ class PidState(TrackerState):
     ----------
     previous_error : float or None
         The last cross-track error [m]; None before the first step.
+    previous_position : tuple of float or None
+        Where the front axle was at the last step [m]; None before the first, and without a
+        `smoothing_length`.
     terms : tuple of float
         The terms of the integral, oldest first.
     next : int
@@ -131,6 +143,7 @@ class PidState(TrackerState):
     """
 
     previous_error: float | None = None
+    previous_position: Point | None = None
     terms: tuple[float, ...] = ()
     next: int = 0
     sum: float = 0.0
@@ -210,6 +223,7 @@ class Pid(Tracker[PidParams, PidState]):
         self._kp = resolved(self._resolved.kp)
         self._ki = resolved(self._resolved.ki)
         self._kd = resolved(self._resolved.kd)
+        self._smoothing_length = resolved(self._resolved.smoothing_length)
 
     def initial_state(self) -> PidState:
         """Return the state before the first step, with nothing remembered."""
@@ -225,16 +239,37 @@ class Pid(Tracker[PidParams, PidState]):
         if at.vehicle.forward_speed() > 0.0:
             term = error * at.dt if self.params.integral_with_dt else error
             state = push(state, term, self.params.buffer_length)
-        previous = state.previous_error
-        rate = 0.0 if previous is None else (error - previous) / at.dt
+        position = None
+        rate = 0.0
+        if self._smoothing_length > 0.0:
+            position = at.position
+            if state.previous_position is not None:
+                rate = self._rate_across(state.previous_position, at)
+        elif state.previous_error is not None:
+            rate = (error - state.previous_error) / at.dt
         wanted = -(self._kp * error + self._ki * state.sum + self._kd * rate)
         steer, status = limit_steer(self.vehicle, wanted)
-        self._state = replace(state, previous_error=error)
+        self._state = replace(state, previous_error=error, previous_position=position)
         return Decision(steer, at.foot.point, status)
+
+    def _rate_across(self, previous: Point, at: Located) -> float:
+        """Tell how fast the front axle moved across the path since `previous` [m/s], to the left.
+
+        The path's heading is that in the middle of the step, so that in a bend the step is held
+        against its own stretch of the path.
+        """
+        step = (at.position[0] - previous[0], at.position[1] - previous[1])
+        half = 0.5 * (step[0] * at.heading[0] + step[1] * at.heading[1])
+        middle = at.foot.arc_length(self.path) - half
+        preview = Preview(self.path, self._smoothing_length, at.foot.segment, middle, 0.0)
+        yaw = preview.path_yaw(middle)
+        return (step[1] * cos(yaw) - step[0] * sin(yaw)) / at.dt
 
     def forget_path(self, state: PidState) -> PidState:
         """Forget what was measured against the path."""
-        return replace(state, previous_error=None, terms=(), next=0, sum=0.0)
+        return replace(
+            state, previous_error=None, previous_position=None, terms=(), next=0, sum=0.0
+        )
 
     def change_path(self, state: PidState, offset: float | None) -> PidState:
         """Carry the integral on, and let the derivative see no jump."""
@@ -263,4 +298,9 @@ class Pid(Tracker[PidParams, PidState]):
         previous = state.previous_error
         if previous is not None:
             previous = input_in_range("previous_error", previous, -BOUND, BOUND)
-        return replace(state, previous_error=previous)
+        position = state.previous_position
+        if position is not None:
+            most = 4.0 * MAX_COORDINATE
+            x, y = (input_in_range("previous_position", at, -most, most) for at in position)
+            position = (x, y)
+        return replace(state, previous_error=previous, previous_position=position)

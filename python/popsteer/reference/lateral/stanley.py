@@ -19,6 +19,7 @@ from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import atan, wrap
 from popsteer.reference.path.locate import path_yaw_behind
+from popsteer.reference.path.preview import Preview
 
 if TYPE_CHECKING:
     from popsteer.reference.lateral.monitor import MonitorParams
@@ -46,6 +47,10 @@ class StanleyParams:
     heading_behind : bool
         Whether the path's heading is that of the segment behind the nearest waypoint, as in the
         published code, instead of that at the projection.
+    smoothing_length : float or None
+        Length of path over which its heading is taken [m]; None is a wheelbase. More: less of the
+        waypoints' noise is steered, and bends shorter than this are cut. 0, or `heading_behind`:
+        the heading of one segment, as printed.
     search_distance : float or None
         How far along the path from the last place the vehicle is looked for [m], beside what it
         travels in a step; None is two wheelbases.
@@ -69,6 +74,7 @@ class StanleyParams:
     speed_gain: float = 1.3
     softening: float | None = None
     heading_behind: bool = False
+    smoothing_length: float | None = None
     search_distance: float | None = None
     lost_distance: float | None = None
 
@@ -76,6 +82,7 @@ class StanleyParams:
         config_in_range(self, "cross_track_gain", 0.0, 1e6)
         config_in_range(self, "speed_gain", 0.0, 1e6)
         config_optional(self, "softening", 1e-9, 1e6)
+        config_optional(self, "smoothing_length", 0.0, 1e4)
         check_follow(self)
 
     def resolved(self, vehicle: Vehicle) -> StanleyParams:
@@ -90,6 +97,7 @@ class StanleyParams:
         return replace(
             self,
             softening=or_scaled(self.softening, 1e-5 / 3.0 * vehicle.wheelbase),
+            smoothing_length=or_scaled(self.smoothing_length, vehicle.wheelbase),
             search_distance=or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
             lost_distance=or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
         )
@@ -150,6 +158,7 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
             path, vehicle, StanleyParams() if params is None else params, adapt, monitor
         )
         self._softening = resolved(self._resolved.softening)
+        self._smoothing_length = resolved(self._resolved.smoothing_length)
 
     def initial_state(self) -> StanleyState:
         """Return the state before the first step, with nothing remembered."""
@@ -161,6 +170,10 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
         pull = atan(self.params.cross_track_gain * at.foot.cross_track_error() / speed)
         if self.params.heading_behind:
             path_yaw = path_yaw_behind(self.path, at.foot.nearest_waypoint(self.path))
+        elif self._smoothing_length > 0.0:
+            arc_length = at.foot.arc_length(self.path)
+            preview = Preview(self.path, self._smoothing_length, at.foot.segment, arc_length, 0.0)
+            path_yaw = preview.path_yaw(arc_length)
         else:
             path_yaw = at.foot.path_yaw()
         heading_error = wrap(at.vehicle.yaw - path_yaw)

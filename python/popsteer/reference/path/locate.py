@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from math import copysign, inf
 from typing import TYPE_CHECKING
 
-from popsteer.reference.math import atan2, saturate, sqrt
+from popsteer.reference.math import atan2, cos, saturate, sin, sqrt
+from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.view import squared_distance
 
 if TYPE_CHECKING:
@@ -30,6 +31,12 @@ OPPOSITE = 10.0
 
 Unless another distance is given; right for a wheelbase of 3 m. Larger values hold on to the branch
 of the heading farther off; smaller ones take a nearer branch that leads elsewhere.
+"""
+
+SMOOTHING = 0.2
+"""Length of path whose heading tells branches apart: two thirds of a wheelbase.
+
+As a part of the distance that the opposite branch counts as farther off.
 """
 
 
@@ -151,6 +158,20 @@ class Foot:
         )
         return sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
 
+    def least_cost(self, path: PathView, heading: Point, opposite_distance: float) -> float:
+        """Return `cost`, or that with the heading of the path over a length, where that is less.
+
+        One segment of noisy waypoints or of a staircase may lead anywhere, the path about it does
+        not.
+        """
+        by_segment = self.cost(heading, opposite_distance)
+        arc_length = self.arc_length(path)
+        preview = Preview(path, SMOOTHING * opposite_distance, self.segment, arc_length, 0.0)
+        yaw = preview.path_yaw(arc_length)
+        along = heading[0] * cos(yaw) + heading[1] * sin(yaw)
+        smoothed = sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
+        return smoothed if smoothed < by_segment else by_segment
+
 
 def find_foot(path: PathView, segment: int, position: Point) -> Foot:
     """Find the foot of `position` on one segment.
@@ -201,7 +222,8 @@ def locate(
     Of the segments from the one at `waypoint` until more than `reach` [m] of arc before and
     behind it, each segment that is no farther off than the one before it and nearer than the one
     after it is a candidate. The candidate of least distance counts, each distance with up to
-    `opposite_distance` [m] more the less the path leads along `heading`; of several the first.
+    `opposite_distance` [m] more the less the path leads along `heading`, by the segment or over a
+    fifth of `opposite_distance`, whichever leads along it more; of several the first.
 
     The stretch ends where an open path does, where the vehicle has to change its direction, and
     once around a closed path. So the foot cannot leap to another branch: farther along the path
@@ -225,7 +247,7 @@ def locate(
         behind = feet[k - 1].squared_distance if k > 0 else inf
         ahead = feet[k + 1].squared_distance if k + 1 < len(feet) else inf
         if behind >= foot.squared_distance < ahead:
-            cost = foot.cost(heading, opposite_distance)
+            cost = foot.least_cost(path, heading, opposite_distance)
             if cost < least:
                 best, least = foot, cost
     return best

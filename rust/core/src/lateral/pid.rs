@@ -1,10 +1,12 @@
 //! PID on the cross-track error, the paper's Equation 1.
 
 use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
+use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
-use crate::math::{from_count, saturate};
+use crate::math::{cos, from_count, saturate, sin};
 use crate::path::follow::{Follow, Located};
-use crate::path::view::PathView;
+use crate::path::preview::Preview;
+use crate::path::view::{MAX_COORDINATE, PathView};
 use crate::vehicle::Vehicle;
 
 /// Parameters of [`Pid`]; the paper's Table 1 by default.
@@ -23,6 +25,10 @@ pub struct PidParams {
     /// Whether the integral weighs each error with its `dt`, as the published code does; the
     /// paper's equation sums the bare errors.
     pub integral_with_dt: bool,
+    /// Length of path over which its heading is taken [m]; two wheelbases by default. The derivative is
+    /// then how fast the front axle moves across that heading, which noise of the waypoints hardly
+    /// reaches. 0: that of the error, as printed.
+    pub smoothing_length: Option<f64>,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
@@ -39,6 +45,7 @@ impl PidParams {
         kd: None,
         buffer_length: 500,
         integral_with_dt: true,
+        smoothing_length: None,
         search_distance: None,
         lost_distance: None,
     };
@@ -52,6 +59,7 @@ impl PidParams {
             kp: or_scaled(self.kp, 0.25 * (3.0 / wheelbase)),
             ki: or_scaled(self.ki, 0.01 * (3.0 / wheelbase)),
             kd: or_scaled(self.kd, 0.2 * (3.0 / wheelbase)),
+            smoothing_length: or_scaled(self.smoothing_length, 2.0 * wheelbase),
             search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
             lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
             ..self
@@ -220,6 +228,9 @@ impl ErrorBuffer {
 pub struct PidState {
     /// The last cross-track error [m]; none before the first step.
     pub previous_error: Option<f64>,
+    /// Where the front axle was at the last step [m]; none before the first, and without a
+    /// `smoothing_length`.
+    pub previous_position: Option<Point>,
     /// The terms of the integral.
     pub buffer: ErrorBuffer,
 }
@@ -228,7 +239,8 @@ pub struct PidState {
 /// the front axle.
 ///
 /// The sign is that of this crate's error, positive left of the path. The first step has no
-/// derivative.
+/// derivative. With a `smoothing_length` the derivative is that of the front axle's offset from a
+/// line along the path's heading, which on a smooth path is the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pid {
     vehicle: Vehicle,
@@ -238,6 +250,7 @@ pub struct Pid {
     kd: f64,
     buffer_length: usize,
     integral_with_dt: bool,
+    smoothing_length: f64,
 }
 
 impl Pid {
@@ -263,6 +276,12 @@ impl Pid {
             kd: config_in_range("kd", resolved(params.kd), 0.0, 1e6)?,
             buffer_length,
             integral_with_dt: params.integral_with_dt,
+            smoothing_length: config_in_range(
+                "smoothing_length",
+                resolved(params.smoothing_length),
+                0.0,
+                1e4,
+            )?,
             follow: Tracked::FrontAxle.follow(
                 &vehicle,
                 params.search_distance,
@@ -271,11 +290,25 @@ impl Pid {
             vehicle,
         })
     }
+
+    /// How fast the front axle moved across the path since it was at `previous` [m/s], positive to
+    /// the left. The path's heading is that in the middle of the step, so that in a bend the step
+    /// is held against its own stretch of the path.
+    #[inline]
+    fn rate_across(&self, path: &PathView<'_>, previous: Point, at: &Located) -> f64 {
+        let step = at.position - previous;
+        let half = 0.5 * (step.x * at.heading.x + step.y * at.heading.y);
+        let middle = at.foot.arc_length(path) - half;
+        let yaw = Preview::new(path, self.smoothing_length, at.foot.segment, middle, 0.0)
+            .path_yaw(middle);
+        (step.y * cos(yaw) - step.x * sin(yaw)) / at.dt
+    }
 }
 
 impl LateralState for PidState {
     fn leave_path(&mut self) {
         self.previous_error = None;
+        self.previous_position = None;
         self.buffer = ErrorBuffer::new(self.buffer.length());
     }
 
@@ -294,6 +327,7 @@ impl LateralLaw for Pid {
     fn initial_state(&self) -> PidState {
         PidState {
             previous_error: None,
+            previous_position: None,
             buffer: ErrorBuffer::new(self.buffer_length),
         }
     }
@@ -309,7 +343,7 @@ impl LateralLaw for Pid {
     #[inline]
     fn decide(
         &self,
-        _path: &PathView<'_>,
+        path: &PathView<'_>,
         state: &mut PidState,
         at: &Located,
         _belief: &Belief,
@@ -326,9 +360,15 @@ impl LateralLaw for Pid {
                 error
             });
         }
-        let rate = state
-            .previous_error
-            .map_or(0.0, |previous| (error - previous) / at.dt);
+        let rate = if self.smoothing_length > 0.0 {
+            let previous = state.previous_position.replace(at.position);
+            previous.map_or(0.0, |previous| self.rate_across(path, previous, at))
+        } else {
+            // One that a state of other parameters brought along does not count.
+            state.previous_position = None;
+            let previous = state.previous_error;
+            previous.map_or(0.0, |previous| (error - previous) / at.dt)
+        };
         let wanted = -(self.kp * error + self.ki * state.buffer.sum() + self.kd * rate);
         let (steer, status) = self.vehicle.limit_steer(wanted);
         state.previous_error = Some(error);
@@ -342,6 +382,11 @@ impl LateralLaw for Pid {
     fn check_state(&self, state: &PidState) -> Result<(), InputError> {
         if let Some(error) = state.previous_error {
             input_in_range("previous_error", error, -BOUND, BOUND)?;
+        }
+        if let Some(position) = state.previous_position {
+            let most = 4.0 * MAX_COORDINATE;
+            input_in_range("previous_position", position.x, -most, most)?;
+            input_in_range("previous_position", position.y, -most, most)?;
         }
         if state.buffer.length() != self.buffer_length {
             return Err(InputError {

@@ -5,6 +5,7 @@ use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{atan, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::locate::path_yaw_behind;
+use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 
@@ -21,6 +22,10 @@ pub struct StanleyParams {
     /// Whether the path's heading is that of the segment behind the nearest waypoint, as in the
     /// published code, instead of that at the foot.
     pub heading_behind: bool,
+    /// Length of path over which its heading is taken [m]; a wheelbase by default. More: less of the
+    /// waypoints' noise is steered, and bends shorter than this are cut. 0, or `heading_behind`: the
+    /// heading of one segment, as printed.
+    pub smoothing_length: Option<f64>,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
@@ -36,6 +41,7 @@ impl StanleyParams {
         speed_gain: 1.3,
         softening: None,
         heading_behind: false,
+        smoothing_length: None,
         search_distance: None,
         lost_distance: None,
     };
@@ -46,6 +52,7 @@ impl StanleyParams {
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         Self {
             softening: or_scaled(self.softening, 1e-5 / 3.0 * vehicle.wheelbase),
+            smoothing_length: or_scaled(self.smoothing_length, vehicle.wheelbase),
             search_distance: or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
             lost_distance: or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
             ..self
@@ -77,6 +84,7 @@ pub struct Stanley {
     speed_gain: f64,
     softening: f64,
     heading_behind: bool,
+    smoothing_length: f64,
 }
 
 impl Stanley {
@@ -94,6 +102,12 @@ impl Stanley {
             speed_gain: config_in_range("speed_gain", params.speed_gain, 0.0, 1e6)?,
             softening: config_in_range("softening", resolved(params.softening), 1e-9, 1e6)?,
             heading_behind: params.heading_behind,
+            smoothing_length: config_in_range(
+                "smoothing_length",
+                resolved(params.smoothing_length),
+                0.0,
+                1e4,
+            )?,
             follow: Tracked::FrontAxle.follow(
                 &vehicle,
                 params.search_distance,
@@ -133,6 +147,16 @@ impl LateralLaw for Stanley {
         let pull = atan(self.cross_track_gain * at.foot.cross_track_error() / speed);
         let path_yaw = if self.heading_behind {
             path_yaw_behind(path, at.foot.nearest_waypoint(path))
+        } else if self.smoothing_length > 0.0 {
+            let arc_length = at.foot.arc_length(path);
+            Preview::new(
+                path,
+                self.smoothing_length,
+                at.foot.segment,
+                arc_length,
+                0.0,
+            )
+            .path_yaw(arc_length)
         } else {
             at.foot.path_yaw()
         };

@@ -4,14 +4,19 @@
 //! [`locate`] leaves it to [`nearby`](super::nearby) where that is certain of the answer.
 
 use super::nearby::locate_nearby;
+use super::preview::Preview;
 use super::view::{PathView, squared_distance};
 use crate::Point;
-use crate::math::{atan2, saturate, sqrt};
+use crate::math::{atan2, cos, saturate, sin, sqrt};
 
 /// How much farther off a closest point counts where the path leads the opposite way [m], unless
 /// another distance is given: right for a wheelbase of 3 m. Larger values hold on to the branch of
 /// the heading farther off; smaller ones take a nearer branch that leads elsewhere.
 pub const OPPOSITE: f64 = 10.0;
+
+/// Length of path whose heading tells branches apart, as a part of the distance that the opposite
+/// one counts as farther off: two thirds of a wheelbase.
+const SMOOTHING: f64 = 0.2;
 
 /// The foot of a position on the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -185,6 +190,23 @@ impl Foot {
             (heading.x * self.along.x + heading.y * self.along.y) / sqrt(self.squared_length);
         sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
     }
+
+    /// [`cost`](Self::cost), or that with the heading of the path over a fifth of
+    /// `opposite_distance`, where that is less: one segment of noisy waypoints or of a staircase may
+    /// lead anywhere, the path about it does not.
+    fn least_cost(&self, path: &PathView<'_>, heading: Point, opposite_distance: f64) -> f64 {
+        let by_segment = self.cost(heading, opposite_distance);
+        let base = SMOOTHING * opposite_distance;
+        let arc_length = self.arc_length(path);
+        let yaw = Preview::new(path, base, self.segment, arc_length, 0.0).path_yaw(arc_length);
+        let along = heading.x * cos(yaw) + heading.y * sin(yaw);
+        let smoothed = sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
+        if smoothed < by_segment {
+            smoothed
+        } else {
+            by_segment
+        }
+    }
 }
 
 /// The foot of `position` within `reach` [m] of arc before and behind the segment at `waypoint`,
@@ -208,7 +230,8 @@ pub fn locate(
 /// more than `reach` [m] of arc before and behind it, each segment that is no farther off than
 /// the one before it and nearer than the one after it is a candidate. The candidate of least
 /// distance counts, each distance with up to `opposite_distance` [m] more the less the path leads
-/// along `heading`; of several the first.
+/// along `heading`, by the segment or over a fifth of `opposite_distance`, whichever leads along it
+/// more; of several the first.
 ///
 /// The stretch ends where an open path does, where the vehicle has to change its direction, and
 /// once around a closed path. So the foot cannot leap to another branch: farther along the path
@@ -235,7 +258,7 @@ pub fn locate_by_scan(
         };
         let ahead = next.map_or(f64::INFINITY, |next| next.squared_distance);
         if here.squared_distance <= behind && here.squared_distance < ahead {
-            let cost = here.cost(heading, opposite_distance);
+            let cost = here.least_cost(path, heading, opposite_distance);
             if cost < least {
                 (best, least) = (here, cost);
             }

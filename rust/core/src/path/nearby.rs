@@ -46,6 +46,7 @@ pub(super) fn locate_nearby(
             foot = previous;
         }
     }
+    // No less than the scan's cost of it, which looks at the path about the segment too.
     let limit = foot.cost(heading, opposite_distance) + MARGIN;
     (ahead.clears(position, limit) && behind.clears(position, limit)).then_some(foot)
 }

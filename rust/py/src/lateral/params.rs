@@ -112,7 +112,7 @@ tuning! {
 tuning! {
     /// Parameters of `Pid`; the paper's Table 1 at the paper's car.
     PyPidParams(PidParams) named "PidParams" of Pid,
-    shown as "(*, kp=None, ki=None, kd=None, buffer_length=500, integral_with_dt=True, search_distance=None, lost_distance=None)",
+    shown as "(*, kp=None, ki=None, kd=None, buffer_length=500, integral_with_dt=True, smoothing_length=None, search_distance=None, lost_distance=None)",
     kp: Option<f64>, "float, optional",
         "Proportional gain k_P [rad/m]; by default 0.25 at the paper's wheelbase of 3 m, like the others inversely proportional to it at others.";
     ki: Option<f64>, "float, optional",
@@ -123,6 +123,8 @@ tuning! {
         "How many of the last errors the integral sums, against wind-up.";
     integral_with_dt: bool, "bool, default True",
         "Whether the integral weighs each error with its dt; the paper's equation does not.";
+    smoothing_length: Option<f64>, "float, optional",
+        "Length of path over which its heading is taken [m]; two wheelbases by default. The derivative is then how fast the front axle moves across that heading, which noise of the waypoints hardly reaches. 0: that of the error, as printed.";
     search_distance: Option<f64>, "float, optional",
         "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
     lost_distance: Option<f64>, "float, optional",
@@ -165,7 +167,7 @@ tuning! {
 tuning! {
     /// Parameters of `Stanley`; the paper's Table 1 at the paper's car.
     PyStanleyParams(StanleyParams) named "StanleyParams" of Stanley,
-    shown as "(*, cross_track_gain=1.5, speed_gain=1.3, softening=None, heading_behind=False, search_distance=None, lost_distance=None)",
+    shown as "(*, cross_track_gain=1.5, speed_gain=1.3, softening=None, heading_behind=False, smoothing_length=None, search_distance=None, lost_distance=None)",
     cross_track_gain: f64, "float, default 1.5",
         "Crosstrack error constant k_chi [1/s].";
     speed_gain: f64, "float, default 1.3",
@@ -174,6 +176,8 @@ tuning! {
         "Softening constant k_s [m/s], which keeps the quotient finite at rest; by default 1e-5 at the paper's wheelbase of 3 m, in proportion at others.";
     heading_behind: bool, "bool, default False",
         "Whether the path's heading is that of the segment behind the nearest waypoint, as in the published code.";
+    smoothing_length: Option<f64>, "float, optional",
+        "Length of path over which its heading is taken [m]; a wheelbase by default. More: less of the waypoints' noise is steered, and bends shorter than this are cut. 0, or heading_behind: the heading of one segment, as printed.";
     search_distance: Option<f64>, "float, optional",
         "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
     lost_distance: Option<f64>, "float, optional",

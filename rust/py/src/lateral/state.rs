@@ -6,7 +6,7 @@ use popsteer_core::lateral::{
 };
 use popsteer_core::lateral::{Tracker, TrackerState};
 use popsteer_core::vehicle::{Estimate, Estimator, VehicleState};
-use popsteer_core::{InputError, LateralLaw};
+use popsteer_core::{InputError, LateralLaw, Point};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -451,6 +451,8 @@ state! {
     PyPidState named "PidState",
     previous_error: Option<f64> = None, "float, optional",
         "The last cross-track error [m]; None before the first step.";
+    previous_position: Option<(f64, f64)> = None, "tuple of float, optional",
+        "Where the front axle was at the last step [m]; None before the first, and without a smoothing_length.";
     terms: Terms = Terms(Vec::new()), "tuple of float, default ()",
         "The terms of the integral, oldest first.";
     next: Count = Count(0), "int, default 0",
@@ -532,6 +534,7 @@ impl StateClass for PyPidState {
     fn show(state: &PidState, tail: Tail) -> Self {
         Self {
             previous_error: state.previous_error,
+            previous_position: state.previous_position.map(|at| (at.x, at.y)),
             terms: Terms(state.buffer.terms().collect()),
             next: state.buffer.next().argument(),
             sum: state.buffer.sum(),
@@ -548,6 +551,7 @@ impl StateClass for PyPidState {
         let next = usize::try_from(self.next.0).unwrap_or(usize::MAX);
         Ok(PidState {
             previous_error: self.previous_error,
+            previous_position: self.previous_position.map(|(x, y)| Point::new(x, y)),
             buffer: ErrorBuffer::restore(length, &self.terms.0, next, self.sum)?,
         })
     }

@@ -7,7 +7,7 @@ use popsteer_core::lateral::{
     BangBang, BangBangParams, BangBangState, Pid, PidParams, PidState, Stanley, StanleyParams,
     StanleyState,
 };
-use popsteer_core::{ConfigError, Vehicle};
+use popsteer_core::{ConfigError, Point, Vehicle};
 
 impl Subject for Stanley {
     type Params = StanleyParams;
@@ -19,6 +19,7 @@ impl Subject for Stanley {
             speed_gain: gain(bytes, 1.3),
             softening: bytes.optional([1e-5, 1.0], [1e-9, 1e6]),
             heading_behind: bytes.byte() & 1 == 1,
+            smoothing_length: bytes.optional([0.0, 6.0], [0.0, 1e4]),
             search_distance: search.search_distance,
             lost_distance: search.lost_distance,
         }
@@ -80,6 +81,7 @@ impl Subject for Pid {
             kd: scaled_gain(bytes),
             buffer_length: buffer_length(bytes),
             integral_with_dt: bytes.byte() & 1 == 0,
+            smoothing_length: bytes.optional([0.0, 6.0], [0.0, 1e4]),
             search_distance: search.search_distance,
             lost_distance: search.lost_distance,
         }
@@ -103,6 +105,10 @@ impl Subject for Pid {
         );
         Some(PidState {
             previous_error: (bytes.byte() & 1 == 0).then(|| bytes.number([-5.0, 5.0], whole)),
+            previous_position: (bytes.byte() & 1 == 0).then(|| {
+                let mut coordinate = || bytes.number([-50.0, 50.0], [-5e9, 5e9]);
+                Point::new(coordinate(), coordinate())
+            }),
             buffer: buffer.ok()?,
         })
     }
@@ -113,6 +119,7 @@ impl Subject for Pid {
             let buffer = &state.buffer;
             (
                 state.previous_error,
+                state.previous_position,
                 buffer.length(),
                 buffer.next(),
                 buffer.sum().to_bits(),
