@@ -104,7 +104,7 @@ pub fn run(
             break;
         };
         let reference_speed = if drive.needs_reference_speed() {
-            simulation.reference_speed()
+            simulation.stopping_speed()
         } else {
             None
         };

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use popsteer_core::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
+use popsteer_core::math::sqrt;
 use popsteer_core::math::{from_count, wrap};
-use popsteer_core::path::locate::{path_yaw_behind, reference_speed};
+use popsteer_core::path::locate::path_yaw_behind;
 use popsteer_core::path::view::get_distance;
-use popsteer_core::path::{Follow, Located};
+use popsteer_core::path::{Ahead, Follow, Located};
 use popsteer_core::{Path, Point, Status, Vehicle, VehicleState};
 
 use crate::delay::Delay;
@@ -38,6 +39,9 @@ impl Default for Settings {
         Self::DEFAULT
     }
 }
+
+/// How a vehicle brakes for a cusp whose `max_deceleration` is not known [m/s^2].
+const SLOWING: f64 = 2.0;
 
 /// The largest number of plant steps in a control period.
 const MAX_SUBSTEPS: usize = 1_000_000;
@@ -284,14 +288,32 @@ impl Simulation {
         self.gatherer.metrics(self.time(), self.finished)
     }
 
-    /// Reference speed of the path beside the axle that leads [m/s], where it has one; negative
-    /// where the path is driven backwards.
-    pub fn reference_speed(&self) -> Option<f64> {
+    /// What the path says beside the axle that leads, by the numbers of a controller's command.
+    fn ahead(&self) -> Ahead {
         let at = self
             .leading
             .find(&self.path, self.state.vehicle, self.settings.dt);
-        let path = self.path.view();
-        reference_speed(&path, &at.foot.projection(&path))
+        Ahead::behind(&self.path.view(), &self.leading.follow, &at, 0.0)
+    }
+
+    /// Reference speed of the path beside the axle that leads [m/s], where it has one; negative
+    /// where the path is driven backwards.
+    pub fn reference_speed(&self) -> Option<f64> {
+        self.ahead().reference_speed
+    }
+
+    /// The same, slow enough to brake for the next cusp and the end where the path is driven in
+    /// both directions: at the vehicle's `max_deceleration`, 2 m/s^2 where that is not known.
+    pub(crate) fn stopping_speed(&self) -> Option<f64> {
+        let ahead = self.ahead();
+        let speed = ahead.reference_speed?;
+        if self.path.view().reverse().is_none() {
+            return Some(speed);
+        }
+        let deceleration = self.plant.vehicle().max_deceleration.unwrap_or(SLOWING);
+        let left = ahead.distance_to_stop.max(0.0);
+        let most = sqrt(2.0 * deceleration * left).max(Ahead::creep(&self.leading.follow));
+        Some(speed.abs().min(most).copysign(speed))
     }
 
     /// Measures the vehicle, then moves it on by one control step under `control`.

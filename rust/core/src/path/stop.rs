@@ -25,11 +25,23 @@ impl Ahead {
     /// centimetres take longer, and at 0 it would never start again from a cusp.
     const CREEP: f64 = 2.0;
 
-    /// What `path` says beside a vehicle that `follow` has located.
+    /// What `path` says beside the rear axle of a vehicle that `follow` has located.
     #[inline]
     pub fn of(path: &PathView<'_>, follow: &Follow, at: &Located) -> Self {
         // How far the followed point lies ahead of the rear axle, in the direction of driving.
         let lead = follow.reference_offset - at.turn(follow.rear_axle - follow.base);
+        Self::behind(path, follow, at, lead)
+    }
+
+    /// The speed that a speed of 0 at a cusp or at the end counts as [m/s].
+    #[inline]
+    pub fn creep(follow: &Follow) -> f64 {
+        Self::CREEP * follow.arrival_distance
+    }
+
+    /// What `path` says `lead` [m] behind the point that `follow` has located.
+    #[inline]
+    pub fn behind(path: &PathView<'_>, follow: &Follow, at: &Located, lead: f64) -> Self {
         let segment = at.foot.segment;
         let arc = at.foot.arc_length(path) - lead;
         let end = path.section_end(segment);
@@ -41,7 +53,7 @@ impl Ahead {
             }
         };
         let reference_speed = path.speed().map(|speed| {
-            let creep = Self::CREEP * follow.arrival_distance;
+            let creep = Self::creep(follow);
             let magnitude = speed_beside(path, speed, end, arc, lead, creep);
             if at.reverse { -magnitude } else { magnitude }
         });

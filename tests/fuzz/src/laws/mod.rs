@@ -15,6 +15,7 @@ use popsteer_core::lateral::{
     BangBang, Handover, MonitorState, Pid, Place, Pop, PreviewPop, PurePursuit, Seen, Stanley,
     TrackerState,
 };
+use popsteer_core::path::Ahead;
 use popsteer_core::path::view::MAX_COORDINATE;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
 use popsteer_core::vehicle::state::{MAX_DT, MAX_YAW, checked_dt};
@@ -90,7 +91,7 @@ fn same<L: Subject>(a: &State<L>, b: &State<L>) -> bool {
         && (a.held_time, a.period, a.place) == (b.held_time, b.period, b.place)
         && (a.answer, a.estimator) == (b.answer, b.estimator)
         && a.monitor == b.monitor
-        && a.in_flight == b.in_flight
+        && (a.in_flight, a.past) == (b.in_flight, b.past)
 }
 
 /// A controller at work, with two states: one is stepped, the other steered, and they stay one.
@@ -213,6 +214,8 @@ impl<L: Subject> Life<L> {
             assert!(error.is_finite() && yaw.abs() <= PI, "{command:?}");
         }
         assert!(command.target.x.is_finite() && command.target.y.is_finite());
+        assert!(command.reference_speed.is_none_or(f64::is_finite));
+        assert!(command.distance_to_stop > f64::NEG_INFINITY);
         assert!(command.status.level() < Level::Fault);
         assert!(!command.status.contains(Status::INPUT_HELD));
         assert_eq!(
@@ -400,6 +403,16 @@ impl<L: Subject> Life<L> {
                 symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),
             ),
             reverse: bytes.byte() & 1 == 1,
+            ahead: Ahead {
+                reference_speed: Some(1.0),
+                distance_to_stop: f64::INFINITY,
+            },
+            vehicle: VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.0,
+                speed: 1.0,
+            },
         });
         let estimator = if bytes.byte() < 100 {
             self.state.estimator
@@ -425,6 +438,7 @@ impl<L: Subject> Life<L> {
             }),
             answer,
             in_flight: self.draw_in_flight(bytes, &estimator.estimate),
+            past: None,
             estimator,
             monitor: draw_monitor(bytes).or(self.state.monitor),
         })
