@@ -85,6 +85,9 @@ class Limits(NamedTuple):
         for step in steps:
             step.least, step.most = least, most
             step.low, step.high = self.low, self.high
+            # Where there is no end, none is held.
+            if step.held_move() in (-inf, inf):
+                step.held = Held()
             if curvature + least >= self.high - rounding:
                 step.force(Side.LOW)
                 curvature += least

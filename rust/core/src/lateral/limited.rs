@@ -353,6 +353,10 @@ impl Limits {
             step.turn = turn;
             (step.least, step.most) = (least, most);
             (step.low, step.high) = (self.low, self.high);
+            // Where there is no end, none is held.
+            if step.held_move().is_some_and(f64::is_infinite) {
+                step.held = Held::default();
+            }
             if curvature + least >= self.high - rounding {
                 step.force(Side::Low);
                 curvature += least;
