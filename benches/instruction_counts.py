@@ -34,6 +34,8 @@ CALLS = (
     "pop-late steer",
     "preview-pop steer",
     "preview-pop step",
+    "preview-pop-free steer",
+    "preview-pop-slow steer",
     "preview-pop-late steer",
     "pid steer",
     "pure-pursuit steer",

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::Criterion;
-use popsteer_bench::{Course, Drive, LATE, WAYPOINTS};
+use popsteer_bench::{Course, Drive, FREE, LATE, SLOW, WAYPOINTS};
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
@@ -39,6 +39,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let preview_pop = PreviewPopParams::DEFAULT;
     let law = PreviewPop::new(car, preview_pop)?;
     bench_law(each, &course, "preview-pop", law);
+    let law = PreviewPop::new(FREE, preview_pop)?;
+    bench_law(each, &course, "preview-pop-free", law);
+    let law = PreviewPop::new(SLOW, preview_pop)?;
+    bench_law(each, &course, "preview-pop-slow", law);
     let law = PreviewPop::new(LATE, preview_pop)?;
     bench_law(each, &course, "preview-pop-late", law);
     let law = Pid::new(car, PidParams::DEFAULT)?;

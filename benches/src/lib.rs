@@ -26,6 +26,20 @@ pub const LATE: Vehicle = Vehicle {
     ..Vehicle::DEFAULT
 };
 
+/// A vehicle that no limit holds on the course: what preview POP costs where it need not plan anew.
+pub const FREE: Vehicle = Vehicle {
+    max_lateral_acceleration: None,
+    max_steer_rate: Some(10.0),
+    ..Vehicle::DEFAULT
+};
+
+/// A vehicle that its limits hold at every step of the course.
+pub const SLOW: Vehicle = Vehicle {
+    max_lateral_acceleration: Some(2.0),
+    max_steer_rate: Some(0.1),
+    ..Vehicle::DEFAULT
+};
+
 /// How far the course swings to either side of its circle [m].
 const SWING: f64 = 3.0;
 

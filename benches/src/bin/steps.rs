@@ -9,7 +9,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::io::{Write, stdout};
 
-use popsteer_bench::{Course, Drive, LATE, WAYPOINTS};
+use popsteer_bench::{Course, Drive, FREE, LATE, SLOW, WAYPOINTS};
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
@@ -55,6 +55,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         "pop-late" => take_steps(&course, Pop::new(LATE, pop)?, call, steps),
         "preview-pop" => take_steps(&course, PreviewPop::new(car, preview_pop)?, call, steps),
+        "preview-pop-free" => {
+            take_steps(&course, PreviewPop::new(FREE, preview_pop)?, call, steps);
+        }
+        "preview-pop-slow" => {
+            take_steps(&course, PreviewPop::new(SLOW, preview_pop)?, call, steps);
+        }
         "preview-pop-late" => {
             take_steps(&course, PreviewPop::new(LATE, preview_pop)?, call, steps);
         }

@@ -215,3 +215,33 @@ fn test_limits_that_do_not_bind_change_no_bit() {
         assert_eq!(first.to_bits(), second.to_bits());
     }
 }
+
+#[test]
+fn test_wheels_at_their_stop_are_held_by_the_angle_whatever_the_last_plan_reached() {
+    let path = straight();
+    let car = Vehicle {
+        max_steer: 0.25,
+        ..car(0.4)
+    };
+    let tracker = Tracker::new(
+        PreviewPop::new(car, PreviewPopParams::DEFAULT).unwrap(),
+        None,
+    )
+    .unwrap();
+    // Far to the right of the path, heading away from it.
+    let vehicle = VehicleState {
+        x: 20.0,
+        y: -3.0,
+        yaw: -1.5,
+        speed: 5.0,
+    };
+    for code in 0..8 {
+        let mut state = tracker.state_from(0.25).unwrap();
+        state.law.reached_limits = (0..20).fold(0, |bits, _| bits << 3 | code);
+        let command = tracker
+            .step(&path.view(), &mut state, vehicle, 0.05)
+            .unwrap();
+        assert!((command.steer - 0.25).abs() < 1e-12, "{code} {command:?}");
+        assert_eq!(command.status, Status::SATURATED, "{code}");
+    }
+}

@@ -87,6 +87,27 @@ class Travel:
             commanded=commanded,
         )
 
+    def before_commanded(self, state: Predicted, turn: float, drift: float) -> Predicted:
+        """Return the state after this step, without what the curvature commanded on it adds."""
+        moved = drift - 0.5 * self.step * turn
+        return Predicted(
+            state.error
+            + (self.step * state.heading + (self.error_by_driven * state.driven + moved)),
+            (state.heading - turn) + self.heading_by_driven * state.driven,
+            self.kept * state.driven,
+            state.commanded,
+        )
+
+    def added(self) -> Predicted:
+        """Return what a curvature of 1, commanded on the step before, adds to that."""
+        return Predicted(
+            self.error_by_told
+            + (self.step * self.heading_by_told + self.error_by_driven * self.taken),
+            self.heading_by_told + self.heading_by_driven * self.taken,
+            self.kept * self.taken,
+            0.0,
+        )
+
 
 class Predicted(NamedTuple):
     """A state of the prediction."""
@@ -116,9 +137,22 @@ class BestMove(NamedTuple):
 
     def commanded(self, state: Predicted) -> float:
         """Return the curvature that is best commanded in `state` [1/m]."""
-        return self.left * state.commanded - (
-            (self.e * state.error + self.p * state.heading)
-            + (self.a * state.driven + self.constant)
+        return self.left * state.commanded - self.pull(state)
+
+    def pull(self, state: Predicted) -> float:
+        """Return what of it is not of the curvature commanded already, with the sign changed."""
+        return (self.e * state.error + self.p * state.heading) + (
+            self.a * state.driven + self.constant
+        )
+
+    def left_after(self, travel: Travel) -> float:
+        """Return what of a curvature commanded on the last step is left in the next one.
+
+        Where the state does not hold what it has added.
+        """
+        return self.left - (
+            (self.e * travel.error_by_told + self.p * travel.heading_by_told)
+            + self.a * travel.taken
         )
 
 

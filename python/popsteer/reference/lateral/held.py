@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
 
-from popsteer.reference.lateral.cost_to_go import BestMove
+from popsteer.reference.lateral.cost_to_go import BestMove, Predicted
 
 __all__ = ["CODES", "Held", "Side", "Step", "first_stop", "later"]
 
@@ -49,6 +49,7 @@ def later(reached: int) -> int:
 
 _FREE = Held()
 _NO_MOVE = BestMove(0.0, 0.0, 0.0, 0.0, 0.0)
+_NOWHERE = Predicted(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass
@@ -62,6 +63,7 @@ class Step:
     low: float = 0.0
     high: float = 0.0
     forced: bool = False
+    state: Predicted = _NOWHERE
     policy: BestMove = _NO_MOVE
     target: float | None = None
     best: float = 0.0

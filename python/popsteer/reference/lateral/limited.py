@@ -9,10 +9,12 @@ commanded, c_{k+1} = c_k + u_k::
 with the state x_{k+1} that `Travel.after` predicts from x_k and c_{k+1}. It is solved by an active
 set: the limits that are reached are held as given, the backward recursion gives the best of the
 other moves, and which limits are held is put right until nothing changes. A *pass* is one such
-recursion. Most passes change the whole set at once, as the moves cut to their limits show it; once
-that fails to lower the cost, one limit at a time is added, or those that keep the cost up are
-released, which lowers it at every pass (Nocedal and Wright, *Numerical Optimization*, section
-16.5).
+recursion. The first holds what the guess says. Most of the others decide what to hold on the way
+back, by what the moves exceed along the best plan so far, as control-limited differential dynamic
+programming does (Tassa, Mansard and Todorov, 2014), which changes the whole set at once. A pass
+whose plan costs more is gone a part of the way. Once that fails to lower the cost as well, one
+limit at a time is added, or those that keep the cost up are released, which lowers it at every
+pass (Nocedal and Wright, *Numerical Optimization*, section 16.5).
 """
 
 from __future__ import annotations
@@ -32,12 +34,24 @@ __all__ = ["Horizon", "Limits", "Plan", "Reached", "later"]
 
 MAX_PASSES = 40
 """The most passes of a plan; after them the best plan so far is taken."""
-TRIES = 2
-"""Passes that may fail to lower the cost; after them limits are added one at a time."""
+SHORTENED = 2
+"""How often a pass that does not lower the cost is gone a part of the way; after that limits are
+added one at a time."""
 ROUNDING = 1e-10
 """Shares of the largest move that are rounding: a limit that is exceeded by less is kept."""
 SAME_COST = 1e-12
 """A cost that is lower by no more than this share is not lower."""
+
+
+class Way(enum.Enum):
+    """How a pass finds which limits to hold."""
+
+    GUESS = enum.auto()
+    """Those of the guess."""
+    ALONG = enum.auto()
+    """Those that the moves exceed along the best plan so far."""
+    ONE_BY_ONE = enum.auto()
+    """Those of the last pass, with one more, or without those that keep the cost up."""
 
 
 class Reached(enum.Enum):
@@ -85,6 +99,9 @@ class Limits(NamedTuple):
         for step in steps:
             step.least, step.most = least, most
             step.low, step.high = self.low, self.high
+            # Where there is no end, none is held.
+            if step.held_move() in (-inf, inf):
+                step.held = Held()
             if curvature + least >= self.high - rounding:
                 step.force(Side.LOW)
                 curvature += least
@@ -133,19 +150,30 @@ class Horizon:
         return moves[::-1], cost
 
     def keeps(self, moves: list[BestMove], start: Predicted, limits: Limits) -> bool:
-        """Tell whether `moves` from `start` keep to `limits`, that of the first move apart."""
-        state, most = start, inf
-        for best, turn in zip(moves, self.turns, strict=True):
-            following = best.commanded(state)
-            if not abs(following - state.commanded) <= most:
-                return False
-            if not limits.low <= following <= limits.high:
-                return False
-            state = self.travel.after(state._replace(commanded=following), turn, self.drift)
-            most = limits.later
-        return True
+        """Tell whether `moves` from `start` keep to `limits`, that of the first move apart.
 
-    def limited(  # noqa: C901 - a loop over passes, as in the twin
+        As in the twin, where each step costs this: the state is carried without what the present
+        curvature adds to it, and the next curvature waits for little else than the present one.
+        """
+        travel = self.travel
+        state = travel.before_commanded(start, self.turns[0], self.drift)
+        present = moves[0].commanded(start)
+        kept = limits.low <= present <= limits.high
+        added = travel.added()
+        for best, turn in zip(moves[1:], self.turns[1:], strict=True):
+            following = best.left_after(travel) * present - best.pull(state)
+            kept = kept and abs(following - present) <= limits.later
+            kept = kept and limits.low <= following <= limits.high
+            state = travel.before_commanded(state, turn, self.drift)
+            state = state._replace(
+                error=state.error + added.error * present,
+                heading=state.heading + added.heading * present,
+                driven=state.driven + added.driven * present,
+            )
+            present = following
+        return kept
+
+    def limited(  # noqa: C901, PLR0912 - a loop over passes, as in the twin
         self, start: Predicted, limits: Limits, guess: int = 0
     ) -> Plan:
         """Return the best plan from `start` within `limits`.
@@ -161,9 +189,12 @@ class Horizon:
             steps.append(Step(turn, CODES[code] if code < len(CODES) else Held()))
             guess >>= 3
         rounding = limits.begin(start.commanded, steps) * ROUNDING
-        best_cost, tries = inf, 0
+        best_cost, way, shortened = inf, Way.GUESS, 0
         for count in range(1, MAX_PASSES + 1):
-            self._recur(steps)
+            if way is Way.ALONG:
+                self._recur_along(start, steps)
+            else:
+                self._recur(steps)
             cost = self._roll_cut(start, steps)
             if all(step.next_held == step.held for step in steps):
                 return _plan(steps, [step.next for step in steps], count, cut_short=False)
@@ -172,18 +203,23 @@ class Horizon:
                 for step in steps:
                     step.best, step.best_held = step.next, step.next_held
                     step.held = step.next_held
+                if way is Way.GUESS:
+                    way = Way.ALONG
                 continue
             if self._roll_held(start, steps, rounding):
                 return _plan(steps, [step.next for step in steps], count, cut_short=False)
-            tries += 1
-            if tries <= TRIES:
-                for step in steps:
-                    step.held = step.next_held
-            elif tries == TRIES + 1:
-                for step in steps:
-                    step.held = step.best_held
-            else:
+            if way is Way.ONE_BY_ONE:
                 best_cost = self._go_on(start, steps, rounding)
+                continue
+            if shortened < SHORTENED:
+                shorter = self._shorten(start, steps, best_cost)
+                if shorter is not None:
+                    best_cost, way = shorter, Way.ALONG
+                    shortened += 1
+                    continue
+            way = Way.ONE_BY_ONE
+            for step in steps:
+                step.held = step.best_held
         return _plan(steps, [step.best for step in steps], MAX_PASSES, cut_short=True)
 
     def _recur(self, steps: list[Step]) -> None:
@@ -201,6 +237,27 @@ class Horizon:
                 after = cost.before_move_by(moved, self.stage)
             elif target is not None:
                 after = cost.before_move_to(target, self.move_cost, self.stage)
+            else:
+                after = cost.before_best_move(self.move_cost, self.stage)
+
+    def _recur_along(self, start: Predicted, steps: list[Step]) -> None:
+        """Backward along the best plan so far: the best moves, held where they exceed a limit."""
+        state = start
+        for step in steps:
+            step.state = state
+            state, _ = self._advance(state, step.best, step.turn)
+        after = self.stage
+        for step in reversed(steps):
+            cost = after.before(self.travel, step.turn, self.drift)
+            step.policy = cost.best_move(self.move_cost)
+            wanted = step.policy.commanded(step.state)
+            _, step.held = step.cut(step.state.commanded, wanted)
+            step.target = step.held_curvature()
+            moved = step.held_move()
+            if moved is not None:
+                after = cost.before_move_by(moved, self.stage)
+            elif step.target is not None:
+                after = cost.before_move_to(step.target, self.move_cost, self.stage)
             else:
                 after = cost.before_best_move(self.move_cost, self.stage)
 
@@ -250,6 +307,22 @@ class Horizon:
             right = right and step.next_held == step.held
             state, _ = self._advance(state, step.next, step.turn)
         return right
+
+    def _shorten(self, start: Predicted, steps: list[Step], best_cost: float) -> float | None:
+        """Go a part of the way from the best plan to the next one, with the moves cut.
+
+        Where that costs less than `best_cost`; returns the cost then.
+        """
+        share = 0.5
+        while share > 0.05:
+            cost = self._cost_along(start, steps, share, cut=True)
+            if cost < best_cost * (1.0 - SAME_COST):
+                for step in steps:
+                    step.best, step.held = step.trial, step.trial_held
+                    step.best_held = step.held
+                return cost
+            share *= 0.5
+        return None
 
     def _go_on(self, start: Predicted, steps: list[Step], rounding: float) -> float:
         """Go from the best plan towards the next one, which costs less without the limits.

@@ -44,7 +44,7 @@ impl Travel {
 }
 
 /// A state of the prediction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Predicted {
     /// Cross-track error [m].
     pub error: f64,
@@ -79,6 +79,40 @@ impl Travel {
     }
 }
 
+impl Travel {
+    /// The state after this step from `state`, without what the curvature that is commanded on the
+    /// way adds to it.
+    #[inline]
+    pub(super) fn before_commanded(&self, state: &Predicted, turn: f64, drift: f64) -> Predicted {
+        let moved = drift - 0.5 * self.step * turn;
+        let Predicted {
+            error,
+            heading,
+            driven,
+            commanded,
+        } = *state;
+        Predicted {
+            error: error + (self.step * heading + (self.error_by_driven * driven + moved)),
+            heading: (heading - turn) + self.heading_by_driven * driven,
+            driven: self.kept * driven,
+            commanded,
+        }
+    }
+
+    /// What a curvature of 1, commanded on the way of the step before, adds to
+    /// [`before_commanded`](Self::before_commanded).
+    #[inline]
+    pub(super) fn added(&self) -> Predicted {
+        Predicted {
+            error: self.error_by_told
+                + (self.step * self.heading_by_told + self.error_by_driven * self.taken),
+            heading: self.heading_by_told + self.heading_by_driven * self.taken,
+            driven: self.kept * self.taken,
+            commanded: 0.0,
+        }
+    }
+}
+
 /// The best move of the wheels in a state: the curvature that is commanded next is
 /// `left * commanded - (e * error + p * heading + a * driven + constant)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -95,9 +129,22 @@ impl BestMove {
     /// The curvature that is best commanded in `state` [1/m].
     #[inline]
     pub fn commanded(&self, state: &Predicted) -> f64 {
-        self.left * state.commanded
-            - ((self.e * state.error + self.p * state.heading)
-                + (self.a * state.driven + self.constant))
+        self.left * state.commanded - self.pull(state)
+    }
+
+    /// What of it is not of the curvature that is commanded already, with the sign changed.
+    #[inline]
+    pub(super) fn pull(&self, state: &Predicted) -> f64 {
+        (self.e * state.error + self.p * state.heading) + (self.a * state.driven + self.constant)
+    }
+
+    /// What of a curvature commanded on the way of the last step is left in the next one, where
+    /// the state does not hold what it has added.
+    #[inline]
+    pub(super) fn left_after(&self, travel: &Travel) -> f64 {
+        self.left
+            - ((self.e * travel.error_by_told + self.p * travel.heading_by_told)
+                + self.a * travel.taken)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What holds the moves of a plan while it is made: the set of [`limited`](super::limited).
 
-use super::cost_to_go::BestMove;
+use super::cost_to_go::{BestMove, Predicted};
 
 /// The limits that a plan reaches, three bits a step: what the next plan starts from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,6 +82,8 @@ pub(super) struct Step {
     /// Whether the move is given: the curvature is on its way back into its limits.
     pub forced: bool,
     pub held: Held,
+    /// Before the move, along the best plan so far.
+    pub state: Predicted,
     pub policy: BestMove,
     /// The curvature that the step has to lead to.
     pub target: Option<f64>,

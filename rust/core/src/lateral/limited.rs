@@ -11,10 +11,13 @@
 //! with the state `x_{k+1}` that [`Travel::after`] predicts from `x_k` and `c_{k+1}`. It is solved
 //! by an active set: the limits that are reached are held as given, the backward recursion gives
 //! the best of the other moves, and which limits are held is put right until nothing changes. A
-//! *pass* is one such recursion. Most passes change the whole set at once, as the moves cut to their
-//! limits show it; once that fails to lower the cost, one limit at a time is added,
-//! or those that keep the cost up are released, which lowers it at every pass (Nocedal and Wright,
-//! *Numerical Optimization*, section 16.5).
+//! *pass* is one such recursion. The first holds what the guess says. Most of the others decide
+//! what to hold on the way back, by what the moves exceed along the best plan so far, as
+//! control-limited differential dynamic programming does (Tassa, Mansard and Todorov, 2014), which
+//! changes the whole set at once. A pass whose plan costs more is gone a part of the way. Once that
+//! fails to lower the cost as well, one limit at a time is added, or those that keep the cost up
+//! are released, which lowers it at every pass (Nocedal and Wright, *Numerical Optimization*,
+//! section 16.5).
 
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::held::{Held, Side, Step, first_stop};
@@ -25,14 +28,26 @@ pub use super::held::ReachedLimits;
 /// The most passes of a plan; after them the best plan so far is taken.
 pub const MAX_PASSES: usize = 40;
 
-/// Passes that may fail to lower the cost; after them limits are added one at a time.
-const TRIES: usize = 2;
+/// How often a pass that does not lower the cost is gone a part of the way; after that limits are
+/// added one at a time.
+const SHORTENED: usize = 2;
 
 /// Shares of the largest move that are rounding: a limit that is exceeded by less is kept.
 const ROUNDING: f64 = 1e-10;
 
 /// A cost that is lower by no more than this share is not lower.
 const SAME_COST: f64 = 1e-12;
+
+/// How a pass finds which limits to hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Those of the guess.
+    Guess,
+    /// Those that the moves exceed along the best plan so far.
+    Along,
+    /// Those of the last pass, with one more, or without those that keep the cost up.
+    OneByOne,
+}
 
 /// What is planned: a prediction, and what its steps cost.
 #[derive(Clone, Copy, Debug)]
@@ -111,18 +126,32 @@ impl Horizon<'_> {
     }
 
     /// Whether `moves` from `start` keep to `limits`, that of the first move apart.
+    ///
+    /// Each step costs this; so the state is carried without what the present curvature adds to
+    /// it, and the next curvature waits for little else than the present one.
     #[inline]
     pub fn keeps(&self, moves: &[BestMove], start: Predicted, limits: &Limits) -> bool {
-        let mut state = start;
-        let mut most = f64::INFINITY;
-        let mut kept = true;
-        for (best, &turn) in moves.iter().zip(self.turns) {
-            let next = best.commanded(&state);
-            kept &= (next - state.commanded).abs() <= most;
-            kept &= limits.low <= next && next <= limits.high;
-            state.commanded = next;
-            state = self.travel.after(&state, turn, self.drift);
-            most = limits.later;
+        let within = |curvature: f64| limits.low <= curvature && curvature <= limits.high;
+        let [first, moves @ ..] = moves else {
+            return true;
+        };
+        let [turn, turns @ ..] = self.turns else {
+            return true;
+        };
+        let travel = &self.travel;
+        let mut state = travel.before_commanded(&start, *turn, self.drift);
+        let mut present = first.commanded(&start);
+        let mut kept = within(present);
+        let added = travel.added();
+        for (best, &turn) in moves.iter().zip(turns) {
+            let next = best.left_after(travel) * present - best.pull(&state);
+            kept &= (next - present).abs() <= limits.later;
+            kept &= within(next);
+            state = travel.before_commanded(&state, turn, self.drift);
+            state.error += added.error * present;
+            state.heading += added.heading * present;
+            state.driven += added.driven * present;
+            present = next;
         }
         kept
     }
@@ -151,9 +180,14 @@ impl Horizon<'_> {
         let scale = limits.begin(start.commanded, self.turns, steps);
         let rounding = scale * ROUNDING;
         let mut best_cost = f64::INFINITY;
-        let mut tries = 0;
+        let mut way = Way::Guess;
+        let mut shortened = 0;
         for pass in 1..=most_passes {
-            self.recur(steps);
+            if way == Way::Along {
+                self.recur_along(start, steps);
+            } else {
+                self.recur(steps);
+            }
             let cost = self.roll_cut(start, steps);
             if steps.iter().all(|step| step.next_held == step.held) {
                 return plan(steps, |step| step.next, pass, false);
@@ -165,22 +199,29 @@ impl Horizon<'_> {
                     step.best_held = step.next_held;
                     step.held = step.next_held;
                 }
+                if way == Way::Guess {
+                    way = Way::Along;
+                }
                 continue;
             }
             if self.roll_held(start, steps, rounding) {
                 return plan(steps, |step| step.next, pass, false);
             }
-            tries += 1;
-            if tries <= TRIES {
-                for step in steps.iter_mut() {
-                    step.held = step.next_held;
-                }
-            } else if tries == TRIES + 1 {
-                for step in steps.iter_mut() {
-                    step.held = step.best_held;
-                }
-            } else {
+            if way == Way::OneByOne {
                 best_cost = self.go_on(start, steps, rounding);
+                continue;
+            }
+            if shortened < SHORTENED
+                && let Some(cost) = self.shorten(start, steps, best_cost)
+            {
+                best_cost = cost;
+                shortened += 1;
+                way = Way::Along;
+                continue;
+            }
+            way = Way::OneByOne;
+            for step in steps.iter_mut() {
+                step.held = step.best_held;
             }
         }
         plan(steps, |step| step.best, most_passes, true)
@@ -201,6 +242,28 @@ impl Horizon<'_> {
                     landing = target.map(|target| target - moved);
                     cost.before_move_by(moved, &self.stage)
                 }
+                (None, Some(target)) => cost.before_move_to(target, self.move_cost, &self.stage),
+                (None, None) => cost.before_best_move(self.move_cost, &self.stage),
+            };
+        }
+    }
+
+    /// Backward along the best plan so far: the best moves, each held where it exceeds a limit.
+    fn recur_along(&self, start: Predicted, steps: &mut [Step]) {
+        let mut state = start;
+        for step in steps.iter_mut() {
+            step.state = state;
+            self.advance(&mut state, step.best, step.turn);
+        }
+        let mut after = self.stage;
+        for step in steps.iter_mut().rev() {
+            let cost = after.before(&self.travel, step.turn, self.drift);
+            step.policy = cost.best_move(self.move_cost);
+            let wanted = step.policy.commanded(&step.state);
+            (_, step.held) = step.cut(step.state.commanded, wanted);
+            step.target = step.held_curvature();
+            after = match (step.held_move(), step.target) {
+                (Some(moved), _) => cost.before_move_by(moved, &self.stage),
                 (None, Some(target)) => cost.before_move_to(target, self.move_cost, &self.stage),
                 (None, None) => cost.before_best_move(self.move_cost, &self.stage),
             };
@@ -261,6 +324,25 @@ impl Horizon<'_> {
             self.advance(&mut state, step.next, step.turn);
         }
         right
+    }
+
+    /// Goes a part of the way from the best plan to the next one, with the moves cut to their
+    /// limits, where that costs less than `best_cost`; the cost then.
+    fn shorten(&self, start: Predicted, steps: &mut [Step], best_cost: f64) -> Option<f64> {
+        let mut share = 0.5;
+        while share > 0.05 {
+            let cost = self.cost_along(start, steps, share, true);
+            if cost < best_cost * (1.0 - SAME_COST) {
+                for step in steps {
+                    step.best = step.trial;
+                    step.held = step.trial_held;
+                    step.best_held = step.held;
+                }
+                return Some(cost);
+            }
+            share *= 0.5;
+        }
+        None
     }
 
     /// Goes from the best plan towards the next one, which costs less without the limits: until a
@@ -353,6 +435,10 @@ impl Limits {
             step.turn = turn;
             (step.least, step.most) = (least, most);
             (step.low, step.high) = (self.low, self.high);
+            // Where there is no end, none is held.
+            if step.held_move().is_some_and(f64::is_infinite) {
+                step.held = Held::default();
+            }
             if curvature + least >= self.high - rounding {
                 step.force(Side::Low);
                 curvature += least;
