@@ -11,20 +11,13 @@ Python, no part of popsteer.
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
-import os
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
 import popsteer
-from benches.tables import ROOT, replace_block
-from popsteer import sim, tracks, vehicles
-from popsteer.files import write_text_atomic
+from benches.tables import ROOT
 from tests.closed_loop.chain import Chain
 
 if TYPE_CHECKING:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from tests.closed_loop.page import table
 
 from tests.closed_loop.cars_loop import (
     CONTROLLERS,
@@ -15,7 +16,6 @@ from tests.closed_loop.cars_loop import (
     recorded,
     staircase,
 )
-from tests.closed_loop.page import table
 
 # What version 0.1.0 came to in the same loops: mean and largest error [m]. PID, whose derivative
 # takes up the localisation's noise, has no bound there.

@@ -69,7 +69,11 @@ def test_same_path_at_every_step_changes_nothing(
 ) -> None:
     car = CAR if vehicle == "late" else popsteer.Vehicle(wheelbase=2.7)
     circle = [(20.0 * math.sin(0.1 * k), 20.0 - 20.0 * math.cos(0.1 * k)) for k in range(62)]
-    path = {"course": COURSE.whole(), "cusps": _cusps(), "closed": popsteer.Path(circle, closed=True)}
+    path = {
+        "course": COURSE.whole(),
+        "cusps": _cusps(),
+        "closed": popsteer.Path(circle, closed=True),
+    }
     path = path[way]
     adapt = popsteer.AdaptParams() if vehicle == "late" else None
     still, swapped = (_make(name, path, car, adapt=adapt) for _ in range(2))

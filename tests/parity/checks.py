@@ -208,6 +208,7 @@ BAD_TAILS: list[dict[str, Any]] = [
         {"past_wheel": 0.0, "past_angles": ((0.0, 0.1), each)}
         for each in ((NAN, 0.1), (1.6, 0.1), (0.1, NAN), (0.1, -0.1), (0.1, 2e6))
     ),
+    *(
         {"monitor": (*_WATCHED[:place], *(fields["part"],), *_WATCHED[place + 1 :])}
         for place, bounds in (
             (0, (0.5 * math.pi, 1e6, 1e100)),

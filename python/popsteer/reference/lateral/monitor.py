@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Monitor", "MonitorParams", "MonitorState", "Measured"]
+__all__ = ["Measured", "Monitor", "MonitorParams", "MonitorState"]
 
 WINDOW = 1.0
 """Time over which turns are compared [s]."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.errors import InputError
 from popsteer.reference.error import input_in_range
 from popsteer.reference.math import PI
 from popsteer.reference.vehicle.past import MAX_POSE_AGE

@@ -26,10 +26,10 @@ from popsteer.reference.lateral import (
     check_steer,
 )
 from popsteer.reference.lateral.missed import elapse, miss
-from popsteer.reference.lateral.replan import find_place, goes_on
-from popsteer.reference.lateral.predict import instants, predict, standing
-from popsteer.reference.lateral.reported import Reported
 from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams, MonitorState
+from popsteer.reference.lateral.predict import instants, predict, standing
+from popsteer.reference.lateral.replan import find_place, goes_on
+from popsteer.reference.lateral.reported import Reported
 from popsteer.reference.lateral.tracker_state import (
     Answer,
     Place,
