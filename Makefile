@@ -31,7 +31,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix fuzz soak wheel clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages fuzz soak wheel clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -53,7 +53,7 @@ test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
 	cargo test --manifest-path tests/fuzz/Cargo.toml --target-dir target/fuzz --locked
 
 test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
-	$(PY) -m pytest
+	$(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 lint: $(VENV)/.dev ## check format, lints, types and stubs
 	cargo fmt --all --check
@@ -81,6 +81,9 @@ matrix: $(VENV)/.dev ## laws, plants and tracks side by side; write README's tab
 		--plants carla-identified,kinematic-bicycle,commonroad-mb-2,mujoco-car \
 		--tracks racetrack,double-lane-change,slalom --constant-speed 10 --start-offset 1 --out $(MATRIX)
 	$(PY) -m benches.matrix_table $(MATRIX)
+
+pages: $(VENV)/.dev ## drive what the tables of docs/ show; rewrite them
+	$(PY) -m tests.pages
 
 fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
 	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)

@@ -170,7 +170,7 @@ def time_searches(
         before = law.state
         elapsed = time_of(partial(law.steer, x, y, yaw, SPEED, DT))
         law.state = before
-        if law.step(x, y, yaw, SPEED, DT).status is popsteer.Status.OFF_PATH:
+        if popsteer.Status.OFF_PATH in law.step(x, y, yaw, SPEED, DT).status:
             times["step while lost"].append(elapsed)
     for pose in places(xy, count, 3.0):
         times["relocalise"].append(time_of(partial(law.relocalise, *pose)))

@@ -67,6 +67,7 @@ from popsteer._core import (
     wrap,
 )
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
+from popsteer.prediction import Prediction
 from popsteer.status import Status
 
 __all__ = [
@@ -92,6 +93,7 @@ __all__ = [
     "PopParams",
     "PopState",
     "PopsteerError",
+    "Prediction",
     "PreviewPop",
     "PreviewPopParams",
     "PreviewPopState",

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
 from popsteer.plants.protocol import PythonPlant
+from popsteer.prediction import Prediction
 from popsteer.status import Status
 
 __all__ = [
@@ -64,7 +65,7 @@ __all__ = [
 _Floats: TypeAlias = NDArray[np.float64]
 _Point: TypeAlias = tuple[float, float]
 _Numbers: TypeAlias = tuple[float, float, float, float]
-_Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool]
+_Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool, tuple[float | None, float], _Numbers]
 _Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
 _State: TypeAlias = (
     PopState | PreviewPopState | PidState | PurePursuitState | StanleyState | BangBangState
@@ -167,6 +168,8 @@ class Command:
         predicted_heading_error: float,
         target: _Point,
         reverse: bool,
+        reference_speed: float | None,
+        distance_to_stop: float,
         status: Status,
     ) -> Self: ...
     @property
@@ -183,6 +186,10 @@ class Command:
     def target(self) -> _Point: ...
     @property
     def reverse(self) -> bool: ...
+    @property
+    def reference_speed(self) -> float | None: ...
+    @property
+    def distance_to_stop(self) -> float: ...
     @property
     def status(self) -> Status: ...
     def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
@@ -613,12 +620,18 @@ class PopState:
         previous_steer: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -642,6 +655,8 @@ class PopState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -650,9 +665,19 @@ class PopState:
     @property
     def held(self) -> int: ...
     @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    @property
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -695,14 +720,21 @@ class PreviewPopState:
         cls,
         *,
         previous_steer: float = ...,
+        reached_limits: int = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -722,9 +754,13 @@ class PreviewPopState:
     @property
     def previous_steer(self) -> float: ...
     @property
+    def reached_limits(self) -> int: ...
+    @property
     def waypoint(self) -> int | None: ...
     @property
     def measured_waypoint(self) -> int | None: ...
+    @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
     @property
     def steer(self) -> float: ...
     @property
@@ -734,9 +770,19 @@ class PreviewPopState:
     @property
     def held(self) -> int: ...
     @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    @property
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -785,12 +831,18 @@ class PidState:
         sum: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -822,6 +874,8 @@ class PidState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -830,9 +884,19 @@ class PidState:
     @property
     def held(self) -> int: ...
     @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    @property
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -877,12 +941,18 @@ class PurePursuitState:
         previous_alpha: float = ...,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -906,6 +976,8 @@ class PurePursuitState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -914,9 +986,19 @@ class PurePursuitState:
     @property
     def held(self) -> int: ...
     @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    @property
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -960,12 +1042,18 @@ class StanleyState:
         *,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -987,6 +1075,8 @@ class StanleyState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -995,9 +1085,19 @@ class StanleyState:
     @property
     def held(self) -> int: ...
     @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    @property
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -1041,12 +1141,18 @@ class BangBangState:
         *,
         waypoint: int | None = ...,
         measured_waypoint: int | None = ...,
+        place: tuple[float, float, float, float] | None = ...,
         steer: float = ...,
         handover_offset: float | None = ...,
         handover_left: float = ...,
         held: int = ...,
+        held_time: float = ...,
+        period: float = ...,
         wheel: float | None = ...,
         commands_in_flight: tuple[_Point, ...] = ...,
+        past_angles: tuple[_Point, ...] = ...,
+        past_wheel: float | None = ...,
+        past_since: float = ...,
         seen: _Numbers | None = ...,
         turn_turn: float = ...,
         turn_offset: float = ...,
@@ -1068,6 +1174,8 @@ class BangBangState:
     @property
     def measured_waypoint(self) -> int | None: ...
     @property
+    def place(self) -> tuple[float, float, float, float] | None: ...
+    @property
     def steer(self) -> float: ...
     @property
     def handover_offset(self) -> float | None: ...
@@ -1076,9 +1184,19 @@ class BangBangState:
     @property
     def held(self) -> int: ...
     @property
+    def held_time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    @property
     def wheel(self) -> float | None: ...
     @property
     def commands_in_flight(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_angles(self) -> tuple[_Point, ...]: ...
+    @property
+    def past_wheel(self) -> float | None: ...
+    @property
+    def past_since(self) -> float: ...
     @property
     def seen(self) -> _Numbers | None: ...
     @property
@@ -1125,11 +1243,42 @@ class Pop:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1166,11 +1315,42 @@ class PreviewPop:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1206,11 +1386,42 @@ class Pid:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1246,11 +1457,42 @@ class PurePursuit:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1286,11 +1528,42 @@ class Stanley:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1326,11 +1599,42 @@ class BangBang:
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> Self: ...
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command: ...
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
-    def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command: ...
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction: ...
     def relocalise(self, x: float, y: float, yaw: float) -> None: ...
     def reset(self, *, steer: float | None = None) -> None: ...
     def set_path(self, path: Path) -> None: ...
@@ -1368,6 +1672,8 @@ class CommandBatch:
         predicted_heading_error: _Floats,
         target: _Floats,
         reverse: NDArray[np.bool_],
+        reference_speed: _Floats,
+        distance_to_stop: _Floats,
         status: NDArray[np.uint32],
     ) -> Self: ...
     @property
@@ -1384,6 +1690,10 @@ class CommandBatch:
     def target(self) -> _Floats: ...
     @property
     def reverse(self) -> NDArray[np.bool_]: ...
+    @property
+    def reference_speed(self) -> _Floats: ...
+    @property
+    def distance_to_stop(self) -> _Floats: ...
     @property
     def status(self) -> NDArray[np.uint32]: ...
     def __len__(self) -> int: ...
@@ -1402,6 +1712,8 @@ class Batch:
         *,
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
+        applied_steer: ArrayLike | None = None,
+        pose_age: ArrayLike = 0.0,
     ) -> _Floats: ...
     def step(
         self,
@@ -1413,14 +1725,19 @@ class Batch:
         *,
         on_error: Literal["raise", "nan", "hold"] = "raise",
         hold_limit: int = 10,
+        applied_steer: ArrayLike | None = None,
+        pose_age: ArrayLike = 0.0,
     ) -> CommandBatch: ...
+    def set_path(
+        self, path: Path | Sequence[Path], *, vehicles: Sequence[int] | None = None
+    ) -> None: ...
     def reset(self) -> None: ...
     @property
     def states(self) -> list[_State]: ...
     def __len__(self) -> int: ...
     def __getnewargs__(self) -> tuple[_Law, int] | tuple[list[_Law]]: ...
-    def __getstate__(self) -> list[_State]: ...
-    def __setstate__(self, states: list[_State]) -> None: ...
+    def __getstate__(self) -> tuple[list[_State], list[Path | None]]: ...
+    def __setstate__(self, kept: tuple[list[_State], list[Path | None]]) -> None: ...
 
 @final
 class CoupledLongitudinalParams:

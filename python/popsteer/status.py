@@ -39,6 +39,9 @@ class Status(enum.IntFlag):
     """Degraded: the input was refused. The last command is held."""
     INPUT_LOST = 32
     """Fault: more inputs in a row were refused than are held. The last command stands; stop."""
+    PLAN_CUT_SHORT = 256
+    """Degraded: the best plan within the vehicle's limits was not found in the time that a step
+    may take. The command is that of the best plan found, which keeps them."""
 
     @property
     def level(self) -> Literal["ok", "degraded", "fault"]:

@@ -4,31 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-import popsteer
 from popsteer import AdaptParams, Vehicle, presets, sim, vehicles
 from popsteer.errors import ConfigError
-from popsteer.report.dead_time import error_text
-from popsteer.report.table import title_of
 from popsteer.sim import Noise, Settings
 from popsteer.study import DEAD_TIME_LAWS, DeadTimeRow, dead_times
-from tests.closed_loop.page import line, table
 from tests.closed_loop.paths import track
 from tests.closed_loop.rolling import Told
-from tests.helpers import authors_data
-
-RUNS = ("late", "predicted", "short", "long", "early", "later")
+from tests.pages.edges import RUNS, dead_time_lines, dead_time_rows
+from tests.pages.layout import table
 
 Rows = dict[str, DeadTimeRow]
 
 
 @pytest.fixture(scope="module", params=["racetrack", "authors"])
 def rows(request: pytest.FixtureRequest) -> tuple[str, Rows]:
-    if request.param == "racetrack":
-        found = dead_times(track("racetrack"))
-    else:
-        path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-        found = dead_times(path, start=(-183.8, 78.7, -1.574), start_at="front")
-    return request.param, {row.law: row for row in found}
+    return request.param, {row.law: row for row in dead_time_rows(request.param)}
 
 
 @pytest.mark.parametrize("law", DEAD_TIME_LAWS)
@@ -57,15 +47,7 @@ def test_dead_time_with_nothing_done_costs_more(rows: tuple[str, Rows], law: str
 
 def test_page_table_of_dead_times_is_what_is_driven(rows: tuple[str, Rows]) -> None:
     name, found = rows
-    lines = [
-        line(
-            title_of(row.law),
-            f"{row.prompt.mean_abs_cross_track_error:.3f}",
-            *(error_text(row, getattr(row, run)) for run in RUNS),
-        )
-        for row in found.values()
-    ]
-    assert table(f"dead time, {name}") == lines
+    assert table("edges.md", f"dead time, {name}") == dead_time_lines(found.values())
 
 
 def test_dead_time_without_adapting_costs_more_where_the_vehicle_is_wrong() -> None:

@@ -10,12 +10,11 @@ import pytest
 import popsteer
 from popsteer import InputError, Status, sim, vehicles
 from popsteer.errors import ConfigError, PathError
-from popsteer.report.edges import share_text
-from popsteer.report.table import title_of
 from popsteer.sim import Simulation
 from popsteer.study import EDGE_LAWS, EdgeRun, edge_tracks, edges
 from popsteer.study.edges import EDGE_PLANT, TOP_SPEED, TURNING_SPEED, edge_controller
-from tests.closed_loop.page import line, table
+from tests.pages.edges import edge_lines
+from tests.pages.layout import table
 
 Runs = dict[tuple[str, str], EdgeRun]
 
@@ -131,19 +130,7 @@ def test_edges_of_another_car_are_those_of_its_plant() -> None:
 
 
 def test_page_table_of_edges_is_what_is_driven(runs: Runs) -> None:
-    lines = [
-        line(
-            run.track,
-            title_of(run.law),
-            run.ending,
-            f"{run.time:.1f}",
-            f"{run.max_error:.2f}",
-            f"{math.degrees(run.max_jump):.1f}",
-            share_text(run),
-        )
-        for run in runs.values()
-    ]
-    assert table("edges") == lines
+    assert table("edges.md", "edges") == edge_lines(runs.values())
 
 
 def test_edges_of_nothing_or_of_an_unknown_law_is_refused() -> None:

@@ -11,9 +11,9 @@ import popsteer
 from popsteer import laws, presets, sim, vehicles
 from popsteer.report.table import title_of
 from popsteer.sim import Settings
-from tests.closed_loop.page import line, table
 from tests.closed_loop.paths import track
 from tests.helpers import authors_data
+from tests.pages.layout import line, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -117,7 +117,7 @@ def test_angle_past_the_end_keeps_within_twice_its_rms(name: str, course: str) -
 
 
 def test_page_table_of_the_end_is_what_is_driven() -> None:
-    assert table("end") == end_lines("racetrack")
+    assert table("edges.md", "end") == end_lines("racetrack")
 
 
 @pytest.mark.parametrize("course", ["authors", "racetrack"])

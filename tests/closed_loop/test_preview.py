@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import AdaptParams, PreviewPop, Vehicle, baselines, sim, tracks, vehicles
+from popsteer import AdaptParams, PreviewPop, Vehicle, baselines, sim, tracks
 from popsteer.sim import CarlaIdentified, Noise, Settings
 from tests.helpers import authors_data
+from tests.pages.layout import table
+from tests.pages.preview_pop import CAR, START, Misinformed, preview_lines
 
-START = (-183.797, 79.760, -1.574)
 PLANT = "carla-identified"
-CAR = vehicles.get(PLANT)
 QUICK = AdaptParams(turn_time=0.5)
 CONSTANT = AdaptParams(turn_time=0.0)
 LINE = popsteer.Path([(float(x), 0.0) for x in range(800)])
@@ -42,6 +42,11 @@ def test_preview_pop_on_authors_track_stays_within_the_figures(path: popsteer.Pa
     assert metrics.settled_max_abs_cross_track_error <= 0.06
     pop = sim.run(popsteer.Pop(path), start=START).metrics
     assert metrics.rms_steer_rate <= pop.rms_steer_rate
+
+
+def test_page_table_of_preview_pop_is_what_is_driven() -> None:
+    pytest.importorskip("osqp")
+    assert table("preview_pop.md", "preview") == preview_lines()
 
 
 def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(
@@ -98,26 +103,12 @@ def test_preview_pop_on_a_circle_with_a_wrong_wheelbase_adapts_the_offset_away()
     assert errors[1] < 0.2 * errors[0]
 
 
-class _Misinformed:
-    """The controller, given a wrong heading, and the pose of another point than it was told."""
-
-    def __init__(self, path: popsteer.Path, adapt: AdaptParams, told: dict[str, float]) -> None:
-        self.law = PreviewPop(path, CAR, adapt=adapt)
-        self.yaw, self.ahead = told.get("yaw", 0.0), told.get("ahead", 0.0)
-        self.tracked_point = self.ahead  # the errors are those of the point that it is given
-
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
-        x += self.ahead * math.cos(yaw)
-        y += self.ahead * math.sin(yaw)
-        return self.law.steer(x, y, yaw + self.yaw, speed, dt)
-
-
 @pytest.mark.parametrize("told", [{"yaw": 0.01}, {"ahead": 1.4}, {"ahead": -1.4}], ids=str)
 def test_preview_pop_told_a_wrong_heading_or_point_finds_it(
     path: popsteer.Path, told: dict[str, float]
 ) -> None:
     without, adapting = (
-        sim.run(_Misinformed(path, adapt, told), path=path, start=START).metrics
+        sim.run(Misinformed(PreviewPop(path, CAR, adapt=adapt), **told), start=START).metrics
         for adapt in (AdaptParams(slip_time=0.0), AdaptParams())
     )
     assert without.settled_mean_abs_cross_track_error >= 0.06

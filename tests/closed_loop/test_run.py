@@ -401,6 +401,16 @@ def test_progress_is_looked_at_every_tenth_of_a_second_whatever_a_step_takes() -
     assert shares == sorted(shares)
 
 
+def test_heading_errors_of_a_run_to_the_west_are_wrapped() -> None:
+    west = popsteer.Path([(-float(x), 0.0) for x in range(61)])
+    result = sim.run(popsteer.Stanley(west), start=(0.0, 0.5, 0.2 - math.pi))
+    yaw = result.records["yaw"]
+    expected = np.mod(yaw, 2.0 * math.pi) - math.pi
+    for name in ("heading_error", "rear_heading_error"):
+        assert np.abs(result.records[name] - expected).max() < 1e-9
+    assert abs(expected[0] - 0.2) < 1e-9
+
+
 def test_metrics_of_a_run_follow_from_its_records() -> None:
     result = sim.run(popsteer.Stanley(track("racetrack")))
     metrics, records = result.metrics, result.records

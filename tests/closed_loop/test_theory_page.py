@@ -4,90 +4,35 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
 
 import pytest
 
 import popsteer
-from popsteer import Vehicle, laws, presets, sim, tracks, vehicles
-from popsteer.study import (
-    LINEAR_LAWS,
-    carrot_offset,
-    driven_offset,
-    margins,
-    preview_offset,
-    stability,
-)
-from tests.closed_loop.rolling import Car, Told, critical_dead_time, driven_preview_offset
-from tests.helpers import ROOT
+from popsteer import Vehicle, laws, presets, vehicles
+from popsteer.study import LINEAR_LAWS, carrot_offset, margins, stability
+from tests.pages.layout import DOCS, table
+from tests.pages.theory import CAR, carrot_lines, choice_lines, late_line, margins_of
 
-if TYPE_CHECKING:
-    from popsteer.sim import OwnLaw
-
-PAGE = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
-CAR = vehicles.get("paper")
-TITLES = {laws.get(name).title: name for name in LINEAR_LAWS}
+PAGE = (DOCS / "theory.md").read_text(encoding="utf-8")
 
 
-def _table(name: str) -> dict[str, list[str]]:
-    """Rows of a table by their first cell, without its two rows of heads."""
-    text = PAGE.partition(f"<!-- table: {name} -->\n")[2].partition("\n\n")[0]
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()]
-    return {first: rest for first, *rest in rows[2:]}
-
-
-def test_page_table_of_margins_is_computed_and_driven() -> None:
-    table = _table("margins")
-    assert [TITLES[title] for title in table] == list(LINEAR_LAWS)
-    for title, cells in table.items():
-        name = TITLES[title]
-        told = Told(name, presets.get(name, "default"), CAR).in_small_signals()
-        for column, speed in enumerate((5.0, 10.0, 15.0, 20.0)):
-            computed = margins(told.params, CAR, speed).dead_time
-            assert cells[2 * column] == f"{1e3 * computed:.1f}"
-            driven = critical_dead_time(told, Car.of(CAR), speed, computed)
-            assert float(cells[2 * column + 1]) == pytest.approx(1e3 * driven, rel=1e-3, abs=0.1)
+@pytest.mark.parametrize("place", range(len(LINEAR_LAWS)))
+def test_page_table_of_margins_is_computed_and_driven(place: int) -> None:
+    name = LINEAR_LAWS[place]
+    title, *cells = (cell.strip() for cell in table("theory.md", "margins")[place].split("|")[1:-1])
+    assert title == laws.get(name).title
+    for column, (computed, driven) in enumerate(margins_of(name)):
+        assert cells[2 * column] == f"{computed:.1f}"
+        assert float(cells[2 * column + 1]) == pytest.approx(driven, rel=1e-3, abs=0.1)
 
 
 def test_page_table_of_offsets_is_computed_and_driven() -> None:
-    table = _table("carrot")
-    assert list(table) == ["15", "30", "60", "120"]
-    for radius, cells in table.items():
-        speed = math.sqrt(2.0 * float(radius))
-        for column, plant in enumerate(("kinematic-bicycle", "carla-identified")):
-            driven, distance = driven_offset(float(radius), plant, speed)
-            computed = carrot_offset(distance, float(radius), vehicles.get(plant), speed)
-            assert cells[2 * column : 2 * column + 2] == [f"{computed:.2f}", f"{driven:.2f}"]
+    assert table("theory.md", "carrot") == carrot_lines()
 
 
-class _Late:
-    """A controller whose commands are held back by some steps."""
-
-    def __init__(self, law: laws.Controller, steps: int) -> None:
-        self.path = law.path
-        self.tracked_point = law.tracked_point
-        self._law = law
-        self._in_flight = [0.0] * steps
-
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
-        self._in_flight.append(self._law.steer(x, y, yaw, speed, dt))
-        return self._in_flight.pop(0)
-
-
-@pytest.mark.parametrize("name", LINEAR_LAWS)
-def test_page_table_of_late_commands_is_driven(name: str) -> None:
-    cells = _table("late")[laws.get(name).title]
-    track = tracks.get("racetrack")
-    path = popsteer.Path(track.xy, speed=track.speed)
-    told = Told(name, presets.get(name, "default"), vehicles.get("carla-identified"))
-    for cell, milliseconds in zip(cells, (0, 50, 100, 150, 200, 300), strict=True):
-        law = told.on(path)
-        late: OwnLaw = _Late(law, milliseconds // 50)
-        metrics = sim.run(late, path=path).metrics
-        if cell == "off the road":
-            assert not metrics.finished
-        else:
-            assert cell == f"{metrics.settled_mean_abs_cross_track_error:.3f}"
+@pytest.mark.parametrize("place", range(len(LINEAR_LAWS)))
+def test_page_table_of_late_commands_is_driven(place: int) -> None:
+    assert table("theory.md", "late")[place] == late_line(LINEAR_LAWS[place])
 
 
 def test_page_margins_of_the_identified_plant_are_computed() -> None:
@@ -116,21 +61,10 @@ def test_page_choice_of_the_lookahead_is_computed() -> None:
 
 
 def test_page_table_of_the_choice_is_computed_and_driven() -> None:
-    table = _table("choice")
-    assert list(table) == ["0.05", "0.25", "1"]
-    assert float(list(table)[1]) == popsteer.PreviewPopParams().resolved(CAR).steer_rate_cost
-    for cost, (dead_time, *cells) in table.items():
-        params = popsteer.PreviewPopParams(steer_rate_cost=float(cost))
-        assert dead_time == f"{1e3 * margins(params, CAR, 15.0).dead_time:.0f}"
-        wanted = []
-        for share in (1.0, 1.15, 0.85):
-            believed = CAR.replace(turning_wheelbase=share * 3.0)
-            told = Told("preview-pop", params, believed, adapt=None)
-            wanted += [
-                preview_offset(params, CAR, 50.0, 15.0, believed=believed, adapt=None),
-                driven_preview_offset(told, Car.of(CAR), 50.0, 15.0),
-            ]
-        assert cells == [f"{value:.3f}".replace("-", "−") for value in wanted]
+    rows = table("theory.md", "choice")
+    default = popsteer.PreviewPopParams().resolved(CAR).steer_rate_cost
+    assert rows[1].startswith(f"| {default:g} |")
+    assert rows == choice_lines()
 
 
 @pytest.mark.parametrize("speed", [8.0, 15.0, 25.0])
@@ -159,4 +93,4 @@ def test_page_estimate_of_the_dead_time_is_within_a_fifth(speed: float) -> None:
 def test_page_shows_its_figures_on_both_backgrounds(name: str) -> None:
     for suffix in ("", "-dark"):
         assert f"figures/{name}{suffix}.png" in PAGE
-        assert (ROOT / "docs" / "figures" / f"{name}{suffix}.png").is_file()
+        assert (DOCS / "figures" / f"{name}{suffix}.png").is_file()

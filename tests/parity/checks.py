@@ -153,6 +153,7 @@ def _spoilt(field_name: str, good: tuple[float, ...], bounds: Sequence[float]) -
 
 
 _SIGHT = (0.5, 0.1, 1.0, 0.0)
+_AHEAD = (None, INF)
 _SUMS = ("turn_offset", "turn_measured", "offset_measured")
 # What no state remembers beside the law's own, of the default vehicle.
 BAD_TAILS: list[dict[str, Any]] = [
@@ -160,6 +161,9 @@ BAD_TAILS: list[dict[str, Any]] = [
     *_beyond("steer", -1.22, 1.22),
     *({**fields, "handover_left": 0.5} for fields in _beyond("handover_offset", -2.59, 2.59)),
     *_beyond("handover_left", 0.0, 1.0),
+    *_spoilt("place", (0.0, 0.0, 0.0, 1.0), (4e9,) * 4),
+    *_beyond("held_time", 0.0, 1e3),
+    *_beyond("period", 0.0, 1e3),
     *_spoilt("seen", (0.0, 0.0, 0.0, 1.0), (2e9, 2e9, 1e6, 1e4)),
     *(
         fields
@@ -175,13 +179,28 @@ BAD_TAILS: list[dict[str, Any]] = [
     *_beyond("slip_length", -3.0, 3.0),
     *_beyond("acceleration", -60.0, 60.0),
     *(
-        {"answer": (*([fields["seen"], _SIGHT][::turn]), (1.0, 2.0), False)}
+        {"answer": (*([fields["seen"], _SIGHT][::turn]), (1.0, 2.0), False, _AHEAD, _SIGHT)}
         for fields in _spoilt("seen", _SIGHT, (4e9, 2e6, 4e9, 4e9))
         for turn in (1, -1)
     ),
     *(
-        {"answer": (_SIGHT, _SIGHT, fields["target"], True)}
+        {"answer": (_SIGHT, _SIGHT, fields["target"], True, _AHEAD, _SIGHT)}
         for fields in _spoilt("target", (1.0, 2.0), (4e9, 4e9))
+    ),
+    *(
+        {"answer": (_SIGHT, _SIGHT, (1.0, 2.0), True, ahead, _SIGHT)}
+        for ahead in ((NAN, 1.0), (2.1e4, 1.0), (-2.1e4, 1.0), (1.0, NAN), (1.0, -INF), (1.0, 2e18))
+    ),
+    *(
+        {"answer": (_SIGHT, _SIGHT, (1.0, 2.0), True, _AHEAD, fields["vehicle"])}
+        for fields in _spoilt("vehicle", (0.0, 0.0, 0.0, 1.0), (1e9, 1e9, 1e6, 1e4))
+    ),
+    *_beyond("past_wheel", -0.5 * math.pi, 0.5 * math.pi),
+    *({"past_wheel": 0.0, **fields} for fields in _beyond("past_since", 0.0, 1e6)),
+    {"past_wheel": 0.0, "past_angles": ((0.0, 0.1),) * 131},
+    *(
+        {"past_wheel": 0.0, "past_angles": ((0.0, 0.1), each)}
+        for each in ((NAN, 0.1), (1.6, 0.1), (0.1, NAN), (0.1, -0.1), (0.1, 2e6))
     ),
     # The first in the order of the check is the one named.
     {"waypoint": 99, "measured_waypoint": 99, "steer": NAN, "handover_left": NAN, "gain": NAN},
@@ -208,7 +227,13 @@ def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) 
     for fields in (
         *({}, {"waypoint": None}, {"waypoint": 0}, {"waypoint": 29}, {"held": -1}),
         *({"handover_left": -0.0}, {"handover_offset": 0.1}, {"handover_left": 0.5}),
-        {"answer": (_SIGHT, _SIGHT, (1.0, 2.0), True), "seen": _SIGHT, "measured_waypoint": 3},
+        {"place": (1.0, 2.0, 3.0, 4.0), "held_time": 0.3, "period": 0.1},
+        {
+            "answer": (_SIGHT, _SIGHT, (1.0, 2.0), True, (-2.0, 3.0), _SIGHT),
+            "seen": _SIGHT,
+            "measured_waypoint": 3,
+        },
+        {"past_wheel": 0.1, "past_angles": ((0.2, 0.3), (0.1, 0.5)), "past_since": 0.05},
         {"wheel": 0.1, "commands_in_flight": ((5.0, 9.0),) * 300 if not law.predicts else ()},
     ):
         assert pair.set_state(make(law.state_name, **{**good, **fields}))

@@ -25,13 +25,14 @@ ALONE = {
             *("CommandBatch.steer", "CommandBatch.cross_track_error", "CommandBatch.heading_error"),
             *("CommandBatch.predicted_cross_track_error", "CommandBatch.predicted_heading_error"),
             *("CommandBatch.target", "CommandBatch.reverse", "CommandBatch.status"),
+            *("CommandBatch.reference_speed", "CommandBatch.distance_to_stop"),
         ],
         "many vehicles at once, which tests/unit/test_batch.py holds to single steps",
     ),
 }
 # The same objects on both sides, or no callables.
 SHARED = {
-    *("ConfigError", "InputError", "PathError", "PopsteerError", "Status"),
+    *("ConfigError", "InputError", "PathError", "PopsteerError", "Prediction", "Status"),
     *("__version__", "build_profile", "vehicles"),
 }
 # What the enumeration below has to find at the least, lest it pass by finding nothing.

@@ -30,6 +30,8 @@ ANSWERS: dict[str, dict[str, Any]] = {
         "predicted_heading_error": -0.1,
         "target": (1.0, -2.0),
         "reverse": True,
+        "reference_speed": -1.5,
+        "distance_to_stop": inf,
         "status": Status.SATURATED,
     },
     "Projection": {

@@ -18,12 +18,18 @@ STEP = (4.0, 1.0, 0.2, 6.0, 0.05)
 TAIL: dict[str, Any] = {
     "waypoint": None,
     "measured_waypoint": None,
+    "place": None,
     "steer": 0.0,
     "handover_offset": None,
     "handover_left": 0.0,
     "held": 0,
+    "held_time": 0.0,
+    "period": 0.0,
     "wheel": None,
     "commands_in_flight": (),
+    "past_angles": (),
+    "past_wheel": None,
+    "past_since": 0.0,
     "seen": None,
     "turn_turn": 0.0,
     "turn_offset": 0.0,
@@ -43,7 +49,7 @@ TAIL: dict[str, Any] = {
 FIRST: dict[str, dict[str, Any]] = {
     "Pop": {"previous_steer": 0.0, **TAIL},
     # Its wheels are modelled from the beginning.
-    "PreviewPop": {"previous_steer": 0.0, **TAIL, "wheel": 0.0},
+    "PreviewPop": {"previous_steer": 0.0, "reached_limits": 0, **TAIL, "wheel": 0.0},
     "Pid": {
         "previous_error": None,
         "previous_position": None,
@@ -108,18 +114,26 @@ def test_state_of_a_handover_that_is_over_has_none_left(law: Law, left: float) -
     assert (state.handover_offset, math.copysign(1.0, state.handover_left)) == (None, 1.0)
 
 
+_REST = ((0.0, 0.0), False, (None, math.inf), (0.0, 0.0, 0.0, 1.0))
 _MADE_UP: list[tuple[dict[str, Any], str]] = [
     ({"steer": 1.3}, "steer"),
     ({"handover_offset": 9.0, "handover_left": 0.5}, "handover_offset"),
     ({"handover_left": 1.5}, "handover_left"),
     ({"handover_left": math.nan}, "handover_left"),
     ({"measured_waypoint": 30}, "measured_waypoint"),
+    ({"place": (math.nan, 0.0, 0.0, 0.0)}, "place"),
+    ({"place": (0.0, 0.0, 0.0, 5e9)}, "place"),
+    ({"held_time": -1.0}, "held_time"),
+    ({"period": math.inf}, "period"),
     ({"wheel": 2.0, "commands_in_flight": ((0.0, 0.2),)}, "wheel"),
     ({"wheel": 0.0}, "commands_in_flight"),
     ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.3),)}, "commands_in_flight"),
     ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.001),) * 200}, "commands_in_flight"),
     ({"seen": (math.nan, 0.0, 0.0, 0.0)}, "seen"),
-    ({"answer": ((math.inf, 0.0, 1.0, 0.0),) * 2 + ((0.0, 0.0), False)}, "answer"),
+    ({"answer": ((math.inf, 0.0, 1.0, 0.0),) * 2 + _REST}, "answer"),
+    ({"past_wheel": 2.0}, "past_wheel"),
+    ({"past_wheel": 0.0, "past_angles": ((0.0, -1.0),)}, "past_angles"),
+    ({"past_wheel": 0.0, "past_since": math.nan}, "past_since"),
     ({"gain": 3.0}, "gain"),
     ({"longer_dead_time": 0.15}, "longer_dead_time"),
     ({"turn_turn": -1.0}, "turn_turn"),
@@ -150,7 +164,10 @@ def test_state_after_a_step_is_another_and_shows_it(law: Law) -> None:
     # Reference points 0 to 3 m ahead of x = 4.
     assert after.waypoint in (4, 7)
     assert first.waypoint is first.answer is None
-    (error, yaw, along_x, along_y), predicted, target, reverse = after.answer
+    (error, yaw, along_x, along_y), predicted, target, reverse, ahead, vehicle = after.answer
+    assert ahead[0] is None
+    assert ahead[1] > 0.0
+    assert vehicle == STEP[:4]
     assert (yaw, predicted, reverse) == (0.2, after.answer[0], False)
     assert along_y / along_x == pytest.approx(0.1)
     assert error != 0.0

@@ -45,6 +45,7 @@ NUMBERS = (
     "predicted_cross_track_error",
     "predicted_heading_error",
     "target",
+    "distance_to_stop",
 )
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
@@ -221,6 +222,10 @@ def test_batch_with_one_bad_vehicle_refuses_all_and_names_it(law: Law, count: in
     assert batch.states == before
 
 
+def _without_time(state: Any) -> dict[str, Any]:
+    return {**state.as_dict(), "held_time": 0.0}
+
+
 @each_law
 def test_batch_with_bad_vehicles_marked_steps_the_others(law: Law) -> None:
     batch, other = (popsteer.Batch(_controllers(law, 300)) for _ in range(2))
@@ -242,7 +247,9 @@ def test_batch_with_bad_vehicles_marked_steps_the_others(law: Law) -> None:
         assert np.isnan(column[bad]).all()
         assert _bits(column[~bad]) == _bits(getattr(whole, field)[~bad])
     kept = [before[k] if bad[k] else state for k, state in enumerate(other.states)]
-    assert batch.states == kept
+    # Their next steps count the time.
+    assert all(batch.states[k].held_time == DT for k in (3, 299))
+    assert list(map(_without_time, batch.states)) == list(map(_without_time, kept))
     angles = batch.steer(x, y, yaw, spoilt, DT, on_error="nan")
     assert (np.isnan(angles) == bad).all()
 
@@ -292,6 +299,38 @@ def test_batch_copied_or_pickled_goes_on_alike(law: Law, duplicate: Any) -> None
             assert _bits(getattr(duplicate(one), name)) == _bits(getattr(one, name))
 
 
+@each_law
+def test_batch_on_other_paths_answers_as_each_controller_on_them(law: Law) -> None:
+    controllers = _controllers(law, 7)
+    batch = popsteer.Batch(controllers)
+    paths = [popsteer.Path(np.column_stack((path.x, path.y)) + (0.1, 0.6)) for path in _paths()[:2]]
+    drives = list(_drives(7, 4))
+
+    def step() -> None:
+        x, y, yaw, speed = drives.pop()
+        poses = zip(*(a.tolist() for a in (x, y, yaw, speed)), strict=True)
+        singles = [c.steer(*pose, DT) for c, pose in zip(controllers, poses, strict=True)]
+        assert _bits(batch.steer(x, y, yaw, speed, DT)) == _bits(singles)
+        assert batch.states == [controller.state for controller in controllers]
+
+    step()
+    for controller in controllers:
+        controller.set_path(paths[0])
+    batch.set_path(paths[0])
+    step()
+    for k, path in ((1, paths[0]), (4, paths[1])):
+        controllers[k].set_path(path)
+    batch.set_path(paths, vehicles=[1, 4])
+    step()
+    batch = pickle.loads(pickle.dumps(batch))
+    step()
+    before = batch.states
+    for given, vehicles in ((paths, None), (paths[:1], [1, 2]), (paths[0], [7]), (paths[0], [-1])):
+        with pytest.raises(InputError, match="path|vehicles"):
+            batch.set_path(given, vehicles=vehicles)
+    assert batch.states == before
+
+
 def test_batch_of_none_copied_is_one_of_none() -> None:
     for batch in (popsteer.Batch([]), popsteer.Batch(popsteer.Pop(_paths()[0]), 0)):
         assert len(copy.deepcopy(batch)) == 0
@@ -301,10 +340,10 @@ def test_batch_is_given_as_many_states_as_vehicles() -> None:
     batch, _ = _three()
     before = batch.states
     with pytest.raises(ValueError, match="3 vehicles has 3 states, got 2"):
-        batch.__setstate__(before[:2])
+        batch.__setstate__((before[:2], []))
     wrong = [*before[:2], popsteer.PopState(steer=9.0)]
     with pytest.raises(InputError, match="steer must be"):
-        batch.__setstate__(wrong)
+        batch.__setstate__((wrong, []))
     assert batch.states == before
 
 

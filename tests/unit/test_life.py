@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import pytest
@@ -187,9 +188,26 @@ class Life(RuleBasedStateMachine):
         angle = self.pair.rust.state.steer
         self.pair.call("set_path", path)
         state = self.pair.get("state").rust
-        assert state.waypoint is None
-        assert state.measured_waypoint is None
+        assert self._is_on_path(self.pair.get("state"))
         assert bits(state.steer) == bits(angle)
+
+    @rule(first=st.integers(0, 5))
+    def cut_path(self, first: int) -> None:
+        """Go on along the rest of the path, or all of it, which changes nothing."""
+        here = self.pair.rust.path
+        xy = [(float(x), float(y)) for x, y in zip(here.x, here.y, strict=True)]
+        if first and (here.closed or len(xy) - first < 2):
+            return
+        flags = None if here.reverse is None else [bool(flag) for flag in here.reverse[first:]]
+        before = self.pair.rust.state
+        self.path = replace(self.path, xy=xy[first:], speed=None)
+        path = make("Path", self.path.xy, speed=None, closed=here.closed, reverse=flags)
+        self.pair.call("set_path", path)
+        after = self.pair.get("state")
+        assert self._is_on_path(after)
+        if not first:
+            assert bits(after.rust) == bits(before)
+        assert after.rust.handover_left in (0.0, 1.0, before.handover_left)
 
     @rule()
     def reset(self) -> None:

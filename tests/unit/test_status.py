@@ -69,7 +69,7 @@ def test_status_table_of_the_page_has_every_condition_and_its_level() -> None:
 
 
 def test_status_is_a_set_of_conditions_with_a_bit_each() -> None:
-    assert [int(status) for status in CONDITIONS] == [1, 2, 4, 8, 16, 32]
+    assert [int(status) for status in CONDITIONS] == [1, 2, 4, 8, 16, 32, 256]
     both = Status.SATURATED | Status.END_OF_PATH
     assert Status.SATURATED in both
     assert Status.OFF_PATH not in both
@@ -84,7 +84,8 @@ def test_status_of_a_command_is_one_object_for_each_set() -> None:
     commands = [Case(20.0, 0.02, -0.01).step(controller("stanley")) for _ in range(2)]
     assert commands[0].status is commands[1].status is Status.OK
     fields = commands[0].__getnewargs_ex__()[1]
-    for bits in range(2 ** len(CONDITIONS)):
+    for chosen in range(2 ** len(CONDITIONS)):
+        bits = sum(each for k, each in enumerate(CONDITIONS) if chosen >> k & 1)
         status = popsteer.Command(**{**fields, "status": Status(bits)}).status
         assert type(status) is Status
         assert status == bits

@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from popsteer.prediction import Prediction
 from popsteer.reference import math
 from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral.bang_bang import BangBang, BangBangParams, BangBangState
@@ -86,6 +87,7 @@ __all__ = [
     "Pop",
     "PopParams",
     "PopState",
+    "Prediction",
     "PreviewPop",
     "PreviewPopParams",
     "PreviewPopState",

@@ -48,8 +48,17 @@ fn allocations_of(work: impl FnOnce()) -> usize {
 
 /// A wavy loop.
 fn path() -> Path {
+    loop_of(100.0)
+}
+
+/// The same 1 m farther out.
+fn path_aside() -> Path {
+    loop_of(101.0)
+}
+
+fn loop_of(middle: f64) -> Path {
     let angle = |k: u32| f64::from(k) * std::f64::consts::TAU / 600.0;
-    let radius = |k: u32| 100.0 + 4.0 * (12.0 * angle(k)).sin();
+    let radius = |k: u32| middle + 4.0 * (12.0 * angle(k)).sin();
     let (x, y): (Vec<f64>, Vec<f64>) = (0..600)
         .map(|k| (radius(k) * angle(k).cos(), radius(k) * angle(k).sin()))
         .unzip();
@@ -100,13 +109,15 @@ fn drive<L: LateralLaw>(tracker: &Tracker<L>) {
 /// The same with hand-overs, and with inputs refused for which the last command is held.
 fn drive_and_hold<L: LateralLaw>(tracker: &Tracker<L>) {
     let path = path();
+    let other = path_aside();
     let mut state = tracker.state_from(0.1).unwrap();
     let mut vehicle = START;
     let (mut steered, mut held) = (0.0, 0);
     let count = allocations_of(|| {
         for k in 0..100_000 {
             if k % 5000 == 0 {
-                state.leave_path();
+                tracker.set_path(&mut state, &path.view(), &other.view());
+                tracker.set_path(&mut state, &other.view(), &path.view());
             }
             let seen = VehicleState {
                 x: if k % 1000 == 999 { f64::NAN } else { vehicle.x },

@@ -1,8 +1,8 @@
 //! A step whole: hand-over, limits, points of the vehicle, errors, prediction, held input.
 
 use popsteer_core::lateral::{
-    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
-    Stanley, StanleyParams,
+    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::vehicle::state::MAX_YAW;
@@ -174,6 +174,7 @@ fn test_any_point_of_the_vehicle_gives_the_same_angles() {
             drive!(Pid::new(vehicle, PidParams::DEFAULT));
             drive!(PurePursuit::new(vehicle, PurePursuitParams::DEFAULT));
             drive!(Stanley::new(vehicle, StanleyParams::DEFAULT));
+            drive!(BangBang::new(vehicle, BangBangParams::DEFAULT));
             all
         };
         let rear = angles(0.0);

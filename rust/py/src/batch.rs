@@ -1,7 +1,11 @@
 //! Many vehicles, one step at a time: arrays in, arrays out.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, PyArrayMethods};
-use popsteer_core::error::{ConfigError, Requirement};
+use popsteer_core::error::{ConfigError, InputError, Requirement};
+use popsteer_core::lateral::Reported;
+use popsteer_core::math::from_count;
 use popsteer_core::{Command, VehicleState};
 use popsteer_sim::batch::OnError;
 use pyo3::exceptions::PyTypeError;
@@ -12,6 +16,7 @@ use crate::arrays::column;
 use crate::commands::PyCommandBatch;
 use crate::errors::{OrRaise, unknown};
 use crate::params::{Count, Number};
+use crate::path::PyPath;
 use crate::vehicles::{Recipe, Vehicles, each};
 
 /// More copies of one controller than this are a mistake, not a batch.
@@ -66,8 +71,12 @@ pub(crate) struct PyBatch {
     recipes: Vec<Recipe>,
     /// How many copies of the one controller, where it was made of one.
     copies: Option<usize>,
+    /// The paths that were given since, one a vehicle.
+    paths: Vec<Option<Py<PyPath>>>,
     /// Kept from step to step, to spare its allocation.
     inputs: Vec<VehicleState>,
+    /// What the vehicles report beside that; empty where they report nothing.
+    reported: Vec<Reported>,
 }
 
 #[pymethods]
@@ -93,7 +102,9 @@ impl PyBatch {
             vehicles,
             recipes,
             copies,
+            paths: Vec::new(),
             inputs: Vec::new(),
+            reported: Vec::new(),
         })
     }
 
@@ -113,10 +124,16 @@ impl PyBatch {
     /// on_error : {"raise", "nan", "hold"}, default "raise"
     ///     What a number that is not finite or beyond its bound leads to: an error, with no
     ///     vehicle stepped; or NaN for its vehicle, which keeps its state; or the last command of
-    ///     its vehicle, as `step_or_hold` of a controller. The rest go on.
+    ///     its vehicle, as `step_or_hold` of a controller. The rest go on. With "nan" and "hold" the
+    ///     vehicle's next step counts the time that has passed.
     /// hold_limit : int, default 10
     ///     With "hold", how many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the
     ///     status is the fault ``Status.INPUT_LOST``.
+    /// applied_steer : array of shape (N,), optional
+    ///     The angles that were applied since the last step where those were not the last commands
+    ///     [rad]; see `step` of a controller.
+    /// pose_age : float or array of shape (N,), default 0.0
+    ///     How long ago poses and speeds were measured [s], 0 to 1.
     ///
     /// Returns
     /// -------
@@ -130,8 +147,13 @@ impl PyBatch {
     ///     "hold"; or, with "raise", if a number is, named with its place, as ``speed[3]``.
     /// ConfigError
     ///     If `on_error` is none of them.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
-    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
+    #[pyo3(
+        signature = (
+            x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
+            applied_steer=None, pose_age=Ages::Same(0.0)
+        ),
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, pose_age=0.0)"
+    )]
     fn steer<'py>(
         &mut self,
         py: Python<'py>,
@@ -142,17 +164,20 @@ impl PyBatch {
         dt: Number,
         on_error: &str,
         hold_limit: Count,
+        applied_steer: Option<Bound<'py, PyAny>>,
+        pose_age: Ages<'py>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         self.read(x, y, yaw, speed)?;
+        self.read_reported(applied_steer.as_ref(), &pose_age)?;
         let angles = PyArray1::<f64>::zeros(py, self.inputs.len(), false);
         {
             let mut writable = angles.try_readwrite()?;
             let out = writable.as_slice_mut()?;
-            let inputs = &self.inputs;
+            let (inputs, reported) = (&self.inputs, &self.reported);
             self.vehicles.work(
                 py,
-                |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, on_error, out)),
+                |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, on_error, reported, out)),
             )?;
         }
         Ok(angles)
@@ -176,6 +201,10 @@ impl PyBatch {
     ///     of its last command, and NaN for all else.
     /// hold_limit : int, default 10
     ///     As for `steer`.
+    /// applied_steer : array of shape (N,), optional
+    ///     As for `steer`.
+    /// pose_age : float or array of shape (N,), default 0.0
+    ///     As for `steer`.
     ///
     /// Returns
     /// -------
@@ -188,8 +217,13 @@ impl PyBatch {
     ///     As for `steer`.
     /// ConfigError
     ///     As for `steer`.
-    #[pyo3(signature = (x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10)))]
-    #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10)")]
+    #[pyo3(
+        signature = (
+            x, y, yaw, speed, dt, *, on_error="raise", hold_limit=Count(10),
+            applied_steer=None, pose_age=Ages::Same(0.0)
+        ),
+        text_signature = "($self, x, y, yaw, speed, dt, *, on_error='raise', hold_limit=10, applied_steer=None, pose_age=0.0)"
+    )]
     fn step<'py>(
         &mut self,
         py: Python<'py>,
@@ -200,18 +234,83 @@ impl PyBatch {
         dt: Number,
         on_error: &str,
         hold_limit: Count,
+        applied_steer: Option<Bound<'py, PyAny>>,
+        pose_age: Ages<'py>,
     ) -> PyResult<PyCommandBatch> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         self.read(x, y, yaw, speed)?;
+        self.read_reported(applied_steer.as_ref(), &pose_age)?;
         let mut commands = vec![None; self.inputs.len()];
         let (inputs, out) = (&self.inputs, commands.as_mut_slice());
+        let reported = &self.reported;
         let write = |place: &mut Option<Command>, command| *place = Some(command);
         self.vehicles.work(
             py,
-            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, on_error, out, write)),
+            |vehicles| each!(vehicles, batch => batch.step(inputs, dt, on_error, reported, out, write)),
         )?;
         let commands: Vec<Command> = commands.into_iter().flatten().collect();
         PyCommandBatch::new(py, &commands)
+    }
+
+    /// Have vehicles follow other paths from the next step on, as `set_path` of a controller.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path or sequence of Path
+    ///     One for all of the vehicles, or one for each of them.
+    /// vehicles : sequence of int, optional
+    ///     Which vehicles, by their places in the batch; by default all of them, in order.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If there are not as many paths as vehicles, or a place is none of the batch; no vehicle
+    ///     has another path then.
+    ///
+    /// Examples
+    /// --------
+    /// >>> ahead = popsteer.Path([(0.0, 0.0), (50.0, 0.0)])
+    /// >>> aside = popsteer.Path([(0.0, 3.0), (50.0, 3.0)])
+    /// >>> batch = popsteer.Batch(popsteer.Pop(ahead), 3)
+    /// >>> batch.set_path(aside)  # all
+    /// >>> batch.set_path([ahead, aside], vehicles=[0, 2])
+    #[pyo3(signature = (path, *, vehicles=None))]
+    fn set_path(
+        &mut self,
+        py: Python<'_>,
+        path: &Bound<'_, PyAny>,
+        vehicles: Option<Vec<Count>>,
+    ) -> PyResult<()> {
+        let count = self.vehicles.len();
+        let places: Vec<usize> = match vehicles {
+            None => (0..count).collect(),
+            Some(given) => given
+                .into_iter()
+                .map(|place| place_of(place, count))
+                .collect::<Result<_, _>>()
+                .or_raise(py)?,
+        };
+        let paths: Vec<Py<PyPath>> = match path.cast::<PyPath>() {
+            Ok(one) => places.iter().map(|_| one.clone().unbind()).collect(),
+            Err(_) => path.extract()?,
+        };
+        if paths.len() != places.len() {
+            return Err(InputError {
+                field: "path",
+                value: from_count(paths.len()),
+                requirement: Requirement::CountInRange(places.len(), places.len()),
+            })
+            .or_raise(py);
+        }
+        self.paths.resize_with(count, || None);
+        for (place, path) in places.into_iter().zip(paths) {
+            let shared = Arc::clone(&path.get().0);
+            each!(&mut self.vehicles, batch => batch.set_path(place, shared));
+            if let Some(kept) = self.paths.get_mut(place) {
+                *kept = Some(path);
+            }
+        }
+        Ok(())
     }
 
     /// Forget all steps, those of the controllers before the batch was made too.
@@ -241,12 +340,25 @@ impl PyBatch {
         }
     }
 
-    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        self.states(py)
+    /// The states, and the paths that were given since it was made.
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Kept<'py>> {
+        let paths = self
+            .paths
+            .iter()
+            .map(|path| Some(path.as_ref()?.clone_ref(py)));
+        Ok((self.states(py)?, paths.collect()))
     }
 
-    fn __setstate__(&mut self, states: &Bound<'_, PyList>) -> PyResult<()> {
-        self.vehicles.set_states(states)
+    fn __setstate__(&mut self, kept: Kept<'_>) -> PyResult<()> {
+        let (states, paths) = kept;
+        for (place, path) in paths.iter().enumerate() {
+            if let Some(path) = path {
+                let shared = Arc::clone(&path.get().0);
+                each!(&mut self.vehicles, batch => batch.set_path(place, shared));
+            }
+        }
+        self.paths = paths;
+        self.vehicles.set_states(&states)
     }
 
     fn __repr__(&self) -> String {
@@ -272,6 +384,78 @@ impl PyBatch {
         self.inputs
             .extend(poses.map(|(((&x, &y), &yaw), &speed)| VehicleState { x, y, yaw, speed }));
         Ok(())
+    }
+}
+
+/// What a pickled batch keeps.
+type Kept<'py> = (Bound<'py, PyList>, Vec<Option<Py<PyPath>>>);
+
+/// A place in a batch of so many vehicles.
+fn place_of(Count(place): Count, count: usize) -> Result<usize, InputError> {
+    let found = usize::try_from(place).ok().filter(|&place| place < count);
+    #[expect(clippy::cast_precision_loss, reason = "shown in an error")]
+    found.ok_or(InputError {
+        field: "vehicles",
+        value: place as f64,
+        requirement: Requirement::Below(count),
+    })
+}
+
+impl PyBatch {
+    /// Copies what the vehicles report beside pose and speed.
+    fn read_reported(
+        &mut self,
+        applied_steer: Option<&Bound<'_, PyAny>>,
+        pose_age: &Ages<'_>,
+    ) -> PyResult<()> {
+        let count = self.vehicles.len();
+        self.reported.clear();
+        if let (None, Ages::Same(age)) = (applied_steer, pose_age)
+            && age.to_bits() == 0
+        {
+            return Ok(());
+        }
+        self.reported.resize(count, Reported::NOTHING);
+        if let Some(applied) = applied_steer {
+            let applied = column(applied, "applied_steer", count)?;
+            for (report, &steer) in self.reported.iter_mut().zip(applied.as_array()) {
+                report.applied_steer = Some(steer);
+            }
+        }
+        match pose_age {
+            Ages::Same(age) => {
+                for report in &mut self.reported {
+                    report.pose_age = *age;
+                }
+            }
+            Ages::Each(ages) => {
+                let ages = column(ages, "pose_age", count)?;
+                for (report, &age) in self.reported.iter_mut().zip(ages.as_array()) {
+                    report.pose_age = age;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How old the poses are [s].
+#[derive(Clone, Debug)]
+enum Ages<'py> {
+    /// All alike.
+    Same(f64),
+    /// An array, one entry a vehicle.
+    Each(Bound<'py, PyAny>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Ages<'py> {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract::<f64>() {
+            Ok(age) => Ok(Self::Same(age)),
+            Err(_) => Ok(Self::Each(object.to_owned())),
+        }
     }
 }
 

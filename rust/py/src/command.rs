@@ -78,6 +78,14 @@ impl PyStatus {
 ///     The point aimed at, (x, y) [m]: the lookahead point, or the projection onto the path.
 /// reverse : bool
 ///     Whether the path is driven backwards here.
+/// reference_speed : float or None
+///     The path's speed beside the rear axle [m/s], negative where it is driven backwards; None
+///     where the path has no speeds. Its square is linear between waypoints; a speed of 0 at a cusp
+///     or at an end counts as a tenth of the wheelbase a second, so that no vehicle stands still
+///     before it: where to stop is what `distance_to_stop` says.
+/// distance_to_stop : float
+///     Distance that the rear axle has to go along the path to the next cusp, or to the end [m];
+///     negative past the end, ``inf`` on a closed path without cusps.
 /// status : Status
 ///     How the step went.
 ///
@@ -96,7 +104,7 @@ impl PyCommand {
     #[new]
     #[pyo3(signature = (
         *, steer, cross_track_error, heading_error, predicted_cross_track_error,
-        predicted_heading_error, target, reverse, status
+        predicted_heading_error, target, reverse, reference_speed, distance_to_stop, status
     ))]
     fn new(
         steer: f64,
@@ -106,6 +114,8 @@ impl PyCommand {
         predicted_heading_error: f64,
         target: (f64, f64),
         reverse: bool,
+        reference_speed: Option<f64>,
+        distance_to_stop: f64,
         status: PyStatus,
     ) -> Self {
         Self(Command {
@@ -116,6 +126,8 @@ impl PyCommand {
             predicted_heading_error,
             target: Point::new(target.0, target.1),
             reverse,
+            reference_speed,
+            distance_to_stop,
             status: status.0,
         })
     }
@@ -162,6 +174,19 @@ impl PyCommand {
         self.0.reverse
     }
 
+    /// The path's speed beside the rear axle [m/s], negative where it is driven backwards; None
+    /// where the path has no speeds.
+    #[getter]
+    fn reference_speed(&self) -> Option<f64> {
+        self.0.reference_speed
+    }
+
+    /// Distance along the path to the next cusp, or to the end [m]; inf where there is neither.
+    #[getter]
+    fn distance_to_stop(&self) -> f64 {
+        self.0.distance_to_stop
+    }
+
     /// How the step went.
     #[getter]
     fn status(&self) -> PyStatus {
@@ -177,14 +202,19 @@ impl PyCommand {
             predicted_heading_error,
             target,
             reverse,
+            reference_speed,
+            distance_to_stop,
             status,
         } = self.0;
+        let reference_speed =
+            reference_speed.map_or_else(|| String::from("None"), |speed| format!("{speed:?}"));
         format!(
             "Command(steer={steer:?}, cross_track_error={cross_track_error:?}, \
              heading_error={heading_error:?}, \
              predicted_cross_track_error={predicted_cross_track_error:?}, \
              predicted_heading_error={predicted_heading_error:?}, target=({:?}, {:?}), \
-             reverse={}, status={})",
+             reverse={}, reference_speed={reference_speed}, \
+             distance_to_stop={distance_to_stop:?}, status={})",
             target.x,
             target.y,
             if reverse { "True" } else { "False" },
@@ -207,6 +237,8 @@ impl PyCommand {
         fields.set_item("predicted_heading_error", self.predicted_heading_error())?;
         fields.set_item("target", self.target())?;
         fields.set_item("reverse", self.reverse())?;
+        fields.set_item("reference_speed", self.reference_speed())?;
+        fields.set_item("distance_to_stop", self.distance_to_stop())?;
         fields.set_item("status", self.status())?;
         Ok((PyTuple::empty(py), fields))
     }

@@ -26,6 +26,10 @@ type Column = Py<PyArray1<f64>>;
 ///     The points aimed at, (x, y) [m].
 /// reverse : ndarray of shape (N,) of bool
 ///     Whether the path is driven backwards there.
+/// reference_speed : ndarray of shape (N,)
+///     The paths' speeds beside the rear axles [m/s]; NaN where a path has no speeds.
+/// distance_to_stop : ndarray of shape (N,)
+///     Distances along the paths to the next cusp, or to the end [m]; inf where there is neither.
 /// status : ndarray of shape (N,) of uint32
 ///     How the steps went, as the bits of `Status`.
 ///
@@ -48,6 +52,8 @@ pub(crate) struct PyCommandBatch {
     predicted_heading_error: Column,
     target: Py<PyArray2<f64>>,
     reverse: Py<PyArray1<bool>>,
+    reference_speed: Column,
+    distance_to_stop: Column,
     status: Py<PyArray1<u32>>,
     count: usize,
 }
@@ -57,7 +63,7 @@ impl PyCommandBatch {
     #[new]
     #[pyo3(signature = (
         *, steer, cross_track_error, heading_error, predicted_cross_track_error,
-        predicted_heading_error, target, reverse, status
+        predicted_heading_error, target, reverse, reference_speed, distance_to_stop, status
     ))]
     fn made_of(
         py: Python<'_>,
@@ -68,6 +74,8 @@ impl PyCommandBatch {
         predicted_heading_error: Column,
         target: Py<PyArray2<f64>>,
         reverse: Py<PyArray1<bool>>,
+        reference_speed: Column,
+        distance_to_stop: Column,
         status: Py<PyArray1<u32>>,
     ) -> PyResult<Self> {
         let count = steer.bind(py).len();
@@ -77,9 +85,11 @@ impl PyCommandBatch {
             predicted_cross_track_error.bind(py).len(),
             predicted_heading_error.bind(py).len(),
             reverse.bind(py).len(),
+            reference_speed.bind(py).len(),
+            distance_to_stop.bind(py).len(),
             status.bind(py).len(),
         ];
-        if lengths != [count; 6] || target.bind(py).shape() != [count, 2] {
+        if lengths != [count; 8] || target.bind(py).shape() != [count, 2] {
             return Err(PyValueError::new_err(
                 "the columns of a CommandBatch must be equally long, and the target of shape (N, 2)",
             ));
@@ -92,6 +102,8 @@ impl PyCommandBatch {
             predicted_heading_error,
             target,
             reverse,
+            reference_speed,
+            distance_to_stop,
             status,
             count,
         })
@@ -139,6 +151,18 @@ impl PyCommandBatch {
         self.reverse.clone_ref(py)
     }
 
+    /// The paths' speeds beside the rear axles [m/s]; NaN where a path has no speeds.
+    #[getter]
+    fn reference_speed(&self, py: Python<'_>) -> Column {
+        self.reference_speed.clone_ref(py)
+    }
+
+    /// Distances along the paths to the next cusp, or to the end [m]; inf where there is neither.
+    #[getter]
+    fn distance_to_stop(&self, py: Python<'_>) -> Column {
+        self.distance_to_stop.clone_ref(py)
+    }
+
     /// How the steps went, as the bits of `Status`.
     #[getter]
     fn status(&self, py: Python<'_>) -> Py<PyArray1<u32>> {
@@ -168,6 +192,8 @@ impl PyCommandBatch {
         columns.set_item("predicted_heading_error", &self.predicted_heading_error)?;
         columns.set_item("target", &self.target)?;
         columns.set_item("reverse", &self.reverse)?;
+        columns.set_item("reference_speed", &self.reference_speed)?;
+        columns.set_item("distance_to_stop", &self.distance_to_stop)?;
         columns.set_item("status", &self.status)?;
         Ok((PyTuple::empty(py), columns))
     }
@@ -191,6 +217,8 @@ impl PyCommandBatch {
             predicted_heading_error: column(|command| command.predicted_heading_error),
             target: target.reshape([commands.len(), 2])?.unbind(),
             reverse: PyArray1::from_iter(py, reverse).unbind(),
+            reference_speed: column(|command| command.reference_speed.unwrap_or(f64::NAN)),
+            distance_to_stop: column(|command| command.distance_to_stop),
             status: PyArray1::from_iter(py, status).unbind(),
             count: commands.len(),
         })

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::Answer;
-use popsteer_core::lateral::{Handover, TrackerState};
+use popsteer_core::lateral::{Answer, Handover, Place, Reported, TrackerState};
 use popsteer_core::vehicle::Estimator;
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, Point, Status, Tracker, VehicleState};
@@ -39,7 +38,7 @@ struct Kept<L: LateralLaw> {
     state: KeptState<L::State>,
 }
 
-/// A state, without the 3 kB for commands in flight where there are none.
+/// A state, without the 5 kB for commands in flight and the past where there is neither.
 #[expect(
     clippy::large_enum_variant,
     reason = "most are short, and there are many"
@@ -50,15 +49,18 @@ enum KeptState<S> {
     Short(Short<S>),
 }
 
-/// A state without commands in flight.
+/// A state without commands in flight and without a past.
 #[derive(Clone, Debug)]
 struct Short<S> {
     law: S,
     waypoint: Option<usize>,
     measured_waypoint: Option<usize>,
+    place: Option<Place>,
     steer: f64,
     handover: Option<Handover>,
     held: usize,
+    held_time: f64,
+    period: f64,
     answer: Option<Answer>,
     estimator: Estimator,
 }
@@ -68,7 +70,7 @@ const SHORT: usize = 256;
 
 impl<S: Clone> KeptState<S> {
     fn new(state: TrackerState<S>) -> Self {
-        if state.in_flight.is_some() || size_of::<S>() > SHORT {
+        if state.in_flight.is_some() || state.past.is_some() || size_of::<S>() > SHORT {
             Self::Whole(Box::new(state))
         } else {
             Self::Short(Short::of(&state))
@@ -83,7 +85,11 @@ impl<S: Clone> KeptState<S> {
             Self::Short(short) => {
                 let mut state = short.whole();
                 let answer = change(&mut state);
-                *short = Short::of(&state);
+                if state.past.is_some() {
+                    *self = Self::Whole(Box::new(state));
+                } else {
+                    *short = Short::of(&state);
+                }
                 answer
             }
         }
@@ -104,9 +110,12 @@ impl<S: Clone> Short<S> {
             law: state.law.clone(),
             waypoint: state.waypoint,
             measured_waypoint: state.measured_waypoint,
+            place: state.place,
             steer: state.steer,
             handover: state.handover,
             held: state.held,
+            held_time: state.held_time,
+            period: state.period,
             answer: state.answer,
             estimator: state.estimator,
         }
@@ -118,11 +127,15 @@ impl<S: Clone> Short<S> {
             law: self.law.clone(),
             waypoint: self.waypoint,
             measured_waypoint: self.measured_waypoint,
+            place: self.place,
             steer: self.steer,
             handover: self.handover,
             held: self.held,
+            held_time: self.held_time,
+            period: self.period,
             answer: self.answer,
             in_flight: None,
+            past: None,
             estimator: self.estimator,
         }
     }
@@ -133,8 +146,8 @@ impl<S: Clone> Short<S> {
 pub enum OnError {
     /// An error; no vehicle has moved then.
     Raise,
-    /// No angle, and no numbers, for its vehicle, which keeps its state; the others go on. A bad
-    /// `dt` is an error.
+    /// No angle, and no numbers, for its vehicle, which keeps its state but for the time that
+    /// passes; the others go on. A bad `dt` is an error.
     Mark,
     /// The last command of its vehicle, as [`Tracker::step_or_hold`] with this limit; the others
     /// go on. A bad `dt` holds all of them.
@@ -166,26 +179,47 @@ impl<L: LateralLaw> Kept<L> {
     }
 
     /// One step. The command of a refused input has no numbers, and the direction of the last one.
-    fn step(&mut self, input: VehicleState, dt: f64, on_error: OnError) -> Command {
+    fn step(
+        &mut self,
+        input: VehicleState,
+        dt: f64,
+        on_error: OnError,
+        reported: Reported,
+    ) -> Command {
         let (tracker, path) = (&self.tracker, self.path.view());
         if let OnError::Hold(limit) = on_error {
-            let step = |state: &mut _| tracker.step_or_hold(&path, state, input, dt, limit);
-            return self.state.with(step);
+            return self.state.with(|state| {
+                tracker.step_or_hold_reported(&path, state, input, dt, limit, reported)
+            });
         }
         self.state.with(|state| {
-            let answer = tracker.step(&path, state, input, dt);
-            answer.unwrap_or_else(|_| marked(state.answer))
+            let answer = tracker.step_reported(&path, state, input, dt, reported);
+            answer.unwrap_or_else(|_| {
+                state.miss(dt);
+                marked(state.answer)
+            })
         })
     }
 
     /// The angle of [`step`](Self::step).
-    fn steer(&mut self, input: VehicleState, dt: f64, on_error: OnError) -> f64 {
+    fn steer(
+        &mut self,
+        input: VehicleState,
+        dt: f64,
+        on_error: OnError,
+        reported: Reported,
+    ) -> f64 {
         if matches!(on_error, OnError::Hold(_)) {
-            return self.step(input, dt, on_error).steer;
+            return self.step(input, dt, on_error, reported).steer;
         }
         let (tracker, path) = (&self.tracker, self.path.view());
-        let steer = |state: &mut _| tracker.steer(&path, state, input, dt);
-        self.state.with(steer).unwrap_or(f64::NAN)
+        self.state.with(|state| {
+            let answer = tracker.steer_reported(&path, state, input, dt, reported);
+            answer.unwrap_or_else(|_| {
+                state.miss(dt);
+                f64::NAN
+            })
+        })
     }
 }
 
@@ -200,6 +234,8 @@ fn marked(last: Option<Answer>) -> Command {
         predicted_heading_error: nan,
         target: Point::new(nan, nan),
         reverse: last.is_some_and(|answer| answer.reverse),
+        reference_speed: None,
+        distance_to_stop: nan,
         status: Status::INPUT_HELD,
     }
 }
@@ -247,6 +283,18 @@ where
         }
     }
 
+    /// Has a vehicle follow another path from its next step on, as [`Tracker::set_path`]. A place
+    /// beyond the batch changes nothing.
+    pub fn set_path(&mut self, vehicle: usize, path: Arc<Path>) {
+        if let Some(member) = self.members.get_mut(vehicle) {
+            let (tracker, old) = (&member.tracker, member.path.view());
+            member
+                .state
+                .with(|state| tracker.set_path(state, &old, &path.view()));
+            member.path = path;
+        }
+    }
+
     /// The states, in order.
     pub fn states(&self) -> impl ExactSizeIterator<Item = TrackerState<L::State>> {
         self.members.iter().map(|member| member.state.whole())
@@ -259,8 +307,8 @@ where
         }
     }
 
-    /// Steps every vehicle: `write` is given each place in `out`, and the command for it, that of
-    /// [`Tracker::step`]. Where an input is refused under [`OnError::Mark`] the command has no
+    /// Steps every vehicle, which report what is `reported`, nothing where that is empty: `write` is
+    /// given each place in `out`, and the command for it, that of [`Tracker::step_reported`]. Where an input is refused under [`OnError::Mark`] the command has no
     /// numbers, the direction of the last one, and [`Status::INPUT_HELD`].
     ///
     /// # Errors
@@ -270,18 +318,20 @@ where
     ///
     /// # Panics
     ///
-    /// Where `inputs` or `out` is not as long as the batch.
+    /// Where `inputs`, `out` or `reported`, unless it is empty, is not as long as the batch.
     pub fn step<T: Send>(
         &mut self,
         inputs: &[VehicleState],
         dt: f64,
         on_error: OnError,
+        reported: &[Reported],
         out: &mut [T],
         write: impl Fn(&mut T, Command) + Sync,
     ) -> Result<(), BatchError> {
-        self.drive(inputs, dt, on_error, out, |member, input, place| {
-            write(place, member.step(input, dt, on_error));
-        })
+        let one = |member: &mut Kept<L>, input, reported, place: &mut T| {
+            write(place, member.step(input, dt, on_error, reported));
+        };
+        self.drive(inputs, dt, on_error, reported, out, one)
     }
 
     /// Steps every vehicle for the angle alone, as [`step`](Self::step).
@@ -298,11 +348,13 @@ where
         inputs: &[VehicleState],
         dt: f64,
         on_error: OnError,
+        reported: &[Reported],
         out: &mut [f64],
     ) -> Result<(), BatchError> {
-        self.drive(inputs, dt, on_error, out, |member, input, angle| {
-            *angle = member.steer(input, dt, on_error);
-        })
+        let one = |member: &mut Kept<L>, input, reported, angle: &mut f64| {
+            *angle = member.steer(input, dt, on_error, reported);
+        };
+        self.drive(inputs, dt, on_error, reported, out, one)
     }
 
     fn drive<T: Send>(
@@ -310,9 +362,13 @@ where
         inputs: &[VehicleState],
         dt: f64,
         on_error: OnError,
+        reported: &[Reported],
         out: &mut [T],
-        one: impl Fn(&mut Kept<L>, VehicleState, &mut T) + Sync,
+        one: impl Fn(&mut Kept<L>, VehicleState, Reported, &mut T) + Sync,
     ) -> Result<(), BatchError> {
+        let reported_of = |vehicle: usize| reported.get(vehicle).copied().unwrap_or_default();
+        let given = reported.is_empty() || reported.len() == self.len();
+        assert!(given, "one report for each vehicle, or none");
         assert_eq!(inputs.len(), self.len(), "one input for each vehicle");
         assert_eq!(out.len(), self.len(), "one place for each vehicle");
         if !matches!(on_error, OnError::Hold(_)) {
@@ -323,7 +379,9 @@ where
         }
         if on_error == OnError::Raise {
             let refused = inputs.iter().enumerate().find_map(|(vehicle, input)| {
-                let error = input.checked().err()?;
+                let car = self.members.get(vehicle)?.tracker.vehicle();
+                let reported = || reported_of(vehicle).checked(car).err();
+                let error = input.checked().err().or_else(reported)?;
                 Some(BatchError {
                     vehicle: Some(vehicle),
                     error,
@@ -332,8 +390,9 @@ where
             refused.map_or(Ok(()), Err)?;
         }
         if self.len() <= CHUNK {
-            for ((member, &input), place) in self.members.iter_mut().zip(inputs).zip(out) {
-                one(member, input, place);
+            let members = self.members.iter_mut().zip(inputs).zip(out);
+            for (vehicle, ((member, &input), place)) in members.enumerate() {
+                one(member, input, reported_of(vehicle), place);
             }
             return Ok(());
         }
@@ -341,8 +400,11 @@ where
             .par_iter_mut()
             .zip(inputs.par_iter())
             .zip(out.par_iter_mut())
+            .enumerate()
             .with_min_len(CHUNK)
-            .for_each(|((member, &input), place)| one(member, input, place));
+            .for_each(|(vehicle, ((member, &input), place))| {
+                one(member, input, reported_of(vehicle), place);
+            });
         Ok(())
     }
 }
@@ -387,7 +449,7 @@ mod tests {
         let mut states: Vec<_> = (0..600).map(|_| tracker.initial_state()).collect();
         for _ in 0..5 {
             batch
-                .steer(&inputs, 0.05, OnError::Raise, &mut angles)
+                .steer(&inputs, 0.05, OnError::Raise, &[], &mut angles)
                 .unwrap();
             for ((state, &input), angle) in states.iter_mut().zip(&inputs).zip(&angles) {
                 let single = tracker.steer(&path.view(), state, input, 0.05).unwrap();
@@ -415,7 +477,7 @@ mod tests {
         let (mut angles, mut others) = ([0.0_f64; 2], [0.0_f64; 2]);
         let step = |batch: &mut Batch<Pop>, angles: &mut [f64]| {
             batch
-                .steer(&inputs(2), 0.05, OnError::Raise, angles)
+                .steer(&inputs(2), 0.05, OnError::Raise, &[], angles)
                 .unwrap();
         };
         step(&mut mixed, &mut angles);
@@ -438,16 +500,16 @@ mod tests {
         let mut angles = vec![0.0; 5];
         let before: Vec<_> = batch.states().collect();
         let refused = batch
-            .steer(&inputs, 0.05, OnError::Raise, &mut angles)
+            .steer(&inputs, 0.05, OnError::Raise, &[], &mut angles)
             .unwrap_err();
         assert_eq!((refused.vehicle, refused.error.field), (Some(3), "speed"));
         assert!(batch.states().eq(before));
         batch
-            .steer(&inputs, 0.05, OnError::Mark, &mut angles)
+            .steer(&inputs, 0.05, OnError::Mark, &[], &mut angles)
             .unwrap();
         let nan: Vec<bool> = angles.iter().map(|angle| angle.is_nan()).collect();
         assert_eq!(nan, [false, false, false, true, false]);
-        let bad_dt = batch.steer(&inputs, -1.0, OnError::Mark, &mut angles);
+        let bad_dt = batch.steer(&inputs, -1.0, OnError::Mark, &[], &mut angles);
         assert!(bad_dt.is_err());
     }
 
@@ -468,7 +530,7 @@ mod tests {
             let mut out = [None; 2];
             let write = |place: &mut Option<Command>, command| *place = Some(command);
             batch
-                .step(&[good, input], 0.05, on_error, &mut out, write)
+                .step(&[good, input], 0.05, on_error, &[], &mut out, write)
                 .unwrap();
             out.map(Option::unwrap)
         };

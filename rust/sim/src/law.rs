@@ -80,6 +80,10 @@ macro_rules! laws {
                 match self { $(Self::$law(state) => state.leave_path(),)+ }
             }
 
+            fn change_path(&mut self, offset: Option<f64>) {
+                match self { $(Self::$law(state) => state.change_path(offset),)+ }
+            }
+
             fn set_steer(&mut self, steer: f64) -> bool {
                 match self { $(Self::$law(state) => state.set_steer(steer),)+ }
             }

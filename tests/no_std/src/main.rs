@@ -88,7 +88,8 @@ fn steps<L: LateralLaw>(tracker: &Tracker<L>, path: &PathView<'_>, vehicle: Vehi
         sum += known.map_or(0.0, |status| math::from_count(status.names().count()));
         sum += command.steer + tracker.estimate(&state).gain;
     }
-    state.leave_path();
+    tracker.set_path(&mut state, path, black_box(path));
+    state.miss(black_box(dt));
     sum += tracker.check_state(path, &state).map_or(0.0, |()| 1.0);
     sum + tracker.tracked_point()
 }

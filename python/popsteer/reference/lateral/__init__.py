@@ -140,7 +140,14 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         """
 
     def forget_path(self, state: StateT) -> StateT:
-        """Forget what was measured against the path: another one is followed from now on."""
+        """Forget what was measured against the path: it leads another way from now on."""
+        return state
+
+    def change_path(self, state: StateT, _offset: float | None) -> StateT:
+        """Follow another path, against which the last error is so much larger [m].
+
+        By nobody knows how much where that is None.
+        """
         return state
 
     def set_steer(self, state: StateT, _steer: float) -> tuple[StateT, bool]:

@@ -33,6 +33,12 @@ class Command:
         The point aimed at: the lookahead point, or the projection onto the path, (x, y) [m].
     reverse : bool
         Whether the path is driven backwards here.
+    reference_speed : float or None
+        The path's speed beside the rear axle [m/s], negative where it is driven backwards; None
+        where the path has no speeds.
+    distance_to_stop : float
+        Distance that the rear axle has to go along the path to the next cusp, or to the end [m];
+        negative past the end, inf on a closed path without cusps.
     status : Status
         How the step went.
 
@@ -51,4 +57,6 @@ class Command:
     predicted_heading_error: float
     target: Point
     reverse: bool
+    reference_speed: float | None
+    distance_to_stop: float
     status: Status

@@ -10,9 +10,10 @@ steering lag alone becomes a distance, lag times speed::
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-__all__ = ["CostToGo", "Travel"]
+__all__ = ["BestMove", "CostToGo", "Predicted", "Travel"]
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,61 @@ class Travel:
             heading_by_told=heading_by_told,
             kept=kept,
             taken=taken,
+        )
+
+    def after(self, state: Predicted, turn: float, drift: float) -> Predicted:
+        """Return the state after this step from `state`, whose wheels were just moved.
+
+        The path turns by `turn` [rad] on the way, the vehicle drifts to the left by `drift` [m].
+
+        Examples
+        --------
+        >>> Travel.over(0.5, 0.0, 0.0, 0.0).after(Predicted(0.0, 0.0, 0.0, 0.2), 0.0, 0.0)
+        Predicted(error=0.025, heading=0.1, driven=0.2, commanded=0.2)
+        """
+        moved = drift - 0.5 * self.step * turn
+        error, heading, driven, commanded = state
+        return Predicted(
+            error=(error + self.step * heading + moved)
+            + (self.error_by_driven * driven + self.error_by_told * commanded),
+            heading=(heading - turn)
+            + (self.heading_by_driven * driven + self.heading_by_told * commanded),
+            driven=self.kept * driven + self.taken * commanded,
+            commanded=commanded,
+        )
+
+
+class Predicted(NamedTuple):
+    """A state of the prediction."""
+
+    error: float
+    """Cross-track error [m]."""
+    heading: float
+    """Heading error [rad]."""
+    driven: float
+    """Curvature that the vehicle drives [1/m]."""
+    commanded: float
+    """Curvature that is commanded [1/m]."""
+
+
+class BestMove(NamedTuple):
+    """The best move of the wheels in a state.
+
+    The curvature that is commanded next is
+    left · commanded − (e · error + p · heading + a · driven + constant).
+    """
+
+    e: float
+    p: float
+    a: float
+    left: float
+    constant: float
+
+    def commanded(self, state: Predicted) -> float:
+        """Return the curvature that is best commanded in `state` [1/m]."""
+        return self.left * state.commanded - (
+            (self.e * state.error + self.p * state.heading)
+            + (self.a * state.driven + self.constant)
         )
 
 
@@ -163,6 +219,66 @@ class CostToGo:
             p=step * e + p,
             a=error_by_driven * e + heading_by_driven * p + kept * a,
             c=error_by_told * e + heading_by_told * p + taken * a + c,
+        )
+
+    def of(self, state: Predicted) -> float:
+        """Return this cost of one state alone, where it is a `stage`."""
+        error, heading, driven, _ = state
+        return self.ee * error * error + (
+            self.pp * heading * heading
+            + (2.0 * self.pa * heading * driven + self.aa * driven * driven)
+        )
+
+    def best_move(self, move_cost: float) -> BestMove:
+        """Return the best move before a state with this cost.
+
+        A move costs `move_cost` times its square.
+        """
+        share = 1.0 / (move_cost + self.cc)
+        return BestMove(
+            e=share * self.ec,
+            p=share * self.pc,
+            a=share * self.ac,
+            left=move_cost * share,
+            constant=share * self.c,
+        )
+
+    def before_move_by(self, moved: float, stage: CostToGo) -> CostToGo:
+        """Carry this cost back to before the wheels were moved by `moved` [1/m].
+
+        `stage` comes on top.
+        """
+        return replace(
+            self,
+            ee=self.ee + stage.ee,
+            pp=self.pp + stage.pp,
+            pa=self.pa + stage.pa,
+            aa=self.aa + stage.aa,
+            e=self.e + self.ec * moved,
+            p=self.p + self.pc * moved,
+            a=self.a + self.ac * moved,
+            c=self.c + self.cc * moved,
+        )
+
+    def before_move_to(self, curvature: float, move_cost: float, stage: CostToGo) -> CostToGo:
+        """Carry this cost back to before the wheels were moved to `curvature` [1/m].
+
+        The move costs `move_cost` times its square; `stage` comes on top.
+        """
+        return replace(
+            self,
+            ee=self.ee + stage.ee,
+            pp=self.pp + stage.pp,
+            pa=self.pa + stage.pa,
+            aa=self.aa + stage.aa,
+            ec=0.0,
+            pc=0.0,
+            ac=0.0,
+            cc=move_cost,
+            e=self.e + self.ec * curvature,
+            p=self.p + self.pc * curvature,
+            a=self.a + self.ac * curvature,
+            c=-move_cost * curvature,
         )
 
     def before_best_move(self, move_cost: float, stage: CostToGo) -> CostToGo:

@@ -19,7 +19,7 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
-from popsteer.reference.math import cos, sin
+from popsteer.reference.math import cos, saturate, sin
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.view import MAX_COORDINATE
 
@@ -265,6 +265,13 @@ class Pid(Tracker[PidParams, PidState]):
         return replace(
             state, previous_error=None, previous_position=None, terms=(), next=0, sum=0.0
         )
+
+    def change_path(self, state: PidState, offset: float | None) -> PidState:
+        """Carry the integral on, and let the derivative see no jump."""
+        previous = state.previous_error
+        if previous is not None:
+            previous = None if offset is None else saturate(previous + offset, -BOUND, BOUND)
+        return replace(state, previous_error=previous)
 
     def restore(self, state: PidState) -> PidState:
         """Return `state`, where a buffer of this law could hold its terms so."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.error import config_in_range, config_optional
@@ -16,10 +18,11 @@ from popsteer.reference.lateral import (
     or_scaled,
     resolved,
 )
-from popsteer.reference.lateral.cost_to_go import CostToGo, Travel
+from popsteer.reference.lateral.cost_to_go import CostToGo, Predicted, Travel
+from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
-from popsteer.reference.math import PI, atan, decay, saturate, tan, wrap
+from popsteer.reference.math import PI, atan, decay, divide, saturate, tan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
@@ -51,8 +54,7 @@ class PreviewPopParams:
         a wheelbase. More: the path is joined more gently, and offsets take longer to vanish.
     steer_rate_cost : float or None
         How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
-        [m s/rad]; None is a twelfth of the wheelbase, and more
-        for wheels slower than 0.5 rad/s. More: calmer wheels, less noise passed on,
+        [m s/rad]; None is a twelfth of the wheelbase. More: calmer wheels, less noise passed on,
         wider bends where the model is wrong.
     approach_angle : float
         Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
@@ -117,15 +119,13 @@ class PreviewPopParams:
         """
         wheelbase = vehicle.wheelbase
         rate = vehicle.max_steer_rate
-        # Wheels slower than 0.5 rad/s want calmer moves.
-        slow = 1.0 if rate is None else saturate(0.5 / rate, 1.0, 4.0)
         return replace(
             self,
             steer_span_rate=or_scaled(
                 self.steer_span_rate, 60.0 * (PI / 180.0) if rate is None else rate
             ),
             heading_cost=or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost=or_scaled(self.steer_rate_cost, slow * (wheelbase / 12.0)),
+            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 12.0),
             min_speed=or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
             smoothing_length=or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
             search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
@@ -141,6 +141,9 @@ class PreviewPopState(TrackerState):
     ----------
     previous_steer : float
         The last angle δ_prev [rad].
+    reached_limits : int
+        The limits that the last plan reaches, three bits a step: what the next plan is sought
+        from, which makes it quicker to find and no other.
 
     Examples
     --------
@@ -149,6 +152,7 @@ class PreviewPopState(TrackerState):
     """
 
     previous_steer: float = 0.0
+    reached_limits: int = 0
 
 
 class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
@@ -158,9 +162,10 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     horizon. The cost of a step is e² + (heading_cost ψ)² + (steer_rate_cost rate)², with the
     cross-track error e, the heading error ψ and the rate of the wheels, predicted by a bicycle
     with lag along the curvature of the path ahead. What follows the first step is taken at its
-    best, the cost-to-go, so the cost of an angle is a parabola: the best angle of the
-    neighbourhood is the lowest point of it, brought within the neighbourhood and the limits.
-    There is no list of candidates; the law is this closed form.
+    best, the cost-to-go, so the cost of an angle is a parabola, and the best angle is the lowest
+    point of it. There is no list of candidates; the law is this closed form. Where that plan
+    breaks a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the
+    best plan that keeps them takes its place (`limited`).
 
     Parameters
     ----------
@@ -193,7 +198,11 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         adapt: AdaptParams | Literal["auto"] | None = "auto",
     ) -> None:
         super().__init__(path, vehicle, PreviewPopParams() if params is None else params, adapt)
-        self._steer_span_rate = resolved(self._resolved.steer_span_rate)
+        span_rate = resolved(self._resolved.steer_span_rate)
+        rate = self.vehicle.max_steer_rate
+        # The lesser of the neighbourhood's and the vehicle's.
+        self._rate_is_the_vehicles = rate is not None and rate <= span_rate
+        self._steer_span_rate = span_rate if rate is None or span_rate < rate else rate
         self._heading_cost = resolved(self._resolved.heading_cost)
         self._steer_rate_cost = resolved(self._resolved.steer_rate_cost)
         self._min_speed = resolved(self._resolved.min_speed)
@@ -209,16 +218,18 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
 
     def decide(self, at: Located, belief: Belief) -> Decision:
         """Decide the angle for a located vehicle."""
-        wanted, held = self._choose(at.turn(self.state.previous_steer), at, belief)
+        wanted, planned = self._choose(at.turn(self.state.previous_steer), at, belief)
         steer, status = limit_steer(self.vehicle, wanted)
         self._state = replace(self.state, previous_steer=at.turn(steer))
-        return Decision(steer, at.foot.point, status | held)
+        return Decision(steer, at.foot.point, planned | status)
 
     def set_steer(self, state: PreviewPopState, steer: float) -> tuple[PreviewPopState, bool]:
         """Take note of the angle; the next neighbourhood is its own."""
         return replace(state, previous_steer=steer), True
 
-    def _choose(self, previous_steer: float, at: Located, belief: Belief) -> tuple[float, Status]:
+    def _choose(  # noqa: PLR0915 - one formula after the other, as in the twin
+        self, previous_steer: float, at: Located, belief: Belief
+    ) -> tuple[float, Status]:
         """Find the best angle of the neighbourhood; both angles are of the mirrored vehicle."""
         params, vehicle, estimate, foot = self.params, self.vehicle, belief.estimate, at.foot
         speed = at.vehicle.forward_speed()
@@ -238,42 +249,97 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         distance = count * step
         preview = Preview(self.path, self._smoothing_length, foot.segment, arc_length, distance)
         path_yaw, turns = preview.turns(arc_length, step, count)
-        drift = step * estimate.slip
-        stage = CostToGo.stage(self._heading_cost, offset)
-        after = cost = stage
-        for turn in reversed(turns):
-            cost = after.before(travel, turn, drift)
-            after = cost.before_best_move(move_cost, stage)
+        horizon = Horizon(
+            travel=travel,
+            stage=CostToGo.stage(self._heading_cost, offset),
+            move_cost=move_cost,
+            turns=list(turns),
+            drift=step * estimate.slip,
+        )
+        moves, cost = horizon.unlimited()
 
         # From afar the error counts only as far as it calls for the approach angle.
         heading_error = wrap(at.vehicle.yaw - path_yaw)
         most = params.approach_angle * cost.pc
         most = most if most > 0.0 else 0.0
-        pull = saturate(foot.cross_track_error() * cost.ec, -most, most)
+        error = foot.cross_track_error()
+        wanted_pull = error * cost.ec
+        pull = saturate(wanted_pull, -most, most)
         wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
         driven = tan(at.turn(wheel)) / length
-        told = tan(previous_steer) / length
+        tangent = tan(previous_steer)
+        told = tangent / length
         slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c
         # The lowest point of the parabola; a control period may be a part of the step.
-        wanted = told - slope / (move_cost + cost.cc) * (at.dt / period)
+        share = at.dt / period
+        wanted = told - slope / (move_cost + cost.cc) * share
 
         span = self._steer_span_rate * at.dt
         if speed < self._min_speed:
             span *= speed / self._min_speed
-        wanted = atan(wanted * length)
-        steer = saturate(wanted, previous_steer - span, previous_steer + span)
-        # The neighbourhood holds back by choice, the vehicle by what its wheels do.
-        slow = self.vehicle.max_steer_rate
-        held = (
-            speed >= self._min_speed
-            and slow is not None
-            and slow <= self._steer_span_rate
-            and steer != wanted
+        low, high = previous_steer - span, previous_steer + span
+        unlimited = atan(wanted * length)
+        start = Predicted(
+            error=pull / cost.ec if abs(wanted_pull) > most else error,
+            heading=heading_error,
+            driven=driven,
+            commanded=told,
         )
-        return steer, Status.SATURATED if held else Status.OK
+        # The rate at the present angle: the curvature changes faster where the wheels stand wide.
+        most_later = self._steer_span_rate * period * (1.0 + tangent * tangent) / length
+        least, greatest = self._curvatures(at, belief, length)
+        limits = Limits((-most_later, most_later), most_later, least, greatest)
+        if low <= unlimited <= high and horizon.keeps(moves, start, limits):
+            self._state = replace(self.state, reached_limits=0)
+            return unlimited, Status.OK
+        # At rest the wheels stand.
+        if span <= 0.0:
+            return previous_steer, Status.OK
+
+        def first(angle: float) -> float:
+            return (tan(angle) / length - told) / share
+
+        # Beyond its largest angle it is the curvature that is limited.
+        limits = limits._replace(
+            first=(
+                first(low) if low > -vehicle.max_steer else -inf,
+                first(high) if high < vehicle.max_steer else inf,
+            )
+        )
+        plan = horizon.limited(start, limits, self.state.reached_limits)
+        reached = later(plan.limits) if share > 0.5 else plan.limits
+        self._state = replace(self.state, reached_limits=reached)
+        angle = atan((told + (plan.curvatures[0] - told) * share) * length)
+        # The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        status = Status.OK
+        if plan.reached is Reached.CURVATURE:
+            status |= Status.SATURATED
+        is_the_vehicles = self._rate_is_the_vehicles and speed >= self._min_speed
+        if plan.reached is Reached.RATE and is_the_vehicles:
+            status |= Status.SATURATED
+        if plan.cut_short:
+            status |= Status.PLAN_CUT_SHORT
+        return saturate(angle, low, high), status
+
+    def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
+        """Return the curvatures that the vehicle may be told.
+
+        Of the angles that a command can bring the wheels to, and within its lateral acceleration.
+        """
+        vehicle = self.vehicle
+        offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset)
+        low = tan(vehicle.at_wheels(offset - vehicle.max_steer)) / length
+        high = tan(vehicle.at_wheels(offset + vehicle.max_steer)) / length
+        most = vehicle.max_lateral_acceleration
+        if most is None:
+            return low, high
+        speed = at.vehicle.speed
+        widest = divide(most, speed * speed)
+        return saturate(low, -widest, widest), saturate(high, -widest, widest)
 
     def check_law_state(self, state: PreviewPopState) -> PreviewPopState:
         """Return `state`, where what is remembered in it is what this law could remember."""
         max_steer = self.vehicle.max_steer
         previous_steer = check_steer("previous_steer", state.previous_steer, max_steer)
-        return replace(state, previous_steer=previous_steer)
+        reached = operator.index(state.reached_limits)
+        return replace(state, previous_steer=previous_steer, reached_limits=reached)

@@ -10,9 +10,12 @@ from __future__ import annotations
 import operator
 from dataclasses import replace
 from math import copysign
-from typing import TYPE_CHECKING, ClassVar, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, Literal, NamedTuple, TypeVar
+
+import numpy as np
 
 from popsteer.errors import InputError
+from popsteer.prediction import Prediction
 from popsteer.reference.error import input_below, input_in_range
 from popsteer.reference.lateral import (
     Belief,
@@ -22,19 +25,27 @@ from popsteer.reference.lateral import (
     Tracked,
     check_steer,
 )
+from popsteer.reference.lateral.missed import elapse, miss
+from popsteer.reference.lateral.replan import find_place, goes_on
+from popsteer.reference.lateral.predict import instants, predict, standing
+from popsteer.reference.lateral.reported import Reported
 from popsteer.reference.lateral.tracker_state import (
     Answer,
+    Place,
     Seen,
     TrackerState,
     estimator_of,
     hands_over,
     in_flight_of,
+    past_of,
     with_estimator,
     with_in_flight,
+    with_past,
 )
 from popsteer.reference.math import atan, divide, saturate
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.relocalise import relocalise
+from popsteer.reference.path.stop import Ahead
 from popsteer.reference.vehicle import Vehicle
 from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimator import (
@@ -44,7 +55,8 @@ from popsteer.reference.vehicle.estimator import (
     Estimate,
     Estimator,
 )
-from popsteer.reference.vehicle.state import VehicleState, checked_dt
+from popsteer.reference.vehicle.past import Past
+from popsteer.reference.vehicle.state import MAX_DT, MIN_DT, VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -55,6 +67,20 @@ __all__ = ["HANDOVER_TIME", "Tracker"]
 
 HANDOVER_TIME = 1.0
 """How long the difference to a driver's angle takes to fade [s]."""
+
+
+class Sight(NamedTuple):
+    """The vehicle at a step, as it is and as the law is to see it."""
+
+    here: VehicleState
+    """The vehicle now."""
+    seen: VehicleState
+    """The vehicle when the next command reaches the wheels."""
+    belief: Belief
+    observed: float
+    """How long after the last pose this one was measured [s]."""
+    travel: float
+    """How far the vehicle has come since [m]."""
 
 
 ParamsT = TypeVar("ParamsT", bound=Params)
@@ -152,10 +178,42 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         self._state = self._take_over(self._before_first_step(steer), steer)
 
     def set_path(self, path: PathView) -> None:
-        """Follow another path from the next step on, without a jump of the angle."""
+        """Follow another path from the next step on.
+
+        The place on it is that of the last projection. Estimate, integral and commands in flight
+        carry on, and so does all of the state where the path is the same there. A path that lies
+        elsewhere is gone over to from the present angle, within `HANDOVER_TIME`; a hand-over that
+        is under way ends when it was to end. Before the first step nothing changes.
+        """
+        old, state = self._path, self._state
         self._path = path
-        state = replace(self._state, waypoint=None, measured_waypoint=None)
-        self._state = self._take_over(self.forget_path(state), state.steer)
+        if state.waypoint is None:
+            self._state = replace(state, measured_waypoint=None)
+            return
+        last = (state.waypoint, state.measured_waypoint)
+        if all(goes_on(old, path, waypoint) for waypoint in last if waypoint is not None):
+            return
+        if state.place is None:
+            # After a jump it is not known where on the old path the vehicle was.
+            state = replace(state, waypoint=None, measured_waypoint=None)
+            self._state = self._hand_over(self.change_path(state, None))
+            return
+        found = find_place(
+            self._follow, self._vehicle.wheelbase, old, path, last, Place(*state.place)
+        )
+        state = replace(
+            state,
+            waypoint=found.waypoint,
+            measured_waypoint=found.measured_waypoint,
+            place=Place(*found.point, *state.place[2:]),
+        )
+        if found.is_turned:
+            state = self.forget_path(state)
+        else:
+            state = self.change_path(state, None if found.is_askew else found.offset)
+        if found.is_turned or found.is_askew or found.is_aside:
+            state = self._hand_over(state)
+        self._state = state
 
     def relocalise(self, x: float, y: float, yaw: float) -> None:
         """Find the vehicle's place on the path anew, after a jump.
@@ -180,9 +238,21 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         base = vehicle.ahead(self._follow.base)
         waypoint = relocalise(self._path, (base.x, base.y), yaw, self._follow.opposite_distance)
         # Nothing is learnt of the motion until then.
-        self._state = replace(self._state, waypoint=waypoint, measured_waypoint=None, seen=None)
+        self._state = replace(
+            self._state, waypoint=waypoint, measured_waypoint=None, place=None, seen=None
+        )
 
-    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command:
         """Estimate, predict, locate, decide, limit: one control step.
 
         Parameters
@@ -195,6 +265,12 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             Forward speed [m/s], negative while rolling backwards.
         dt : float
             Time since the last step [s].
+        applied_steer : float, optional
+            The angle that was applied since the last step where that was not the last command
+            [rad]; commands in flight, estimates and limits go on from it.
+        pose_age : float, default 0.0
+            How long ago pose and speed were measured [s]; the vehicle is rolled forward through
+            the commands given since.
 
         Returns
         -------
@@ -209,19 +285,24 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         """
         vehicle = VehicleState(x, y, yaw, speed).checked()
         dt = checked_dt(dt)
-        seen, belief = self._predict(vehicle, dt)
+        reported = Reported(applied_steer, pose_age).checked(self._vehicle)
+        self._state, dt = elapse(self._state, dt)
+        now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
 
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
         self._state = replace(self._state, waypoint=at.foot.segment)
         here = at
         if self._vehicle.dead_time > 0.0:
-            here = self._follow.locate(self._path, self._state.measured_waypoint, vehicle, dt)
+            here = self._follow.locate(self._path, self._state.measured_waypoint, now, dt)
             self._state = replace(self._state, measured_waypoint=here.foot.segment)
         else:
             # One that a state of another vehicle brought along may be none of this path.
             self._state = replace(self._state, measured_waypoint=None)
         if self._adapt is not None:
-            estimator = self._observe_slip(self._adapt, here, vehicle, dt)
+            estimator = estimator_of(self._state)
+            # A pose that was given before shows nothing new.
+            if observed >= MIN_DT:
+                estimator = self._observe_slip(self._adapt, here, vehicle, observed, travel)
             self._state = with_estimator(self._state, estimator)
             belief = replace(belief, estimate=estimator.estimate)
 
@@ -238,8 +319,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             self._state = replace(self._state, steer=steer)
         else:
             limited = self._limit(steer, at.vehicle.speed, dt, belief.estimate)
-        answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse)
-        self._state = replace(self._state, answer=answer)
+        ahead = Ahead.of(self._path, self._follow, here)
+        pose = (now.x, now.y, now.yaw, now.speed)
+        answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse, ahead, pose)
+        place = Place(*at.foot.point, *here.foot.point)
+        self._state = replace(self._state, answer=answer, place=place)
         status = decision.status
         if limited:
             status |= Status.SATURATED
@@ -249,38 +333,111 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             status |= Status.OFF_PATH
         return _command(self._state.steer, answer, status)
 
-    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float:
         """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
-        return self.step(x, y, yaw, speed, dt).steer
+        command = self.step(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
+        return command.steer
 
     def step_or_hold(
-        self, x: float, y: float, yaw: float, speed: float, dt: float, hold_limit: int = 10
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
     ) -> Command:
         """Take one control step, and answer whatever comes in.
 
         Where `step` would raise `InputError`, the last command is held, its angle, direction,
         errors and target, with the status `Status.INPUT_HELD` for up to `hold_limit` inputs in a
-        row and `Status.INPUT_LOST` beyond. The law's state stays; commands in flight go on.
+        row and `Status.INPUT_LOST` beyond. The time `dt` of a held input is added to that of the
+        next step, whose answer so is that of a single step over all the time that has passed. A
+        `dt` that is itself refused counts as that of the last step.
         """
         try:
-            return self.step(x, y, yaw, speed, dt)
+            return self.step(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
         except InputError:
-            state = replace(self._state, held=self._state.held + 1)
-        in_flight = in_flight_of(state)
-        if in_flight is not None:
-            # The angle that is held goes on its way like any other.
-            try:
-                in_flight = in_flight.elapse(self._vehicle, state.steer, checked_dt(dt), 0.0)
-            except InputError:
-                pass
-            state = replace(with_in_flight(state, in_flight), seen=None)
+            state = miss(self._state, dt)
+        state = replace(state, held=state.held + 1)
         self._state = state
         nowhere = Seen(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
         answer = state.answer
         if answer is None:
-            answer = Answer(nowhere, nowhere, target=(0.0, 0.0), reverse=False)
+            ahead = Ahead(reference_speed=None, distance_to_stop=0.0)
+            place = (0.0, 0.0, 0.0, 0.0)
+            answer = Answer(nowhere, nowhere, (0.0, 0.0), False, ahead, place)  # noqa: FBT003
         lost = state.held > max(0, hold_limit)
         return _command(state.steer, answer, Status.INPUT_LOST if lost else Status.INPUT_HELD)
+
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction:
+        """Predict the trajectory that the controller intends, from the last step on.
+
+        A copy of the controller drives the vehicle as it is known by now, at its present
+        acceleration, and to the next stop at most. The controller itself stays as it is.
+
+        Parameters
+        ----------
+        time : float, default 1.0
+            How far ahead [s].
+        dt : float, default 0.05
+            From one instant to the next, and the period of the steps to come [s].
+
+        Returns
+        -------
+        Prediction
+            Times, poses of the vehicle's point, speeds and commanded angles.
+
+        Raises
+        ------
+        InputError
+            Where a number is out of its range, or no step was taken before.
+        """
+        count, dt = instants(time, dt), checked_dt(dt)
+        before = self._state
+        if before.answer is None:
+            wanted = "known: predict goes on from the last step, take one first"
+            raise InputError("state.answer", None, wanted)
+        plant = in_flight_of(before) if self._models else None
+        estimate = estimator_of(before).estimate
+        if plant is None:
+            plant = standing(self._vehicle, before.steer, before.past_wheel)
+            estimate = Corrections()
+
+        def step(vehicle: VehicleState) -> float:
+            return self.step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
+
+        # The poses to come have no age, and what is predicted shows nothing of the vehicle.
+        self._state = replace(with_past(before, None), seen=None, held_time=0.0)
+        try:
+            trajectory = predict(
+                self._vehicle, plant, estimate, before.answer, before.steer, step, dt, count
+            )
+        finally:
+            self._state = before
+        vehicles = [each.vehicle for each in trajectory]
+        return Prediction(
+            time=np.array([each.time for each in trajectory]),
+            x=np.array([vehicle.x for vehicle in vehicles]),
+            y=np.array([vehicle.y for vehicle in vehicles]),
+            yaw=np.array([vehicle.yaw for vehicle in vehicles]),
+            speed=np.array([vehicle.speed for vehicle in vehicles]),
+            steer=np.array([each.steer for each in trajectory]),
+        )
 
     def _before_first_step(self, steer: float = 0.0) -> StateT:
         """Return the state before the first step, with the wheels at the angle `steer` [rad]."""
@@ -294,6 +451,16 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         state, goes_on = self.set_steer(state, steer)
         left = 0.0 if goes_on else HANDOVER_TIME
         return replace(state, steer=steer, handover_offset=None, handover_left=left)
+
+    def _hand_over(self, state: StateT) -> StateT:
+        """Go on from the present angle, in what is left of the hand-over that is under way."""
+        left = state.handover_left if hands_over(state) else HANDOVER_TIME
+        if state.handover_offset is not None:
+            # Of one that has begun less than all of its time is left.
+            left = saturate(left, 0.0, HANDOVER_TIME - MIN_DT)
+        state, goes_on_from_it = self.set_steer(state, state.steer)
+        left = 0.0 if goes_on_from_it else left
+        return replace(state, handover_offset=None, handover_left=left)
 
     def _predict(self, vehicle: VehicleState, dt: float) -> tuple[VehicleState, Belief]:
         """Return the vehicle as the law is to see it.
@@ -320,11 +487,77 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             return seen, Belief(wheel, estimate)
         return vehicle, Belief(in_flight.wheel, estimate)
 
-    def _observe_slip(
-        self, adapt: AdaptParams, here: Located, vehicle: VehicleState, dt: float
-    ) -> Estimator:
-        """Observe the slip of a vehicle that is measured at `here`.
+    def _sight(self, vehicle: VehicleState, dt: float, reported: Reported) -> Sight:
+        """Return the vehicle now, and as the law is to see it."""
+        applied, age = reported
+        if applied is not None:
+            # All that goes on from the last command goes on from what was applied instead.
+            self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
+        if age > 0.0 or past_of(self._state) is not None:
+            return self._sight_aged(vehicle, dt, age)
+        seen, belief = self._predict(vehicle, dt)
+        return Sight(vehicle, seen, belief, observed=dt, travel=0.0)
 
+    def _sight_aged(self, vehicle: VehicleState, dt: float, age: float) -> Sight:
+        """Do as `_predict`, for a pose that was measured `age` [s] before.
+
+        Observes the motion between the poses, lets the last command take flight, and predicts.
+        """
+        car, state = self._vehicle, self._state
+        in_flight = in_flight_of(state) if self._models else None
+        past = past_of(state)
+        if past is None:
+            # Nothing was remembered: the wheels count as still.
+            standing = car.at_wheels(state.steer + car.steer_offset)
+            past = Past.settled(standing if in_flight is None else in_flight.wheel)
+        past = self._remember(past, state, state.steer, dt)
+        observed = past.since - age
+        old = vehicle.ahead(car.no_slip)
+        estimator = estimator_of(state)
+        before = estimator.estimate.longer_dead_time
+        # A pose that was given before shows nothing new.
+        if observed >= MIN_DT:
+            if self._adapt is not None and in_flight is not None:
+                reached = past.reached(age)
+                estimator = estimator.observe_turn(self._adapt, car, old, reached, observed)
+                # No command reaches the wheels before it is given, so in a period the flight
+                # becomes longer by that at most.
+                known = estimator.estimate
+                longer = saturate(known.longer_dead_time, before - dt, before + dt)
+                known = replace(known, longer_dead_time=longer)
+                estimator = replace(estimator, estimate=known)
+            past = replace(past, since=age)
+        estimate = Corrections() if in_flight is None else estimator.estimate
+        here, now = vehicle, old
+        if age > 0.0:
+            now = past.advance(car, old, age, estimate).bounded()
+            here = now.ahead(-car.no_slip).bounded()
+        seen, wheel = here, state.steer
+        if in_flight is not None:
+            longer = estimate.longer_dead_time - before
+            in_flight = in_flight.elapse(car, state.steer, dt, longer)
+            wheel = in_flight.wheel
+            if car.dead_time > 0.0:
+                predicted, wheel = in_flight.predict(car, now, estimate)
+                seen = predicted.bounded().ahead(-car.no_slip).bounded()
+            state = with_in_flight(state, in_flight)
+        self._state = with_past(with_estimator(state, estimator), past)
+        return Sight(here, seen, Belief(wheel, estimate), observed, vehicle.speed * age)
+
+    def _remember(self, past: Past, state: StateT, last: float, dt: float) -> Past:
+        """Let `dt` [s] pass under the angle `last` [rad], which takes flight where there is one."""
+        in_flight = in_flight_of(state) if self._models else None
+        if in_flight is None:
+            return past.elapse(self._vehicle, [(last, dt)], past.wheel, dt)
+        commands = (*in_flight.commands, (last, dt))
+        return past.elapse(self._vehicle, commands, in_flight.wheel, dt)
+
+    def _observe_slip(
+        self, adapt: AdaptParams, here: Located, vehicle: VehicleState, dt: float, since: float
+    ) -> Estimator:
+        """Observe the slip of a vehicle that is at `here`.
+
+        It was seen at `vehicle`, `dt` [s] after the last time, and since then has come `since` [m].
         Nothing is learnt across a change of the direction.
         """
         car, path = self._vehicle, self._path
@@ -337,6 +570,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             travel = abs(travel)
             # The tracked point lies ahead of the one that slips by about this much.
             start = here.foot.arc_length(path) - self._follow.reference_offset - travel
+            start -= abs(since)
             smoothing = 2.0 / 3.0 * car.wheelbase
             preview = Preview(path, smoothing, here.foot.segment, start, travel)
             _, (turn,) = preview.turns(start, travel, 1)
@@ -369,9 +603,18 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         state = self._state
         if not hands_over(state):
             return wanted
-        offset, left = state.handover_offset, state.handover_left
-        if offset is None:
+        offset, before = state.handover_offset, state.handover_left
+        left = before
+        if offset is None and before >= HANDOVER_TIME:
             offset = state.steer - wanted
+        elif offset is None:
+            # The path changed again on the way: the difference fades in the time that is left.
+            left -= dt
+            share = before / HANDOVER_TIME
+            offset = 0.0
+            if left > 0.0:
+                widest = _widest_offset(self._vehicle)
+                offset = saturate((state.steer - wanted) / share, -widest, widest)
         else:
             left -= dt
         share = saturate(left / HANDOVER_TIME, 0.0, 1.0)
@@ -392,6 +635,9 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         car = self._vehicle
         state = self.restore(state)
         in_flight = self._restored_in_flight(state)
+        past = past_of(state)
+        if past is not None:
+            past = Past.restore(past.angles, past.wheel, past.since)
         state = self.check_law_state(state)
         waypoint = _check_waypoint("waypoint", self._path, state.waypoint)
         measured = _check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
@@ -400,24 +646,29 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         # No offset and no time left is no hand-over; NaN is one, and refused.
         if hands_over(state):
             if offset is not None:
-                widest = 2.0 * car.max_steer + (abs(car.steer_offset) + MAX_STEER_OFFSET)
-                offset = check_steer("handover_offset", offset, widest)
+                offset = check_steer("handover_offset", offset, _widest_offset(car))
             left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
         else:
             left = 0.0
+        place = None if state.place is None else Place(*state.place).checked()
+        held_time = input_in_range("held_time", state.held_time, 0.0, MAX_DT)
+        period = input_in_range("period", state.period, 0.0, MAX_DT)
         answer = None if state.answer is None else Answer(*state.answer).checked()
         estimator = estimator_of(state).checked(car)
         if in_flight is not None:
             in_flight = in_flight.checked(car, estimator.estimate.longer_dead_time)
         state = with_in_flight(with_estimator(state, estimator), in_flight)
         return replace(
-            state,
+            with_past(state, past),
             waypoint=waypoint,
             measured_waypoint=measured,
+            place=place,
             steer=steer,
             handover_offset=offset,
             handover_left=left,
             held=max(0, operator.index(state.held)),
+            held_time=held_time,
+            period=period,
             answer=answer,
         )
 
@@ -434,6 +685,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
 
 
 # A state is flat, as the binding shows it; what goes together in it is taken out and put back here.
+
+
+def _widest_offset(car: Vehicle) -> float:
+    """Return the widest offset of a hand-over: from one end of the wheels to the other [rad]."""
+    return 2.0 * car.max_steer + (abs(car.steer_offset) + MAX_STEER_OFFSET)
 
 
 def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:
@@ -459,6 +715,8 @@ def _command(steer: float, answer: Answer, status: Status) -> Command:
         predicted_heading_error=answer.predicted.heading_error(),
         target=answer.target,
         reverse=answer.reverse,
+        reference_speed=answer.ahead.reference_speed,
+        distance_to_stop=answer.ahead.distance_to_stop,
         status=status,
     )
 

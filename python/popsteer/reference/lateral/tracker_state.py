@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from popsteer.reference.error import input_in_range
 from popsteer.reference.math import atan2, wrap
-from popsteer.reference.path.view import MAX_COORDINATE, Point
+from popsteer.reference.path.stop import Ahead
+from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED, Point
 from popsteer.reference.vehicle.delay import Commands, InFlight
 from popsteer.reference.vehicle.estimator import Corrections, Estimator
+from popsteer.reference.vehicle.past import Past
 from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
 
 if TYPE_CHECKING:
@@ -17,14 +20,20 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Answer",
+    "Place",
     "Seen",
     "TrackerState",
     "estimator_of",
     "hands_over",
     "in_flight_of",
+    "past_of",
     "with_estimator",
     "with_in_flight",
+    "with_past",
 ]
+
+MAX_DISTANCE = 1e18
+"""More than a distance along a path can come to [m]."""
 
 
 class Seen(NamedTuple):
@@ -59,6 +68,24 @@ class Seen(NamedTuple):
         )
 
 
+class Place(NamedTuple):
+    """The projections of the last step, by which the place is found on another path."""
+
+    x: float
+    """That of the predicted vehicle, x [m]."""
+    y: float
+    """The same, y [m]."""
+    measured_x: float
+    """That of the measured vehicle, x [m]."""
+    measured_y: float
+    """The same, y [m]."""
+
+    def checked(self) -> Place:
+        """Return the same, as floats, where each is within its bound."""
+        most = 4.0 * MAX_COORDINATE
+        return Place(*(input_in_range("place", value, -most, most) for value in self))
+
+
 class Answer(NamedTuple):
     """What the last step answered besides its angle."""
 
@@ -70,6 +97,10 @@ class Answer(NamedTuple):
     """The point aimed at [m]."""
     reverse: bool
     """Whether the path was driven backwards."""
+    ahead: Ahead
+    """What the path says of driving on from there."""
+    vehicle: tuple[float, float, float, float]
+    """The pose of the vehicle's point x [m], y [m], yaw [rad], and the speed [m/s]."""
 
     def checked(self) -> Answer:
         """Return the same, as floats, where each is within its bound."""
@@ -78,7 +109,23 @@ class Answer(NamedTuple):
         x, y = self.target
         x = input_in_range("answer", x, -most, most)
         y = input_in_range("answer", y, -most, most)
-        return Answer(measured, predicted, (x, y), self.reverse)
+        return Answer(measured, predicted, (x, y), self.reverse, *self._checked_ahead())
+
+    def _checked_ahead(self) -> tuple[Ahead, VehicleState]:
+        """Return the rest, as floats, where each is within its bound."""
+        speed, distance = self.ahead
+        if speed is not None:
+            speed = input_in_range("answer", speed, -2.0 * MAX_SPEED, 2.0 * MAX_SPEED)
+        if distance != inf:
+            distance = input_in_range("answer", distance, -MAX_DISTANCE, MAX_DISTANCE)
+        x, y, yaw, now = self.vehicle
+        vehicle = (
+            input_in_range("answer", x, -MAX_COORDINATE, MAX_COORDINATE),
+            input_in_range("answer", y, -MAX_COORDINATE, MAX_COORDINATE),
+            input_in_range("answer", yaw, -MAX_YAW, MAX_YAW),
+            input_in_range("answer", now, -MAX_SPEED, MAX_SPEED),
+        )
+        return Ahead(speed, distance), vehicle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,6 +139,9 @@ class TrackerState:
         starts; None before the first step.
     measured_waypoint : int or None
         The same of the measured vehicle, where there is a dead time.
+    place : tuple of float or None
+        Where both were projected to: x, y [m] of the predicted vehicle's projection, x, y [m] of
+        the measured one's; None before the first step and after a jump.
     steer : float
         The angle last commanded [rad].
     handover_offset : float or None
@@ -100,11 +150,21 @@ class TrackerState:
         How long it fades on [s]; 0 without a hand-over.
     held : int
         How many inputs in a row were refused.
+    held_time : float
+        How much time they took, which the next step counts [s].
+    period : float
+        The time that the last step counted [s]; 0 before the first.
     wheel : float or None
         Angle of the wheels by the vehicle's own figures [rad]; None where the vehicle is not
         modelled.
     commands_in_flight : tuple of tuple of float
         Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+    past_angles : tuple of tuple of float
+        Mean angles of the wheels of late, oldest first: angle [rad] and duration [s].
+    past_wheel : float or None
+        Angle that they end with [rad]; None before the first pose that had an age.
+    past_since : float
+        How long ago the last pose was measured [s].
     seen : tuple of float or None
         x [m], y [m], yaw [rad] and speed [m/s] of the point that does not slip as it was last seen;
         None where the motion since shows nothing.
@@ -132,17 +192,25 @@ class TrackerState:
     answer : tuple or None
         What the last step answered besides its angle: cross-track error [m], yaw [rad] and
         direction of the path (x, y) [m] of the measured vehicle, and of the predicted one; the
-        target (x, y) [m]; and whether the path was driven backwards. None before the first step.
+        target (x, y) [m]; whether the path was driven backwards; reference speed [m/s] and distance
+        to stop [m]; and where the vehicle was: x [m], y [m], yaw [rad] and speed [m/s]. None before
+        the first step.
     """
 
     waypoint: int | None = None
     measured_waypoint: int | None = None
+    place: Place | None = None
     steer: float = 0.0
     handover_offset: float | None = None
     handover_left: float = 0.0
     held: int = 0
+    held_time: float = 0.0
+    period: float = 0.0
     wheel: float | None = None
     commands_in_flight: Commands = ()
+    past_angles: Commands = ()
+    past_wheel: float | None = None
+    past_since: float = 0.0
     seen: tuple[float, float, float, float] | None = None
     turn_turn: float = 0.0
     turn_offset: float = 0.0
@@ -178,6 +246,20 @@ def with_in_flight(state: StateT, in_flight: InFlight | None) -> StateT:
     if in_flight is None:
         return replace(state, wheel=None, commands_in_flight=())
     return replace(state, wheel=in_flight.wheel, commands_in_flight=in_flight.commands)
+
+
+def past_of(state: TrackerState) -> Past | None:
+    """Return what the wheels did of late; None before the first pose that had an age."""
+    if state.past_wheel is None:
+        return None
+    return Past(state.past_angles, state.past_wheel, state.past_since)
+
+
+def with_past(state: StateT, past: Past | None) -> StateT:
+    """Return the state with this past of the wheels."""
+    if past is None:
+        return replace(state, past_angles=(), past_wheel=None, past_since=0.0)
+    return replace(state, past_angles=past.angles, past_wheel=past.wheel, past_since=past.since)
 
 
 def estimator_of(state: TrackerState) -> Estimator:

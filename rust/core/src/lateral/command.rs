@@ -40,15 +40,19 @@ impl Status {
     pub const INPUT_HELD: Self = Self(1 << 4);
     /// Fault: more inputs in a row were refused than are held. The last command stands; stop.
     pub const INPUT_LOST: Self = Self(1 << 5);
+    /// Degraded: the best plan within the vehicle's limits was not found in the time that a step
+    /// may take. The command is that of the best plan found, which keeps them.
+    pub const PLAN_CUT_SHORT: Self = Self(1 << 8);
 
     /// Every condition with its name, from the lowest bit up.
-    pub const NAMES: [(Self, &'static str); 6] = [
+    pub const NAMES: [(Self, &'static str); 7] = [
         (Self::SATURATED, "saturated"),
         (Self::LOOKAHEAD_LOST, "lookahead-lost"),
         (Self::END_OF_PATH, "end-of-path"),
         (Self::OFF_PATH, "off-path"),
         (Self::INPUT_HELD, "input-held"),
         (Self::INPUT_LOST, "input-lost"),
+        (Self::PLAN_CUT_SHORT, "plan-cut-short"),
     ];
     const FAULTS: Self = Self::INPUT_LOST;
 
@@ -147,6 +151,14 @@ pub struct Command {
     pub target: Point,
     /// Whether the path is driven backwards here.
     pub reverse: bool,
+    /// The path's speed beside the rear axle [m/s], negative where it is driven backwards; none
+    /// where the path has no speeds. Its square is linear between waypoints; a speed of 0 at a cusp
+    /// or at an end counts as a tenth of the wheelbase a second, so that no vehicle stands still
+    /// before it.
+    pub reference_speed: Option<f64>,
+    /// Distance that the rear axle has to go along the path to the next cusp, or to the end [m];
+    /// negative past the end, infinite on a closed path without cusps.
+    pub distance_to_stop: f64,
     /// How the step went.
     pub status: Status,
 }
@@ -176,6 +188,6 @@ mod tests {
             assert_eq!(all & each.bits(), 0);
             all | each.bits()
         });
-        assert_eq!(all.count_ones(), 6);
+        assert_eq!(all.count_ones(), 7);
     }
 }

@@ -43,6 +43,64 @@ impl Travel {
     }
 }
 
+/// A state of the prediction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Predicted {
+    /// Cross-track error [m].
+    pub error: f64,
+    /// Heading error [rad].
+    pub heading: f64,
+    /// Curvature that the vehicle drives [1/m].
+    pub driven: f64,
+    /// Curvature that is commanded [1/m].
+    pub commanded: f64,
+}
+
+impl Travel {
+    /// The state after this step from `state`, whose wheels were just moved: the path turns by
+    /// `turn` [rad] on the way, the vehicle drifts to the left by `drift` [m].
+    #[inline]
+    pub fn after(&self, state: &Predicted, turn: f64, drift: f64) -> Predicted {
+        let moved = drift - 0.5 * self.step * turn;
+        let Predicted {
+            error,
+            heading,
+            driven,
+            commanded,
+        } = *state;
+        Predicted {
+            error: (error + self.step * heading + moved)
+                + (self.error_by_driven * driven + self.error_by_told * commanded),
+            heading: (heading - turn)
+                + (self.heading_by_driven * driven + self.heading_by_told * commanded),
+            driven: self.kept * driven + self.taken * commanded,
+            commanded,
+        }
+    }
+}
+
+/// The best move of the wheels in a state: the curvature that is commanded next is
+/// `left * commanded - (e * error + p * heading + a * driven + constant)`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[expect(missing_docs, reason = "one letter an entry of the state")]
+pub struct BestMove {
+    pub e: f64,
+    pub p: f64,
+    pub a: f64,
+    pub left: f64,
+    pub constant: f64,
+}
+
+impl BestMove {
+    /// The curvature that is best commanded in `state` [1/m].
+    #[inline]
+    pub fn commanded(&self, state: &Predicted) -> f64 {
+        self.left * state.commanded
+            - ((self.e * state.error + self.p * state.heading)
+                + (self.a * state.driven + self.constant))
+    }
+}
+
 /// A quadratic cost of the state: an entry for each product of two, and twice what goes with each
 /// alone. A constant would change no decision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,6 +194,73 @@ impl CostToGo {
             p: step * e + p,
             a: error_by_driven * e + heading_by_driven * p + kept * a,
             c: error_by_told * e + heading_by_told * p + taken * a + c,
+        }
+    }
+
+    /// This cost of one state alone, where it is a [`stage`](Self::stage).
+    #[inline]
+    pub fn of(&self, state: &Predicted) -> f64 {
+        let Predicted {
+            error,
+            heading,
+            driven,
+            ..
+        } = *state;
+        self.ee * error * error
+            + (self.pp * heading * heading
+                + (2.0 * self.pa * heading * driven + self.aa * driven * driven))
+    }
+
+    /// The best move before a state with this cost, where a move costs `move_cost` times its
+    /// square.
+    #[inline]
+    pub fn best_move(&self, move_cost: f64) -> BestMove {
+        let share = 1.0 / (move_cost + self.cc);
+        BestMove {
+            e: share * self.ec,
+            p: share * self.pc,
+            a: share * self.ac,
+            left: move_cost * share,
+            constant: share * self.c,
+        }
+    }
+
+    /// This cost, of the state after the wheels were moved by `moved` [1/m], as a cost of the
+    /// state before; and `stage` on top.
+    #[inline]
+    pub fn before_move_by(&self, moved: f64, stage: &Self) -> Self {
+        Self {
+            ee: self.ee + stage.ee,
+            pp: self.pp + stage.pp,
+            pa: self.pa + stage.pa,
+            aa: self.aa + stage.aa,
+            e: self.e + self.ec * moved,
+            p: self.p + self.pc * moved,
+            a: self.a + self.ac * moved,
+            c: self.c + self.cc * moved,
+            ..*self
+        }
+    }
+
+    /// This cost, of the state after the wheels were moved to `curvature` [1/m], as a
+    /// cost of the state before the move, which costs `move_cost` times its square; and `stage` on
+    /// top.
+    #[inline]
+    pub fn before_move_to(&self, curvature: f64, move_cost: f64, stage: &Self) -> Self {
+        Self {
+            ee: self.ee + stage.ee,
+            pp: self.pp + stage.pp,
+            pa: self.pa + stage.pa,
+            aa: self.aa + stage.aa,
+            ec: 0.0,
+            pc: 0.0,
+            ac: 0.0,
+            cc: move_cost,
+            e: self.e + self.ec * curvature,
+            p: self.p + self.pc * curvature,
+            a: self.a + self.ac * curvature,
+            c: -move_cost * curvature,
+            ..*self
         }
     }
 

@@ -6,10 +6,16 @@
 pub mod bang_bang;
 pub mod command;
 pub mod cost_to_go;
+mod held;
+pub mod limited;
+pub mod missed;
 pub mod pid;
 pub mod pop;
+pub mod predict;
 pub mod preview_pop;
 pub mod pure_pursuit;
+pub mod replan;
+pub mod reported;
 pub mod search;
 pub mod stanley;
 pub mod tracker;
@@ -19,11 +25,13 @@ pub use bang_bang::{BangBang, BangBangParams, BangBangState};
 pub use command::{Command, Status};
 pub use pid::{Pid, PidParams, PidState};
 pub use pop::{Pop, PopParams, PopState};
+pub use predict::Predicted;
 pub use preview_pop::{PreviewPop, PreviewPopParams, PreviewPopState};
 pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
+pub use reported::Reported;
 pub use stanley::{Stanley, StanleyParams, StanleyState};
 pub use tracker::Tracker;
-pub use tracker_state::{Answer, Handover, Seen, TrackerState};
+pub use tracker_state::{Answer, Handover, Place, Seen, TrackerState};
 
 use core::fmt;
 
@@ -56,8 +64,12 @@ pub struct Belief {
 
 /// What all states of laws have in common.
 pub trait LateralState {
-    /// Forgets what was measured against the path: another one is followed from now on.
+    /// Forgets what was measured against the path: it leads another way from now on.
     fn leave_path(&mut self) {}
+
+    /// Another path is followed from now on, against which the last error is `offset` [m] larger;
+    /// by nobody knows how much where that is none.
+    fn change_path(&mut self, _offset: Option<f64>) {}
 
     /// Takes note of the angle [rad] that the wheels were given instead of the law's answer.
     /// Whether the law's next answer goes on from it.

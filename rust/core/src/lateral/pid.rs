@@ -3,7 +3,7 @@
 use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
-use crate::math::{cos, from_count, sin};
+use crate::math::{cos, from_count, saturate, sin};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::view::{MAX_COORDINATE, PathView};
@@ -310,6 +310,14 @@ impl LateralState for PidState {
         self.previous_error = None;
         self.previous_position = None;
         self.buffer = ErrorBuffer::new(self.buffer.length());
+    }
+
+    /// The integral carries on, and the derivative sees no jump.
+    fn change_path(&mut self, offset: Option<f64>) {
+        self.previous_error = match (self.previous_error, offset) {
+            (Some(error), Some(offset)) => Some(saturate(error + offset, -BOUND, BOUND)),
+            _ => None,
+        };
     }
 }
 

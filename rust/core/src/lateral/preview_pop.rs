@@ -1,6 +1,7 @@
 //! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
 
-use super::cost_to_go::{CostToGo, Travel};
+use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
+use super::limited::{Horizon, Limits, Reached, ReachedLimits};
 use super::{
     Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
 };
@@ -27,7 +28,7 @@ pub struct PreviewPopParams {
     /// vanish.
     pub heading_cost: Option<f64>,
     /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad];
-    /// a twelfth of the wheelbase by default, and more for wheels slower than 0.5 rad/s. More: calmer wheels, less noise passed on, wider
+    /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
     /// bends where the model is wrong.
     pub steer_rate_cost: Option<f64>,
     /// Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
@@ -66,12 +67,10 @@ impl PreviewPopParams {
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         let wheelbase = vehicle.wheelbase;
         let rate = vehicle.max_steer_rate.unwrap_or(60.0 * (PI / 180.0));
-        // Wheels slower than 0.5 rad/s want calmer moves.
-        let slow = saturate(0.5 / rate, 1.0, 4.0);
         Self {
             steer_span_rate: or_scaled(self.steer_span_rate, rate),
             heading_cost: or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost: or_scaled(self.steer_rate_cost, slow * (wheelbase / 12.0)),
+            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 12.0),
             min_speed: or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
             smoothing_length: or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
             search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
@@ -92,6 +91,9 @@ impl Default for PreviewPopParams {
 pub struct PreviewPopState {
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
+    /// The limits that the last plan reaches, three bits a step: what the next plan is sought from,
+    /// which makes it quicker to find and no other.
+    pub reached_limits: u64,
 }
 
 /// Preview POP: of the angles in the neighbourhood of the last one, the angle with the least cost
@@ -100,20 +102,40 @@ pub struct PreviewPopState {
 /// The cost of a step is `e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`, with the
 /// cross-track error `e`, the heading error `p` and the rate of the wheels, predicted by a bicycle
 /// with lag along the curvature of the path ahead. What follows the first step is taken at its
-/// best, the cost-to-go, so the cost of an angle is a parabola: the best angle of the
-/// neighbourhood is the lowest point of it, brought within the neighbourhood and the limits.
-/// There is no list of candidates; the law is this closed form.
+/// best, the cost-to-go, so the cost of an angle is a parabola, and the best angle is the lowest
+/// point of it. There is no list of candidates; the law is this closed form. Where that plan breaks
+/// a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the best plan
+/// that keeps them takes its place ([`limited`](super::limited)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
     vehicle: Vehicle,
     follow: Follow,
+    /// The lesser of the neighbourhood's and the vehicle's.
     steer_span_rate: f64,
+    /// Whether that is the vehicle's.
+    rate_is_the_vehicles: bool,
+    /// Of the vehicle's `max_steer`.
+    max_tangent: f64,
     horizon: f64,
     heading_cost: f64,
     steer_rate_cost: f64,
     approach_angle: f64,
     min_speed: f64,
     smoothing_length: f64,
+}
+
+/// The angles that the wheels can be brought to in a control period.
+struct Neighbourhood {
+    /// The least [rad].
+    low: f64,
+    /// The greatest [rad].
+    high: f64,
+    /// What makes an angle of a curvature [m].
+    length: f64,
+    /// Of a step of the horizon that a control period is.
+    share: f64,
+    /// Whether the rate of the vehicle's wheels bounds it.
+    is_the_vehicles: bool,
 }
 
 impl PreviewPop {
@@ -128,8 +150,12 @@ impl PreviewPop {
         let within = |field, value: Option<f64>, low, high| {
             config_in_range(field, resolved(value), low, high)
         };
+        let span_rate = within("steer_span_rate", params.steer_span_rate, 1e-3, 1e6)?;
+        let rate = vehicle.max_steer_rate.unwrap_or(f64::INFINITY);
         Ok(Self {
-            steer_span_rate: within("steer_span_rate", params.steer_span_rate, 1e-3, 1e6)?,
+            steer_span_rate: if span_rate < rate { span_rate } else { rate },
+            rate_is_the_vehicles: rate <= span_rate,
+            max_tangent: tan(vehicle.max_steer),
             horizon: within("horizon", Some(params.horizon), 0.05, 100.0)?,
             heading_cost: within("heading_cost", params.heading_cost, 0.0, 1e3)?,
             steer_rate_cost: within("steer_rate_cost", params.steer_rate_cost, 1e-5, 1e3)?,
@@ -151,12 +177,13 @@ impl PreviewPop {
     }
 
     /// The best angle of the neighbourhood of `previous_steer`, both of the mirrored vehicle, and
-    /// whether the rate of the wheels holds it back.
+    /// how it was planned.
     #[inline]
     fn choose(
         &self,
         path: &PathView<'_>,
         previous_steer: f64,
+        guess: &mut ReachedLimits,
         at: &Located,
         belief: &Belief,
     ) -> (f64, Status) {
@@ -185,38 +212,168 @@ impl PreviewPop {
         let smoothing = self.smoothing_length;
         let path_yaw = Preview::new(path, smoothing, foot.segment, arc_length, distance)
             .turns(arc_length, step, turns);
-        let drift = step * estimate.slip;
-        let stage = CostToGo::stage(self.heading_cost, offset);
-        let mut after = stage;
-        let mut cost = stage;
-        for &turn in turns.iter().rev() {
-            cost = after.before(&travel, turn, drift);
-            after = cost.before_best_move(move_cost, &stage);
-        }
+        let horizon = Horizon {
+            travel,
+            stage: CostToGo::stage(self.heading_cost, offset),
+            move_cost,
+            turns,
+            drift: step * estimate.slip,
+        };
+        let mut moves = [BestMove::default(); MAX_STEPS];
+        let cost = horizon.unlimited(&mut moves);
 
         // From afar the error counts only as far as it calls for the approach angle.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
         let most = self.approach_angle * cost.pc;
         let most = if most > 0.0 { most } else { 0.0 };
-        let pull = saturate(foot.cross_track_error() * cost.ec, -most, most);
+        let error = foot.cross_track_error();
+        let wanted_pull = error * cost.ec;
+        let pull = saturate(wanted_pull, -most, most);
         let driven = tan(at.turn(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
-        let told = tan(previous_steer) / length;
+        let tangent = tan(previous_steer);
+        let told = tangent / length;
         let slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c;
         // The lowest point of the parabola; a control period may be a part of the step.
-        let wanted = told - slope / (move_cost + cost.cc) * (at.dt / period);
+        let share = at.dt / period;
+        let wanted = told - slope / (move_cost + cost.cc) * share;
 
         let mut span = self.steer_span_rate * at.dt;
         if speed < self.min_speed {
             span *= speed / self.min_speed;
         }
-        let wanted = atan(wanted * length);
-        let steer = saturate(wanted, previous_steer - span, previous_steer + span);
+        let (low, high) = (previous_steer - span, previous_steer + span);
+        let unlimited = atan(wanted * length);
+        let start = Predicted {
+            error: if wanted_pull.abs() > most {
+                pull / cost.ec
+            } else {
+                error
+            },
+            heading: heading_error,
+            driven,
+            commanded: told,
+        };
+        // The rate at the present angle: the curvature changes faster where the wheels stand wide.
+        let later = self.steer_span_rate * period * (1.0 + tangent * tangent) / length;
+        let limits = |(least, greatest)| Limits {
+            first: (-later, later),
+            later,
+            low: least,
+            high: greatest,
+        };
+        let keeps = |limits: &Limits| {
+            low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, limits)
+        };
+        // What keeps the narrower limits keeps the limits.
+        let narrower = self.narrower_curvatures(at, belief, length);
+        if keeps(&limits(narrower)) {
+            *guess = ReachedLimits::default();
+            return (unlimited, Status::OK);
+        }
+        let limits = limits(self.curvatures(at, belief, length));
+        if keeps(&limits) {
+            *guess = ReachedLimits::default();
+            return (unlimited, Status::OK);
+        }
+        // At rest the wheels stand.
+        if span <= 0.0 {
+            return (previous_steer, Status::OK);
+        }
+        let around = Neighbourhood {
+            low,
+            high,
+            length,
+            share,
+            is_the_vehicles: self.rate_is_the_vehicles && speed >= self.min_speed,
+        };
+        self.best_within(&horizon, start, limits, &around, guess)
+    }
+
+    /// The angle of the best plan within `limits`, and how it was planned.
+    fn best_within(
+        &self,
+        horizon: &Horizon<'_>,
+        start: Predicted,
+        limits: Limits,
+        around: &Neighbourhood,
+        guess: &mut ReachedLimits,
+    ) -> (f64, Status) {
+        let &Neighbourhood {
+            low,
+            high,
+            length,
+            share,
+            is_the_vehicles,
+        } = around;
+        let (most, told) = (self.vehicle.max_steer, start.commanded);
+        let first = |angle: f64| (tan(angle) / length - told) / share;
+        // Beyond its largest angle it is the curvature that is limited.
+        let least = if low > -most {
+            first(low)
+        } else {
+            f64::NEG_INFINITY
+        };
+        let greatest = if high < most {
+            first(high)
+        } else {
+            f64::INFINITY
+        };
+        let limits = Limits {
+            first: (least, greatest),
+            ..limits
+        };
+        let plan = horizon.limited(start, &limits, *guess);
+        *guess = if share > 0.5 {
+            plan.limits.later()
+        } else {
+            plan.limits
+        };
+        let angle = atan((told + (plan.first() - told) * share) * length);
         // The neighbourhood holds back by choice, the vehicle by what its wheels do.
-        let slow = self.vehicle.max_steer_rate;
-        let held = speed >= self.min_speed
-            && slow.is_some_and(|rate| rate <= self.steer_span_rate)
-            && steer.total_cmp(&wanted).is_ne();
-        (steer, Status::SATURATED.when(held))
+        let status = Status::SATURATED.when(match plan.reached {
+            Reached::Nothing => false,
+            Reached::Rate => is_the_vehicles,
+            Reached::Curvature => true,
+        });
+        (
+            saturate(angle, low, high),
+            status | Status::PLAN_CUT_SHORT.when(plan.cut_short),
+        )
+    }
+
+    /// The curvatures that the vehicle may be told: of the angles that a command can bring the
+    /// wheels to, and within its lateral acceleration.
+    #[inline]
+    fn curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
+        let vehicle = &self.vehicle;
+        let offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset);
+        let most = vehicle.max_steer;
+        let end = |angle: f64| tan(vehicle.at_wheels(angle)) / length;
+        self.within_lateral_acceleration(at, end(offset - most), end(offset + most))
+    }
+
+    /// Curvatures within [`curvatures`](Self::curvatures), by how steep a tangent is at its widest:
+    /// most plans keep them, and need no tangent.
+    #[inline]
+    fn narrower_curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
+        let offset = self.vehicle.steer_offset + belief.estimate.steer_offset;
+        let tangent = self.max_tangent;
+        let narrower = tangent - offset.abs() * (1.0 + tangent * tangent) * (1.0 + 1e-9);
+        let widest = narrower / length;
+        self.within_lateral_acceleration(at, -widest, widest)
+    }
+
+    #[inline]
+    fn within_lateral_acceleration(&self, at: &Located, low: f64, high: f64) -> (f64, f64) {
+        let Some(most) = self.vehicle.max_lateral_acceleration else {
+            return (low, high);
+        };
+        let speed = at.vehicle.speed;
+        let widest = most / (speed * speed);
+        (
+            saturate(low, -widest, widest),
+            saturate(high, -widest, widest),
+        )
     }
 }
 
@@ -255,13 +412,16 @@ impl LateralLaw for PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> Decision {
-        let (wanted, held) = self.choose(path, at.turn(state.previous_steer), at, belief);
+        let mut reached = ReachedLimits(state.reached_limits);
+        let previous = at.turn(state.previous_steer);
+        let (wanted, planned) = self.choose(path, previous, &mut reached, at, belief);
+        state.reached_limits = reached.0;
         let (steer, status) = self.vehicle.limit_steer(wanted);
         state.previous_steer = at.turn(steer);
         Decision {
             steer,
             target: at.foot.point,
-            status: status | held,
+            status: planned | status,
         }
     }
 

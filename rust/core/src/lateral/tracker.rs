@@ -4,7 +4,8 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
-use super::tracker_state::{Answer, Handover, Seen, TrackerState};
+use super::reported::Reported;
+use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
@@ -12,8 +13,9 @@ use crate::math::{atan, from_count, saturate};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
+use crate::path::stop::Ahead;
 use crate::path::view::{MAX_COORDINATE, PathView};
-use crate::vehicle::state::checked_dt;
+use crate::vehicle::state::{MAX_DT, MIN_DT, checked_dt};
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// How long the difference to a driver's angle takes to fade [s].
@@ -34,6 +36,19 @@ pub struct Tracker<L> {
     models: bool,
     /// Whether the law's angle is the command as it is.
     bare: bool,
+}
+
+/// The vehicle at a step, as it is and as the law is to see it.
+pub(super) struct Sight {
+    /// The vehicle now.
+    pub(super) here: VehicleState,
+    /// The vehicle when the next command reaches the wheels.
+    pub(super) seen: VehicleState,
+    pub(super) belief: Belief,
+    /// How long after the last pose this one was measured [s].
+    pub(super) observed: f64,
+    /// How far the vehicle has come since [m].
+    pub(super) travel: f64,
 }
 
 impl<L: LateralLaw> Tracker<L> {
@@ -81,6 +96,11 @@ impl<L: LateralLaw> Tracker<L> {
         self.law.vehicle()
     }
 
+    /// Whether wheels and motion of the vehicle are modelled.
+    pub(super) fn models(&self) -> bool {
+        self.models
+    }
+
     /// How it adapts; none where it does not.
     pub fn adapt(&self) -> Option<&AdaptParams> {
         self.adapt.as_ref()
@@ -113,13 +133,17 @@ impl<L: LateralLaw> Tracker<L> {
             law: self.law.initial_state(),
             waypoint: None,
             measured_waypoint: None,
+            place: None,
             steer: 0.0,
             handover: None,
             held: 0,
+            held_time: 0.0,
+            period: 0.0,
             answer: None,
             in_flight: self
                 .models
                 .then(|| InFlight::settled(self.law.vehicle(), 0.0)),
+            past: None,
             estimator: Estimator::default(),
         }
     }
@@ -155,7 +179,24 @@ impl<L: LateralLaw> Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
     ) -> Result<Command, InputError> {
-        let (answer, status) = self.advance(path, state, vehicle, dt)?;
+        self.step_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The same for a vehicle that reports more than pose and speed.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step), and for what is `reported`.
+    #[inline]
+    pub fn step_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Command, InputError> {
+        let (answer, status) = self.advance(path, state, vehicle, dt, reported)?;
         Ok(command(state.steer, &answer, status))
     }
 
@@ -172,50 +213,25 @@ impl<L: LateralLaw> Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
     ) -> Result<f64, InputError> {
-        self.advance(path, state, vehicle, dt)?;
-        Ok(state.steer)
+        self.steer_reported(path, state, vehicle, dt, Reported::NOTHING)
     }
 
-    /// A step that answers whatever comes in: where [`step`](Self::step) refuses the input, the
-    /// last command is held, its angle, direction, errors and target, with the status
-    /// [`Status::INPUT_HELD`] for up to `hold_limit` inputs in a row and [`Status::INPUT_LOST`]
-    /// beyond. The law's state stays; commands in flight go on.
-    pub fn step_or_hold(
+    /// The angle of [`step_reported`](Self::step_reported) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step_reported`](Self::step_reported).
+    #[inline]
+    pub fn steer_reported(
         &self,
         path: &PathView<'_>,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
-        hold_limit: usize,
-    ) -> Command {
-        if let Ok(command) = self.step(path, state, vehicle, dt) {
-            return command;
-        }
-        state.held = state.held.saturating_add(1);
-        if let Some(in_flight) = &mut state.in_flight {
-            // The angle that is held goes on its way like any other.
-            if let Ok(dt) = checked_dt(dt) {
-                in_flight.elapse(self.law.vehicle(), state.steer, dt, 0.0);
-            }
-            state.estimator.seen = None;
-        }
-        let status = if state.held > hold_limit {
-            Status::INPUT_LOST
-        } else {
-            Status::INPUT_HELD
-        };
-        let nowhere = Seen {
-            cross_track_error: 0.0,
-            yaw: 0.0,
-            along: Point::new(1.0, 0.0),
-        };
-        let answer = state.answer.unwrap_or(Answer {
-            measured: nowhere,
-            predicted: nowhere,
-            target: Point::new(0.0, 0.0),
-            reverse: false,
-        });
-        command(state.steer, &answer, status)
+        reported: Reported,
+    ) -> Result<f64, InputError> {
+        self.advance(path, state, vehicle, dt, reported)?;
+        Ok(state.steer)
     }
 
     /// After a jump of the vehicle, of its localisation or along the path: finds the place that
@@ -261,17 +277,25 @@ impl<L: LateralLaw> Tracker<L> {
         check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
         if let Some(Handover { offset, left }) = state.handover {
-            let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
-            let widest = 2.0 * vehicle.max_steer + offsets;
+            let widest = widest_offset(vehicle);
             check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
             input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
         }
+        if let Some(place) = state.place {
+            place.checked()?;
+        }
+        input_in_range("held_time", state.held_time, 0.0, MAX_DT)?;
+        input_in_range("period", state.period, 0.0, MAX_DT)?;
         if let Some(answer) = state.answer {
             answer.measured.checked()?;
             answer.predicted.checked()?;
             let most = 4.0 * MAX_COORDINATE;
             input_in_range("answer", answer.target.x, -most, most)?;
             input_in_range("answer", answer.target.y, -most, most)?;
+            answer.checked_ahead()?;
+        }
+        if let Some(past) = &state.past {
+            past.check()?;
         }
         state.estimator.checked(vehicle)?;
         match (self.models, &state.in_flight) {
@@ -300,16 +324,37 @@ impl<L: LateralLaw> Tracker<L> {
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
+        reported: Reported,
     ) -> Result<(Answer, Status), InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
-        let (seen, mut belief) = self.predict(state, vehicle, dt);
+        let Reported {
+            applied_steer,
+            pose_age,
+        } = reported.checked(self.law.vehicle())?;
+        let dt = state.elapse(dt);
+        if let Some(applied) = applied_steer {
+            // All that goes on from the last command goes on from what was applied instead.
+            state.steer = applied;
+            state.law.set_steer(applied);
+        }
+        let Sight {
+            here,
+            seen,
+            mut belief,
+            observed,
+            travel,
+        } = if pose_age > 0.0 || state.past.is_some() {
+            self.sight_aged(state, vehicle, dt, pose_age)
+        } else {
+            self.sight(state, vehicle, dt)
+        };
 
         let follow = self.law.follow();
         let at = follow.locate(path, state.waypoint, seen, dt);
         state.waypoint = Some(at.foot.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
-            let measured = follow.locate(path, state.measured_waypoint, vehicle, dt);
+            let measured = follow.locate(path, state.measured_waypoint, here, dt);
             state.measured_waypoint = Some(measured.foot.segment);
             Some(measured)
         } else {
@@ -318,8 +363,11 @@ impl<L: LateralLaw> Tracker<L> {
             None
         };
         if let Some(adapt) = &self.adapt {
-            let here = measured.as_ref().unwrap_or(&at);
-            self.observe_slip(path, state, adapt, here, vehicle, dt);
+            let place = measured.as_ref().unwrap_or(&at);
+            // A pose that was given before shows nothing new.
+            if observed >= MIN_DT {
+                self.observe_slip(path, state, adapt, place, vehicle, (observed, travel));
+            }
             belief.estimate = state.estimator.estimate;
         }
 
@@ -339,13 +387,20 @@ impl<L: LateralLaw> Tracker<L> {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
         };
         let predicted = Seen::of(&at);
+        let ahead = Ahead::of(path, follow, measured.as_ref().unwrap_or(&at));
         let answer = Answer {
             measured: measured.as_ref().map_or(predicted, Seen::of),
             predicted,
             target: decision.target,
             reverse: at.reverse,
+            ahead,
+            vehicle: here,
         };
         state.answer = Some(answer);
+        state.place = Some(Place {
+            predicted: at.foot.point,
+            measured: measured.as_ref().map_or(at.foot.point, |at| at.foot.point),
+        });
         let status = decision.status
             | Status::SATURATED.when(limited)
             | Status::END_OF_PATH.when(at.past_end)
@@ -356,7 +411,19 @@ impl<L: LateralLaw> Tracker<L> {
     /// The vehicle as the law is to see it, after its motion since the last step was observed and
     /// the last command took flight.
     #[inline]
-    fn predict(
+    fn sight(&self, state: &mut TrackerState<L::State>, vehicle: VehicleState, dt: f64) -> Sight {
+        let (seen, belief) = self.predict_now(state, vehicle, dt);
+        Sight {
+            here: vehicle,
+            seen,
+            belief,
+            observed: dt,
+            travel: 0.0,
+        }
+    }
+
+    #[inline]
+    fn predict_now(
         &self,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
@@ -391,8 +458,9 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// Observes the slip of a vehicle that is measured at `here`. Nothing is learnt across a change
-    /// of the direction.
+    /// Observes the slip of a vehicle that is at `here`, and was seen at `vehicle` so long [s] after
+    /// the last time, and since then has come so far [m]. Nothing is learnt across a change of the
+    /// direction.
     #[inline]
     fn observe_slip(
         &self,
@@ -401,7 +469,7 @@ impl<L: LateralLaw> Tracker<L> {
         adapt: &AdaptParams,
         here: &Located,
         vehicle: VehicleState,
-        dt: f64,
+        (dt, since): (f64, f64),
     ) {
         let car = self.law.vehicle();
         let now = vehicle.ahead(car.no_slip());
@@ -414,6 +482,7 @@ impl<L: LateralLaw> Tracker<L> {
             let mut turn = [0.0];
             // The tracked point lies ahead of the one that slips by about this much.
             let start = here.foot.arc_length(path) - self.follow().reference_offset - travel;
+            let start = start - since.abs();
             let smoothing = 2.0 / 3.0 * car.wheelbase;
             Preview::new(path, smoothing, here.foot.segment, start, travel)
                 .turns(start, travel, &mut turn);
@@ -436,7 +505,14 @@ impl<L: LateralLaw> Tracker<L> {
     ) -> bool {
         let car = self.law.vehicle();
         let offset = car.steer_offset + estimate.steer_offset;
-        let wanted = fade(&mut state.handover, state.steer, wanted - offset, dt);
+        let widest = widest_offset(car);
+        let wanted = fade(
+            &mut state.handover,
+            state.steer,
+            wanted - offset,
+            dt,
+            widest,
+        );
         let wheel = car.at_wheels(wanted + offset);
         let wheel = car.limit_lateral_acceleration(wheel, speed, estimate.gain);
         let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
@@ -451,13 +527,24 @@ impl<L: LateralLaw> Tracker<L> {
     }
 }
 
-/// The command of a hand-over: the difference to the last one fades.
-fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64) -> f64 {
+/// The command of a hand-over: the difference to the last one, at most `widest` [rad], fades.
+fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64, widest: f64) -> f64 {
     let Some(fading) = handover else {
         return wanted;
     };
+    let before = fading.left;
     let offset = match fading.offset {
-        None => last - wanted,
+        None if before >= HANDOVER_TIME => last - wanted,
+        None => {
+            // The path changed again on the way: the difference fades in the time that is left.
+            fading.left -= dt;
+            let share = before / HANDOVER_TIME;
+            if fading.left > 0.0 {
+                saturate((last - wanted) / share, -widest, widest)
+            } else {
+                0.0
+            }
+        }
         Some(offset) => {
             fading.left -= dt;
             offset
@@ -469,6 +556,12 @@ fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64) -> f64
         *handover = None;
     }
     wanted + share * offset
+}
+
+/// The widest offset of a hand-over: from one end of the wheels to the other [rad].
+fn widest_offset(vehicle: &Vehicle) -> f64 {
+    let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
+    2.0 * vehicle.max_steer + offsets
 }
 
 impl Vehicle {
@@ -497,7 +590,7 @@ impl Vehicle {
 }
 
 #[inline]
-fn command(steer: f64, answer: &Answer, status: Status) -> Command {
+pub(super) fn command(steer: f64, answer: &Answer, status: Status) -> Command {
     let Answer {
         measured,
         predicted,
@@ -516,6 +609,8 @@ fn command(steer: f64, answer: &Answer, status: Status) -> Command {
         },
         target: answer.target,
         reverse: answer.reverse,
+        reference_speed: answer.ahead.reference_speed,
+        distance_to_stop: answer.ahead.distance_to_stop,
         status,
     }
 }

@@ -6,9 +6,11 @@ use crate::Point;
 use crate::error::{InputError, input_in_range};
 use crate::math::{atan2, wrap};
 use crate::path::follow::Located;
-use crate::path::view::MAX_COORDINATE;
+use crate::path::stop::Ahead;
+use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
+use crate::vehicle::past::Past;
 use crate::vehicle::state::MAX_YAW;
-use crate::vehicle::{Estimator, InFlight};
+use crate::vehicle::{Estimator, InFlight, VehicleState};
 
 /// The difference to the angle that a law took over [rad], and how long it fades on [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +65,26 @@ impl Seen {
     }
 }
 
+/// The projections of the last step, by which the place is found on another path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// That of the predicted vehicle [m].
+    pub predicted: Point,
+    /// That of the measured one [m].
+    pub measured: Point,
+}
+
+impl Place {
+    pub(super) fn checked(self) -> Result<Self, InputError> {
+        let most = 4.0 * MAX_COORDINATE;
+        for point in [self.predicted, self.measured] {
+            input_in_range("place", point.x, -most, most)?;
+            input_in_range("place", point.y, -most, most)?;
+        }
+        Ok(self)
+    }
+}
+
 /// What the last step answered besides its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
@@ -74,6 +96,34 @@ pub struct Answer {
     pub target: Point,
     /// Whether the path was driven backwards.
     pub reverse: bool,
+    /// What the path says of driving on from there.
+    pub ahead: Ahead,
+    /// The pose of the vehicle's point, and the speed.
+    pub vehicle: VehicleState,
+}
+
+impl Answer {
+    /// More than a distance along a path can come to [m].
+    const MAX_DISTANCE: f64 = 1e18;
+
+    pub(super) fn checked_ahead(&self) -> Result<(), InputError> {
+        let Ahead {
+            reference_speed,
+            distance_to_stop,
+        } = self.ahead;
+        let most = 2.0 * MAX_SPEED;
+        input_in_range("answer", reference_speed.unwrap_or(0.0), -most, most)?;
+        if distance_to_stop < f64::INFINITY || distance_to_stop.is_nan() {
+            let most = Self::MAX_DISTANCE;
+            input_in_range("answer", distance_to_stop, -most, most)?;
+        }
+        let vehicle = self.vehicle;
+        input_in_range("answer", vehicle.x, -MAX_COORDINATE, MAX_COORDINATE)?;
+        input_in_range("answer", vehicle.y, -MAX_COORDINATE, MAX_COORDINATE)?;
+        input_in_range("answer", vehicle.yaw, -MAX_YAW, MAX_YAW)?;
+        input_in_range("answer", vehicle.speed, -MAX_SPEED, MAX_SPEED)?;
+        Ok(())
+    }
 }
 
 /// What a [`Tracker`](super::Tracker) remembers.
@@ -85,33 +135,34 @@ pub struct TrackerState<S> {
     pub waypoint: Option<usize>,
     /// The same of the measured vehicle, where there is a dead time.
     pub measured_waypoint: Option<usize>,
+    /// Where both were projected to; none before the first step and after a jump.
+    pub place: Option<Place>,
     /// The angle last commanded [rad].
     pub steer: f64,
     /// A hand-over that is not over.
     pub handover: Option<Handover>,
     /// How many inputs in a row were refused.
     pub held: usize,
+    /// How much time they took, which the next step counts [s].
+    pub held_time: f64,
+    /// The time that the last step counted [s]; 0 before the first.
+    pub period: f64,
     /// The last answer; none before the first step.
     pub answer: Option<Answer>,
     /// Commands on their way to the wheels, where the vehicle is modelled.
     pub in_flight: Option<InFlight>,
+    /// What the wheels did of late; none before the first pose that had an age.
+    pub past: Option<Past>,
     /// What the motion of the vehicle has shown.
     pub estimator: Estimator,
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// Another path is followed from now on; the next answer goes on from the present angle.
-    pub fn leave_path(&mut self) {
-        self.waypoint = None;
-        self.measured_waypoint = None;
-        self.law.leave_path();
-        self.take_over(self.steer);
-    }
-
     /// Puts the place on the path after a jump. Nothing is learnt of the motion until then.
     pub fn set_waypoint(&mut self, waypoint: usize) {
         self.waypoint = Some(waypoint);
         self.measured_waypoint = None;
+        self.place = None;
         self.estimator.seen = None;
     }
 

@@ -2,11 +2,11 @@
 //!
 //! [`view`] holds the waypoints, [`locate`] finds a point beside them and [`relocalise`] finds it
 //! anew after a jump, with an [`index`] on long paths, [`follow`] takes a vehicle along them in both directions, [`preview`] tells
-//! how the path turns ahead, [`resample`] makes the fine grid of the near neighbourhood and
+//! how the path turns ahead, [`stop`] how far and how fast to go on, [`resample`] makes the fine grid of the near neighbourhood and
 //! [`lookahead`] searches it.
 
 pub mod follow;
-mod index;
+pub(crate) mod index;
 pub mod jump;
 pub mod locate;
 pub mod lookahead;
@@ -16,6 +16,7 @@ mod owned;
 pub mod preview;
 pub mod relocalise;
 pub mod resample;
+pub mod stop;
 pub mod view;
 
 pub use follow::{Follow, Located};
@@ -23,4 +24,5 @@ pub use index::{Found, STEP_BUDGET};
 pub use locate::{Foot, Projection};
 #[cfg(feature = "alloc")]
 pub use owned::{Path, distinct_waypoints};
+pub use stop::Ahead;
 pub use view::PathView;

@@ -28,6 +28,8 @@ pub struct Path {
     measures: Measures,
     closed: bool,
     index: Option<Box<[Bounds]>>,
+    /// The segments at whose ends the vehicle turns round, where any is driven backwards.
+    ends: Option<Box<[usize]>>,
 }
 
 impl Path {
@@ -58,8 +60,10 @@ impl Path {
             measures,
             closed,
             index: None,
+            ends: None,
         };
         path.index = index::build(x, y, closed);
+        path.ends = path.section_ends();
         Ok(path)
     }
 
@@ -75,7 +79,20 @@ impl Path {
             .iter()
             .any(|&reverse| reverse)
             .then(|| reverse.into());
-        Ok(Self { reverse, ..self })
+        let mut path = Self { reverse, ..self };
+        path.ends = path.section_ends();
+        Ok(path)
+    }
+
+    /// The segments at whose ends the direction changes, in order.
+    fn section_ends(&self) -> Option<Box<[usize]>> {
+        self.reverse.as_ref()?;
+        let view = self.view();
+        let turns = |&index: &usize| {
+            let next = view.next_segment(index);
+            next.is_some_and(|next| view.is_reverse(next) != view.is_reverse(index))
+        };
+        Some((0..view.segments()).filter(turns).collect())
     }
 
     /// The path as the laws take it.
@@ -91,6 +108,7 @@ impl Path {
             self.closed,
         )
         .with_index(self.index.as_deref())
+        .with_ends(self.ends.as_deref())
     }
 }
 

@@ -40,6 +40,8 @@ pub struct PathView<'a> {
     measures: Measures,
     closed: bool,
     index: Option<&'a [Bounds]>,
+    /// The segments at whose ends the vehicle turns round, where they are known.
+    ends: Option<&'a [usize]>,
 }
 
 /// What is measured of a path once [m].
@@ -76,6 +78,7 @@ impl<'a> PathView<'a> {
             measures,
             closed,
             index: None,
+            ends: None,
         })
     }
 
@@ -89,6 +92,7 @@ impl<'a> PathView<'a> {
         if reverse.len() == self.len() {
             Ok(Self {
                 reverse: Some(reverse),
+                ends: None,
                 ..self
             })
         } else {
@@ -120,6 +124,7 @@ impl<'a> PathView<'a> {
             measures,
             closed,
             index: None,
+            ends: None,
         }
     }
 
@@ -128,6 +133,19 @@ impl<'a> PathView<'a> {
     #[inline]
     pub(super) fn with_index(self, index: Option<&'a [Bounds]>) -> Self {
         Self { index, ..self }
+    }
+
+    /// The same path with the segments at whose ends the vehicle turns round, in order.
+    #[cfg(feature = "alloc")]
+    #[inline]
+    pub(super) fn with_ends(self, ends: Option<&'a [usize]>) -> Self {
+        Self { ends, ..self }
+    }
+
+    /// The segments at whose ends the vehicle turns round, in order, where they are known.
+    #[inline]
+    pub(super) fn ends(&self) -> Option<&'a [usize]> {
+        self.ends
     }
 
     /// The boxes of its index, where it has one.

@@ -117,6 +117,16 @@ impl InFlight {
         in_flight
     }
 
+    /// The command `steer` [rad] in flight, and the wheels at the angle `wheel` [rad]; as
+    /// [`settled`](Self::settled) where that is none.
+    pub(crate) fn standing(vehicle: &Vehicle, steer: f64, wheel: Option<f64>) -> Self {
+        let settled = Self::settled(vehicle, steer);
+        Self {
+            wheel: wheel.unwrap_or(settled.wheel),
+            ..settled
+        }
+    }
+
     /// Commands in flight as they were, with a dead time that is `longer` than the vehicle's by so
     /// much [s].
     ///

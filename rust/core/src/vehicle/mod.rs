@@ -4,10 +4,12 @@
 pub mod bicycle;
 pub mod delay;
 pub mod estimator;
+pub mod past;
 pub mod state;
 
 pub use delay::InFlight;
 pub use estimator::{AdaptParams, Estimate, Estimator};
+pub use past::Past;
 pub use state::VehicleState;
 
 use crate::error::{ConfigError, config_in_range};

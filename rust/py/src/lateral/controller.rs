@@ -129,7 +129,18 @@ macro_rules! controller {
             /// speed : float
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
-            ///     Time since the last step [s], 1e-6 to 1e3.
+            ///     Time since the last step that answered [s], 1e-6 to 1e3: after one that was
+            ///     refused, or did not take place, all of the time since.
+            /// applied_steer : float, optional
+            ///     The angle that was applied since the last step where that was not the last
+            ///     command [rad]: a driver's, another controller's, or one that was measured; up to
+            ///     a quarter turn, and counted as at most `max_steer`. Commands in flight,
+            ///     estimates and limits go on from it. Given at each step the controller only
+            ///     watches: its answers do not depend on what it answered before.
+            /// pose_age : float, default 0.0
+            ///     How long ago pose and speed were measured [s], 0 to 1: what the localisation
+            ///     takes, which is not the steering's `dead_time`. The vehicle is rolled forward
+            ///     through the commands given since, and all errors are those of now.
             ///
             /// Returns
             /// -------
@@ -141,6 +152,10 @@ macro_rules! controller {
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
             #[inline]
+            #[pyo3(signature = (x, y, yaw, speed, dt, *, applied_steer=None, pose_age=Number(0.0)))]
+            #[pyo3(
+                text_signature = "($self, x, y, yaw, speed, dt, *, applied_steer=None, pose_age=0.0)"
+            )]
             fn step(
                 &mut self,
                 py: Python<'_>,
@@ -149,10 +164,13 @@ macro_rules! controller {
                 yaw: Number,
                 speed: Number,
                 dt: Number,
+                applied_steer: Option<Number>,
+                pose_age: Number,
             ) -> PyResult<PyCommand> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
+                let reported = reported(applied_steer, pose_age);
                 self.law
-                    .step(&self.path.view(), &mut self.state, vehicle, dt.0)
+                    .step_reported(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
                     .map(PyCommand)
                     .or_raise(py)
             }
@@ -169,6 +187,10 @@ macro_rules! controller {
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
             ///     Time since the last step [s], 1e-6 to 1e3.
+            /// applied_steer : float, optional
+            ///     The angle that was applied since the last step [rad]; see `step`.
+            /// pose_age : float, default 0.0
+            ///     How long ago pose and speed were measured [s]; see `step`.
             ///
             /// Returns
             /// -------
@@ -179,7 +201,10 @@ macro_rules! controller {
             /// ------
             /// InputError
             ///     If a number is not finite or beyond its bound; the state is then unchanged.
-            #[pyo3(signature = (x, y, yaw, speed, dt, /))]
+            #[pyo3(
+                signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)),
+                text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=0.0)"
+            )]
             fn steer(
                 &mut self,
                 py: Python<'_>,
@@ -188,15 +213,22 @@ macro_rules! controller {
                 yaw: Number,
                 speed: Number,
                 dt: Number,
+                applied_steer: Option<Number>,
+                pose_age: Number,
             ) -> PyResult<f64> {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
-                self.law.steer(&self.path.view(), &mut self.state, vehicle, dt.0).or_raise(py)
+                let reported = reported(applied_steer, pose_age);
+                self.law
+                    .steer_reported(&self.path.view(), &mut self.state, vehicle, dt.0, reported)
+                    .or_raise(py)
             }
 
             /// Take one control step, and answer whatever comes in.
             ///
             /// Where `step` would raise `InputError`, the last command is held: its angle,
-            /// direction, errors and target. Commands in flight go on.
+            /// direction, errors, target, reference speed and distance to stop. Its time is added to that of the next step, whose
+            /// answer is that of one `step` over all the time that has passed. So give the `dt`
+            /// since the last call here, and to `step` the time since it last answered.
             ///
             /// Parameters
             /// ----------
@@ -207,18 +239,29 @@ macro_rules! controller {
             /// speed : float
             ///     Speed [m/s], negative while rolling backwards.
             /// dt : float
-            ///     Time since the last step [s], 1e-6 to 1e3.
+            ///     Time since the last call [s], 1e-6 to 1e3. One that is refused itself counts as
+            ///     that of the last step.
             /// hold_limit : int, default 10
             ///     How many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the status
             ///     is the fault ``Status.INPUT_LOST``.
+            /// applied_steer : float, optional
+            ///     The angle that was applied since the last step [rad]; see `step`.
+            /// pose_age : float, default 0.0
+            ///     How long ago pose and speed were measured [s]; see `step`.
             ///
             /// Returns
             /// -------
             /// Command
-            ///     Always one of finite numbers. Before the first step that is taken its errors and
-            ///     its target are 0.
-            #[pyo3(signature = (x, y, yaw, speed, dt, hold_limit=Count(10)))]
-            #[pyo3(text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10)")]
+            ///     Always one of finite numbers, but for the distance to stop where there is none.
+            ///     Before the first step that is taken its errors, its target and its distance to
+            ///     stop are 0.
+            #[pyo3(
+                signature = (
+                    x, y, yaw, speed, dt, hold_limit=Count(10), *,
+                    applied_steer=None, pose_age=Number(0.0)
+                ),
+                text_signature = "($self, x, y, yaw, speed, dt, hold_limit=10, *, applied_steer=None, pose_age=0.0)"
+            )]
             fn step_or_hold(
                 &mut self,
                 x: Number,
@@ -227,10 +270,52 @@ macro_rules! controller {
                 speed: Number,
                 dt: Number,
                 hold_limit: Count,
+                applied_steer: Option<Number>,
+                pose_age: Number,
             ) -> PyCommand {
                 let vehicle = VehicleState { x: x.0, y: y.0, yaw: yaw.0, speed: speed.0 };
                 let (path, limit) = (self.path.view(), hold_limit.saturated());
-                PyCommand(self.law.step_or_hold(&path, &mut self.state, vehicle, dt.0, limit))
+                let (law, reported) = (&self.law, reported(applied_steer, pose_age));
+                let state = &mut self.state;
+                PyCommand(law.step_or_hold_reported(&path, state, vehicle, dt.0, limit, reported))
+            }
+
+            /// Predict the trajectory that the controller intends, from the last step on.
+            ///
+            /// A copy of the controller drives the vehicle as it is known by now, lag, dead time,
+            /// limits and estimates included, at its present acceleration, and to the next stop at
+            /// most. The controller itself stays as it is.
+            ///
+            /// Parameters
+            /// ----------
+            /// time : float, default 1.0
+            ///     How far ahead [s], 0 to 1000; rounded to whole periods.
+            /// dt : float, default 0.05
+            ///     From one instant to the next, and the period of the steps to come [s]. The
+            ///     period of the controller's own steps is right; ``time / dt`` is at most 100,000.
+            ///
+            /// Returns
+            /// -------
+            /// Prediction
+            ///     Times, poses of the vehicle's point, speeds and commanded angles, as arrays of
+            ///     shape (N,). The first is the last step itself.
+            ///
+            /// Raises
+            /// ------
+            /// InputError
+            ///     If a number is out of its range, or no step was taken before.
+            #[pyo3(signature = (time=Number(1.0), dt=Number(0.05)))]
+            #[pyo3(text_signature = "($self, time=1.0, dt=0.05)")]
+            fn predict<'py>(
+                &self,
+                py: Python<'py>,
+                time: Number,
+                dt: Number,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let mut out = prediction::room(time.0, dt.0).or_raise(py)?;
+                let path = self.path.view();
+                let count = self.law.predict(&path, &self.state, dt.0, &mut out).or_raise(py)?;
+                prediction::shown(py, out.get(..count).unwrap_or_default())
             }
 
             /// Find the vehicle's place on the path anew, after a jump.
@@ -286,19 +371,26 @@ macro_rules! controller {
                 Ok(())
             }
 
-            /// Follow another path from the next step on, without a jump of the angle.
+            /// Follow another path from the next step on.
             ///
-            /// The vehicle is looked for on the whole of it; what was measured against the old one
-            /// is forgotten. The angle goes on from the last one, as after ``reset(steer=...)``.
+            /// That may be at every step, as a planner gives its paths. The place on the new path is
+            /// that of the last step; integral, estimate and commands in flight carry on, and where
+            /// the path is the same beside the vehicle, nothing changes. A path that lies elsewhere,
+            /// by more than a tenth of the wheelbase or half a radian, is gone over to from the
+            /// present angle: the difference to what the controller wants fades within a second,
+            /// and in what is left of that second where one such path follows another. POP goes on
+            /// in its neighbourhood.
             ///
             /// Parameters
             /// ----------
             /// path : Path
-            ///     The path to follow.
+            ///     The path to follow. One that cannot be is refused by `Path` itself, and the
+            ///     present one is kept.
             fn set_path(&mut self, path: Py<PyPath>) {
+                let (old, new) = (self.path.view(), path.get().0.view());
+                self.law.set_path(&mut self.state, &old, &new);
                 self.path = Arc::clone(&path.get().0);
                 self.owner = path;
-                self.state.leave_path();
             }
 
             /// What the controller remembers; a copy, which can be compared, saved and set again.

@@ -2,6 +2,7 @@
 
 mod controller;
 mod params;
+mod prediction;
 mod state;
 mod tail;
 
@@ -17,7 +18,7 @@ pub(crate) use state::{
 use std::sync::Arc;
 
 use popsteer_core::lateral::{
-    BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley, Tracker, TrackerState,
+    BangBang, Pid, Pop, PreviewPop, PurePursuit, Reported, Stanley, Tracker, TrackerState,
 };
 use popsteer_core::{LateralLaw, Path, Vehicle, VehicleState};
 use popsteer_sim::Law;
@@ -31,6 +32,14 @@ use crate::errors::{IntoPyErr, OrRaise};
 use crate::params::{Count, Number};
 use crate::path::PyPath;
 use crate::vehicle::{Adapt, PyAdaptParams, PyEstimate, PyVehicle};
+
+/// What a step is told beside pose and speed.
+fn reported(applied_steer: Option<Number>, pose_age: Number) -> Reported {
+    Reported {
+        applied_steer: applied_steer.map(|steer| steer.0),
+        pose_age: pose_age.0,
+    }
+}
 
 controller! {
     /// POP: proximally optimal predictive steering, the paper's Algorithm 1.

@@ -92,7 +92,7 @@ tuning! {
     heading_cost: Option<f64>, "float, optional",
         "How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a wheelbase by default. More: the path is joined more gently, and offsets take longer to vanish.";
     steer_rate_cost: Option<f64>, "float, optional",
-        "How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad]; a twelfth of the wheelbase by default, and more for wheels slower than 0.5 rad/s. More: calmer wheels, less noise passed on, wider bends where the model is wrong.";
+        "How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad]; a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider bends where the model is wrong.";
     approach_angle: f64, "float, default 0.25",
         "Heading at which the path is approached from afar [rad]. More: sooner back on the path, by a sharper manoeuvre.";
     min_speed: Option<f64>, "float, optional",

@@ -58,6 +58,8 @@ macro_rules! state {
         ///     The segment of the last projection, that of the predicted vehicle; None before the first step.
         /// measured_waypoint : int, optional
         ///     The segment of the last projection of the measured vehicle; None without a dead time.
+        /// place : tuple of float, optional
+        ///     The last projections: x, y [m] of the predicted vehicle's, x, y [m] of the measured one's; None before the first step and after a jump.
         /// steer : float, default 0.0
         ///     The angle last commanded [rad].
         /// handover_offset : float, optional
@@ -66,10 +68,20 @@ macro_rules! state {
         ///     How long it goes on fading [s]; 0 without a hand-over.
         /// held : int, default 0
         ///     How many inputs in a row were refused.
+        /// held_time : float, default 0.0
+        ///     How much time they took, which the next step counts [s].
+        /// period : float, default 0.0
+        ///     The time that the last step counted [s]; 0 before the first.
         /// wheel : float, optional
         ///     Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.
         /// commands_in_flight : tuple of tuple of float, default ()
         ///     Commands that have not reached the wheels, oldest first: angle [rad] and duration [s].
+        /// past_angles : tuple of tuple of float, default ()
+        ///     Mean angles of the wheels of late, oldest first: angle [rad] and duration [s].
+        /// past_wheel : float, optional
+        ///     Angle that they end with [rad]; None before the first pose that had an age.
+        /// past_since : float, default 0.0
+        ///     How long ago the last pose was measured [s].
         /// seen : tuple of float, optional
         ///     Where the no-slip point was last seen: x, y [m], yaw [rad] and speed [m/s].
         /// turn_turn : float, default 0.0
@@ -99,7 +111,7 @@ macro_rules! state {
         /// acceleration : float, default 0.0
         ///     Acceleration [m/s^2].
         /// answer : tuple, optional
-        ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
+        ///     What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], whether it drove backwards, reference speed [m/s] and distance to stop [m], and where the vehicle was: x, y [m], yaw [rad] and speed [m/s].
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class {
@@ -119,9 +131,10 @@ macro_rules! state {
             #[new]
             #[pyo3(signature = (
                 *, $($field = $default,)*
-                waypoint=None, measured_waypoint=None, steer=0.0, handover_offset=None,
-                handover_left=0.0, held=Count(0), wheel=None,
-                commands_in_flight=Pairs(Vec::new()), seen=None, turn_turn=0.0, turn_offset=0.0,
+                waypoint=None, measured_waypoint=None, place=None, steer=0.0,
+                handover_offset=None, handover_left=0.0, held=Count(0), held_time=0.0, period=0.0,
+                wheel=None, commands_in_flight=Pairs(Vec::new()), past_angles=Pairs(Vec::new()),
+                past_wheel=None, past_since=0.0, seen=None, turn_turn=0.0, turn_offset=0.0,
                 offset_offset=0.0, turn_measured=0.0, offset_measured=0.0, turn=0.0, change=0.0,
                 gain=1.0, steer_offset=0.0, longer_dead_time=0.0, slip=0.0, slip_length=0.0,
                 acceleration=0.0, answer=None
@@ -130,12 +143,18 @@ macro_rules! state {
                 $($field: $kind,)*
                 waypoint: Option<Count>,
                 measured_waypoint: Option<Count>,
+                place: Option<Motion>,
                 steer: f64,
                 handover_offset: Option<f64>,
                 handover_left: f64,
                 held: Count,
+                held_time: f64,
+                period: f64,
                 wheel: Option<f64>,
                 commands_in_flight: Pairs,
+                past_angles: Pairs,
+                past_wheel: Option<f64>,
+                past_since: f64,
                 seen: Option<Motion>,
                 turn_turn: f64,
                 turn_offset: f64,
@@ -161,8 +180,9 @@ macro_rules! state {
                     turn, change, estimate,
                 };
                 let tail = Tail {
-                    waypoint, measured_waypoint, steer, handover_offset, handover_left, held, wheel,
-                    commands_in_flight, estimator, answer,
+                    waypoint, measured_waypoint, place, steer, handover_offset, handover_left, held,
+                    held_time, period, wheel, commands_in_flight, past_angles, past_wheel,
+                    past_since, estimator, answer,
                 };
                 Self { $($field,)* tail }
             }
@@ -185,6 +205,12 @@ macro_rules! state {
             #[getter]
             fn measured_waypoint(&self) -> Option<Count> {
                 self.tail.measured_waypoint
+            }
+
+            /// The last projections: x, y [m] of the predicted vehicle's, x, y [m] of the measured one's; None before the first step and after a jump.
+            #[getter]
+            fn place(&self) -> Option<Motion> {
+                self.tail.place
             }
 
             /// The angle last commanded [rad].
@@ -211,6 +237,18 @@ macro_rules! state {
                 self.tail.held
             }
 
+            /// How much time the refused inputs took, which the next step counts [s].
+            #[getter]
+            fn held_time(&self) -> f64 {
+                self.tail.held_time
+            }
+
+            /// The time that the last step counted [s]; 0 before the first.
+            #[getter]
+            fn period(&self) -> f64 {
+                self.tail.period
+            }
+
             /// Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.
             #[getter]
             fn wheel(&self) -> Option<f64> {
@@ -221,6 +259,24 @@ macro_rules! state {
             #[getter]
             fn commands_in_flight(&self) -> Pairs {
                 self.tail.commands_in_flight.clone()
+            }
+
+            /// Mean angles of the wheels of late, oldest first: angle [rad] and duration [s].
+            #[getter]
+            fn past_angles(&self) -> Pairs {
+                self.tail.past_angles.clone()
+            }
+
+            /// Angle that they end with [rad]; None before the first pose that had an age.
+            #[getter]
+            fn past_wheel(&self) -> Option<f64> {
+                self.tail.past_wheel
+            }
+
+            /// How long ago the last pose was measured [s].
+            #[getter]
+            fn past_since(&self) -> f64 {
+                self.tail.past_since
             }
 
             /// Where the no-slip point was last seen: x, y [m], yaw [rad] and speed [m/s].
@@ -307,7 +363,7 @@ macro_rules! state {
                 self.tail.estimator.estimate.acceleration
             }
 
-            /// What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], and whether it drove backwards.
+            /// What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], whether it drove backwards, reference speed [m/s] and distance to stop [m], and where the vehicle was: x, y [m], yaw [rad] and speed [m/s].
             #[getter]
             fn answer(&self) -> Option<Answered> {
                 self.tail.answer
@@ -319,12 +375,18 @@ macro_rules! state {
                 $(fields.set_item(stringify!($field), self.$field.clone())?;)*
                 fields.set_item("waypoint", self.waypoint())?;
                 fields.set_item("measured_waypoint", self.measured_waypoint())?;
+                fields.set_item("place", self.place())?;
                 fields.set_item("steer", self.steer())?;
                 fields.set_item("handover_offset", self.handover_offset())?;
                 fields.set_item("handover_left", self.handover_left())?;
                 fields.set_item("held", self.held())?;
+                fields.set_item("held_time", self.held_time())?;
+                fields.set_item("period", self.period())?;
                 fields.set_item("wheel", self.wheel())?;
                 fields.set_item("commands_in_flight", self.commands_in_flight())?;
+                fields.set_item("past_angles", self.past_angles())?;
+                fields.set_item("past_wheel", self.past_wheel())?;
+                fields.set_item("past_since", self.past_since())?;
                 fields.set_item("seen", self.seen())?;
                 fields.set_item("turn_turn", self.turn_turn())?;
                 fields.set_item("turn_offset", self.turn_offset())?;
@@ -369,6 +431,8 @@ state! {
     PyPreviewPopState named "PreviewPopState",
     previous_steer: f64 = 0.0, "float, default 0.0",
         "The last angle delta_prev [rad].";
+    reached_limits: u64 = 0, "int, default 0",
+        "The limits that the last plan reaches, three bits a step.";
 }
 
 state! {
@@ -448,7 +512,7 @@ macro_rules! as_it_is {
 }
 
 as_it_is!(PyPopState of Pop, PopState { previous_steer });
-as_it_is!(PyPreviewPopState of PreviewPop, PreviewPopState { previous_steer });
+as_it_is!(PyPreviewPopState of PreviewPop, PreviewPopState { previous_steer, reached_limits });
 as_it_is!(PyPurePursuitState of PurePursuit, PurePursuitState { previous_alpha });
 as_it_is!(PyStanleyState of Stanley, StanleyState {});
 as_it_is!(PyBangBangState of BangBang, BangBangState {});

@@ -1,32 +1,47 @@
 //! What the states of all controllers have in common, on its way between Python and the core.
 
 use popsteer_core::lateral::Answer;
-use popsteer_core::lateral::{Handover, Seen, Tracker, TrackerState};
-use popsteer_core::vehicle::{Estimator, InFlight};
+use popsteer_core::lateral::{Handover, Place, Seen, Tracker, TrackerState};
+use popsteer_core::path::Ahead;
+use popsteer_core::vehicle::{Estimator, InFlight, Past, VehicleState};
 use popsteer_core::{InputError, LateralLaw, Point};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::params::{Count, Field};
 
-/// x, y [m], yaw [rad] and speed [m/s].
+/// Four numbers: x, y [m], yaw [rad] and speed [m/s], or two points [m].
 pub(super) type Motion = (f64, f64, f64, f64);
 /// Cross-track error [m], yaw [rad], and along the path (x, y) [m].
 type Sighting = (f64, f64, f64, f64);
-/// The measured and the predicted vehicle, the target [m], and whether it drove backwards.
-pub(super) type Answered = (Sighting, Sighting, (f64, f64), bool);
+/// The measured and the predicted vehicle, the target [m], whether it drove backwards, reference
+/// speed [m/s] and distance to stop [m], and where the vehicle was.
+pub(super) type Answered = (
+    Sighting,
+    Sighting,
+    (f64, f64),
+    bool,
+    (Option<f64>, f64),
+    Motion,
+);
 
 /// What all states remember beside the controller's own.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tail {
     pub(super) waypoint: Option<Count>,
     pub(super) measured_waypoint: Option<Count>,
+    pub(super) place: Option<Motion>,
     pub(super) steer: f64,
     pub(super) handover_offset: Option<f64>,
     pub(super) handover_left: f64,
     pub(super) held: Count,
+    pub(super) held_time: f64,
+    pub(super) period: f64,
     pub(super) wheel: Option<f64>,
     pub(super) commands_in_flight: Pairs,
+    pub(super) past_angles: Pairs,
+    pub(super) past_wheel: Option<f64>,
+    pub(super) past_since: f64,
     pub(super) estimator: Estimator,
     pub(super) answer: Option<Answered>,
 }
@@ -57,26 +72,62 @@ fn to_seen((cross_track_error, yaw, x, y): Sighting) -> Seen {
     }
 }
 
+fn to_answer((measured, predicted, target, reverse, ahead, vehicle): Answered) -> Answer {
+    let (reference_speed, distance_to_stop) = ahead;
+    let (x, y, yaw, speed) = vehicle;
+    Answer {
+        measured: to_seen(measured),
+        predicted: to_seen(predicted),
+        target: Point::new(target.0, target.1),
+        reverse,
+        ahead: Ahead {
+            reference_speed,
+            distance_to_stop,
+        },
+        vehicle: VehicleState { x, y, yaw, speed },
+    }
+}
+
 impl Tail {
     pub(super) fn of<S>(state: &TrackerState<S>) -> Self {
         let in_flight = state.in_flight.as_ref();
         Self {
             waypoint: from_waypoint(state.waypoint),
             measured_waypoint: from_waypoint(state.measured_waypoint),
+            place: state.place.map(|place| {
+                let Place {
+                    predicted,
+                    measured,
+                } = place;
+                (predicted.x, predicted.y, measured.x, measured.y)
+            }),
             steer: state.steer,
             handover_offset: state.handover.and_then(|handover| handover.offset),
             handover_left: state.handover.map_or(0.0, |handover| handover.left),
             held: state.held.argument(),
+            held_time: state.held_time,
+            period: state.period,
             wheel: in_flight.map(InFlight::wheel),
             commands_in_flight: Pairs(
                 in_flight.map_or_else(Vec::new, |line| line.commands().collect()),
             ),
+            past_angles: Pairs(
+                state
+                    .past
+                    .as_ref()
+                    .map_or_else(Vec::new, |past| past.angles().collect()),
+            ),
+            past_wheel: state.past.as_ref().map(Past::wheel),
+            past_since: state.past.as_ref().map_or(0.0, Past::since),
             estimator: state.estimator,
             answer: state.answer.map(|answer| {
                 let (measured, predicted) =
                     (from_seen(answer.measured), from_seen(answer.predicted));
                 let target = (answer.target.x, answer.target.y);
-                (measured, predicted, target, answer.reverse)
+                let ahead = (answer.ahead.reference_speed, answer.ahead.distance_to_stop);
+                let VehicleState { x, y, yaw, speed } = answer.vehicle;
+                let vehicle = (x, y, yaw, speed);
+                (measured, predicted, target, answer.reverse, ahead, vehicle)
             }),
         }
     }
@@ -98,6 +149,13 @@ impl Tail {
                 Some(InFlight::restore(vehicle, commands, wheel, longer)?)
             }
         };
+        let past = match self.past_wheel {
+            None => None,
+            Some(wheel) => {
+                let angles = self.past_angles.0.into_iter();
+                Some(Past::restore(angles, wheel, self.past_since)?)
+            }
+        };
         let handover = Handover {
             offset: self.handover_offset,
             left: self.handover_left,
@@ -108,18 +166,18 @@ impl Tail {
             law,
             waypoint: to_waypoint(self.waypoint),
             measured_waypoint: to_waypoint(self.measured_waypoint),
+            place: self.place.map(|(x, y, measured_x, measured_y)| Place {
+                predicted: Point::new(x, y),
+                measured: Point::new(measured_x, measured_y),
+            }),
             steer: self.steer,
             handover: (!none).then_some(handover),
             held: self.held.saturated(),
-            answer: self
-                .answer
-                .map(|(measured, predicted, target, reverse)| Answer {
-                    measured: to_seen(measured),
-                    predicted: to_seen(predicted),
-                    target: Point::new(target.0, target.1),
-                    reverse,
-                }),
+            held_time: self.held_time,
+            period: self.period,
+            answer: self.answer.map(to_answer),
             in_flight,
+            past,
             estimator: self.estimator,
         })
     }

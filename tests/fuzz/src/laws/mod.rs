@@ -12,11 +12,11 @@ use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::command::Level;
 use popsteer_core::lateral::tracker::HANDOVER_TIME;
 use popsteer_core::lateral::{
-    BangBang, Handover, Pid, Pop, PreviewPop, PurePursuit, Seen, Stanley, TrackerState,
+    BangBang, Handover, Pid, Place, Pop, PreviewPop, PurePursuit, Seen, Stanley, TrackerState,
 };
 use popsteer_core::path::view::MAX_COORDINATE;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::vehicle::state::{MAX_YAW, checked_dt};
+use popsteer_core::vehicle::state::{MAX_DT, MAX_YAW, checked_dt};
 use popsteer_core::vehicle::{Estimate, InFlight};
 use popsteer_core::{
     Command, ConfigError, LateralLaw, Path, Point, Status, Tracker, Vehicle, VehicleState,
@@ -86,6 +86,7 @@ fn same<L: Subject>(a: &State<L>, b: &State<L>) -> bool {
         && a.steer.to_bits() == b.steer.to_bits()
         && (a.waypoint, a.measured_waypoint) == (b.waypoint, b.measured_waypoint)
         && (a.handover, a.held) == (b.handover, b.held)
+        && (a.held_time, a.period, a.place) == (b.held_time, b.period, b.place)
         && (a.answer, a.estimator) == (b.answer, b.estimator)
         && a.in_flight == b.in_flight
 }
@@ -245,7 +246,8 @@ impl<L: Subject> Life<L> {
 
     /// The rate is kept whatever is wanted.
     fn check_limits(&self, before: &State<L>, command: &Command, dt: f64) {
-        let most = self.car.max_steer_rate.unwrap_or(f64::INFINITY) * dt;
+        let elapsed = (before.held_time + dt).min(MAX_DT);
+        let most = self.car.max_steer_rate.unwrap_or(f64::INFINITY) * elapsed;
         assert!((command.steer - before.steer).abs() <= most + 1e-12);
     }
 
@@ -282,14 +284,14 @@ impl<L: Subject> Life<L> {
                 (answer.target, answer.reverse)
             );
         }
-        // Time goes on for the commands in flight, and nothing else changes.
-        let mut wanted = TrackerState { held, ..before };
-        if let Some(in_flight) = &mut wanted.in_flight {
-            if let Ok(dt) = checked_dt(dt) {
-                in_flight.elapse(&self.car, wanted.steer, dt, 0.0);
-            }
-            wanted.estimator.seen = None;
-        }
+        // The time is kept for the next step, and nothing else changes.
+        let dt = checked_dt(dt).unwrap_or(before.period);
+        let held_time = (before.held_time + dt).min(MAX_DT);
+        let wanted = TrackerState {
+            held,
+            held_time,
+            ..before
+        };
         assert!(same::<L>(&self.state, &wanted));
         self.put(wanted);
     }
@@ -333,24 +335,49 @@ impl<L: Subject> Life<L> {
         }
     }
 
-    /// Another path, mostly with the controller told of it.
+    /// Another path, mostly with the controller told of it: the same, what is ahead of it, or any.
     fn set_path(&mut self, bytes: &mut Bytes) {
-        let Ok(path) = Waypoints::draw(bytes).path() else {
+        let kind = bytes.byte();
+        let path = match kind {
+            0..=49 => Some(self.path.clone()),
+            50..=119 => self.cut(bytes),
+            _ => Waypoints::draw(bytes).path().ok(),
+        };
+        let Some(path) = path else {
             return;
         };
-        self.path = path;
-        if bytes.byte() < 200 {
-            let steer = self.state.steer;
-            self.state.leave_path();
-            self.twin.leave_path();
-            assert_eq!(
-                (self.state.waypoint, self.state.measured_waypoint),
-                (None, None)
-            );
-            assert_eq!(self.state.steer.to_bits(), steer.to_bits());
-            let path = self.path.view();
-            assert_eq!(self.tracker.check_state(&path, &self.state), Ok(()));
+        let old = std::mem::replace(&mut self.path, path);
+        if kind < 50 || bytes.byte() < 200 {
+            let before = self.state.clone();
+            // A state may be one of a path that the controller was not told of.
+            if self.tracker.check_state(&old.view(), &before).is_err() {
+                return;
+            }
+            let (old, new) = (old.view(), self.path.view());
+            self.tracker.set_path(&mut self.state, &old, &new);
+            self.tracker.set_path(&mut self.twin, &old, &new);
+            let left = |state: &State<L>| state.handover.map_or(0.0, |handover| handover.left);
+            assert!(left(&self.state) <= HANDOVER_TIME);
+            assert!(before.handover.is_none() || left(&self.state) <= left(&before));
+            assert_eq!(self.state.steer.to_bits(), before.steer.to_bits());
+            assert_eq!(self.state.estimator, before.estimator);
+            assert_eq!(self.state.in_flight, before.in_flight);
+            let place = self.state.waypoint.is_none_or(|k| k < new.segments());
+            assert!(kind < 50 || place);
+            if kind < 50 {
+                assert!(same::<L>(&self.state, &before) || before.waypoint.is_none());
+            }
+            assert_eq!(self.tracker.check_state(&new, &self.state), Ok(()));
         }
+    }
+
+    /// The path from some waypoint on.
+    fn cut(&self, bytes: &mut Bytes) -> Option<Path> {
+        let view = self.path.view();
+        let first = bytes.below(view.len());
+        let (x, y) = (view.x().get(first..)?, view.y().get(first..)?);
+        let speed = view.speed().and_then(|speed| speed.get(first..));
+        Path::new(x, y, speed, false).ok()
     }
 
     fn draw_state(&self, bytes: &mut Bytes) -> Option<State<L>> {
@@ -384,6 +411,16 @@ impl<L: Subject> Life<L> {
             steer: symmetric(bytes, 1.0, 1.57),
             handover,
             held: [0, 1, usize::MAX][bytes.below(3)],
+            held_time: bytes.number([0.0, 0.5], [0.0, MAX_DT]),
+            period: bytes.number([0.0, 0.1], [0.0, MAX_DT]),
+            place: (bytes.byte() & 1 == 1).then(|| {
+                let mut point =
+                    || Point::new(symmetric(bytes, 50.0, 4e9), symmetric(bytes, 50.0, 4e9));
+                Place {
+                    predicted: point(),
+                    measured: point(),
+                }
+            }),
             answer,
             in_flight: self.draw_in_flight(bytes, &estimator.estimate),
             estimator,

@@ -2,11 +2,18 @@
 
 use super::State;
 use crate::subject::Subject;
+use popsteer_core::lateral::missed::LEARNING_GAP;
 use popsteer_core::lateral::tracker::HANDOVER_TIME;
-use popsteer_core::lateral::{Belief, Decision, Handover};
+use popsteer_core::lateral::{Belief, Decision, Handover, TrackerState};
 use popsteer_core::path::Located;
-use popsteer_core::vehicle::{Estimate, InFlight};
+use popsteer_core::vehicle::state::MAX_DT;
+use popsteer_core::vehicle::{Estimate, Estimator, InFlight};
 use popsteer_core::{Command, LateralState, PathView, Status, Tracker, VehicleState};
+
+/// The time since the last step: that of this input and of those that were held.
+fn elapsed<S>(before: &TrackerState<S>, dt: f64) -> f64 {
+    (before.held_time + dt).min(MAX_DT)
+}
 
 /// What the step went by.
 struct Plain {
@@ -26,6 +33,7 @@ pub(super) fn check_step<L: Subject>(
     vehicle: VehicleState,
     dt: f64,
 ) {
+    let dt = elapsed(before, dt);
     let plain = decide(tracker, path, before, after, vehicle, dt);
     let bits = |values: [f64; 4]| values.map(f64::to_bits);
     assert_eq!(
@@ -69,6 +77,9 @@ fn decide<L: Subject>(
     if let Some(mut in_flight) = modelled {
         let now = vehicle.ahead(car.no_slip());
         let mut estimator = before.estimator;
+        if dt > LEARNING_GAP {
+            estimator.seen = None;
+        }
         if let Some(adapt) = tracker.adapt() {
             let reached = in_flight.reaching(car, before.steer, dt);
             estimator.observe_turn(adapt, car, now, reached, dt);
@@ -136,7 +147,14 @@ fn check_limits<L: Subject>(
     let mut wanted = plain.predicted.turn(plain.decision.steer) - offset;
     if let Some(Handover { offset, left }) = before.handover {
         let (difference, left) = match offset {
-            None => (before.steer - wanted, left),
+            None if left >= HANDOVER_TIME => (before.steer - wanted, left),
+            None if left <= dt => (0.0, 0.0),
+            None => {
+                let widest =
+                    2.0 * car.max_steer + car.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
+                let whole = (before.steer - wanted) * HANDOVER_TIME / left;
+                (whole.clamp(-widest, widest), left - dt)
+            }
             Some(difference) => (difference, left - dt),
         };
         wanted += (left / HANDOVER_TIME).clamp(0.0, 1.0) * difference;

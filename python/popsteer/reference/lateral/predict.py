@@ -1,0 +1,133 @@
+"""The trajectory that a controller intends: its answers to its own vehicle, step after step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import copysign, floor
+from typing import TYPE_CHECKING, NamedTuple
+
+from popsteer import errors
+from popsteer.reference.error import input_in_range
+from popsteer.reference.math import ceil, divide, tan
+from popsteer.reference.vehicle.bicycle import advance
+from popsteer.reference.vehicle.delay import InFlight, move_wheel
+from popsteer.reference.vehicle.state import MAX_DT, VehicleState, checked_dt
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from popsteer.reference.lateral.tracker_state import Answer
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimator import Corrections
+
+__all__ = ["Predicted", "instants", "predict", "standing"]
+
+STEP = 0.05
+"""The longest step of the motion [s]."""
+MOST = 100_000
+"""More instants than this are a mistake."""
+
+
+class Predicted(NamedTuple):
+    """One instant of a predicted trajectory."""
+
+    time: float
+    """Time since the last step [s]."""
+    vehicle: VehicleState
+    """Pose of the vehicle's point, and speed."""
+    steer: float
+    """Angle commanded then [rad]."""
+
+
+def instants(time: float, dt: float) -> int:
+    """Return how many instants `time` [s] has, one each `dt` [s].
+
+    Raises
+    ------
+    InputError
+        Where a number is out of its range, or there are too many.
+
+    Examples
+    --------
+    >>> instants(1.0, 0.05)
+    21
+    """
+    time = input_in_range("time", time, 0.0, MAX_DT)
+    periods = floor(time / checked_dt(dt) + 0.5)
+    if periods > MOST:
+        raise errors.InputError("time / dt", periods, errors.count_in_range(0, MOST))
+    return periods + 1
+
+
+def standing(vehicle: Vehicle, steer: float, wheel: float | None) -> InFlight:
+    """Return the command `steer` [rad] in flight, and the wheels at the angle `wheel` [rad]."""
+    settled = InFlight.settled(vehicle, steer)
+    return settled if wheel is None else replace(settled, wheel=wheel)
+
+
+def predict(
+    car: Vehicle,
+    plant: InFlight,
+    estimate: Corrections,
+    answer: Answer,
+    steer: float,
+    step: Callable[[VehicleState], float],
+    dt: float,
+    count: int,
+) -> list[Predicted]:
+    """Let `step` drive a vehicle from an answer on, that is known as `estimate` says.
+
+    At its present acceleration, and to the next stop at most.
+    """
+    vehicle, remaining = VehicleState(*answer.vehicle), answer.ahead.distance_to_stop
+    trajectory = []
+    for k in range(count):
+        trajectory.append(Predicted(k * dt, vehicle, steer))
+        if k + 1 == count:
+            break
+        if (vehicle.speed < 0.0) == answer.reverse:
+            most = remaining / dt if remaining > 0.0 else 0.0
+            if abs(vehicle.speed) > most:
+                vehicle = replace(vehicle, speed=copysign(most, vehicle.speed))
+        remaining -= abs(vehicle.speed) * dt
+        start = vehicle.ahead(car.no_slip)
+        end = _drive(car, plant, steer, estimate, start, dt)
+        plant = plant.elapse(car, steer, dt, 0.0)
+        vehicle = end.bounded().ahead(-car.no_slip).bounded()
+        steer = step(vehicle)
+    return trajectory
+
+
+def _drive(
+    car: Vehicle,
+    in_flight: InFlight,
+    last: float,
+    estimate: Corrections,
+    state: VehicleState,
+    dt: float,
+) -> VehicleState:
+    """Return the point that does not slip `dt` [s] on from `state`.
+
+    With `last` commanded [rad] and the commands before it in flight.
+    """
+    begin, time = state.speed, 0.0
+    length = car.turning_length(state.speed) / estimate.gain
+    wheel, gone = in_flight.wheel, dt
+    for steer, duration in (*in_flight.commands, (last, dt)):
+        if gone <= 0.0:
+            break
+        part = duration if duration < gone else gone
+        steps = ceil(part / STEP)
+        step = divide(part, steps)
+        for _ in range(steps):
+            moved = move_wheel(car, wheel, steer, step)
+            time += step
+            speed = estimate.speed_after(begin, time)
+            travel = 0.5 * (state.speed + speed) * step
+            angle = car.at_wheels(moved.mean + estimate.steer_offset)
+            curvature = tan(angle) / length
+            slip = estimate.slip + estimate.slip_length * curvature
+            state = replace(advance(state, travel, curvature, slip), speed=speed)
+            wheel = moved.wheel
+        gone -= part
+    return state

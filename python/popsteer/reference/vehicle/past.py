@@ -1,0 +1,179 @@
+"""What the wheels did of late: for poses that are older than the step they are given to.
+
+A localisation takes its time, which is none of the steering's. `Past.advance` rolls the vehicle
+forward from where it was seen, through the angles that its wheels have had since.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from popsteer import errors
+from popsteer.reference.error import input_in_range
+from popsteer.reference.math import PI, saturate, tan
+from popsteer.reference.vehicle.bicycle import advance
+from popsteer.reference.vehicle.delay import Reached, move_wheel
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.delay import Commands
+    from popsteer.reference.vehicle.estimator import Corrections
+    from popsteer.reference.vehicle.state import VehicleState
+
+__all__ = ["MAX_POSE_AGE", "Past"]
+
+MAX_POSE_AGE = 1.0
+"""The oldest pose that a step takes [s]."""
+RESOLUTION = 64
+"""Angles are remembered apart down to this share of `MAX_POSE_AGE`."""
+CAPACITY = 2 * RESOLUTION + 2
+"""The most angles.
+
+Two neighbours are together longer than a share, so half as many shares are remembered.
+"""
+MAX_SINCE = 1e6
+"""More than the time since the last pose can come to [s]."""
+
+
+@dataclass(frozen=True)
+class Past:
+    """The angles of the wheels by the vehicle's own figures over the last second.
+
+    Attributes
+    ----------
+    angles : tuple of tuple of float
+        Oldest first: mean angle [rad] and for how long [s].
+    wheel : float
+        Angle now [rad].
+    since : float
+        How long ago the last pose that was taken in was measured [s].
+
+    Examples
+    --------
+    Half a second at 10 m/s:
+
+    >>> from popsteer.reference.vehicle import Vehicle, VehicleState
+    >>> from popsteer.reference.vehicle.estimator import Corrections
+    >>> seen = VehicleState(0.0, 0.0, 0.0, 10.0)
+    >>> Past.settled(0.0).advance(Vehicle(), seen, 0.5, Corrections())
+    VehicleState(x=5.0, y=0.0, yaw=0.0, speed=10.0)
+    """
+
+    angles: Commands
+    wheel: float
+    since: float = 0.0
+
+    @classmethod
+    def settled(cls, wheel: float) -> Past:
+        """Return the past of wheels that have stood at the angle `wheel` [rad] for long."""
+        return cls(((wheel, MAX_POSE_AGE),), wheel)
+
+    @classmethod
+    def restore(cls, angles: Commands, wheel: float, since: float) -> Past:
+        """Return a past as it was.
+
+        Raises
+        ------
+        InputError
+            Where there are too many angles, and as `checked`.
+        """
+        count = len(angles)
+        if count > CAPACITY:
+            raise errors.InputError("past_angles", count, errors.count_in_range(0, CAPACITY))
+        return cls(angles, wheel, since).checked()
+
+    def checked(self) -> Past:
+        """Return the same, as floats, where wheels can have such a past.
+
+        Raises
+        ------
+        InputError
+            Where they cannot: an angle beyond a quarter turn, a duration that is negative.
+        """
+        limit = 0.5 * PI
+        wheel = input_in_range("past_wheel", self.wheel, -limit, limit)
+        since = input_in_range("past_since", self.since, 0.0, MAX_SINCE)
+        angles = []
+        for each in self.angles:
+            angle = input_in_range("past_angles", each[0], -limit, limit)
+            angles.append((angle, input_in_range("past_angles", each[1], 0.0, MAX_SINCE)))
+        return Past(tuple(angles), wheel, since)
+
+    def elapse(
+        self, vehicle: Vehicle, commands: Iterable[tuple[float, float]], wheel: float, dt: float
+    ) -> Past:
+        """Let `dt` [s] pass, in which `commands` reached the wheels from the angle `wheel` [rad].
+
+        Those in flight, and then the last one. Angles that last shorter than a 64th of
+        `MAX_POSE_AGE` are joined to their mean.
+        """
+        past, gone = self.angles, dt
+        for steer, duration in commands:
+            if gone <= 0.0:
+                break
+            part = duration if duration < gone else gone
+            moved = move_wheel(vehicle, wheel, steer, part)
+            past = _push(past, moved.mean, part)
+            wheel = moved.wheel
+            gone -= part
+        return Past(past, wheel, saturate(self.since + dt, 0.0, MAX_SINCE))
+
+    def reached(self, age: float) -> Reached:
+        """Return what the wheels did from the last pose taken in until `age` [s] ago."""
+        turn, slope = 0.0, 0.0
+        ago = self._total()
+        for angle, duration in self.angles:
+            start = ago if ago < self.since else self.since
+            ago -= duration
+            part = start - (ago if ago > age else age)
+            if part > 0.0:
+                tangent = tan(angle)
+                turn += part * tangent
+                slope += part * (1.0 + tangent * tangent)
+        return Reached(turn, slope)
+
+    def advance(
+        self, vehicle: Vehicle, state: VehicleState, age: float, estimate: Corrections
+    ) -> VehicleState:
+        """Return a vehicle that was at `state` `age` [s] ago, as it is now.
+
+        The state is that of the point that does not slip; what the `estimate` knows better than
+        `vehicle` counts.
+        """
+        begin, time = state.speed, 0.0
+        length = vehicle.turning_length(state.speed) / estimate.gain
+        ago = self._total()
+        for mean, duration in self.angles:
+            start = ago if ago < age else age
+            ago -= duration
+            part = start - (ago if ago > 0.0 else 0.0)
+            if part > 0.0:
+                time += part
+                speed = estimate.speed_after(begin, time)
+                travel = 0.5 * (state.speed + speed) * part
+                angle = vehicle.at_wheels(mean + estimate.steer_offset)
+                curvature = tan(angle) / length
+                slip = estimate.slip + estimate.slip_length * curvature
+                state = replace(advance(state, travel, curvature, slip), speed=speed)
+        return state
+
+    def _total(self) -> float:
+        """Return how long all that is remembered lasted [s]."""
+        total = 0.0
+        for _, duration in self.angles:
+            total += duration
+        return total
+
+
+def _push(angles: Commands, angle: float, duration: float) -> Commands:
+    """Remember one more angle; the oldest is forgotten where there are too many."""
+    if angles:
+        mean, lasted = angles[-1]
+        total = lasted + duration
+        if total <= MAX_POSE_AGE / RESOLUTION:
+            joined = (mean * lasted + angle * duration) / total
+            return (*angles[:-1], (joined, total))
+    return (*angles, (angle, duration))[-CAPACITY:]

@@ -1,0 +1,103 @@
+//! Inputs that fail to come: the last command is held, and its time counts.
+
+use super::tracker_state::{Answer, Seen, TrackerState};
+use super::{Command, LateralLaw, LateralState, Reported, Status, Tracker};
+use crate::Point;
+use crate::math::saturate;
+use crate::path::stop::Ahead;
+use crate::path::view::PathView;
+use crate::vehicle::VehicleState;
+use crate::vehicle::state::{MAX_DT, MIN_DT, checked_dt};
+
+/// From a motion over more time than this nothing is learnt [s]: what happened within it is not
+/// known well enough. Larger values learn from slower loops, and more wrongly from gaps.
+pub const LEARNING_GAP: f64 = 0.25;
+
+impl<L: LateralLaw> Tracker<L> {
+    /// A step that answers whatever comes in: where [`step`](Self::step) refuses the input, the
+    /// last command is held, its angle, direction, errors and target, with the status
+    /// [`Status::INPUT_HELD`] for up to `hold_limit` inputs in a row and [`Status::INPUT_LOST`]
+    /// beyond.
+    ///
+    /// The time `dt` of a held input is added to that of the next step, whose answer so is that
+    /// of a single step over all the time that has passed. A `dt` that is itself refused counts as
+    /// that of the last step.
+    pub fn step_or_hold(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        hold_limit: usize,
+    ) -> Command {
+        let reported = Reported::NOTHING;
+        self.step_or_hold_reported(path, state, vehicle, dt, hold_limit, reported)
+    }
+
+    /// The same for a vehicle that reports more than pose and speed. What comes with a held input
+    /// does not count: the next step is told what was applied in all the time since.
+    pub fn step_or_hold_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        hold_limit: usize,
+        reported: Reported,
+    ) -> Command {
+        if let Ok(command) = self.step_reported(path, state, vehicle, dt, reported) {
+            return command;
+        }
+        state.miss(dt);
+        state.held = state.held.saturating_add(1);
+        let status = if state.held > hold_limit {
+            Status::INPUT_LOST
+        } else {
+            Status::INPUT_HELD
+        };
+        let nowhere = Seen {
+            cross_track_error: 0.0,
+            yaw: 0.0,
+            along: Point::new(1.0, 0.0),
+        };
+        let answer = state.answer.unwrap_or(Answer {
+            measured: nowhere,
+            predicted: nowhere,
+            target: Point::new(0.0, 0.0),
+            reverse: false,
+            ahead: Ahead {
+                reference_speed: None,
+                distance_to_stop: 0.0,
+            },
+            vehicle: VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.0,
+                speed: 0.0,
+            },
+        });
+        super::tracker::command(state.steer, &answer, status)
+    }
+}
+
+impl<S: LateralState> TrackerState<S> {
+    /// An input fails to come, or is refused, `dt` [s] after the last: the next step counts its
+    /// time. A `dt` out of its range counts as that of the last step.
+    pub fn miss(&mut self, dt: f64) {
+        let dt = checked_dt(dt).unwrap_or(self.period);
+        self.held_time = saturate(self.held_time + dt, 0.0, MAX_DT);
+    }
+
+    /// The time since the last step [s] of an input that comes in `dt` [s] after the last, missed
+    /// or not; no time has been missed then.
+    #[inline]
+    pub(super) fn elapse(&mut self, dt: f64) -> f64 {
+        let elapsed = saturate(self.held_time + dt, MIN_DT, MAX_DT);
+        self.held_time = 0.0;
+        self.period = elapsed;
+        if elapsed > LEARNING_GAP {
+            self.estimator.seen = None;
+        }
+        elapsed
+    }
+}

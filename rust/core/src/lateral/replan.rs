@@ -1,0 +1,126 @@
+//! Another path in mid-run: the place, the estimate and the angle carry on.
+//!
+//! A planner gives a path many times a second, mostly the same one from a little farther on. So
+//! the place on the new path is that of the last projection, and only a path that lies elsewhere
+//! makes a hand-over.
+
+use super::tracker::{HANDOVER_TIME, Tracker};
+use super::tracker_state::{Handover, Place, TrackerState};
+use super::{LateralLaw, LateralState};
+use crate::Point;
+use crate::math::{PI, atan2, saturate, sqrt};
+use crate::path::index::STEP_BUDGET;
+use crate::path::locate::{Foot, locate};
+use crate::path::relocalise::relocalise_within;
+use crate::path::view::{PathView, get_distance};
+use crate::vehicle::state::MIN_DT;
+
+/// A path that passes the last projection farther off than this lies elsewhere, in wheelbases.
+/// Smaller values fade in more of a planner's noise; larger ones let the angle jump by more.
+const ELSEWHERE: f64 = 0.1;
+/// So does one whose direction there is another by more than half a radian: the cosine of that.
+/// The segments of a noisy plan differ by less.
+const ELSEWHERE_COSINE: f64 = 0.877_582_561_890_372_8;
+
+impl<L: LateralLaw> Tracker<L> {
+    /// The path `new` is followed from now on, in place of `old`.
+    ///
+    /// The place on it is that of the last projection. Estimate, integral and commands in flight
+    /// carry on, and so does all of the state where the path is the same there. A path that lies
+    /// elsewhere is gone over to from the present angle, within [`HANDOVER_TIME`]; a hand-over that
+    /// is under way ends when it was to end. Before the first step nothing changes.
+    pub fn set_path(
+        &self,
+        state: &mut TrackerState<L::State>,
+        old: &PathView<'_>,
+        new: &PathView<'_>,
+    ) {
+        let Some(last) = state.waypoint else {
+            state.measured_waypoint = None;
+            return;
+        };
+        let measured = state.measured_waypoint.unwrap_or(last);
+        if goes_on(old, new, last) && goes_on(old, new, measured) {
+            return;
+        }
+        let Some(place) = state.place else {
+            // After a jump it is not known where on the old path the vehicle was.
+            state.waypoint = None;
+            state.measured_waypoint = None;
+            state.law.change_path(None);
+            return state.hand_over();
+        };
+        let last = old.segment_at(last);
+        let (start, end) = old.segment(last);
+        let along = end - start;
+        let yaw = atan2(along.y, along.x);
+        let is_reverse = old.is_reverse(last);
+        // Where the vehicle looks.
+        let heading = if is_reverse { yaw + PI } else { yaw };
+        let opposite = self.follow().opposite_distance;
+        let found = relocalise_within(new, place.predicted, heading, opposite, STEP_BUDGET);
+        let foot = Foot::new(new, found.segment, place.predicted);
+
+        if state.measured_waypoint.is_some() {
+            let length = sqrt(along.x * along.x + along.y * along.y);
+            let along = Point::new(along.x / length, along.y / length);
+            let apart = get_distance(place.predicted, place.measured);
+            let reach = self.follow().search_distance + apart;
+            let found = locate(new, foot.segment, place.measured, along, reach, opposite);
+            state.measured_waypoint = Some(found.segment);
+        }
+        state.waypoint = Some(foot.segment);
+        state.place = Some(Place {
+            predicted: foot.point,
+            ..place
+        });
+
+        let is_turned = new.is_reverse(foot.segment) != is_reverse;
+        let ahead = foot.along();
+        let lengths = sqrt(along.x * along.x + along.y * along.y)
+            * sqrt(ahead.x * ahead.x + ahead.y * ahead.y);
+        let cosine = (along.x * ahead.x + along.y * ahead.y) / lengths;
+        let is_askew = cosine < ELSEWHERE_COSINE;
+        if is_turned {
+            state.law.leave_path();
+        } else if is_askew {
+            state.law.change_path(None);
+        } else {
+            state.law.change_path(Some(foot.cross_track_error()));
+        }
+        let limit = ELSEWHERE * self.vehicle().wheelbase;
+        if is_turned || is_askew || foot.squared_distance > limit * limit {
+            state.hand_over();
+        }
+    }
+}
+
+impl<S: LateralState> TrackerState<S> {
+    /// Goes on from the present angle: its difference to what the law wants fades in what is left
+    /// of the hand-over that is under way, or within [`HANDOVER_TIME`].
+    fn hand_over(&mut self) {
+        let left = match self.handover {
+            // Of one that has begun less than all of its time is left.
+            Some(Handover {
+                offset: Some(_),
+                left,
+            }) => saturate(left, 0.0, HANDOVER_TIME - MIN_DT),
+            Some(Handover { offset: None, left }) => left,
+            None => HANDOVER_TIME,
+        };
+        self.handover = if self.law.set_steer(self.steer) {
+            None
+        } else {
+            Some(Handover { offset: None, left })
+        };
+    }
+}
+
+/// Whether `new` has the same segment at `waypoint` as `old`, driven in the same direction.
+fn goes_on(old: &PathView<'_>, new: &PathView<'_>, waypoint: usize) -> bool {
+    let segment = old.segment_at(waypoint);
+    waypoint < new.len()
+        && segment == new.segment_at(waypoint)
+        && old.segment(segment) == new.segment(segment)
+        && old.is_reverse(segment) == new.is_reverse(segment)
+}

@@ -1,0 +1,139 @@
+//! What a vehicle may report beside its pose and speed: the angle that was really applied, and how
+//! old the pose is.
+
+use super::tracker::{Sight, Tracker};
+use super::tracker_state::TrackerState;
+use super::{Belief, LateralLaw};
+use crate::error::{InputError, input_in_range};
+use crate::math::saturate;
+use crate::vehicle::past::{MAX_POSE_AGE, Past};
+use crate::vehicle::state::MIN_DT;
+use crate::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
+
+/// What a step may be told beside pose and speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reported {
+    /// The angle that was applied since the last step in place of the commanded one [rad]: a
+    /// driver's, another controller's, or one that was measured. Prediction, estimates and limits
+    /// go on from it. An angle up to a quarter turn counts as the nearest one within `max_steer`.
+    pub applied_steer: Option<f64>,
+    /// How long before the step pose and speed were measured [s], from 0 to [`MAX_POSE_AGE`].
+    pub pose_age: f64,
+}
+
+impl Reported {
+    /// The last command was applied, and the pose is that of now.
+    pub const NOTHING: Self = Self {
+        applied_steer: None,
+        pose_age: 0.0,
+    };
+
+    /// The same, within what `vehicle` can have done.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the number that is not finite or beyond its bound.
+    #[inline]
+    pub fn checked(self, vehicle: &Vehicle) -> Result<Self, InputError> {
+        let applied_steer = match self.applied_steer {
+            None => None,
+            Some(steer) => Some(checked_steer(vehicle, steer)?),
+        };
+        input_in_range("pose_age", self.pose_age, 0.0, MAX_POSE_AGE)?;
+        Ok(Self {
+            applied_steer,
+            pose_age: self.pose_age,
+        })
+    }
+}
+
+impl Default for Reported {
+    fn default() -> Self {
+        Self::NOTHING
+    }
+}
+
+fn checked_steer(vehicle: &Vehicle, steer: f64) -> Result<f64, InputError> {
+    let limit = core::f64::consts::FRAC_PI_2;
+    input_in_range("applied_steer", steer, -limit, limit).map(|steer| vehicle.at_wheels(steer))
+}
+
+impl<L: LateralLaw> Tracker<L> {
+    /// As a step without ages does, for a pose that was measured `age` [s] before: observes the
+    /// motion between the poses, lets the last command take flight, and predicts.
+    #[cold]
+    pub(super) fn sight_aged(
+        &self,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        age: f64,
+    ) -> Sight {
+        let car = self.vehicle();
+        let TrackerState {
+            steer,
+            in_flight,
+            past,
+            estimator,
+            ..
+        } = state;
+        let steer = *steer;
+        let mut in_flight = in_flight.as_mut().filter(|_| self.models());
+        // Before the first pose with an age nothing was remembered: the wheels count as still.
+        let past = past.get_or_insert_with(|| {
+            let standing = car.at_wheels(steer + car.steer_offset);
+            Past::settled(in_flight.as_ref().map_or(standing, |line| line.wheel()))
+        });
+        remember(car, past, in_flight.as_deref(), steer, dt);
+        let observed = past.since() - age;
+        let old = vehicle.ahead(car.no_slip());
+        let before = estimator.estimate.longer_dead_time;
+        // A pose that was given before shows nothing new.
+        if observed >= MIN_DT {
+            if let (Some(adapt), Some(_)) = (self.adapt(), &in_flight) {
+                estimator.observe_turn(adapt, car, old, past.reached(age), observed);
+                // No command reaches the wheels before it is given, so in a period the flight
+                // becomes longer by that at most.
+                let longer = &mut estimator.estimate.longer_dead_time;
+                *longer = saturate(*longer, before - dt, before + dt);
+            }
+            past.see(age);
+        }
+        let estimate = match in_flight {
+            Some(_) => estimator.estimate,
+            None => Estimate::DEFAULT,
+        };
+        let (here, now) = if age > 0.0 {
+            let now = past.advance(car, old, age, &estimate).bounded();
+            (now.ahead(-car.no_slip()).bounded(), now)
+        } else {
+            (vehicle, old)
+        };
+        let (mut seen, mut wheel) = (here, steer);
+        if let Some(in_flight) = &mut in_flight {
+            in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
+            wheel = in_flight.wheel();
+            if car.dead_time > 0.0 {
+                let (predicted, then) = in_flight.predict(car, now, &estimate);
+                seen = predicted.bounded().ahead(-car.no_slip()).bounded();
+                wheel = then;
+            }
+        }
+        Sight {
+            here,
+            seen,
+            belief: Belief { wheel, estimate },
+            observed,
+            travel: vehicle.speed * age,
+        }
+    }
+}
+
+/// Lets `dt` [s] pass under the angle `last` [rad], which takes flight where there is a flight.
+fn remember(car: &Vehicle, past: &mut Past, in_flight: Option<&InFlight>, last: f64, dt: f64) {
+    let last = core::iter::once((last, dt));
+    match in_flight {
+        Some(line) => past.elapse(car, line.commands().chain(last), line.wheel(), dt),
+        None => past.elapse(car, last, past.wheel(), dt),
+    }
+}

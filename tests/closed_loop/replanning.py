@@ -1,0 +1,187 @@
+"""A planner: local paths cut from a course many times a second, and the loop that takes them in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import popsteer
+from popsteer import laws
+from tests.closed_loop.chain import Chain
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+CAR = popsteer.Vehicle(
+    wheelbase=2.7,
+    rear_axle=-1.35,
+    steer_lag=0.15,
+    dead_time=0.15,
+    max_steer_rate=0.4,
+    max_steer=0.6,
+)
+"""A car whose pose is measured at the centre."""
+SPEED = 8.0
+"""Its speed [m/s]."""
+DT = 0.05
+"""Its control period [s]."""
+SUBSTEP = 0.005
+"""Step of the simulation [s]."""
+
+
+def s_bends(length: float = 320.0) -> Floats:
+    """Waypoints, every 0.05 m, of bends to either side: a sine of 4 m, 25 m in radius."""
+    x = np.arange(0.0, length, 0.05)
+    return np.column_stack((x, 4.0 * np.sin(0.1 * x)))
+
+
+@dataclass
+class Course:
+    """A course as fine waypoints, from which paths are cut."""
+
+    xy: Floats
+
+    def __post_init__(self) -> None:
+        lengths = np.hypot(*np.diff(self.xy, axis=0).T)
+        self.s = np.concatenate(([0.0], np.cumsum(lengths)))
+        self.last = 0
+
+    def points(self, s: Floats) -> Floats:
+        """Points at these distances along the course, straight on beyond its ends."""
+        inside = np.clip(s, 0.0, self.s[-1])
+        at = np.column_stack([np.interp(inside, self.s, column) for column in self.xy.T])
+        for end, over in ((slice(0, 2), np.minimum(s, 0.0)), (slice(-2, None), s - inside)):
+            a, b = self.xy[end]
+            beyond = np.maximum(over, 0.0) if end.start == -2 else over
+            at += beyond[:, None] * ((b - a) / np.hypot(*(b - a)))
+        return at
+
+    def nearest(self, x: float, y: float) -> tuple[float, float]:
+        """The distance along the course of a place, and the signed distance to it [m].
+
+        Looked for from the last place on.
+        """
+        low, high = max(self.last - 100, 0), self.last + 400
+        squares = np.sum((self.xy[low:high] - (x, y)) ** 2, axis=1)
+        k = low + int(np.argmin(squares))
+        self.last = k
+        (ax, ay), (bx, by) = self.xy[max(k - 1, 0)], self.xy[min(k + 1, len(self.xy) - 1)]
+        along = math.hypot(bx - ax, by - ay)
+        to = x - self.xy[k][0], y - self.xy[k][1]
+        ahead = (to[0] * (bx - ax) + to[1] * (by - ay)) / along
+        aside = ((bx - ax) * to[1] - (by - ay) * to[0]) / along
+        return float(self.s[k] + ahead), float(aside)
+
+    def whole(self, spacing: float = 0.5, noise: float = 0.0, seed: int = 0) -> popsteer.Path:
+        """The course as one path."""
+        s = np.arange(0.0, self.s[-1], spacing)
+        points = self.points(s)
+        return popsteer.Path(points + np.random.default_rng(seed).normal(0.0, noise, points.shape))
+
+
+@dataclass
+class Planner:
+    """Cuts paths of 60 points from a course, each with a phase of its own."""
+
+    course: Course
+    behind: float = 5.0
+    """Where a path starts behind the vehicle [m]."""
+    spacing: float = 0.5
+    noise: float = 0.0
+    """Standard deviation of each coordinate of each point of each path [m]."""
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        self.random = np.random.default_rng(self.seed)
+
+    def path(self, s: float, aside: float = 0.0) -> popsteer.Path:
+        """The path for a vehicle at the distance `s` along the course, moved aside by so much."""
+        first = s - self.behind - self.spacing * self.random.random()
+        points = self.course.points(first + self.spacing * np.arange(60))
+        if aside:
+            along = np.gradient(points, axis=0)
+            along /= np.hypot(*along.T)[:, None]
+            points = points + aside * np.column_stack((-along[:, 1], along[:, 0]))
+        return popsteer.Path(points + self.random.normal(0.0, self.noise, points.shape))
+
+
+@dataclass
+class Run:
+    """What a drive came to: errors of the tracked point, angles and commands, one a step."""
+
+    errors: Floats
+    angles: Floats
+    commands: list[Any]
+    controller: Any
+    dts: Floats
+
+    @property
+    def mean(self) -> float:
+        """Mean error after 5 s [m]."""
+        return float(np.abs(self.errors[np.cumsum(self.dts) > 5.0]).mean())
+
+    @property
+    def roughness(self) -> float:
+        """Changes of the angle from step to step after 5 s, rms [rad]."""
+        late = self.angles[np.cumsum(self.dts) > 5.0]
+        return float(np.sqrt(np.mean(np.diff(late) ** 2)))
+
+
+def drive(
+    controller: laws.Controller,
+    steps: int = 500,
+    *,
+    course: Course | None = None,
+    replan: Callable[[int, float], popsteer.Path | None] = lambda _k, _s: None,
+    arrives: Callable[[int], bool] = lambda _k: True,
+    dts: Iterator[float] | None = None,
+    step: Callable[..., Any] | None = None,
+) -> Run:
+    """Drive the car on the S-bends with paths from `replan(step, distance)` where it gives one.
+
+    An input that does not arrive is not a number, for `step_or_hold`. `step` takes a controller, a
+    pose with speed, and a dt; control periods are whole numbers of `SUBSTEP`.
+    """
+    course = Course(s_bends()) if course is None else course
+    course.last = 0
+    car = controller.vehicle
+    start, ahead = course.points(np.array([0.0, 0.1]))
+    yaw = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
+    x, y = start[0] - car.rear_axle * math.cos(yaw), start[1] - car.rear_axle * math.sin(yaw)
+    chain = Chain(car, (x, y, yaw), SPEED, SUBSTEP, substeps=1)
+    errors, angles, commands, periods = [], [], [], []
+    point = controller.tracked_point
+    for k in range(steps):
+        dt = DT if dts is None else next(dts)
+        if commands:
+            for _ in range(round(dt / SUBSTEP)):
+                chain.advance(commands[-1].steer)
+        x, y, yaw = chain.pose
+        s, _ = course.nearest(x, y)
+        path = replan(k, s)
+        if path is not None:
+            controller.set_path(path)
+        seen = (x, y, yaw, SPEED) if arrives(k) else (math.nan, y, yaw, SPEED)
+        command = controller.step_or_hold(*seen, dt) if step is None else step(controller, seen, dt)
+        commands.append(command)
+        angles.append(command.steer)
+        aside = _aside(course, x + point * math.cos(yaw), y + point * math.sin(yaw))
+        errors.append(aside)
+        periods.append(dt)
+        if abs(aside) > 20.0:
+            break
+    return Run(np.array(errors), np.array(angles), commands, controller, np.array(periods))
+
+
+def _aside(course: Course, x: float, y: float) -> float:
+    last = course.last
+    _, aside = course.nearest(x, y)
+    course.last = last
+    return aside

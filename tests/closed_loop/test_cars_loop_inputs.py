@@ -1,0 +1,169 @@
+"""Inputs that fail to come: the first good step takes the time that has really passed."""
+
+from __future__ import annotations
+
+import math
+import random
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import Status, laws
+from tests.closed_loop.replanning import CAR, DT, SPEED, SUBSTEP, Course, Run, drive, s_bends
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+COURSE = Course(s_bends())
+STEPS = 400
+NAMES = laws.names()
+TRACKING = tuple(name for name in NAMES if name != "bang-bang")
+
+each_law = pytest.mark.parametrize("name", NAMES)
+each_tracking = pytest.mark.parametrize("name", TRACKING)
+
+
+def _make(name: str, car: popsteer.Vehicle = CAR) -> Any:
+    return laws.get(name).controller(COURSE.whole(), car)
+
+
+@cache
+def _undisturbed(name: str) -> Run:
+    return drive(_make(name), STEPS, course=COURSE)
+
+
+def _every_second(k: int) -> bool:
+    return k % 2 == 0
+
+
+def _gaps(k: int) -> bool:
+    """A gap every 2 s, of 1 to 9 inputs in turn: up to 0.5 s from input to input."""
+    return k % 40 >= (1, 5, 9, 3, 7)[k // 40 % 5]
+
+
+PATTERNS = {"every second": _every_second, "gaps": _gaps}
+
+
+def _is_calm(controller: Any) -> bool:
+    """Whether no estimate has moved by more than a tenth of its bound."""
+    estimate, car = controller.estimate, controller.vehicle
+    return (
+        0.94 < estimate.gain < 1.15
+        and abs(estimate.steer_offset - car.steer_offset) <= 0.015
+        and abs(estimate.dead_time - car.dead_time) <= 0.05 * car.dead_time
+        and abs(estimate.slip) <= 0.015
+        and abs(estimate.slip_length) <= 0.1 * car.wheelbase
+    )
+
+
+@each_tracking
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_lost_inputs_cost_little(name: str, pattern: str) -> None:
+    calm = []
+
+    def step(controller: Any, seen: Any, dt: float) -> Any:
+        command = controller.step_or_hold(*seen, dt)
+        calm.append(_is_calm(controller))
+        return command
+
+    run = drive(_make(name), STEPS, course=COURSE, arrives=PATTERNS[pattern], step=step)
+    assert run.mean <= 1.2 * _undisturbed(name).mean + 0.03
+    assert all(calm)
+
+
+@each_tracking
+def test_dt_that_jitters_by_half_is_no_event(name: str) -> None:
+    rng = random.Random(7)
+
+    def periods() -> Iterator[float]:
+        while True:
+            yield SUBSTEP * rng.randint(5, 15)
+
+    controller = _make(name)
+    run = drive(controller, STEPS, course=COURSE, dts=periods())
+    assert run.mean <= 1.2 * _undisturbed(name).mean + 0.03
+    assert _is_calm(controller)
+
+
+def _loops(name: str, car: popsteer.Vehicle, lost: set[int]) -> tuple[Any, Any]:
+    """The same drive with `step`, which is given the time that has passed, and `step_or_hold`."""
+    stepped, held = _make(name, car), _make(name, car)
+    passed = 0.0
+    for k in range(121):
+        s = COURSE.points(np.array([0.4 * k, 0.4 * k + 0.1]))
+        yaw = math.atan2(*(s[1] - s[0])[::-1])
+        pose = (s[0][0], s[0][1] + 0.3 * math.cos(0.2 * k), yaw, SPEED)
+        passed += DT
+        if k in lost:
+            before = stepped.state
+            with pytest.raises(popsteer.InputError):
+                stepped.step(math.nan, *pose[1:], DT)
+            assert stepped.state == before
+            command = held.step_or_hold(math.nan, *pose[1:], DT)
+            assert command.status == Status.INPUT_HELD
+            assert command.steer == stepped.state.steer
+        else:
+            one, other = stepped.step(*pose, passed), held.step_or_hold(*pose, DT)
+            passed = 0.0
+            assert one == other, k
+    return stepped, held
+
+
+@each_law
+@pytest.mark.parametrize("missed", [1, 5, 9])
+@pytest.mark.parametrize("late", [False, True])
+def test_both_loops_give_the_same_angles(name: str, missed: int, late: bool) -> None:
+    car = CAR if late else popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
+    lost = {k for k in range(5, 120) if k % (missed + 7) >= 7}
+    stepped, held = _loops(name, car, lost)
+    assert stepped.state == held.state
+
+
+@pytest.mark.parametrize("missed", [1, 5, 9])
+def test_pid_after_missing_inputs_is_far_from_full_lock(missed: int) -> None:
+    # Slanting off at 10 m/s: 0.5 m a second to the side.
+    path = popsteer.Path([(-10.0, 0.0), (300.0, 0.0)])
+    pid = popsteer.Pid(path, popsteer.Vehicle(wheelbase=2.7))
+    steers = []
+    for k in range(40):
+        t = DT * k
+        x = math.nan if 20 <= k < 20 + missed else 10.0 * t
+        steers.append(pid.step_or_hold(x, 0.5 * t, 0.05, 10.0, DT).steer)
+    # The derivative is that of the motion, whatever fails to come.
+    moves = np.abs(np.diff(steers))
+    assert moves[3:].max() <= 0.01 * (missed + 1)
+
+
+def test_nothing_is_learnt_across_a_gap() -> None:
+    # Preview POP, which learns from all motion, sees one of another curvature in the gap.
+    controller = popsteer.PreviewPop(COURSE.whole(), CAR)
+    for k in range(40):
+        controller.step(0.4 * k, 0.0, 0.0, SPEED, DT)
+    before = controller.estimate
+    for _ in range(5):
+        controller.step_or_hold(math.nan, 0.0, 0.0, SPEED, DT)
+    controller.step(0.4 * 45, 0.4, 0.3, SPEED, DT)
+    assert controller.estimate == before
+
+
+def test_dt_that_is_refused_counts_as_that_of_the_last_step() -> None:
+    one, other = (popsteer.Pid(COURSE.whole(), CAR) for _ in range(2))
+    for controller in (one, other):
+        controller.step(0.0, 0.2, 0.0, SPEED, 0.04)
+    assert other.state.period == 0.04
+    one.step_or_hold(math.nan, 0.2, 0.0, SPEED, 0.04)
+    other.step_or_hold(0.4, 0.2, 0.0, SPEED, math.nan)
+    assert other.state.held_time == 0.04
+    assert one.step(0.8, 0.1, 0.0, SPEED, 0.04) == other.step(0.8, 0.1, 0.0, SPEED, 0.04)
+    assert other.state.held_time == 0.0
+
+
+def test_time_held_for_ever_is_bounded() -> None:
+    pid = popsteer.Pid(COURSE.whole(), CAR)
+    for _ in range(4):
+        pid.step_or_hold(math.nan, 0.0, 0.0, SPEED, 900.0)
+    assert pid.state.held_time == 1e3
+    assert math.isfinite(pid.step(0.0, 0.1, 0.0, SPEED, 900.0).steer)

@@ -1,0 +1,89 @@
+"""The table of docs/preview_pop.md: the authors' waypoints, a vehicle that is wrong, noise."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import popsteer
+from popsteer import AdaptParams, PreviewPop, baselines, sim, vehicles
+from popsteer.sim import CarlaIdentified, Noise
+from tests.helpers import authors_data
+from tests.pages.layout import line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from popsteer.sim import OwnLaw
+
+START = (-183.797, 79.760, -1.574)
+CAR = vehicles.get("carla-identified")
+NOISE = Noise(position=0.1, yaw=0.005)
+NO_TURN, NO_SLIP = AdaptParams(turn_time=0.0), AdaptParams(slip_time=0.0)
+
+
+class Misinformed:
+    """The controller, given a wrong heading [rad], or the pose of a point `ahead` [m]."""
+
+    def __init__(self, law: PreviewPop, yaw: float = 0.0, ahead: float = 0.0) -> None:
+        self.law, self.yaw, self.ahead = law, yaw, ahead
+        self.path = law.path
+        self.tracked_point = ahead  # the errors are those of the point that it is given
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float:
+        x += self.ahead * math.cos(yaw)
+        y += self.ahead * math.sin(yaw)
+        return self.law.steer(x, y, yaw + self.yaw, speed, dt)
+
+
+def _row(name: str, law: OwnLaw, noise: Noise | None = None, **settings: Any) -> str:
+    seeds = range(8 if noise else 1)
+    runs = [sim.run(law, start=START, noise=noise, seed=seed, **settings).metrics for seed in seeds]
+
+    def mean(metric: str) -> float:
+        return float(np.mean([getattr(run, metric) for run in runs]))
+
+    return line(
+        name,
+        f"{mean('mean_abs_cross_track_error'):.3f}",
+        f"{mean('settled_mean_abs_cross_track_error'):.4f}",
+        f"{mean('settled_max_abs_cross_track_error'):.3f}",
+        f"{mean('rms_steer_rate'):.{2 if noise else 3}f}",
+    )
+
+
+def _lines() -> Iterator[str]:
+    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+
+    def law(vehicle: popsteer.Vehicle = CAR, adapt: Any = "auto") -> PreviewPop:
+        return PreviewPop(path, vehicle, adapt=adapt)
+
+    yield _row("POP", popsteer.Pop(path, CAR))
+    yield _row("MPC, on osqp", baselines.get("mpc").controller(path, CAR, baselines.MpcParams()))
+    yield _row("**preview POP**", law())
+    yield _row("not adapting", law(adapt=None))
+    yield _row("not estimating the turning, `turn_time=0`", law(adapt=NO_TURN))
+    yield _row("not estimating the slip, `slip_time=0`", law(adapt=NO_SLIP))
+    for sign, factor in (("−", 0.85), ("+", 1.15)):
+        told = CAR.replace(turning_wheelbase=factor * 3.553)
+        yield _row(f"`turning_wheelbase` told {sign}15 %", law(told))
+    for lag, instead in ((0.05, " instead of 0.1 s"), (0.2, ""), (0.0, "")):
+        yield _row(f"`steer_lag` told {lag:g} s{instead}", law(CAR.replace(steer_lag=lag)))
+    plant = CarlaIdentified(CAR.replace(steer_offset=math.radians(1.0)))
+    yield _row("1° of steering offset that nobody told", law(), plant=plant)
+    yield _row("... not adapting", law(adapt=None), plant=plant)
+    yield _row("noise", law(), NOISE)
+    yield _row("... not adapting", law(adapt=None), NOISE)
+    yield _row("noise, `turn_time=0.5`", law(adapt=AdaptParams(turn_time=0.5)), NOISE)
+    for name, wrong in (
+        ("heading 0.01 rad wrong", {"yaw": 0.01}),
+        ("pose of a point 1.4 m ahead of the one told", {"ahead": 1.4}),
+    ):
+        yield _row(name, Misinformed(law(), **wrong))
+        yield _row("... not adapting", Misinformed(law(adapt=None), **wrong))
+
+
+def preview_lines() -> list[str]:
+    return list(_lines())
