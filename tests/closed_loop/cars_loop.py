@@ -3,7 +3,7 @@
 The car is integrated by `Chain`, apart from popsteer.sim: 2.7 m between its axles, its pose at the
 centre, slow wheels, a lag and a dead time. All of that is told to the controllers.
 
-    python -m tests.closed_loop.cars_loop     # prints the tables of docs/edges.md
+    python -m tests.pages "cars loop"     # the table of docs/edges.md
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 
 import popsteer
 from tests.closed_loop.chain import Chain
+from tests.pages.layout import line
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -193,19 +194,12 @@ def overshoot(controller: Any, loop: Loop = JUMP) -> float:
     return drive(controller, loop).rightmost / loop.jump - 1.0
 
 
-def lines() -> list[str]:
-    """Write the lines of the table: mean and largest error in each loop [m]."""
-    written = []
+def loop_lines() -> list[str]:
+    """Mean and largest error in each loop [m]; last, the overshoot after a jump."""
+    lines = []
     for name, loop in ROWS.items():
         outcomes = [drive(controller, loop) for controller in CONTROLLERS.values()]
-        cells = (f"{outcome.mean:.3f} / {outcome.largest:.2f}" for outcome in outcomes)
-        written.append(f"| {name} | {' | '.join(cells)} |")
-    over = (f"{100.0 * overshoot(controller):.0f} %" for controller in CONTROLLERS.values())
-    written.append(f"| a localisation that jumps by 1 m: overshoot | {' | '.join(over)} |")
-    return written
-
-
-if __name__ == "__main__":
-    print(f"| | {' | '.join(CONTROLLERS)} |")
-    print(f"|---|{'--:|' * len(CONTROLLERS)}")
-    print("\n".join(lines()))
+        lines.append(line(name, *(f"{each.mean:.3f} / {each.largest:.2f}" for each in outcomes)))
+    over = [100.0 * overshoot(controller) for controller in CONTROLLERS.values()]
+    last = "a localisation that jumps by 1 m: overshoot"
+    return [*lines, line(last, *(f"{max(each, 0.0):.0f} %" for each in over))]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from tests.closed_loop.page import table
 
 from tests.closed_loop.cars_loop import (
     CONTROLLERS,
@@ -11,11 +10,12 @@ from tests.closed_loop.cars_loop import (
     ROWS,
     Loop,
     drive,
-    lines,
+    loop_lines,
     overshoot,
     recorded,
     staircase,
 )
+from tests.pages.layout import table
 
 # What version 0.1.0 came to in the same loops: mean and largest error [m]. PID, whose derivative
 # takes up the localisation's noise, has no bound there.
@@ -99,4 +99,4 @@ def test_cars_loop_after_a_jump_of_the_localisation_comes_back_without_overshoot
 
 
 def test_page_table_of_the_cars_loop_is_what_is_driven() -> None:
-    assert table("cars loop") == lines()
+    assert table("edges.md", "cars loop") == loop_lines()

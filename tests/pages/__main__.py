@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from popsteer.files import write_text_atomic
 from popsteer.study import LINEAR_LAWS, edges
+from tests.closed_loop.cars_loop import loop_lines
 from tests.closed_loop.test_path_end import end_lines
 from tests.pages.edges import dead_time_lines, dead_time_rows, edge_lines
 from tests.pages.layout import DOCS, table, with_table
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "edges": ("edges.md", lambda: edge_lines(edges())),
+    "cars loop": ("edges.md", loop_lines),
     "end": ("edges.md", lambda: end_lines("racetrack")),
     "dead time, racetrack": ("edges.md", lambda: dead_time_lines(dead_time_rows("racetrack"))),
     "dead time, authors": ("edges.md", lambda: dead_time_lines(dead_time_rows("authors"))),
