@@ -135,7 +135,8 @@ def test_batch_of_short_states_takes_poses_that_have_an_age() -> None:
     step = (20.0, 3.5, 0.1, 6.0)
     for age in (0.0, 0.1, 0.1, 0.0):
         single = controller.steer(*step, DT, pose_age=age)
-        both = batch.steer(*(np.full(2, each) for each in step), DT, pose_age=age)
+        x, y, yaw, speed = (np.full(2, each) for each in step)
+        both = batch.steer(x, y, yaw, speed, DT, pose_age=age)
         assert both.tolist() == [single, single]
     assert batch.states[0] == controller.state
 

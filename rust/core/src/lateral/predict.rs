@@ -66,7 +66,7 @@ impl<L: LateralLaw> Tracker<L> {
         state.past = None;
         state.estimator.seen = None;
         let (estimate, mut plant) = match state.in_flight {
-            Some(in_flight) if self.models() => (state.estimator.estimate, in_flight),
+            Some(in_flight) if self.models => (state.estimator.estimate, in_flight),
             _ => (
                 Estimate::DEFAULT,
                 InFlight::standing(car, state.steer, wheel),

@@ -1,11 +1,12 @@
 //! What a vehicle may report beside its pose and speed: the angle that was really applied, and how
 //! old the pose is.
 
-use super::tracker::{Sight, Tracker};
+use super::tracker::{Tracker, command};
 use super::tracker_state::TrackerState;
-use super::{Belief, LateralLaw};
+use super::{Belief, Command, LateralLaw, LateralState};
 use crate::error::{InputError, input_in_range};
 use crate::math::saturate;
+use crate::path::view::PathView;
 use crate::vehicle::past::{MAX_POSE_AGE, Past};
 use crate::vehicle::state::MIN_DT;
 use crate::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
@@ -69,7 +70,125 @@ fn checked_steer(vehicle: &Vehicle, steer: f64) -> Result<f64, InputError> {
     input_in_range("applied_steer", steer, -limit, limit).map(|steer| vehicle.at_wheels(steer))
 }
 
+/// The vehicle at a step, as it is and as the law is to see it.
+pub(super) struct Sight {
+    /// The vehicle now.
+    pub(super) here: VehicleState,
+    /// The vehicle when the next command reaches the wheels.
+    pub(super) seen: VehicleState,
+    pub(super) belief: Belief,
+    /// How long after the last pose this one was measured [s].
+    pub(super) observed: f64,
+    /// How far the vehicle has come since [m].
+    pub(super) travel: f64,
+}
+
 impl<L: LateralLaw> Tracker<L> {
+    /// One control step: `vehicle` is the pose of the vehicle's point and the speed, measured
+    /// `dt` [s] after those of the last step.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where a number in `vehicle`, or `dt`, is not finite or beyond its bound;
+    /// `state` is then unchanged.
+    #[inline]
+    pub fn step(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<Command, InputError> {
+        self.step_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The same for a vehicle that reports more than pose and speed.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step), and for what is `reported`.
+    #[inline]
+    pub fn step_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Command, InputError> {
+        let (answer, status) = self.advance(path, state, vehicle, dt, reported)?;
+        Ok(command(state.steer, &answer, status))
+    }
+
+    /// The angle of [`step`](Self::step) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step).
+    #[inline]
+    pub fn steer(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<f64, InputError> {
+        self.steer_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The angle of [`step_reported`](Self::step_reported) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step_reported`](Self::step_reported).
+    #[inline]
+    pub fn steer_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<f64, InputError> {
+        self.advance(path, state, vehicle, dt, reported)?;
+        Ok(state.steer)
+    }
+
+    /// The vehicle as it is and as the law is to see it, after all that is `reported`.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] for what is reported; `state` is then unchanged.
+    #[inline]
+    pub(super) fn sight(
+        &self,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Sight, InputError> {
+        let Reported {
+            applied_steer,
+            pose_age,
+        } = reported.checked(self.vehicle())?;
+        if let Some(applied) = applied_steer {
+            // All that goes on from the last command goes on from what was applied instead.
+            state.steer = applied;
+            state.law.set_steer(applied);
+        }
+        if pose_age > 0.0 || state.past.is_some() {
+            return Ok(self.sight_aged(state, vehicle, dt, pose_age));
+        }
+        let (seen, belief) = self.predict_now(state, vehicle, dt);
+        Ok(Sight {
+            here: vehicle,
+            seen,
+            belief,
+            observed: dt,
+            travel: 0.0,
+        })
+    }
+
     /// As a step without ages does, for a pose that was measured `age` [s] before: observes the
     /// motion between the poses, lets the last command take flight, and predicts.
     #[cold]
@@ -89,7 +208,7 @@ impl<L: LateralLaw> Tracker<L> {
             ..
         } = state;
         let steer = *steer;
-        let mut in_flight = in_flight.as_mut().filter(|_| self.models());
+        let mut in_flight = in_flight.as_mut().filter(|_| self.models);
         // Before the first pose with an age nothing was remembered: the wheels count as still.
         let past = past.get_or_insert_with(|| {
             let standing = car.at_wheels(steer + car.steer_offset);
@@ -142,7 +261,7 @@ impl<L: LateralLaw> Tracker<L> {
     /// Remembers `dt` [s] under the angle `applied` [rad], where the past is remembered at all.
     pub(super) fn hold_past(&self, state: &mut TrackerState<L::State>, applied: f64, dt: f64) {
         if let Some(past) = &mut state.past {
-            let in_flight = state.in_flight.as_ref().filter(|_| self.models());
+            let in_flight = state.in_flight.as_ref().filter(|_| self.models);
             remember(self.vehicle(), past, in_flight, applied, dt);
         }
     }
