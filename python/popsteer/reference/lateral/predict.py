@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import copysign, floor
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
 from popsteer import errors
 from popsteer.prediction import Prediction
 from popsteer.reference.error import input_in_range
-from popsteer.reference.lateral.tracker_state import estimator_of, in_flight_of, with_past
+from popsteer.reference.lateral.tracker_state import (
+    TrackerState,
+    estimator_of,
+    in_flight_of,
+    with_past,
+)
 from popsteer.reference.math import ceil, divide, tan
 from popsteer.reference.vehicle.bicycle import advance
 from popsteer.reference.vehicle.delay import InFlight, move_wheel
@@ -21,10 +26,12 @@ from popsteer.reference.vehicle.state import MAX_DT, VehicleState, checked_dt
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer.reference.lateral.tracker_state import TrackerState
+    from popsteer.reference.lateral.command import Command
     from popsteer.reference.vehicle import Vehicle
 
 __all__ = ["Predicted", "Predicting", "instants", "predict", "standing"]
+
+StateT = TypeVar("StateT", bound=TrackerState)
 
 STEP = 0.05
 """The longest step of the motion [s]."""
@@ -151,8 +158,12 @@ def _drive(
     return state
 
 
-class Predicting:
+class Predicting(Generic[StateT]):
     """The method `predict` of a tracker."""
+
+    _vehicle: Vehicle
+    _models: bool
+    _state: StateT
 
     def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction:
         """Predict the trajectory that the controller intends, from the last step on.
@@ -166,16 +177,15 @@ class Predicting:
             Where a number is out of its range, or no step was taken before.
         """
         count, dt = instants(time, dt), checked_dt(dt)
-        tracker: Any = self
-        before = tracker._state
+        before = self._state
 
         def step(vehicle: VehicleState) -> float:
-            command = tracker.step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt)
-            return float(command.steer)
+            step: Callable[..., Command] = getattr(self, "step")  # noqa: B009 - a tracker's
+            return step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
 
         # The poses to come have no age, and what is predicted shows nothing of the vehicle.
-        tracker._state = replace(with_past(before, None), seen=None)
+        self._state = replace(with_past(before, None), seen=None)
         try:
-            return predict(tracker._vehicle, before, step, dt, count, models=tracker._models)
+            return predict(self._vehicle, before, step, dt, count, models=self._models)
         finally:
-            tracker._state = before
+            self._state = before

@@ -68,7 +68,7 @@ ParamsT = TypeVar("ParamsT", bound=Params)
 StateT = TypeVar("StateT", bound=TrackerState)
 
 
-class Tracker(Predicting, LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
+class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     """A law on a path, its vehicle, and how it adapts to that.
 
     With a dead time the law is shown the vehicle as it will be when its command reaches the wheels.
