@@ -116,8 +116,8 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
         reported: Reported,
     ) -> Result<Command, InputError> {
-        let (answer, status) = self.advance(path, state, vehicle, dt, reported)?;
-        Ok(command(state.steer, &answer, status))
+        let status = self.advance(path, state, vehicle, dt, reported)?;
+        Ok(command(state, status))
     }
 
     /// The angle of [`step`](Self::step) alone [rad]; same state afterwards.

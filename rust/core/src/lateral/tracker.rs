@@ -190,8 +190,7 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             Status::INPUT_HELD
         };
-        let answer = state.answer.unwrap_or(Answer::NOWHERE);
-        command(state.steer, &answer, status)
+        command(state, status)
     }
 
     /// After a jump of the vehicle, of its localisation or along the path: finds the place that
@@ -281,7 +280,7 @@ impl<L: LateralLaw> Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
         reported: Reported,
-    ) -> Result<(Answer, Status), InputError> {
+    ) -> Result<Status, InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
         let sight = self.sight(state, vehicle, dt, reported)?;
@@ -339,7 +338,7 @@ impl<L: LateralLaw> Tracker<L> {
             | Status::SATURATED.when(limited)
             | Status::END_OF_PATH.when(at.past_end)
             | Status::OFF_PATH.when(at.off_path);
-        Ok((answer, status))
+        Ok(status)
     }
 
     /// The vehicle as the law is to see it, after its motion since the last step was observed and
@@ -488,15 +487,12 @@ impl Vehicle {
 }
 
 #[inline]
-pub(super) fn command(steer: f64, answer: &Answer, status: Status) -> Command {
-    let Answer {
-        measured,
-        predicted,
-        ..
-    } = answer;
+pub(super) fn command<S>(state: &TrackerState<S>, status: Status) -> Command {
+    let answer = state.answer.as_ref().unwrap_or(&Answer::NOWHERE);
+    let (measured, predicted) = (&answer.measured, &answer.predicted);
     let heading_error = measured.heading_error();
     Command {
-        steer,
+        steer: state.steer,
         cross_track_error: measured.cross_track_error,
         heading_error,
         predicted_cross_track_error: predicted.cross_track_error,
