@@ -36,6 +36,9 @@ impl Reported {
     /// [`InputError`], naming the number that is not finite or beyond its bound.
     #[inline]
     pub fn checked(self, vehicle: &Vehicle) -> Result<Self, InputError> {
+        if self.applied_steer.is_none() && self.pose_age.to_bits() == 0 {
+            return Ok(self);
+        }
         let applied_steer = match self.applied_steer {
             None => None,
             Some(steer) => Some(checked_steer(vehicle, steer)?),
@@ -154,11 +157,8 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(state.steer)
     }
 
-    /// The vehicle as it is and as the law is to see it, after all that is `reported`.
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`] for what is reported; `state` is then unchanged.
+    /// The vehicle as it is and as the law is to see it, after all that is `reported`, which is
+    /// checked.
     #[inline]
     pub(super) fn sight(
         &self,
@@ -166,27 +166,23 @@ impl<L: LateralLaw> Tracker<L> {
         vehicle: VehicleState,
         dt: f64,
         reported: Reported,
-    ) -> Result<Sight, InputError> {
-        let Reported {
-            applied_steer,
-            pose_age,
-        } = reported.checked(self.vehicle())?;
-        if let Some(applied) = applied_steer {
+    ) -> Sight {
+        if let Some(applied) = reported.applied_steer {
             // All that goes on from the last command goes on from what was applied instead.
             state.steer = applied;
             state.law.set_steer(applied);
         }
-        if pose_age > 0.0 || state.past.is_some() {
-            return Ok(self.sight_aged(state, vehicle, dt, pose_age));
+        if reported.pose_age > 0.0 || state.past.is_some() {
+            return self.sight_aged(state, vehicle, dt, reported.pose_age);
         }
         let (seen, belief) = self.predict_now(state, vehicle, dt);
-        Ok(Sight {
+        Sight {
             here: vehicle,
             seen,
             belief,
             observed: dt,
             travel: 0.0,
-        })
+        }
     }
 
     /// As a step without ages does, for a pose that was measured `age` [s] before: observes the

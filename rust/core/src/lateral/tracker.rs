@@ -283,7 +283,8 @@ impl<L: LateralLaw> Tracker<L> {
     ) -> Result<Status, InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
-        let sight = self.sight(state, vehicle, dt, reported)?;
+        let reported = reported.checked(self.law.vehicle())?;
+        let sight = self.sight(state, vehicle, dt, reported);
         let mut belief = sight.belief;
 
         let follow = self.law.follow();
