@@ -13,6 +13,7 @@ import pytest
 
 import popsteer
 from tests.closed_loop.chain import Chain
+from tests.closed_loop.page import line, table
 
 DT = 0.05
 X = np.arange(0.0, 420.0)
@@ -135,7 +136,8 @@ def test_batch_of_short_states_takes_poses_that_have_an_age() -> None:
     step = (20.0, 3.5, 0.1, 6.0)
     for age in (0.0, 0.1, 0.1, 0.0):
         single = controller.steer(*step, DT, pose_age=age)
-        both = batch.steer(*(np.full(2, each) for each in step), DT, pose_age=age)
+        x, y, yaw, speed = (np.full(2, each) for each in step)
+        both = batch.steer(x, y, yaw, speed, DT, pose_age=age)
         assert both.tolist() == [single, single]
     assert batch.states[0] == controller.state
 
@@ -169,15 +171,34 @@ def _mean_error(
 @each_controller
 @each_car
 def test_age_that_is_told_costs_next_to_nothing(name: str, car: popsteer.Vehicle) -> None:
-    fresh = _mean_error(name, car, 0.0, told=False)
-    assert _mean_error(name, car, 0.1, told=True) <= 1.1 * fresh + 0.005
-    assert _mean_error(name, car, 0.1, told=True, stale=3) <= 1.1 * fresh + 0.005
+    for speed in (8.0, 12.0):
+        if name == "BangBang" and speed > 8.0:
+            continue  # it leaves the slalom at 12 m/s with or without
+        fresh = _mean_error(name, car, 0.0, told=False, speed=speed)
+        most = 1.1 * fresh + 0.005
+        assert _mean_error(name, car, 0.1, told=True, speed=speed) <= most
+        assert _mean_error(name, car, 0.1, told=True, stale=3, speed=speed) <= most
 
 
-@pytest.mark.parametrize("name", ["PreviewPop", "Stanley", "BangBang"])
-def test_age_that_is_not_told_costs_more(name: str) -> None:
-    told = _mean_error(name, LATE, 0.2, told=True)
-    assert _mean_error(name, LATE, 0.2, told=False) > 1.2 * told + 0.005
+AGES = [(0.0, False), (0.1, True), (0.1, False), (0.2, True), (0.2, False)]
+SHOWN = {
+    "Pop": "POP",
+    "PurePursuit": "Pure-Pursuit",
+    "Stanley": "Stanley",
+    "Pid": "PID",
+    "PreviewPop": "Preview POP",
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_page_shows_what_an_age_costs(name: str) -> None:
+    errors = [_mean_error(name, LATE, age, told=told) for age, told in AGES]
+    assert line(SHOWN[name], *(f"{error:.3f}" for error in errors)) in table("pose age")
+
+
+def test_age_that_is_not_told_costs_more() -> None:
+    told = _mean_error("PreviewPop", LATE, 0.2, told=True)
+    assert _mean_error("PreviewPop", LATE, 0.2, told=False) > 1.2 * told + 0.005
 
 
 def test_errors_of_an_old_pose_are_those_of_now() -> None:

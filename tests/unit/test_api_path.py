@@ -69,7 +69,8 @@ def test_path_later_changes_of_the_array_do_not_matter() -> None:
     shown[:] = 7.0
     assert path.x.tolist() == [0.0, 3.0, 3.0]
     step = (-3.0, 0.5, 0.0, 1.0, 0.05)
-    assert pop.step(*step) == popsteer.Pop(popsteer.Path(XY)).step(*step)
+    fresh = popsteer.Path(XY, speed=[1.0, 2.0, 3.0])
+    assert pop.step(*step) == popsteer.Pop(fresh).step(*step)
 
 
 @pytest.mark.parametrize("closed", [False, True])

@@ -4,23 +4,34 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import copysign, floor
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+
+import numpy as np
 
 from popsteer import errors
+from popsteer.prediction import Prediction
 from popsteer.reference.error import input_in_range
+from popsteer.reference.lateral.tracker_state import (
+    TrackerState,
+    estimator_of,
+    in_flight_of,
+    with_past,
+)
 from popsteer.reference.math import ceil, divide, tan
 from popsteer.reference.vehicle.bicycle import advance
 from popsteer.reference.vehicle.delay import InFlight, move_wheel
+from popsteer.reference.vehicle.estimator import Corrections
 from popsteer.reference.vehicle.state import MAX_DT, VehicleState, checked_dt
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer.reference.lateral.tracker_state import Answer
+    from popsteer.reference.lateral.command import Command
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import Corrections
 
-__all__ = ["Predicted", "instants", "predict", "standing"]
+__all__ = ["Predicted", "Predicting", "instants", "predict", "standing"]
+
+StateT = TypeVar("StateT", bound=TrackerState)
 
 STEP = 0.05
 """The longest step of the motion [s]."""
@@ -67,18 +78,24 @@ def standing(vehicle: Vehicle, steer: float, wheel: float | None) -> InFlight:
 
 def predict(
     car: Vehicle,
-    plant: InFlight,
-    estimate: Corrections,
-    answer: Answer,
-    steer: float,
+    state: TrackerState,
     step: Callable[[VehicleState], float],
     dt: float,
     count: int,
-) -> list[Predicted]:
-    """Let `step` drive a vehicle from an answer on, that is known as `estimate` says.
+    *,
+    models: bool,
+) -> Prediction:
+    """Let `step` drive the vehicle as it is known by now, from the last step of `state` on.
 
     At its present acceleration, and to the next stop at most.
     """
+    answer, steer = state.answer, state.steer
+    if answer is None:
+        wanted = "known: predict goes on from the last step, take one first"
+        raise errors.InputError("state.answer", None, wanted)
+    plant, estimate = in_flight_of(state), estimator_of(state).estimate
+    if plant is None or not models:
+        plant, estimate = standing(car, steer, state.past_wheel), Corrections()
     vehicle, remaining = VehicleState(*answer.vehicle), answer.ahead.distance_to_stop
     trajectory = []
     for k in range(count):
@@ -95,7 +112,15 @@ def predict(
         plant = plant.elapse(car, steer, dt, 0.0)
         vehicle = end.bounded().ahead(-car.no_slip).bounded()
         steer = step(vehicle)
-    return trajectory
+    vehicles = [each.vehicle for each in trajectory]
+    return Prediction(
+        time=np.array([each.time for each in trajectory]),
+        x=np.array([vehicle.x for vehicle in vehicles]),
+        y=np.array([vehicle.y for vehicle in vehicles]),
+        yaw=np.array([vehicle.yaw for vehicle in vehicles]),
+        speed=np.array([vehicle.speed for vehicle in vehicles]),
+        steer=np.array([each.steer for each in trajectory]),
+    )
 
 
 def _drive(
@@ -131,3 +156,36 @@ def _drive(
             wheel = moved.wheel
         gone -= part
     return state
+
+
+class Predicting(Generic[StateT]):
+    """The method `predict` of a tracker."""
+
+    _vehicle: Vehicle
+    _models: bool
+    _state: StateT
+
+    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction:
+        """Predict the trajectory that the controller intends, from the last step on.
+
+        For `time` [s], an instant each `dt` [s], which is the period of the steps to come too. The
+        controller itself stays as it is; see `predict.predict`.
+
+        Raises
+        ------
+        InputError
+            Where a number is out of its range, or no step was taken before.
+        """
+        count, dt = instants(time, dt), checked_dt(dt)
+        before = self._state
+
+        def step(vehicle: VehicleState) -> float:
+            step: Callable[..., Command] = getattr(self, "step")  # noqa: B009 - a tracker's
+            return step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
+
+        # The poses to come have no age, and what is predicted shows nothing of the vehicle.
+        self._state = replace(with_past(before, None), seen=None, held_time=0.0)
+        try:
+            return predict(self._vehicle, before, step, dt, count, models=self._models)
+        finally:
+            self._state = before

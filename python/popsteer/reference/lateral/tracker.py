@@ -10,12 +10,9 @@ from __future__ import annotations
 import operator
 from dataclasses import replace
 from math import copysign
-from typing import TYPE_CHECKING, ClassVar, Generic, Literal, NamedTuple, TypeVar
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar, Generic, Literal, TypeVar
 
 from popsteer.errors import InputError
-from popsteer.prediction import Prediction
 from popsteer.reference.error import input_below, input_in_range
 from popsteer.reference.lateral import (
     Belief,
@@ -27,10 +24,11 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.missed import elapse, miss
 from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams, MonitorState
-from popsteer.reference.lateral.predict import instants, predict, standing
+from popsteer.reference.lateral.predict import Predicting
 from popsteer.reference.lateral.replan import find_place, goes_on
-from popsteer.reference.lateral.reported import Reported
+from popsteer.reference.lateral.reported import Reported, Sight, sight_aged
 from popsteer.reference.lateral.tracker_state import (
+    NOWHERE,
     Answer,
     Place,
     Seen,
@@ -70,25 +68,11 @@ HANDOVER_TIME = 1.0
 """How long the difference to a driver's angle takes to fade [s]."""
 
 
-class Sight(NamedTuple):
-    """The vehicle at a step, as it is and as the law is to see it."""
-
-    here: VehicleState
-    """The vehicle now."""
-    seen: VehicleState
-    """The vehicle when the next command reaches the wheels."""
-    belief: Belief
-    observed: float
-    """How long after the last pose this one was measured [s]."""
-    travel: float
-    """How far the vehicle has come since [m]."""
-
-
 ParamsT = TypeVar("ParamsT", bound=Params)
 StateT = TypeVar("StateT", bound=TrackerState)
 
 
-class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
+class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
     """A law on a path, its vehicle, and how it adapts to that.
 
     With a dead time the law is shown the vehicle as it will be when its command reaches the wheels.
@@ -169,12 +153,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         self._state = self._checked(state)
 
     def reset(self, *, steer: float | None = None) -> None:
-        """Forget all steps; go on from a driver's angle, where one is given.
-
-        Parameters
-        ----------
-        steer : float, optional
-            The angle of the wheels as a driver leaves them [rad].
+        """Forget all steps; go on from a driver's angle `steer` [rad], where one is given.
 
         Raises
         ------
@@ -226,23 +205,10 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         self._state = state
 
     def relocalise(self, x: float, y: float, yaw: float) -> None:
-        """Find the vehicle's place on the path anew, after a jump.
+        """Find the vehicle's place on the path anew, after a jump to x, y [m] and `yaw` [rad].
 
         Puts the remembered waypoint to `relocalise` of the rear axle, or of the point that does not
-        slip; the next step goes on from there. The rest of the state stays.
-
-        Parameters
-        ----------
-        x, y : float
-            Position of the vehicle's point [m].
-        yaw : float
-            Heading [rad]; tells branches apart that cross or lie alongside.
-
-        Raises
-        ------
-        InputError
-            Naming the first argument that is not finite or beyond its bound; the state is then
-            unchanged.
+        slip; the rest of the state stays, as does all of it where `InputError` is raised.
         """
         vehicle = VehicleState(x, y, yaw, speed=0.0).checked()
         base = vehicle.ahead(self._follow.base)
@@ -279,12 +245,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             Forward speed [m/s], negative while rolling backwards.
         dt : float
             Time since the last step [s].
-        applied_steer : float, optional
-            The angle that was applied since the last step where that was not the last command
-            [rad]; commands in flight, estimates and limits go on from it.
-        pose_age : float, default 0.0
-            How long ago pose and speed were measured [s]; the vehicle is rolled forward through
-            the commands given since.
+        applied_steer, pose_age : optional
+            What the vehicle reports beside that; see `Reported`.
 
         Returns
         -------
@@ -301,7 +263,11 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         dt = checked_dt(dt)
         reported = Reported(applied_steer, pose_age).checked(self._vehicle)
         self._state, dt = elapse(self._state, dt)
-        now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
+        if reported.applied_steer is not None:
+            # All that goes on from the last command goes on from what was applied instead.
+            applied = reported.applied_steer
+            self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
+        now, seen, belief, observed, travel = self._sight(vehicle, dt, reported.pose_age)
 
         is_anew = self._state.waypoint is None
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
@@ -348,7 +314,7 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             status |= Status.END_OF_PATH
         if at.off_path:
             status |= Status.OFF_PATH
-        return _command(self._state.steer, answer, status)
+        return answer.command(self._state.steer, status)
 
     def steer(
         self,
@@ -392,69 +358,9 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             state = miss(self._state, dt)
         state = replace(state, held=state.held + 1)
         self._state = state
-        nowhere = Seen(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
-        answer = state.answer
-        if answer is None:
-            ahead = Ahead(reference_speed=None, distance_to_stop=0.0)
-            place = (0.0, 0.0, 0.0, 0.0)
-            answer = Answer(nowhere, nowhere, (0.0, 0.0), False, ahead, place)  # noqa: FBT003
+        answer = NOWHERE if state.answer is None else state.answer
         lost = state.held > max(0, hold_limit)
-        return _command(state.steer, answer, Status.INPUT_LOST if lost else Status.INPUT_HELD)
-
-    def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction:
-        """Predict the trajectory that the controller intends, from the last step on.
-
-        A copy of the controller drives the vehicle as it is known by now, at its present
-        acceleration, and to the next stop at most. The controller itself stays as it is.
-
-        Parameters
-        ----------
-        time : float, default 1.0
-            How far ahead [s].
-        dt : float, default 0.05
-            From one instant to the next, and the period of the steps to come [s].
-
-        Returns
-        -------
-        Prediction
-            Times, poses of the vehicle's point, speeds and commanded angles.
-
-        Raises
-        ------
-        InputError
-            Where a number is out of its range, or no step was taken before.
-        """
-        count, dt = instants(time, dt), checked_dt(dt)
-        before = self._state
-        if before.answer is None:
-            wanted = "known: predict goes on from the last step, take one first"
-            raise InputError("state.answer", None, wanted)
-        plant = in_flight_of(before) if self._models else None
-        estimate = estimator_of(before).estimate
-        if plant is None:
-            plant = standing(self._vehicle, before.steer, before.past_wheel)
-            estimate = Corrections()
-
-        def step(vehicle: VehicleState) -> float:
-            return self.step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
-
-        # The poses to come have no age, and what is predicted shows nothing of the vehicle.
-        self._state = replace(with_past(before, None), seen=None, held_time=0.0)
-        try:
-            trajectory = predict(
-                self._vehicle, plant, estimate, before.answer, before.steer, step, dt, count
-            )
-        finally:
-            self._state = before
-        vehicles = [each.vehicle for each in trajectory]
-        return Prediction(
-            time=np.array([each.time for each in trajectory]),
-            x=np.array([vehicle.x for vehicle in vehicles]),
-            y=np.array([vehicle.y for vehicle in vehicles]),
-            yaw=np.array([vehicle.yaw for vehicle in vehicles]),
-            speed=np.array([vehicle.speed for vehicle in vehicles]),
-            steer=np.array([each.steer for each in trajectory]),
-        )
+        return answer.command(state.steer, Status.INPUT_LOST if lost else Status.INPUT_HELD)
 
     def _before_first_step(self, steer: float = 0.0) -> StateT:
         """Return the state before the first step, with the wheels at the angle `steer` [rad]."""
@@ -507,70 +413,15 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             return seen, Belief(wheel, estimate)
         return vehicle, Belief(in_flight.wheel, estimate)
 
-    def _sight(self, vehicle: VehicleState, dt: float, reported: Reported) -> Sight:
+    def _sight(self, vehicle: VehicleState, dt: float, age: float) -> Sight:
         """Return the vehicle now, and as the law is to see it."""
-        applied, age = reported
-        if applied is not None:
-            # All that goes on from the last command goes on from what was applied instead.
-            self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
         if age > 0.0 or past_of(self._state) is not None:
-            return self._sight_aged(vehicle, dt, age)
+            self._state, sight = sight_aged(
+                self._vehicle, self._adapt, self._state, vehicle, dt, age, models=self._models
+            )
+            return sight
         seen, belief = self._predict(vehicle, dt)
         return Sight(vehicle, seen, belief, observed=dt, travel=0.0)
-
-    def _sight_aged(self, vehicle: VehicleState, dt: float, age: float) -> Sight:
-        """Do as `_predict`, for a pose that was measured `age` [s] before.
-
-        Observes the motion between the poses, lets the last command take flight, and predicts.
-        """
-        car, state = self._vehicle, self._state
-        in_flight = in_flight_of(state) if self._models else None
-        past = past_of(state)
-        if past is None:
-            # Nothing was remembered: the wheels count as still.
-            standing = car.at_wheels(state.steer + car.steer_offset)
-            past = Past.settled(standing if in_flight is None else in_flight.wheel)
-        past = self._remember(past, state, state.steer, dt)
-        observed = past.since - age
-        old = vehicle.ahead(car.no_slip)
-        estimator = estimator_of(state)
-        before = estimator.estimate.longer_dead_time
-        # A pose that was given before shows nothing new.
-        if observed >= MIN_DT:
-            if self._adapt is not None and in_flight is not None:
-                reached = past.reached(age)
-                estimator = estimator.observe_turn(self._adapt, car, old, reached, observed)
-                # No command reaches the wheels before it is given, so in a period the flight
-                # becomes longer by that at most.
-                known = estimator.estimate
-                longer = saturate(known.longer_dead_time, before - dt, before + dt)
-                known = replace(known, longer_dead_time=longer)
-                estimator = replace(estimator, estimate=known)
-            past = replace(past, since=age)
-        estimate = Corrections() if in_flight is None else estimator.estimate
-        here, now = vehicle, old
-        if age > 0.0:
-            now = past.advance(car, old, age, estimate).bounded()
-            here = now.ahead(-car.no_slip).bounded()
-        seen, wheel = here, state.steer
-        if in_flight is not None:
-            longer = estimate.longer_dead_time - before
-            in_flight = in_flight.elapse(car, state.steer, dt, longer)
-            wheel = in_flight.wheel
-            if car.dead_time > 0.0:
-                predicted, wheel = in_flight.predict(car, now, estimate)
-                seen = predicted.bounded().ahead(-car.no_slip).bounded()
-            state = with_in_flight(state, in_flight)
-        self._state = with_past(with_estimator(state, estimator), past)
-        return Sight(here, seen, Belief(wheel, estimate), observed, vehicle.speed * age)
-
-    def _remember(self, past: Past, state: StateT, last: float, dt: float) -> Past:
-        """Let `dt` [s] pass under the angle `last` [rad], which takes flight where there is one."""
-        in_flight = in_flight_of(state) if self._models else None
-        if in_flight is None:
-            return past.elapse(self._vehicle, [(last, dt)], past.wheel, dt)
-        commands = (*in_flight.commands, (last, dt))
-        return past.elapse(self._vehicle, commands, in_flight.wheel, dt)
 
     def _observe_slip(
         self, adapt: AdaptParams, here: Located, vehicle: VehicleState, dt: float, since: float
@@ -744,22 +595,6 @@ def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: 
     square, length = speed * speed * gain, car.turning_length(speed)
     widest = atan(divide(most * length, square))
     return saturate(wheel, -widest, widest)
-
-
-def _command(steer: float, answer: Answer, status: Status) -> Command:
-    """Make the command of an answer."""
-    return Command(
-        steer=steer,
-        cross_track_error=answer.measured.cross_track_error,
-        heading_error=answer.measured.heading_error(),
-        predicted_cross_track_error=answer.predicted.cross_track_error,
-        predicted_heading_error=answer.predicted.heading_error(),
-        target=answer.target,
-        reverse=answer.reverse,
-        reference_speed=answer.ahead.reference_speed,
-        distance_to_stop=answer.ahead.distance_to_stop,
-        status=status,
-    )
 
 
 def _check_waypoint(field: str, path: PathView, waypoint: int | None) -> int | None:

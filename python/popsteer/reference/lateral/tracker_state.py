@@ -7,6 +7,7 @@ from math import inf
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from popsteer.reference.error import input_in_range
+from popsteer.reference.lateral.command import Command
 from popsteer.reference.math import atan2, wrap
 from popsteer.reference.path.stop import Ahead
 from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED, Point
@@ -18,8 +19,10 @@ from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
 if TYPE_CHECKING:
     from popsteer.reference.lateral.monitor import MonitorState
     from popsteer.reference.path.follow import Located
+    from popsteer.status import Status
 
 __all__ = [
+    "NOWHERE",
     "Answer",
     "Place",
     "Seen",
@@ -103,6 +106,21 @@ class Answer(NamedTuple):
     vehicle: tuple[float, float, float, float]
     """The pose of the vehicle's point x [m], y [m], yaw [rad], and the speed [m/s]."""
 
+    def command(self, steer: float, status: Status) -> Command:
+        """Return the command of an answer."""
+        return Command(
+            steer=steer,
+            cross_track_error=self.measured.cross_track_error,
+            heading_error=self.measured.heading_error(),
+            predicted_cross_track_error=self.predicted.cross_track_error,
+            predicted_heading_error=self.predicted.heading_error(),
+            target=self.target,
+            reverse=self.reverse,
+            reference_speed=self.ahead.reference_speed,
+            distance_to_stop=self.ahead.distance_to_stop,
+            status=status,
+        )
+
     def checked(self) -> Answer:
         """Return the same, as floats, where each is within its bound."""
         measured, predicted = Seen(*self.measured).checked(), Seen(*self.predicted).checked()
@@ -112,7 +130,7 @@ class Answer(NamedTuple):
         y = input_in_range("answer", y, -most, most)
         return Answer(measured, predicted, (x, y), self.reverse, *self._checked_ahead())
 
-    def _checked_ahead(self) -> tuple[Ahead, VehicleState]:
+    def _checked_ahead(self) -> tuple[Ahead, tuple[float, float, float, float]]:
         """Return the rest, as floats, where each is within its bound."""
         speed, distance = self.ahead
         if speed is not None:
@@ -127,6 +145,18 @@ class Answer(NamedTuple):
             input_in_range("answer", now, -MAX_SPEED, MAX_SPEED),
         )
         return Ahead(speed, distance), vehicle
+
+
+_NOWHERE = Seen(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
+NOWHERE = Answer(
+    measured=_NOWHERE,
+    predicted=_NOWHERE,
+    target=(0.0, 0.0),
+    reverse=False,
+    ahead=Ahead(reference_speed=None, distance_to_stop=0.0),
+    vehicle=(0.0, 0.0, 0.0, 0.0),
+)
+"""Before the first step, for a vehicle that had better stand still."""
 
 
 @dataclass(frozen=True, kw_only=True)

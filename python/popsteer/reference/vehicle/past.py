@@ -55,7 +55,8 @@ class Past:
     --------
     Half a second at 10 m/s:
 
-    >>> from popsteer.reference.vehicle import Vehicle, VehicleState
+    >>> from popsteer.reference.vehicle import Vehicle
+    >>> from popsteer.reference.vehicle.state import VehicleState
     >>> from popsteer.reference.vehicle.estimator import Corrections
     >>> seen = VehicleState(0.0, 0.0, 0.0, 10.0)
     >>> Past.settled(0.0).advance(Vehicle(), seen, 0.5, Corrections())

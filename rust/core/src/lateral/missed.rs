@@ -1,10 +1,8 @@
 //! Inputs that fail to come: the last command is held, and its time counts.
 
-use super::tracker_state::{Answer, Seen, TrackerState};
+use super::tracker_state::TrackerState;
 use super::{Command, LateralLaw, LateralState, Reported, Status, Tracker};
-use crate::Point;
 use crate::math::saturate;
-use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 use crate::vehicle::state::{MAX_DT, MIN_DT, checked_dt};
@@ -55,28 +53,7 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             Status::INPUT_HELD
         };
-        let nowhere = Seen {
-            cross_track_error: 0.0,
-            yaw: 0.0,
-            along: Point::new(1.0, 0.0),
-        };
-        let answer = state.answer.unwrap_or(Answer {
-            measured: nowhere,
-            predicted: nowhere,
-            target: Point::new(0.0, 0.0),
-            reverse: false,
-            ahead: Ahead {
-                reference_speed: None,
-                distance_to_stop: 0.0,
-            },
-            vehicle: VehicleState {
-                x: 0.0,
-                y: 0.0,
-                yaw: 0.0,
-                speed: 0.0,
-            },
-        });
-        super::tracker::command(state.steer, &answer, status)
+        super::tracker::command(state, status)
     }
 }
 

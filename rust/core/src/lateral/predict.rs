@@ -67,7 +67,7 @@ impl<L: LateralLaw> Tracker<L> {
         state.held_time = 0.0;
         state.estimator.seen = None;
         let (estimate, mut plant) = match state.in_flight {
-            Some(in_flight) if self.models() => (state.estimator.estimate, in_flight),
+            Some(in_flight) if self.models => (state.estimator.estimate, in_flight),
             _ => (
                 Estimate::DEFAULT,
                 InFlight::standing(car, state.steer, wheel),

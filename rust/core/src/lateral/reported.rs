@@ -1,11 +1,12 @@
 //! What a vehicle may report beside its pose and speed: the angle that was really applied, and how
 //! old the pose is.
 
-use super::tracker::{Sight, Tracker};
+use super::tracker::{Tracker, command};
 use super::tracker_state::TrackerState;
-use super::{Belief, LateralLaw};
+use super::{Belief, Command, LateralLaw, LateralState};
 use crate::error::{InputError, input_in_range};
 use crate::math::saturate;
+use crate::path::view::PathView;
 use crate::vehicle::past::{MAX_POSE_AGE, Past};
 use crate::vehicle::state::MIN_DT;
 use crate::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
@@ -35,6 +36,9 @@ impl Reported {
     /// [`InputError`], naming the number that is not finite or beyond its bound.
     #[inline]
     pub fn checked(self, vehicle: &Vehicle) -> Result<Self, InputError> {
+        if self.applied_steer.is_none() && self.pose_age.to_bits() == 0 {
+            return Ok(self);
+        }
         let applied_steer = match self.applied_steer {
             None => None,
             Some(steer) => Some(checked_steer(vehicle, steer)?),
@@ -58,7 +62,118 @@ fn checked_steer(vehicle: &Vehicle, steer: f64) -> Result<f64, InputError> {
     input_in_range("applied_steer", steer, -limit, limit).map(|steer| vehicle.at_wheels(steer))
 }
 
+/// The vehicle at a step, as it is and as the law is to see it.
+pub(super) struct Sight {
+    /// The vehicle now.
+    pub(super) here: VehicleState,
+    /// The vehicle when the next command reaches the wheels.
+    pub(super) seen: VehicleState,
+    pub(super) belief: Belief,
+    /// How long after the last pose this one was measured [s].
+    pub(super) observed: f64,
+    /// How far the vehicle has come since [m].
+    pub(super) travel: f64,
+}
+
 impl<L: LateralLaw> Tracker<L> {
+    /// One control step: `vehicle` is the pose of the vehicle's point and the speed, measured
+    /// `dt` [s] after those of the last step.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where a number in `vehicle`, or `dt`, is not finite or beyond its bound;
+    /// `state` is then unchanged.
+    #[inline]
+    pub fn step(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<Command, InputError> {
+        self.step_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The same for a vehicle that reports more than pose and speed.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step), and for what is `reported`.
+    #[inline]
+    pub fn step_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Command, InputError> {
+        let status = self.advance(path, state, vehicle, dt, reported)?;
+        Ok(command(state, status))
+    }
+
+    /// The angle of [`step`](Self::step) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step).
+    #[inline]
+    pub fn steer(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<f64, InputError> {
+        self.steer_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The angle of [`step_reported`](Self::step_reported) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step_reported`](Self::step_reported).
+    #[inline]
+    pub fn steer_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<f64, InputError> {
+        self.advance(path, state, vehicle, dt, reported)?;
+        Ok(state.steer)
+    }
+
+    /// The vehicle as it is and as the law is to see it, after all that is `reported`, which is
+    /// checked.
+    #[inline]
+    pub(super) fn sight(
+        &self,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Sight {
+        if let Some(applied) = reported.applied_steer {
+            // All that goes on from the last command goes on from what was applied instead.
+            state.steer = applied;
+            state.law.set_steer(applied);
+        }
+        if reported.pose_age > 0.0 || state.past.is_some() {
+            return self.sight_aged(state, vehicle, dt, reported.pose_age);
+        }
+        let (seen, belief) = self.predict_now(state, vehicle, dt);
+        Sight {
+            here: vehicle,
+            seen,
+            belief,
+            observed: dt,
+            travel: 0.0,
+        }
+    }
+
     /// As a step without ages does, for a pose that was measured `age` [s] before: observes the
     /// motion between the poses, lets the last command take flight, and predicts.
     #[cold]
@@ -78,7 +193,7 @@ impl<L: LateralLaw> Tracker<L> {
             ..
         } = state;
         let steer = *steer;
-        let mut in_flight = in_flight.as_mut().filter(|_| self.models());
+        let mut in_flight = in_flight.as_mut().filter(|_| self.models);
         // Before the first pose with an age nothing was remembered: the wheels count as still.
         let past = past.get_or_insert_with(|| {
             let standing = car.at_wheels(steer + car.steer_offset);

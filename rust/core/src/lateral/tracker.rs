@@ -35,22 +35,9 @@ pub struct Tracker<L> {
     adapt: Option<AdaptParams>,
     monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
-    models: bool,
+    pub(super) models: bool,
     /// Whether the law's angle is the command as it is.
     bare: bool,
-}
-
-/// The vehicle at a step, as it is and as the law is to see it.
-pub(super) struct Sight {
-    /// The vehicle now.
-    pub(super) here: VehicleState,
-    /// The vehicle when the next command reaches the wheels.
-    pub(super) seen: VehicleState,
-    pub(super) belief: Belief,
-    /// How long after the last pose this one was measured [s].
-    pub(super) observed: f64,
-    /// How far the vehicle has come since [m].
-    pub(super) travel: f64,
 }
 
 impl<L: LateralLaw> Tracker<L> {
@@ -110,11 +97,6 @@ impl<L: LateralLaw> Tracker<L> {
     /// The vehicle that is steered.
     pub fn vehicle(&self) -> &Vehicle {
         self.law.vehicle()
-    }
-
-    /// Whether wheels and motion of the vehicle are modelled.
-    pub(super) fn models(&self) -> bool {
-        self.models
     }
 
     /// How it adapts; none where it does not.
@@ -185,76 +167,6 @@ impl<L: LateralLaw> Tracker<L> {
             .models
             .then(|| InFlight::settled(self.law.vehicle(), steer));
         Ok(state)
-    }
-
-    /// One control step: `vehicle` is the pose of the vehicle's point and the speed, measured
-    /// `dt` [s] after those of the last step.
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`] where a number in `vehicle`, or `dt`, is not finite or beyond its bound;
-    /// `state` is then unchanged.
-    #[inline]
-    pub fn step(
-        &self,
-        path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<Command, InputError> {
-        self.step_reported(path, state, vehicle, dt, Reported::NOTHING)
-    }
-
-    /// The same for a vehicle that reports more than pose and speed.
-    ///
-    /// # Errors
-    ///
-    /// As [`step`](Self::step), and for what is `reported`.
-    #[inline]
-    pub fn step_reported(
-        &self,
-        path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-        reported: Reported,
-    ) -> Result<Command, InputError> {
-        let (answer, status) = self.advance(path, state, vehicle, dt, reported)?;
-        Ok(command(state.steer, &answer, status))
-    }
-
-    /// The angle of [`step`](Self::step) alone [rad]; same state afterwards.
-    ///
-    /// # Errors
-    ///
-    /// As [`step`](Self::step).
-    #[inline]
-    pub fn steer(
-        &self,
-        path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> Result<f64, InputError> {
-        self.steer_reported(path, state, vehicle, dt, Reported::NOTHING)
-    }
-
-    /// The angle of [`step_reported`](Self::step_reported) alone [rad]; same state afterwards.
-    ///
-    /// # Errors
-    ///
-    /// As [`step_reported`](Self::step_reported).
-    #[inline]
-    pub fn steer_reported(
-        &self,
-        path: &PathView<'_>,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-        reported: Reported,
-    ) -> Result<f64, InputError> {
-        self.advance(path, state, vehicle, dt, reported)?;
-        Ok(state.steer)
     }
 
     /// After a jump of the vehicle, of its localisation or along the path: finds the place that
@@ -344,44 +256,27 @@ impl<L: LateralLaw> Tracker<L> {
     }
 
     #[inline]
-    fn advance(
+    pub(super) fn advance(
         &self,
         path: &PathView<'_>,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
         reported: Reported,
-    ) -> Result<(Answer, Status), InputError> {
+    ) -> Result<Status, InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
-        let Reported {
-            applied_steer,
-            pose_age,
-        } = reported.checked(self.law.vehicle())?;
+        let reported = reported.checked(self.law.vehicle())?;
         let dt = state.elapse(dt);
-        if let Some(applied) = applied_steer {
-            // All that goes on from the last command goes on from what was applied instead.
-            state.steer = applied;
-            state.law.set_steer(applied);
-        }
-        let Sight {
-            here,
-            seen,
-            mut belief,
-            observed,
-            travel,
-        } = if pose_age > 0.0 || state.past.is_some() {
-            self.sight_aged(state, vehicle, dt, pose_age)
-        } else {
-            self.sight(state, vehicle, dt)
-        };
+        let sight = self.sight(state, vehicle, dt, reported);
+        let mut belief = sight.belief;
 
         let follow = self.law.follow();
         let is_anew = state.waypoint.is_none();
-        let at = follow.locate(path, state.waypoint, seen, dt);
+        let at = follow.locate(path, state.waypoint, sight.seen, dt);
         state.waypoint = Some(at.foot.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
-            let measured = follow.locate(path, state.measured_waypoint, here, dt);
+            let measured = follow.locate(path, state.measured_waypoint, sight.here, dt);
             state.measured_waypoint = Some(measured.foot.segment);
             Some(measured)
         } else {
@@ -392,8 +287,9 @@ impl<L: LateralLaw> Tracker<L> {
         if let Some(adapt) = &self.adapt {
             let place = measured.as_ref().unwrap_or(&at);
             // A pose that was given before shows nothing new.
-            if observed >= MIN_DT {
-                self.observe_slip(path, state, adapt, place, vehicle, (observed, travel));
+            if sight.observed >= MIN_DT {
+                let since = (sight.observed, sight.travel);
+                self.observe_slip(path, state, adapt, place, vehicle, since);
             }
             belief.estimate = state.estimator.estimate;
         }
@@ -403,7 +299,7 @@ impl<L: LateralLaw> Tracker<L> {
                 let in_flight = state.in_flight.as_ref().filter(|_| self.models);
                 let now = Measured {
                     here: measured.as_ref().unwrap_or(&at),
-                    vehicle: here,
+                    vehicle: sight.here,
                     wheel: in_flight.map(InFlight::wheel),
                     is_anew,
                     dt,
@@ -436,7 +332,7 @@ impl<L: LateralLaw> Tracker<L> {
             target: decision.target,
             reverse: at.reverse,
             ahead,
-            vehicle: here,
+            vehicle: sight.here,
         };
         state.answer = Some(answer);
         state.place = Some(Place {
@@ -448,25 +344,13 @@ impl<L: LateralLaw> Tracker<L> {
             | Status::SATURATED.when(limited)
             | Status::END_OF_PATH.when(at.past_end)
             | Status::OFF_PATH.when(at.off_path);
-        Ok((answer, status))
+        Ok(status)
     }
 
     /// The vehicle as the law is to see it, after its motion since the last step was observed and
     /// the last command took flight.
     #[inline]
-    fn sight(&self, state: &mut TrackerState<L::State>, vehicle: VehicleState, dt: f64) -> Sight {
-        let (seen, belief) = self.predict_now(state, vehicle, dt);
-        Sight {
-            here: vehicle,
-            seen,
-            belief,
-            observed: dt,
-            travel: 0.0,
-        }
-    }
-
-    #[inline]
-    fn predict_now(
+    pub(super) fn predict_now(
         &self,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
@@ -633,15 +517,12 @@ impl Vehicle {
 }
 
 #[inline]
-pub(super) fn command(steer: f64, answer: &Answer, status: Status) -> Command {
-    let Answer {
-        measured,
-        predicted,
-        ..
-    } = answer;
+pub(super) fn command<S>(state: &TrackerState<S>, status: Status) -> Command {
+    let answer = state.answer.as_ref().unwrap_or(&Answer::NOWHERE);
+    let (measured, predicted) = (&answer.measured, &answer.predicted);
     let heading_error = measured.heading_error();
     Command {
-        steer,
+        steer: state.steer,
         cross_track_error: measured.cross_track_error,
         heading_error,
         predicted_cross_track_error: predicted.cross_track_error,

@@ -103,6 +103,30 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// Before the first step, for a vehicle that had better stand still.
+    pub(super) const NOWHERE: Self = {
+        let seen = Seen {
+            cross_track_error: 0.0,
+            yaw: 0.0,
+            along: Point::new(1.0, 0.0),
+        };
+        Self {
+            measured: seen,
+            predicted: seen,
+            target: Point::new(0.0, 0.0),
+            reverse: false,
+            ahead: Ahead {
+                reference_speed: None,
+                distance_to_stop: 0.0,
+            },
+            vehicle: VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.0,
+                speed: 0.0,
+            },
+        }
+    };
     /// More than a distance along a path can come to [m].
     const MAX_DISTANCE: f64 = 1e18;
 

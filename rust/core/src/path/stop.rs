@@ -43,8 +43,15 @@ impl Ahead {
     #[inline]
     pub fn behind(path: &PathView<'_>, follow: &Follow, at: &Located, lead: f64) -> Self {
         let segment = at.foot.segment;
-        let arc = at.foot.arc_length(path) - lead;
         let end = path.section_end(segment);
+        // Most closed paths say neither.
+        if end.is_none() && path.speed().is_none() {
+            return Self {
+                reference_speed: None,
+                distance_to_stop: f64::INFINITY,
+            };
+        }
+        let arc = at.foot.arc_length(path) - lead;
         let distance_to_stop = match end {
             None => f64::INFINITY,
             Some(last) => {
@@ -70,6 +77,7 @@ impl Ahead {
 /// Between waypoints the square of the speed is linear in the arc, as under a constant
 /// acceleration. A speed of 0 at an end of the section counts as `creep` [m/s], so that no vehicle
 /// stands still before it or never leaves it.
+#[inline(never)]
 fn speed_beside(
     path: &PathView<'_>,
     speed: &[f64],
