@@ -138,7 +138,11 @@ def _check_crossing(pair: Pair) -> None:
         # The place is the rear axle's, up to two segments before the crossing.
         assert (branch - after["waypoint"]) % 200 <= 2
         changed: dict[str, Any] = {"waypoint": pair.rust.path.relocalise(*pose)}
-        changed |= {"measured_waypoint": None, "place": None, "seen": None}  # the jump shows nothing
+        changed |= {
+            "measured_waypoint": None,
+            "place": None,
+            "seen": None,
+        }  # the jump shows nothing
         assert after == before | changed
         check_steps(pair, [(*pose, 5.0, 0.05)])
         assert (pair.rust.state.waypoint - branch + 1) % 200 <= 2

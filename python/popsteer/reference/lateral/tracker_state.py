@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
 
 __all__ = [
+    "HANDOVER_TIME",
     "Answer",
     "Place",
     "Seen",
@@ -26,6 +27,9 @@ __all__ = [
     "with_estimator",
     "with_in_flight",
 ]
+
+HANDOVER_TIME = 1.0
+"""How long the difference to a driver's angle takes to fade [s]."""
 
 
 class Seen(NamedTuple):

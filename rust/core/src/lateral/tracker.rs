@@ -406,7 +406,13 @@ impl<L: LateralLaw> Tracker<L> {
         let car = self.law.vehicle();
         let offset = car.steer_offset + estimate.steer_offset;
         let widest = widest_offset(car);
-        let wanted = fade(&mut state.handover, state.steer, wanted - offset, dt, widest);
+        let wanted = fade(
+            &mut state.handover,
+            state.steer,
+            wanted - offset,
+            dt,
+            widest,
+        );
         let wheel = car.at_wheels(wanted + offset);
         let wheel = car.limit_lateral_acceleration(wheel, speed, estimate.gain);
         let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
