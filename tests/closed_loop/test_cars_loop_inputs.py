@@ -104,7 +104,7 @@ def test_both_loops_give_the_same_angles(name: str, missed: int, late: bool) -> 
 def test_pid_after_missing_inputs_is_far_from_full_lock(missed: int) -> None:
     # Slanting off at 10 m/s: 0.5 m a second to the side.
     path = popsteer.Path([(-10.0, 0.0), (300.0, 0.0)])
-    pid = popsteer.Pid(path, popsteer.Vehicle(wheelbase=2.7))
+    pid = popsteer.Pid(path, popsteer.Vehicle(wheelbase=2.7, max_lateral_acceleration=None))
     steers = []
     for k in range(40):
         t = DT * k
