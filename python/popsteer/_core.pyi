@@ -1,7 +1,7 @@
 """The Rust core. Documentation is on the objects themselves; the names are those of `popsteer`."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar, Literal, TypeAlias, final
 
 import numpy as np

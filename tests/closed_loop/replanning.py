@@ -104,7 +104,7 @@ class Planner:
     def path(self, s: float, aside: float = 0.0) -> popsteer.Path:
         """The path for a vehicle at the distance `s` along the course, moved aside by so much."""
         first = s - self.behind - self.spacing * self.random.random()
-        points = self.course.points(first + self.spacing * np.arange(60))
+        points = self.course.points(np.asarray(first + self.spacing * np.arange(60), dtype=float))
         if aside:
             along = np.gradient(points, axis=0)
             along /= np.hypot(*along.T)[:, None]
@@ -156,7 +156,10 @@ def drive(
     yaw = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
     x, y = start[0] - car.rear_axle * math.cos(yaw), start[1] - car.rear_axle * math.sin(yaw)
     chain = Chain(car, (x, y, yaw), SPEED, SUBSTEP, substeps=1)
-    errors, angles, commands, periods = [], [], [], []
+    errors: list[float] = []
+    angles: list[float] = []
+    commands: list[Any] = []
+    periods: list[float] = []
     point = controller.tracked_point
     for k in range(steps):
         dt = DT if dts is None else next(dts)

@@ -3,54 +3,38 @@
 from __future__ import annotations
 
 import math
-import random
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
+from tests.closed_loop.page import line, table
 
 import popsteer
 from popsteer import Status, laws
-from tests.closed_loop.replanning import CAR, DT, SPEED, SUBSTEP, Course, Run, drive, s_bends
+from tests.closed_loop.replanning import CAR, DT, SPEED, drive
+from tests.closed_loop.replanning_page import (
+    COURSE,
+    STEPS,
+    TRACKING,
+    every_second,
+    gaps,
+    input_rows,
+    jitter,
+    make,
+    whole,
+)
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-COURSE = Course(s_bends())
-STEPS = 400
 NAMES = laws.names()
-TRACKING = tuple(name for name in NAMES if name != "bang-bang")
+PATTERNS = {"every second": every_second, "gaps": gaps}
 
 each_law = pytest.mark.parametrize("name", NAMES)
 each_tracking = pytest.mark.parametrize("name", TRACKING)
 
 
-def _make(name: str, car: popsteer.Vehicle = CAR) -> Any:
-    return laws.get(name).controller(COURSE.whole(), car)
-
-
-@cache
-def _undisturbed(name: str) -> Run:
-    return drive(_make(name), STEPS, course=COURSE)
-
-
-def _every_second(k: int) -> bool:
-    return k % 2 == 0
-
-
-def _gaps(k: int) -> bool:
-    """A gap every 2 s, of 1 to 9 inputs in turn: up to 0.5 s from input to input."""
-    return k % 40 >= (1, 5, 9, 3, 7)[k // 40 % 5]
-
-
-PATTERNS = {"every second": _every_second, "gaps": _gaps}
-
-
 def _is_calm(controller: Any) -> bool:
     """Whether no estimate has moved by more than a tenth of its bound."""
     estimate, car = controller.estimate, controller.vehicle
-    return (
+    return bool(
         0.94 < estimate.gain < 1.15
         and abs(estimate.steer_offset - car.steer_offset) <= 0.015
         and abs(estimate.dead_time - car.dead_time) <= 0.05 * car.dead_time
@@ -69,28 +53,22 @@ def test_lost_inputs_cost_little(name: str, pattern: str) -> None:
         calm.append(_is_calm(controller))
         return command
 
-    run = drive(_make(name), STEPS, course=COURSE, arrives=PATTERNS[pattern], step=step)
-    assert run.mean <= 1.2 * _undisturbed(name).mean + 0.03
+    run = drive(make(name), STEPS, course=COURSE, arrives=PATTERNS[pattern], step=step)
+    assert run.mean <= 1.2 * whole(name).mean + 0.03
     assert all(calm)
 
 
 @each_tracking
 def test_dt_that_jitters_by_half_is_no_event(name: str) -> None:
-    rng = random.Random(7)
-
-    def periods() -> Iterator[float]:
-        while True:
-            yield SUBSTEP * rng.randint(5, 15)
-
-    controller = _make(name)
-    run = drive(controller, STEPS, course=COURSE, dts=periods())
-    assert run.mean <= 1.2 * _undisturbed(name).mean + 0.03
+    controller = make(name)
+    run = drive(controller, STEPS, course=COURSE, dts=jitter())
+    assert run.mean <= 1.2 * whole(name).mean + 0.03
     assert _is_calm(controller)
 
 
 def _loops(name: str, car: popsteer.Vehicle, lost: set[int]) -> tuple[Any, Any]:
     """The same drive with `step`, which is given the time that has passed, and `step_or_hold`."""
-    stepped, held = _make(name, car), _make(name, car)
+    stepped, held = make(name, car=car), make(name, car=car)
     passed = 0.0
     for k in range(121):
         s = COURSE.points(np.array([0.4 * k, 0.4 * k + 0.1]))
@@ -126,7 +104,7 @@ def test_both_loops_give_the_same_angles(name: str, missed: int, late: bool) -> 
 def test_pid_after_missing_inputs_is_far_from_full_lock(missed: int) -> None:
     # Slanting off at 10 m/s: 0.5 m a second to the side.
     path = popsteer.Path([(-10.0, 0.0), (300.0, 0.0)])
-    pid = popsteer.Pid(path, popsteer.Vehicle(wheelbase=2.7))
+    pid = popsteer.Pid(path, popsteer.Vehicle(wheelbase=2.7, max_lateral_acceleration=None))
     steers = []
     for k in range(40):
         t = DT * k
@@ -167,3 +145,8 @@ def test_time_held_for_ever_is_bounded() -> None:
         pid.step_or_hold(math.nan, 0.0, 0.0, SPEED, 900.0)
     assert pid.state.held_time == 1e3
     assert math.isfinite(pid.step(0.0, 0.1, 0.0, SPEED, 900.0).steer)
+
+
+def test_page_table_of_inputs_is_what_is_driven() -> None:
+    rows = [line(*row) for row in input_rows()]
+    assert table("missing inputs") == rows

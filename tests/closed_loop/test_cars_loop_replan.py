@@ -5,21 +5,27 @@ from __future__ import annotations
 import itertools
 import math
 import pickle
-from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.closed_loop.page import line, table
 
 import popsteer
 from popsteer import PathError, laws
-from tests.closed_loop.replanning import CAR, DT, SPEED, Course, Planner, Run, drive, s_bends
+from tests.closed_loop.replanning import CAR, DT, SPEED, Planner, drive
+from tests.closed_loop.replanning_page import (
+    COURSE,
+    RATES,
+    STEPS,
+    TRACKING,
+    local,
+    replanned,
+    replanning_rows,
+    whole,
+)
 
-COURSE = Course(s_bends())
-STEPS = 320
 NAMES = laws.names()
-# Bang-bang limit-cycles across the road at this speed and this dead time, on any path.
-TRACKING = tuple(name for name in NAMES if name != "bang-bang")
 FADING = ("pid", "pure-pursuit", "stanley", "bang-bang")
 
 each_law = pytest.mark.parametrize("name", NAMES)
@@ -28,22 +34,6 @@ each_tracking = pytest.mark.parametrize("name", TRACKING)
 
 def _make(name: str, path: popsteer.Path, car: popsteer.Vehicle = CAR, **options: Any) -> Any:
     return laws.get(name).controller(path, car, **options)
-
-
-@cache
-def _whole(name: str, noise: float = 0.0) -> Run:
-    """A drive on the whole course as one path."""
-    return drive(_make(name, COURSE.whole(noise=noise)), STEPS, course=COURSE)
-
-
-def _replanned(name: str, planner: Planner, hz: int, **options: Any) -> Run:
-    every = round(1.0 / DT) // hz
-
-    def replan(k: int, s: float) -> popsteer.Path | None:
-        return planner.path(s) if k % every == 0 else None
-
-    controller = _make(name, planner.path(-CAR.rear_axle))
-    return drive(controller, STEPS, course=planner.course, replan=replan, **options)
 
 
 def _copied(path: popsteer.Path) -> popsteer.Path:
@@ -69,12 +59,8 @@ def test_same_path_at_every_step_changes_nothing(
 ) -> None:
     car = CAR if vehicle == "late" else popsteer.Vehicle(wheelbase=2.7)
     circle = [(20.0 * math.sin(0.1 * k), 20.0 - 20.0 * math.cos(0.1 * k)) for k in range(62)]
-    path = {
-        "course": COURSE.whole(),
-        "cusps": _cusps(),
-        "closed": popsteer.Path(circle, closed=True),
-    }
-    path = path[way]
+    paths = {"course": COURSE.whole(), "cusps": _cusps()}
+    path = paths.get(way) or popsteer.Path(circle, closed=True)
     adapt = popsteer.AdaptParams() if vehicle == "late" else None
     still, swapped = (_make(name, path, car, adapt=adapt) for _ in range(2))
     for controller in (still, swapped):
@@ -91,11 +77,11 @@ def test_same_path_at_every_step_changes_nothing(
 
 
 @each_tracking
-@pytest.mark.parametrize("hz", [1, 5, 10, 20])
+@pytest.mark.parametrize("hz", RATES)
 @pytest.mark.parametrize("behind", [5.0, 0.3])
 def test_local_paths_are_tracked_as_the_whole_course(name: str, hz: int, behind: float) -> None:
-    run = _replanned(name, Planner(COURSE, behind=behind, seed=hz), hz)
-    assert run.mean <= 1.1 * _whole(name).mean + 0.005
+    run = local(name, hz, behind)
+    assert run.mean <= 1.1 * whole(name).mean + 0.005
     assert run.controller.state.handover_left == 0.0
 
 
@@ -107,16 +93,15 @@ def test_local_path_of_the_same_course_makes_no_hand_over(name: str) -> None:
         lefts.append(controller.state.handover_left)
         return controller.step(*seen, dt)
 
-    _replanned(name, Planner(COURSE, seed=1, noise=0.02), 20, step=step)
+    replanned(name, Planner(COURSE, seed=1, noise=0.02), 20, step=step)
     assert set(lefts) == {0.0}
 
 
 @each_tracking
-@pytest.mark.parametrize(("hz", "behind"), [(20, 5.0), (20, 0.3), (5, 5.0), (1, 0.3)])
+@pytest.mark.parametrize(("hz", "behind"), list(itertools.product(RATES, (5.0, 0.3))))
 def test_noisy_local_paths_leave_the_angle_calm(name: str, hz: int, behind: float) -> None:
-    run = _replanned(name, Planner(COURSE, behind=behind, noise=0.02, seed=hz), hz)
-    clean, noisy = _whole(name), _whole(name, 0.02)
-    assert np.abs(run.errors).max() <= np.abs(clean.errors).max() + 2.0  # on the course
+    run, clean, noisy = local(name, hz, behind, 0.02), whole(name), whole(name, 0.02)
+    assert np.abs(run.errors).max() <= np.abs(clean.errors).max() + 0.6  # on the course
     assert run.roughness <= (3.5 if name == "pid" else 2.0) * noisy.roughness
     estimate = run.controller.estimate
     assert abs(estimate.gain - 1.0) < 0.15
@@ -164,10 +149,10 @@ def test_plan_that_jumps_aside_is_gone_over_to_without_a_jump(name: str) -> None
 
     run = drive(_make(name, planner.path(1.35)), STEPS, course=COURSE, replan=replan)
     aside = float(np.abs(run.errors[-60:] - 0.5).mean())
-    assert aside <= 1.2 * np.abs(_whole(name).errors[-60:]).mean() + 0.05
+    assert aside <= 1.2 * np.abs(whole(name).errors[-60:]).mean() + 0.05
     moves = np.abs(np.diff(run.angles))
-    usual = np.abs(np.diff(_whole(name).angles)).max()
-    assert moves[158:].max() <= max(1.5 * usual, CAR.max_steer_rate * DT + 1e-9)
+    usual = np.abs(np.diff(whole(name).angles)).max()
+    assert moves[158:].max() <= max(1.5 * usual, 0.4 * DT + 1e-9)
     estimate = run.controller.estimate
     assert abs(estimate.slip) < 0.01
     assert abs(estimate.gain - 1.0) < 0.1
@@ -245,7 +230,7 @@ def test_path_driven_the_other_way_is_begun_anew(name: str) -> None:
 
 
 @each_law
-def test_path_after_a_jump_of_the_vehicle_is_looked_at_as_a_whole(name: str) -> None:
+def test_path_after_a_jump_of_the_vehicle_is_looked_at_as_awhole(name: str) -> None:
     controller = _make(name, COURSE.whole())
     controller.step(5.0, 0.1, 0.0, SPEED, DT)
     (x, y), (x1, y1) = COURSE.points(np.array([60.0, 60.1]))
@@ -266,3 +251,8 @@ def test_local_path_keeps_the_branch_of_a_crossing() -> None:
     assert controller.state.waypoint == 0
     command = controller.step(0.4, 0.1, 0.0, SPEED, DT)
     assert command.cross_track_error == pytest.approx(0.1)
+
+
+def test_page_table_of_replanning_is_what_is_driven() -> None:
+    rows = [line(*row) for row in replanning_rows()]
+    assert table("replanning") == rows

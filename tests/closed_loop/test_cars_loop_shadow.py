@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.closed_loop.page import line, table
 
 import popsteer
 from tests.closed_loop.chain import Chain
-from tests.closed_loop.page import line, table
 
 DT = 0.05
 X = np.arange(0.0, 420.0)

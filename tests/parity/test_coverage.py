@@ -22,6 +22,7 @@ ALONE = {
     **dict.fromkeys(
         [
             *("Batch", "CommandBatch", "Batch.reset", "Batch.states", "Batch.steer", "Batch.step"),
+            "Batch.set_path",
             *("CommandBatch.steer", "CommandBatch.cross_track_error", "CommandBatch.heading_error"),
             *("CommandBatch.predicted_cross_track_error", "CommandBatch.predicted_heading_error"),
             *("CommandBatch.target", "CommandBatch.reverse", "CommandBatch.status"),

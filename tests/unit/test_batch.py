@@ -303,7 +303,7 @@ def test_batch_copied_or_pickled_goes_on_alike(law: Law, duplicate: Any) -> None
 def test_batch_on_other_paths_answers_as_each_controller_on_them(law: Law) -> None:
     controllers = _controllers(law, 7)
     batch = popsteer.Batch(controllers)
-    paths = [popsteer.Path(np.column_stack((path.x, path.y)) + (0.1, 0.6)) for path in _paths()[:2]]
+    paths = [popsteer.Path(np.column_stack((path.x + 0.1, path.y + 0.6))) for path in _paths()[:2]]
     drives = list(_drives(7, 4))
 
     def step() -> None:
@@ -326,7 +326,7 @@ def test_batch_on_other_paths_answers_as_each_controller_on_them(law: Law) -> No
     step()
     before = batch.states
     for given, vehicles in ((paths, None), (paths[:1], [1, 2]), (paths[0], [7]), (paths[0], [-1])):
-        with pytest.raises(InputError, match="path|vehicles"):
+        with pytest.raises(InputError, match=r"path|vehicles"):
             batch.set_path(given, vehicles=vehicles)
     assert batch.states == before
 

@@ -7,20 +7,28 @@ hand-over.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from popsteer.reference.math import PI, atan2, sqrt
+from popsteer.reference.lateral.tracker_state import (
+    HANDOVER_TIME,
+    Place,
+    TrackerState,
+    hands_over,
+)
+from popsteer.reference.math import PI, atan2, saturate, sqrt
 from popsteer.reference.path.index import STEP_BUDGET
 from popsteer.reference.path.locate import find_foot, locate
 from popsteer.reference.path.relocalise import relocalise_within
 from popsteer.reference.path.view import get_distance
+from popsteer.reference.vehicle.state import MIN_DT
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral import LateralLaw
     from popsteer.reference.path.follow import Follow
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.path.view import PathView
 
-__all__ = ["ELSEWHERE", "Found", "find_place", "goes_on"]
+__all__ = ["ELSEWHERE", "carry_over", "goes_on", "hand_over"]
 
 ELSEWHERE = 0.1
 """A path that passes the last projection farther off than this lies elsewhere, in wheelbases.
@@ -34,35 +42,78 @@ The segments of a noisy plan differ by less.
 """
 
 
-@dataclass(frozen=True)
-class Found:
-    """The place of the last projection on another path.
+StateT = TypeVar("StateT", bound=TrackerState)
 
-    Attributes
-    ----------
-    waypoint : int
-        Its segment.
-    measured_waypoint : int or None
-        That of the measured vehicle's, where there is a dead time.
-    point : tuple of float
-        The closest point of the new path [m].
-    offset : float
-        By how much the last cross-track error is larger there [m].
-    is_turned : bool
-        Whether the new path is driven in the other direction.
-    is_askew : bool
-        Whether it leads elsewhere.
-    is_aside : bool
-        Whether it lies elsewhere.
+
+def carry_over(
+    law: LateralLaw[Any, StateT], follow: Follow, state: StateT, old: PathView, new: PathView
+) -> StateT:
+    """Return the state of a law that follows `new` from now on, in place of `old`.
+
+    See `Tracker.set_path`.
     """
+    last, measured = state.waypoint, state.measured_waypoint
+    if last is None:
+        return replace(state, measured_waypoint=None)
+    if goes_on(old, new, last) and (measured is None or goes_on(old, new, measured)):
+        return state
+    if state.place is None:
+        # After a jump it is not known where on the old path the vehicle was.
+        state = replace(state, waypoint=None, measured_waypoint=None)
+        return hand_over(law, law.change_path(state, None))
+    x, y, *there = state.place
+    last = old.segment_at(last)
+    start, end = old.segment(last)
+    along = (end[0] - start[0], end[1] - start[1])
+    yaw = atan2(along[1], along[0])
+    is_reverse = old.is_reverse(last)
+    # Where the vehicle looks.
+    heading = yaw + PI if is_reverse else yaw
+    opposite = follow.opposite_distance
+    found = relocalise_within(new, (x, y), heading, opposite, STEP_BUDGET)
+    foot = find_foot(new, found.segment, (x, y))
 
-    waypoint: int
-    measured_waypoint: int | None
-    point: Point
-    offset: float
-    is_turned: bool
-    is_askew: bool
-    is_aside: bool
+    if measured is not None:
+        length = sqrt(along[0] * along[0] + along[1] * along[1])
+        direction = (along[0] / length, along[1] / length)
+        position = (there[0], there[1])
+        reach = follow.search_distance + get_distance((x, y), position)
+        measured = locate(new, foot.segment, position, direction, reach, opposite).segment
+    place = Place(*foot.point, *there)
+    state = replace(state, waypoint=foot.segment, measured_waypoint=measured, place=place)
+
+    is_turned = new.is_reverse(foot.segment) != is_reverse
+    ahead = foot.along
+    lengths = sqrt(along[0] * along[0] + along[1] * along[1]) * sqrt(
+        ahead[0] * ahead[0] + ahead[1] * ahead[1]
+    )
+    cosine = (along[0] * ahead[0] + along[1] * ahead[1]) / lengths
+    is_askew = cosine < ELSEWHERE_COSINE
+    if is_turned:
+        state = law.forget_path(state)
+    else:
+        state = law.change_path(state, None if is_askew else foot.cross_track_error())
+    limit = ELSEWHERE * law.vehicle.wheelbase
+    if is_turned or is_askew or foot.squared_distance > limit * limit:
+        return hand_over(law, state)
+    return state
+
+
+def hand_over(law: LateralLaw[Any, StateT], state: StateT) -> StateT:
+    """Go on from the present angle.
+
+    Its difference to what the law wants fades in what is left of the hand-over that is under way,
+    or within `HANDOVER_TIME`.
+    """
+    left = state.handover_left if hands_over(state) else HANDOVER_TIME
+    if state.handover_offset is not None:
+        # Of one that has begun less than all of its time is left.
+        left = saturate(left, 0.0, HANDOVER_TIME - MIN_DT)
+    state, goes_on_from_it = law.set_steer(state, state.steer)
+    if state.monitor is not None:
+        # It is another task: the vehicle may begin it beyond the limit.
+        state = replace(state, monitor=state.monitor._replace(within=False))
+    return replace(state, handover_offset=None, handover_left=0.0 if goes_on_from_it else left)
 
 
 def goes_on(old: PathView, new: PathView, waypoint: int) -> bool:
@@ -81,54 +132,4 @@ def goes_on(old: PathView, new: PathView, waypoint: int) -> bool:
         and segment == new.segment_at(waypoint)
         and old.segment(segment) == new.segment(segment)
         and old.is_reverse(segment) == new.is_reverse(segment)
-    )
-
-
-def find_place(
-    follow: Follow,
-    wheelbase: float,
-    old: PathView,
-    new: PathView,
-    last: tuple[int, int | None],
-    place: tuple[float, float, float, float],
-) -> Found:
-    """Find on `new` the place that the vehicle had on `old`.
-
-    `last` are the segments of the predicted and the measured vehicle, `place` their projections
-    (x, y, x, y) [m].
-    """
-    predicted, measured = place[:2], place[2:]
-    segment = old.segment_at(last[0])
-    start, end = old.segment(segment)
-    along = (end[0] - start[0], end[1] - start[1])
-    yaw = atan2(along[1], along[0])
-    is_reverse = old.is_reverse(segment)
-    # Where the vehicle looks.
-    heading = yaw + PI if is_reverse else yaw
-    opposite = follow.opposite_distance
-    found = relocalise_within(new, predicted, heading, opposite, STEP_BUDGET)
-    foot = find_foot(new, found.segment, predicted)
-
-    measured_waypoint = last[1]
-    if measured_waypoint is not None:
-        length = sqrt(along[0] * along[0] + along[1] * along[1])
-        direction = (along[0] / length, along[1] / length)
-        reach = follow.search_distance + get_distance(predicted, measured)
-        there = locate(new, foot.segment, measured, direction, reach, opposite)
-        measured_waypoint = there.segment
-
-    ahead = foot.along
-    lengths = sqrt(along[0] * along[0] + along[1] * along[1]) * sqrt(
-        ahead[0] * ahead[0] + ahead[1] * ahead[1]
-    )
-    cosine = (along[0] * ahead[0] + along[1] * ahead[1]) / lengths
-    limit = ELSEWHERE * wheelbase
-    return Found(
-        waypoint=foot.segment,
-        measured_waypoint=measured_waypoint,
-        point=foot.point,
-        offset=foot.cross_track_error(),
-        is_turned=new.is_reverse(foot.segment) != is_reverse,
-        is_askew=cosine < ELSEWHERE_COSINE,
-        is_aside=foot.squared_distance > limit * limit,
     )

@@ -25,9 +25,10 @@ from popsteer.reference.lateral import (
 from popsteer.reference.lateral.missed import elapse, miss
 from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams, MonitorState
 from popsteer.reference.lateral.predict import Predicting
-from popsteer.reference.lateral.replan import find_place, goes_on
+from popsteer.reference.lateral.replan import carry_over
 from popsteer.reference.lateral.reported import Reported, Sight, sight_aged
 from popsteer.reference.lateral.tracker_state import (
+    HANDOVER_TIME,
     NOWHERE,
     Answer,
     Place,
@@ -63,10 +64,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
 
 __all__ = ["HANDOVER_TIME", "Tracker"]
-
-HANDOVER_TIME = 1.0
-"""How long the difference to a driver's angle takes to fade [s]."""
-
 
 ParamsT = TypeVar("ParamsT", bound=Params)
 StateT = TypeVar("StateT", bound=TrackerState)
@@ -174,35 +171,8 @@ class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, 
         elsewhere is gone over to from the present angle, within `HANDOVER_TIME`; a hand-over that
         is under way ends when it was to end. Before the first step nothing changes.
         """
-        old, state = self._path, self._state
+        self._state = carry_over(self, self._follow, self._state, self._path, path)
         self._path = path
-        if state.waypoint is None:
-            self._state = replace(state, measured_waypoint=None)
-            return
-        last = (state.waypoint, state.measured_waypoint)
-        if all(goes_on(old, path, waypoint) for waypoint in last if waypoint is not None):
-            return
-        if state.place is None:
-            # After a jump it is not known where on the old path the vehicle was.
-            state = replace(state, waypoint=None, measured_waypoint=None)
-            self._state = self._hand_over(self.change_path(state, None))
-            return
-        found = find_place(
-            self._follow, self._vehicle.wheelbase, old, path, last, Place(*state.place)
-        )
-        state = replace(
-            state,
-            waypoint=found.waypoint,
-            measured_waypoint=found.measured_waypoint,
-            place=Place(*found.point, *state.place[2:]),
-        )
-        if found.is_turned:
-            state = self.forget_path(state)
-        else:
-            state = self.change_path(state, None if found.is_askew else found.offset)
-        if found.is_turned or found.is_askew or found.is_aside:
-            state = self._hand_over(state)
-        self._state = state
 
     def relocalise(self, x: float, y: float, yaw: float) -> None:
         """Find the vehicle's place on the path anew, after a jump to x, y [m] and `yaw` [rad].
@@ -374,19 +344,6 @@ class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, 
         state, goes_on = self.set_steer(state, steer)
         left = 0.0 if goes_on else HANDOVER_TIME
         return replace(state, steer=steer, handover_offset=None, handover_left=left)
-
-    def _hand_over(self, state: StateT) -> StateT:
-        """Go on from the present angle, in what is left of the hand-over that is under way."""
-        left = state.handover_left if hands_over(state) else HANDOVER_TIME
-        if state.handover_offset is not None:
-            # Of one that has begun less than all of its time is left.
-            left = saturate(left, 0.0, HANDOVER_TIME - MIN_DT)
-        state, goes_on_from_it = self.set_steer(state, state.steer)
-        left = 0.0 if goes_on_from_it else left
-        if state.monitor is not None:
-            # It is another task: the vehicle may begin it beyond the limit.
-            state = replace(state, monitor=state.monitor._replace(within=False))
-        return replace(state, handover_offset=None, handover_left=left)
 
     def _predict(self, vehicle: VehicleState, dt: float) -> tuple[VehicleState, Belief]:
         """Return the vehicle as the law is to see it.

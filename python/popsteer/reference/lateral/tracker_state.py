@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from popsteer.status import Status
 
 __all__ = [
+    "HANDOVER_TIME",
     "NOWHERE",
     "Answer",
     "Place",
@@ -38,6 +39,8 @@ __all__ = [
 
 MAX_DISTANCE = 1e18
 """More than a distance along a path can come to [m]."""
+HANDOVER_TIME = 1.0
+"""How long the difference to a driver's angle takes to fade [s]."""
 
 
 class Seen(NamedTuple):

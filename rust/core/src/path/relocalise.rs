@@ -51,6 +51,9 @@ pub fn relocalise_by_scan(
     Search::new(position, yaw, opposite_distance).scan(path)
 }
 
+/// More than rounding takes off a cost, as a share of the opposite distance and of the cost.
+const ROUNDING: f64 = 1e-12;
+
 /// The best segment of those visited, in any order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
@@ -84,6 +87,11 @@ impl Search {
     #[inline]
     pub(super) fn visit(&mut self, path: &PathView<'_>, segment: usize) {
         let foot = Foot::within(path, segment, self.position);
+        // The heading only adds to the distance; most segments are too far off without it.
+        let most = (1.0 + ROUNDING) * self.best.0 + ROUNDING * self.opposite_distance;
+        if foot.squared_distance > most * most {
+            return;
+        }
         let heading = if path.is_reverse(segment) {
             -self.heading
         } else {
