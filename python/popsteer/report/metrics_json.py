@@ -41,7 +41,8 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
         `length` [m], `start` (pose of the vehicle's point), `controllers` with the metrics of each
         controller in SI units and radians (those of the rear axle under `rear_axle`, the vehicle
         that it believed under `vehicle`, the median time of a step under `step_time` [s] where that
-        was measured; `faults` lists by name what the controller said), and `paper` with the paper's figures. A number that is not finite is None.
+        was measured; `faults` lists by name what the controller said), and `paper` with the paper's
+        figures. A number that is not finite is None.
 
     Examples
     --------
