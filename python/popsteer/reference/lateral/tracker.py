@@ -13,7 +13,7 @@ from math import copysign
 from typing import TYPE_CHECKING, ClassVar, Generic, Literal, TypeVar
 
 from popsteer.errors import InputError
-from popsteer.reference.error import input_below, input_in_range
+from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral import (
     Belief,
     Command,
@@ -27,6 +27,7 @@ from popsteer.reference.lateral.tracker_state import (
     Answer,
     Seen,
     TrackerState,
+    check_waypoint,
     estimator_of,
     hands_over,
     in_flight_of,
@@ -240,7 +241,10 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
             self._state = with_estimator(self._state, estimator)
             belief = replace(belief, estimate=estimator.estimate)
 
-        fault = self._watch(here, vehicle, dt, is_anew=is_anew)
+        fault = Status.OK
+        if self._monitor is not None:
+            sight = Sight(here, vehicle, is_anew, dt)
+            self._state, fault = self._monitor.watch(self._state, sight, models=self._models)
 
         if not self._bare:
             # The angle of the last command by the offset as it is known now.
@@ -364,25 +368,6 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
         return replace(estimator, seen=now)
 
-    def _watch(self, here: Located, vehicle: VehicleState, dt: float, *, is_anew: bool) -> Status:
-        """Compare the step with what was commanded before it, and say what is wrong."""
-        if self._monitor is None:
-            return Status.OK
-        state = self._state
-        sight = Sight(
-            here,
-            vehicle,
-            state.steer,
-            state.wheel if self._models else None,
-            None if state.answer is None else state.answer.measured.cross_track_error,
-            is_anew,
-            dt,
-        )
-        watched, (is_deviating, is_implausible) = self._monitor.watch(state.monitor, sight)
-        self._state = replace(state, monitor=watched)
-        status = Status.DEVIATING if is_deviating else Status.OK
-        return status | Status.IMPLAUSIBLE if is_implausible else status
-
     def _limit(self, wanted: float, speed: float, dt: float, estimate: Corrections) -> bool:
         """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
 
@@ -431,8 +416,8 @@ class Tracker(LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
         state = self.restore(state)
         in_flight = self._restored_in_flight(state)
         state = self.check_law_state(state)
-        waypoint = _check_waypoint("waypoint", self._path, state.waypoint)
-        measured = _check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
+        waypoint = check_waypoint("waypoint", self._path, state.waypoint)
+        measured = check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
         steer = check_steer("steer", state.steer, car.max_steer)
         offset, left = state.handover_offset, state.handover_left
         # No offset and no time left is no hand-over; NaN is one, and refused.
@@ -501,8 +486,3 @@ def _command(steer: float, answer: Answer, status: Status) -> Command:
         reverse=answer.reverse,
         status=status,
     )
-
-
-def _check_waypoint(field: str, path: PathView, waypoint: int | None) -> int | None:
-    """Return a remembered waypoint, where it is one of `path`."""
-    return None if waypoint is None else input_below(field, waypoint, len(path))

@@ -4,12 +4,12 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
-use super::monitor::{Monitor, MonitorParams, Sight};
-use super::tracker_state::{Answer, Handover, Seen, TrackerState};
+use super::monitor::Monitor;
+use super::tracker_state::{Answer, Handover, Seen, TrackerState, check_waypoint};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
-use crate::math::{atan, from_count, saturate};
+use crate::math::{atan, saturate};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
@@ -29,11 +29,11 @@ pub const HANDOVER_TIME: f64 = 1.0;
 /// neighbourhood of the last, needs no fading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracker<L> {
-    law: L,
+    pub(super) law: L,
     adapt: Option<AdaptParams>,
-    monitor: Option<Monitor>,
+    pub(super) monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
-    models: bool,
+    pub(super) models: bool,
     /// Whether the law's angle is the command as it is.
     bare: bool,
 }
@@ -74,19 +74,6 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The same, watching the vehicle so; not at all where that is none.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the parameter that is out of its range.
-    pub fn monitored(self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
-        let monitor = match params {
-            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
-            None => None,
-        };
-        Ok(Self { monitor, ..self })
-    }
-
     /// The law.
     pub fn law(&self) -> &L {
         &self.law
@@ -100,11 +87,6 @@ impl<L: LateralLaw> Tracker<L> {
     /// How it adapts; none where it does not.
     pub fn adapt(&self) -> Option<&AdaptParams> {
         self.adapt.as_ref()
-    }
-
-    /// How it watches the vehicle; none where it does not.
-    pub fn monitor(&self) -> Option<&MonitorParams> {
-        self.monitor.as_ref().map(|monitor| &monitor.params)
     }
 
     /// Which point of the vehicle is followed along the path, and how.
@@ -353,20 +335,8 @@ impl<L: LateralLaw> Tracker<L> {
             belief.estimate = state.estimator.estimate;
         }
 
-        let fault = match &self.monitor {
-            Some(monitor) => {
-                let in_flight = state.in_flight.as_ref().filter(|_| self.models);
-                let sight = Sight {
-                    here: measured.as_ref().unwrap_or(&at),
-                    vehicle,
-                    wheel: in_flight.map(InFlight::wheel),
-                    is_anew,
-                    dt,
-                };
-                monitor.watch(self.law.vehicle(), state, &sight)
-            }
-            None => Status::OK,
-        };
+        let here = measured.as_ref().unwrap_or(&at);
+        let fault = self.watch(state, here, vehicle, is_anew, dt);
 
         if !self.bare {
             // The angle of the last command by the offset as it is known now.
@@ -563,22 +533,6 @@ fn command(steer: f64, answer: &Answer, status: Status) -> Command {
         target: answer.target,
         reverse: answer.reverse,
         status,
-    }
-}
-
-/// Whether a remembered waypoint is one of `path`.
-fn check_waypoint(
-    field: &'static str,
-    path: &PathView<'_>,
-    waypoint: Option<usize>,
-) -> Result<(), InputError> {
-    match waypoint {
-        Some(index) if index >= path.len() => Err(InputError {
-            field,
-            value: from_count(index),
-            requirement: Requirement::Below(path.len()),
-        }),
-        _ => Ok(()),
     }
 }
 
