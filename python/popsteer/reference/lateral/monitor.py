@@ -262,7 +262,14 @@ class MonitorState(NamedTuple):
         )
         return MonitorState(
             turned,
-            Turns(*map(number, turns[:4]), number(turns.reach, 0.0), number(turns.excess, 0.0)),
+            Turns(
+                number(turns.measured),
+                number(turns.expected),
+                number(turns.delayed),
+                number(turns.rate),
+                number(turns.reach, 0.0),
+                number(turns.excess, 0.0),
+            ),
             Evidence(
                 number(evidence.time, 0.0, NOISE_TIME),
                 number(evidence.noise, 0.0),
