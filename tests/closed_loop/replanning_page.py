@@ -9,11 +9,10 @@ import random
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from tests.closed_loop.page import line
-
 import popsteer
 from popsteer import laws
 from tests.closed_loop.replanning import CAR, DT, SUBSTEP, Course, Planner, Run, drive, s_bends
+from tests.pages.layout import line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.closed_loop.page import line, table
 
 import popsteer
 from popsteer import Status, laws
@@ -23,6 +22,7 @@ from tests.closed_loop.replanning_page import (
     make,
     whole,
 )
+from tests.pages.layout import line, table
 
 NAMES = laws.names()
 PATTERNS = {"every second": every_second, "gaps": gaps}
@@ -149,4 +149,4 @@ def test_time_held_for_ever_is_bounded() -> None:
 
 def test_page_table_of_inputs_is_what_is_driven() -> None:
     rows = [line(*row) for row in input_rows()]
-    assert table("missing inputs") == rows
+    assert table("edges.md", "missing inputs") == rows

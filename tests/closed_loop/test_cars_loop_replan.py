@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.closed_loop.page import line, table
 
 import popsteer
 from popsteer import PathError, laws
@@ -24,6 +23,7 @@ from tests.closed_loop.replanning_page import (
     replanning_rows,
     whole,
 )
+from tests.pages.layout import line, table
 
 NAMES = laws.names()
 FADING = ("pid", "pure-pursuit", "stanley", "bang-bang")
@@ -255,4 +255,4 @@ def test_local_path_keeps_the_branch_of_a_crossing() -> None:
 
 def test_page_table_of_replanning_is_what_is_driven() -> None:
     rows = [line(*row) for row in replanning_rows()]
-    assert table("replanning") == rows
+    assert table("edges.md", "replanning") == rows

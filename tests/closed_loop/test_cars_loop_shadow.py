@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.closed_loop.page import line, table
 
 import popsteer
 from tests.closed_loop.chain import Chain
+from tests.pages.layout import line, table
 
 DT = 0.05
 X = np.arange(0.0, 420.0)
@@ -193,7 +193,7 @@ SHOWN = {
 @pytest.mark.parametrize("name", SHOWN)
 def test_page_shows_what_an_age_costs(name: str) -> None:
     errors = [_mean_error(name, LATE, age, told=told) for age, told in AGES]
-    assert line(SHOWN[name], *(f"{error:.3f}" for error in errors)) in table("pose age")
+    assert line(SHOWN[name], *(f"{error:.3f}" for error in errors)) in table("edges.md", "pose age")
 
 
 def test_age_that_is_not_told_costs_more() -> None:

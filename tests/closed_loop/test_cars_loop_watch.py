@@ -184,7 +184,7 @@ def test_vehicle_that_comes_from_beside_is_not_deviating(name: str) -> None:
         chain.advance(command.steer)
 
 
-@each_law
+@pytest.mark.parametrize("name", STEADY)
 def test_alarm_ends_two_seconds_after_the_vehicle_obeys_again(name: str) -> None:
     straight = popsteer.Path([(0.0, 0.0), (400.0, 0.0)])
     controller = laws.get(name).controller(straight, CAR)

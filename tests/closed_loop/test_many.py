@@ -66,7 +66,7 @@ def test_many_runs_from_starts_and_speeds_are_those_of_simulations() -> None:
     for k, (start, speed) in enumerate(zip(starts, speeds, strict=True)):
         simulation = sim.Simulation(path, start=start, speed=speed)
         simulation.drive(law)
-        one = {name: column[k] for name, column in many.items()}
+        one = {name: column[k].item() for name, column in many.items()}
         assert _bits(one) == _bits(simulation.metrics())
 
 

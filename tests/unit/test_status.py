@@ -187,7 +187,7 @@ def test_status_of_slow_wheels_keeps_their_rate(name: str) -> None:
 def test_status_saturated_past_the_end_says_both(name: str) -> None:
     law = controller(name, max_steer_rate=0.001)
     Case(97.0, 0.5).step(law)
-    command = Case(104.0, 2.0, 0.2).step(law)
+    command = Case(104.0, 0.8, 0.2).step(law)
     assert Status.SATURATED | Status.END_OF_PATH in command.status
     assert command.status.level == "degraded"
 

@@ -109,7 +109,7 @@ def notes(comparison: Comparison) -> list[str]:
         if not run.metrics.finished
     ]
     said += [
-        f"{title_of(name)} said {' and '.join(run.metrics.faults.names)}: it was up to"
+        f"Fault of {title_of(name)}: {', '.join(run.metrics.faults.names)}; up to"
         f" {run.metrics.max_abs_cross_track_error:.2f} m off its path."
         for name, run in comparison.runs.items()
         if run.metrics.faults

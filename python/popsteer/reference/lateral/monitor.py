@@ -9,15 +9,17 @@ the sign of the steering is wrong, the wheels stick, or the commands come later 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
+from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, saturate, wrap
 from popsteer.reference.vehicle.delay import move_wheel
 from popsteer.reference.vehicle.estimator import MAX_GAIN, MAX_STEER_OFFSET, MIN_GAIN
 from popsteer.reference.vehicle.state import MAX_YAW
+from popsteer.status import Status
 
 if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["Measured", "Monitor", "MonitorParams", "MonitorState"]
+
+StateT = TypeVar("StateT", bound=TrackerState)
 
 WINDOW = 1.0
 """Time over which turns are compared [s]."""
@@ -258,7 +262,14 @@ class MonitorState(NamedTuple):
         )
         return MonitorState(
             turned,
-            Turns(*map(number, turns[:4]), number(turns.reach, 0.0), number(turns.excess, 0.0)),
+            Turns(
+                number(turns.measured),
+                number(turns.expected),
+                number(turns.delayed),
+                number(turns.rate),
+                number(turns.reach, 0.0),
+                number(turns.excess, 0.0),
+            ),
             Evidence(
                 number(evidence.time, 0.0, NOISE_TIME),
                 number(evidence.noise, 0.0),
@@ -271,18 +282,12 @@ class MonitorState(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What is measured at a step, and what was commanded before it."""
+    """What is measured at a step."""
 
     here: Located
     """Where the tracked point of the measured vehicle is."""
     vehicle: VehicleState
     """The vehicle by the pose of its own point."""
-    steer: float
-    """The angle last commanded [rad]."""
-    wheel: float | None
-    """Angle of the modelled wheels [rad]; None where they are not modelled."""
-    error: float | None
-    """The last cross-track error [m]; None before the first step."""
     is_anew: bool
     """Whether the place on the path was looked for anew."""
     dt: float
@@ -298,21 +303,27 @@ class Monitor:
         self._deviation_limit = 0.5 * vehicle.wheelbase if limit is None else limit
         self._turn_tolerance = params.turn_tolerance
 
-    def watch(
-        self, watched: MonitorState | None, now: Measured
-    ) -> tuple[MonitorState, tuple[bool, bool]]:
+    def watch(self, state: StateT, now: Measured, *, models: bool) -> tuple[StateT, Status]:
         """Compare a step with what was commanded before it.
 
-        Returns the state after it, and whether the vehicle is deviating and implausible.
+        Returns the state after it, and what is wrong. Only where the tracker `models` the wheels
+        theirs in the state count.
         """
-        car = self._vehicle
+        car, watched = self._vehicle, state.monitor
         if watched is None:
-            watched = MonitorState.settled(car.at_wheels(now.steer + car.steer_offset))
-        watched, is_deviating = self._watch_path(watched, now)
-        watched, is_implausible = self._watch_turn(watched, now)
-        return watched, (is_deviating, is_implausible)
+            watched = MonitorState.settled(car.at_wheels(state.steer + car.steer_offset))
+        last = None if state.answer is None else state.answer.measured.cross_track_error
+        watched, is_deviating = self._watch_path(watched, now, last)
+        wheel = state.wheel if models else None
+        watched, is_implausible = self._watch_turn(watched, now, state.steer, wheel)
+        status = Status.DEVIATING if is_deviating else Status.OK
+        if is_implausible:
+            status |= Status.IMPLAUSIBLE
+        return replace(state, monitor=watched), status
 
-    def _watch_path(self, watched: MonitorState, now: Measured) -> tuple[MonitorState, bool]:
+    def _watch_path(
+        self, watched: MonitorState, now: Measured, last: float | None
+    ) -> tuple[MonitorState, bool]:
         """Tell whether the vehicle is beyond the limit, after it was within.
 
         Another path, or another direction, that begins farther off is another task.
@@ -320,25 +331,27 @@ class Monitor:
         error, within = now.here.foot.cross_track_error(), watched.within
         if (
             (now.is_anew or now.here.turned)
-            and now.error is not None
-            and abs(error - now.error) > self._deviation_limit
+            and last is not None
+            and abs(error - last) > self._deviation_limit
         ):
             within = False
         is_within = abs(error) <= self._deviation_limit
         within = within or is_within
         return watched._replace(within=within), within and not is_within
 
-    def _watch_turn(self, watched: MonitorState, now: Measured) -> tuple[MonitorState, bool]:
+    def _watch_turn(
+        self, watched: MonitorState, now: Measured, last: float, wheel: float | None
+    ) -> tuple[MonitorState, bool]:
         """Tell whether the vehicle turns otherwise than commands explain, or did lately."""
         car, speed, dt = self._vehicle, now.vehicle.speed, now.dt
         before = watched.turned.wheel
-        if now.wheel is not None:
-            wheel, mean = now.wheel, 0.5 * (before + now.wheel)
+        if wheel is not None:
+            mean = 0.5 * (before + wheel)
         else:
-            wheel, mean = move_wheel(car, before, now.steer, dt)
+            wheel, mean = move_wheel(car, before, last, dt)
         watched = watched._replace(turned=watched.turned._replace(wheel=wheel))
         share = speed / car.turning_length(speed)
-        rate, excess = share * _tangent(mean), share * (_tangent(now.steer) - now.steer)
+        rate, excess = share * _tangent(mean), share * (_tangent(last) - last)
 
         if now.here.turned or dt > MAX_PERIOD:
             watched = watched.interrupted()

@@ -13,7 +13,7 @@ from math import copysign
 from typing import TYPE_CHECKING, ClassVar, Generic, Literal, TypeVar
 
 from popsteer.errors import InputError
-from popsteer.reference.error import input_below, input_in_range
+from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral import (
     Belief,
     Command,
@@ -34,6 +34,7 @@ from popsteer.reference.lateral.tracker_state import (
     Place,
     Seen,
     TrackerState,
+    check_waypoint,
     estimator_of,
     hands_over,
     in_flight_of,
@@ -233,11 +234,7 @@ class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, 
         dt = checked_dt(dt)
         reported = Reported(applied_steer, pose_age).checked(self._vehicle)
         self._state, dt = elapse(self._state, dt)
-        if reported.applied_steer is not None:
-            # All that goes on from the last command goes on from what was applied instead.
-            applied = reported.applied_steer
-            self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
-        now, seen, belief, observed, travel = self._sight(vehicle, dt, reported.pose_age)
+        now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
 
         is_anew = self._state.waypoint is None
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
@@ -257,7 +254,10 @@ class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, 
             self._state = with_estimator(self._state, estimator)
             belief = replace(belief, estimate=estimator.estimate)
 
-        fault = self._watch(here, now, dt, is_anew=is_anew)
+        fault = Status.OK
+        if self._monitor is not None:
+            measured = Measured(here, now, is_anew, dt)
+            self._state, fault = self._monitor.watch(self._state, measured, models=self._models)
 
         if not self._bare:
             # The angle of the last command by the offset as it is known now.
@@ -370,8 +370,12 @@ class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, 
             return seen, Belief(wheel, estimate)
         return vehicle, Belief(in_flight.wheel, estimate)
 
-    def _sight(self, vehicle: VehicleState, dt: float, age: float) -> Sight:
-        """Return the vehicle now, and as the law is to see it."""
+    def _sight(self, vehicle: VehicleState, dt: float, reported: Reported) -> Sight:
+        """Return the vehicle now, and as the law is to see it, after all that is `reported`."""
+        applied, age = reported
+        if applied is not None:
+            # All that goes on from the last command goes on from what was applied instead.
+            self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
         if age > 0.0 or past_of(self._state) is not None:
             self._state, sight = sight_aged(
                 self._vehicle, self._adapt, self._state, vehicle, dt, age, models=self._models
@@ -406,25 +410,6 @@ class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, 
 
         estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
         return replace(estimator, seen=now)
-
-    def _watch(self, here: Located, vehicle: VehicleState, dt: float, *, is_anew: bool) -> Status:
-        """Compare the step with what was commanded before it, and say what is wrong."""
-        if self._monitor is None:
-            return Status.OK
-        state = self._state
-        now = Measured(
-            here,
-            vehicle,
-            state.steer,
-            state.wheel if self._models else None,
-            None if state.answer is None else state.answer.measured.cross_track_error,
-            is_anew,
-            dt,
-        )
-        watched, (is_deviating, is_implausible) = self._monitor.watch(state.monitor, now)
-        self._state = replace(state, monitor=watched)
-        status = Status.DEVIATING if is_deviating else Status.OK
-        return status | Status.IMPLAUSIBLE if is_implausible else status
 
     def _limit(self, wanted: float, speed: float, dt: float, estimate: Corrections) -> bool:
         """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
@@ -486,8 +471,8 @@ class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, 
         if past is not None:
             past = Past.restore(past.angles, past.wheel, past.since)
         state = self.check_law_state(state)
-        waypoint = _check_waypoint("waypoint", self._path, state.waypoint)
-        measured = _check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
+        waypoint = check_waypoint("waypoint", self._path, state.waypoint)
+        measured = check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
         steer = check_steer("steer", state.steer, car.max_steer)
         offset, left = state.handover_offset, state.handover_left
         # No offset and no time left is no hand-over; NaN is one, and refused.
@@ -552,8 +537,3 @@ def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: 
     square, length = speed * speed * gain, car.turning_length(speed)
     widest = atan(divide(most * length, square))
     return saturate(wheel, -widest, widest)
-
-
-def _check_waypoint(field: str, path: PathView, waypoint: int | None) -> int | None:
-    """Return a remembered waypoint, where it is one of `path`."""
-    return None if waypoint is None else input_below(field, waypoint, len(path))

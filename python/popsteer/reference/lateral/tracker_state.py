@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-from popsteer.reference.error import input_in_range
+from popsteer.reference.error import input_below, input_in_range
 from popsteer.reference.lateral.command import Command
 from popsteer.reference.math import atan2, wrap
 from popsteer.reference.path.stop import Ahead
@@ -19,6 +19,7 @@ from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
 if TYPE_CHECKING:
     from popsteer.reference.lateral.monitor import MonitorState
     from popsteer.reference.path.follow import Located
+    from popsteer.reference.path.view import PathView
     from popsteer.status import Status
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "Place",
     "Seen",
     "TrackerState",
+    "check_waypoint",
     "estimator_of",
     "hands_over",
     "in_flight_of",
@@ -341,3 +343,8 @@ def with_estimator(state: StateT, estimator: Estimator) -> StateT:
         slip_length=estimate.slip_length,
         acceleration=estimate.acceleration,
     )
+
+
+def check_waypoint(field: str, path: PathView, waypoint: int | None) -> int | None:
+    """Return a remembered waypoint, where it is one of `path`."""
+    return None if waypoint is None else input_below(field, waypoint, len(path))

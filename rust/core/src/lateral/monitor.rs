@@ -7,14 +7,14 @@
 //! not the told vehicle's: the sign of the steering is wrong, the wheels stick, or the commands
 //! come later than anybody told.
 
-use super::Status;
 use super::tracker_state::TrackerState;
+use super::{LateralLaw, Status, Tracker};
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
 use crate::math::{saturate, sqrt, wrap};
 use crate::path::follow::Located;
 use crate::vehicle::estimator::Estimator;
 use crate::vehicle::state::MAX_YAW;
-use crate::vehicle::{Vehicle, VehicleState};
+use crate::vehicle::{InFlight, Vehicle, VehicleState};
 
 /// From where on a controller says that something is wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -249,23 +249,23 @@ impl MonitorState {
 
 /// What is measured at a step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Measured<'a> {
+struct Measured<'a> {
     /// Where the tracked point of the measured vehicle is.
-    pub(super) here: &'a Located,
+    here: &'a Located,
     /// The vehicle by the pose of its own point.
-    pub(super) vehicle: VehicleState,
+    vehicle: VehicleState,
     /// Angle of the modelled wheels [rad]; none where they are not modelled.
-    pub(super) wheel: Option<f64>,
+    wheel: Option<f64>,
     /// Whether the place on the path was looked for anew.
-    pub(super) is_anew: bool,
+    is_anew: bool,
     /// Control period [s].
-    pub(super) dt: f64,
+    dt: f64,
 }
 
 /// The parameters, and what they come to for a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Monitor {
-    pub(super) params: MonitorParams,
+    params: MonitorParams,
     deviation_limit: f64,
 }
 
@@ -273,7 +273,7 @@ impl Monitor {
     /// # Errors
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
-    pub(super) fn new(params: MonitorParams, vehicle: &Vehicle) -> Result<Self, ConfigError> {
+    fn new(params: MonitorParams, vehicle: &Vehicle) -> Result<Self, ConfigError> {
         params
             .checked()
             .map(|params| Self::unchecked(params, vehicle))
@@ -293,12 +293,7 @@ impl Monitor {
 
     /// Compares a step with what was commanded before it, and says what is wrong.
     #[inline]
-    pub(super) fn watch<S>(
-        &self,
-        car: &Vehicle,
-        state: &mut TrackerState<S>,
-        now: &Measured<'_>,
-    ) -> Status {
+    fn watch<S>(&self, car: &Vehicle, state: &mut TrackerState<S>, now: &Measured<'_>) -> Status {
         let at_rest = || MonitorState::settled(car.at_wheels(state.steer + car.steer_offset));
         let mut watched = state.monitor.unwrap_or_else(at_rest);
         let last = state.answer.map(|answer| answer.measured.cross_track_error);
@@ -338,12 +333,11 @@ impl Monitor {
         now: &Measured<'_>,
     ) -> bool {
         let (speed, dt) = (now.vehicle.speed, now.dt);
-        let (wheel, mean) = match now.wheel {
-            Some(wheel) => (wheel, 0.5 * (watched.wheel + wheel)),
-            None => {
-                let moved = car.move_wheel(watched.wheel, last, dt);
-                (moved.wheel, moved.mean)
-            }
+        let (wheel, mean) = if let Some(wheel) = now.wheel {
+            (wheel, 0.5 * (watched.wheel + wheel))
+        } else {
+            let moved = car.move_wheel(watched.wheel, last, dt);
+            (moved.wheel, moved.mean)
         };
         watched.wheel = wheel;
         let share = speed / car.turning_length(speed);
@@ -365,6 +359,52 @@ impl Monitor {
         }
         watched.yaw = Some(now.vehicle.yaw);
         watched.alarm > 0.0
+    }
+}
+
+impl<L: LateralLaw> Tracker<L> {
+    /// The same, watching the vehicle so; not at all where that is none.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn monitored(mut self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
+        self.monitor = match params {
+            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
+            None => None,
+        };
+        Ok(self)
+    }
+
+    /// How it watches the vehicle; none where it does not.
+    pub fn monitor(&self) -> Option<&MonitorParams> {
+        self.monitor.as_ref().map(|monitor| &monitor.params)
+    }
+
+    /// Compares the step of a vehicle that is measured at `here` with what was commanded before it,
+    /// and says what is wrong.
+    #[inline]
+    pub(super) fn watch(
+        &self,
+        state: &mut TrackerState<L::State>,
+        here: &Located,
+        vehicle: VehicleState,
+        is_anew: bool,
+        dt: f64,
+    ) -> Status {
+        let Some(monitor) = &self.monitor else {
+            return Status::OK;
+        };
+        // Where nothing is modelled, what a state of another vehicle brings along does not count.
+        let in_flight = state.in_flight.as_ref().filter(|_| self.models);
+        let now = Measured {
+            here,
+            vehicle,
+            wheel: in_flight.map(InFlight::wheel),
+            is_anew,
+            dt,
+        };
+        monitor.watch(self.law.vehicle(), state, &now)
     }
 }
 
@@ -417,7 +457,7 @@ mod tests {
     #[test]
     fn test_white_noise_is_measured_and_let_pass() {
         // Not white, but as large as noise of 0.02 rad gets at each step.
-        let yaw = |k: u32| [0.02, -0.02, -0.02, 0.02, 0.0][usize::try_from(k % 5).unwrap_or(0)];
+        let yaw = |k: u32| 0.02 * crate::math::sin(2.4 * f64::from(k * k));
         assert!(beyond(200, |k, expected| expected + yaw(k + 1) - yaw(k)) < 0.0);
     }
 }

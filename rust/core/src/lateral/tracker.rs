@@ -4,13 +4,13 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
-use super::monitor::{Measured, Monitor, MonitorParams};
+use super::monitor::Monitor;
 use super::reported::Reported;
-use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState};
+use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState, check_waypoint};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
 use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
-use crate::math::{atan, from_count, saturate};
+use crate::math::{atan, saturate};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
@@ -31,9 +31,9 @@ pub const HANDOVER_TIME: f64 = 1.0;
 /// neighbourhood of the last, needs no fading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracker<L> {
-    law: L,
+    pub(super) law: L,
     adapt: Option<AdaptParams>,
-    monitor: Option<Monitor>,
+    pub(super) monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
     pub(super) models: bool,
     /// Whether the law's angle is the command as it is.
@@ -76,19 +76,6 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The same, watching the vehicle so; not at all where that is none.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the parameter that is out of its range.
-    pub fn monitored(self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
-        let monitor = match params {
-            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
-            None => None,
-        };
-        Ok(Self { monitor, ..self })
-    }
-
     /// The law.
     pub fn law(&self) -> &L {
         &self.law
@@ -102,11 +89,6 @@ impl<L: LateralLaw> Tracker<L> {
     /// How it adapts; none where it does not.
     pub fn adapt(&self) -> Option<&AdaptParams> {
         self.adapt.as_ref()
-    }
-
-    /// How it watches the vehicle; none where it does not.
-    pub fn monitor(&self) -> Option<&MonitorParams> {
-        self.monitor.as_ref().map(|monitor| &monitor.params)
     }
 
     /// Which point of the vehicle is followed along the path, and how.
@@ -294,20 +276,8 @@ impl<L: LateralLaw> Tracker<L> {
             belief.estimate = state.estimator.estimate;
         }
 
-        let fault = match &self.monitor {
-            Some(monitor) => {
-                let in_flight = state.in_flight.as_ref().filter(|_| self.models);
-                let now = Measured {
-                    here: measured.as_ref().unwrap_or(&at),
-                    vehicle: sight.here,
-                    wheel: in_flight.map(InFlight::wheel),
-                    is_anew,
-                    dt,
-                };
-                monitor.watch(self.law.vehicle(), state, &now)
-            }
-            None => Status::OK,
-        };
+        let here = measured.as_ref().unwrap_or(&at);
+        let fault = self.watch(state, here, sight.here, is_anew, dt);
 
         if !self.bare {
             // The angle of the last command by the offset as it is known now.
@@ -536,22 +506,6 @@ pub(super) fn command<S>(state: &TrackerState<S>, status: Status) -> Command {
         reference_speed: answer.ahead.reference_speed,
         distance_to_stop: answer.ahead.distance_to_stop,
         status,
-    }
-}
-
-/// Whether a remembered waypoint is one of `path`.
-fn check_waypoint(
-    field: &'static str,
-    path: &PathView<'_>,
-    waypoint: Option<usize>,
-) -> Result<(), InputError> {
-    match waypoint {
-        Some(index) if index >= path.len() => Err(InputError {
-            field,
-            value: from_count(index),
-            requirement: Requirement::Below(path.len()),
-        }),
-        _ => Ok(()),
     }
 }
 

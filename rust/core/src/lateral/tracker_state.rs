@@ -3,11 +3,11 @@
 use super::tracker::HANDOVER_TIME;
 use super::{LateralState, MonitorState};
 use crate::Point;
-use crate::error::{InputError, input_in_range};
-use crate::math::{atan2, wrap};
+use crate::error::{InputError, Requirement, input_in_range};
+use crate::math::{atan2, from_count, wrap};
 use crate::path::follow::Located;
 use crate::path::stop::Ahead;
-use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
+use crate::path::view::{MAX_COORDINATE, MAX_SPEED, PathView};
 use crate::vehicle::past::Past;
 use crate::vehicle::state::MAX_YAW;
 use crate::vehicle::{Estimator, InFlight, VehicleState};
@@ -206,5 +206,21 @@ impl<S: LateralState> TrackerState<S> {
                 left: HANDOVER_TIME,
             })
         };
+    }
+}
+
+/// Whether a remembered waypoint is one of `path`.
+pub(super) fn check_waypoint(
+    field: &'static str,
+    path: &PathView<'_>,
+    waypoint: Option<usize>,
+) -> Result<(), InputError> {
+    match waypoint {
+        Some(index) if index >= path.len() => Err(InputError {
+            field,
+            value: from_count(index),
+            requirement: Requirement::Below(path.len()),
+        }),
+        _ => Ok(()),
     }
 }

@@ -18,8 +18,8 @@ params! {
     /// steering offset, all turns ``gain (E + offset S)`` with a gain from 0.4 to 2.5 and the offset
     /// that the motion has shown. Nothing is concluded across inputs that were refused, periods
     /// longer than 0.3 s, changes of the direction, and `relocalise`. A steering offset of more
-    /// than some 2 degrees that nobody told is implausible until it is known, and so is a
-    /// localisation whose yaw jumps.
+    /// than some 1.5 degrees that nobody told is implausible until the motion has shown it, and so
+    /// is a localisation whose yaw jumps.
     PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer",
     shown as "(*, deviation_limit=None, turn_tolerance=0.01)",
     defaults MonitorParams::DEFAULT, checked by MonitorParams::checked,
@@ -33,8 +33,10 @@ params! {
         /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
         /// >>> limit = popsteer.MonitorParams(deviation_limit=0.5)
         /// >>> stanley = popsteer.Stanley(path, monitor=limit)
-        /// >>> [str(stanley.step(x, y, 0.0, 5.0, 0.05).status) for x, y in ((1, 0.4), (2, 0.6))]
-        /// ['ok', 'deviating']
+        /// >>> stanley.step(1.0, 0.4, 0.0, 5.0, 0.05).status.level
+        /// 'ok'
+        /// >>> str(stanley.step(1.25, 0.6, 0.0, 5.0, 0.05).status)
+        /// 'deviating'
     }
 }
 
