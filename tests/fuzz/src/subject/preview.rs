@@ -39,6 +39,7 @@ impl Subject for PreviewPop {
     fn draw_state(bytes: &mut Bytes) -> Option<PreviewPopState> {
         Some(PreviewPopState {
             previous_steer: bytes.number([-1.0, 1.0], [-1.57, 1.57]),
+            reached_limits: bytes.hostile().to_bits(),
         })
     }
 }
