@@ -1,154 +1,193 @@
 """Preview POP behind wheels that turn slowly: the tables and the map of docs/preview_pop.md.
 
     python -m benches.limits slalom     # slow wheels on the slalom, beside the MPC
-    python -m benches.limits straight   # beside a straight: overshoot, and the time until it is joined
-    python -m benches.limits sweep      # wheelbases, rates, speeds, offsets, headings, dead times, lags
-    python -m benches.limits map        # overshoot over speed and rate, before and after, as a figure
+    python -m benches.limits straight   # beside a straight, before and after
+    python -m benches.limits sweep      # the straight, by all of what it could depend on
+    python -m benches.limits map        # overshoot over speed and rate, before and after
 
-`--write` puts what was measured into docs. The plant of all but the slalom is a bicycle in plain
-Python, no part of popsteer.
+`--write` puts what was measured into the page. "Before" plans without limits and cuts the angle
+afterwards, as 0.1.0 did. The plant of all but the slalom is a bicycle in plain Python, no part of
+popsteer.
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import math
-from dataclasses import dataclass
+import os
+from concurrent.futures import ProcessPoolExecutor
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 import popsteer
-from benches.tables import ROOT
-from tests.closed_loop.chain import Chain
+from benches.limits_straight import Joined, Straight, check, join, sweep
+from benches.tables import ROOT, replace_block
+from popsteer import plants, sim, tracks, vehicles
+from popsteer.files import write_text_atomic
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from popsteer.plants import PythonPlant
 
 PAGE = ROOT / "docs" / "preview_pop.md"
 FIGURE = ROOT / "docs" / "figures" / "limits-map.png"
-DT = 0.05
-TIME = 20.0
-SETTLED = 15.0
-LINE = popsteer.Path([(float(x), 0.0) for x in range(-50, 1600)])
 
 
-@dataclass(frozen=True)
-class Straight:
-    """A vehicle beside a straight; speed and offset are those of one of 2.7 m, and scale with it."""
+class Slalom(NamedTuple):
+    """A plant on the slalom, from 2.44 m beside it at constant speed."""
 
+    plant: str
     rate: float
     speed: float
-    offset: float
-    heading_deg: float = 0.0
-    wheelbase: float = 2.7
-    dead_time: float = 0.0
-    lag: float = 0.15
 
-    @property
-    def scale(self) -> float:
-        """How many times as long as one of 2.7 m it is."""
-        return self.wheelbase / 2.7
+    def make(self) -> sim.CarlaIdentified | PythonPlant:
+        """Give the plant."""
+        if self.plant == "carla-identified":
+            told = vehicles.get(self.plant).replace(max_steer_rate=self.rate)
+            return sim.CarlaIdentified(told)
+        if self.plant == "mujoco-car":
+            from popsteer.plants.mujoco_car import MujocoCar
+            from popsteer.plants.pedals import MujocoCarParams
 
-    def car(self) -> popsteer.Vehicle:
-        """Give the vehicle."""
-        return popsteer.Vehicle(
-            wheelbase=self.wheelbase,
-            steer_lag=self.lag,
-            dead_time=self.dead_time,
-            max_steer=0.6,
-            max_steer_rate=self.rate,
+            return MujocoCar(MujocoCarParams(steer_rate=self.rate))
+        plant = plants.get(self.plant)
+        assert plant.vehicle.max_steer_rate == self.rate
+        return plant
+
+    def drive(self, controller: str) -> sim.Metrics:
+        """Drive it by "preview-pop" or by "mpc"."""
+        path = popsteer.Path(tracks.get("slalom").xy)
+        plant = self.make()
+        if controller == "mpc":
+            from popsteer.baselines.mpc import Mpc
+
+            mpc = Mpc(path, plant.vehicle)
+            return sim.run(mpc, plant, path=path, constant_speed=self.speed).metrics
+        law = popsteer.PreviewPop(path)
+        return sim.run(law, plant, path=path, constant_speed=self.speed).metrics
+
+
+SLALOMS = (
+    *(Slalom("commonroad-mb-2", 0.4, speed) for speed in (9.0, 9.5, 10.0, 10.3, 11.0)),
+    Slalom("carla-identified", 0.4, 8.0),
+    Slalom("carla-identified", 0.2, 8.0),
+    Slalom("mujoco-car", 0.2, 8.0),
+    Slalom("mujoco-car", 0.15, 8.0),
+)
+STRAIGHTS = tuple(
+    Straight(rate, speed, offset)
+    for rate in (0.2, 0.4, 0.8)
+    for speed in (3.0, 8.0, 20.0)
+    for offset in (1.0, 3.0)
+)
+
+
+def slalom_table() -> str:
+    """Give the table of the slaloms."""
+    lines = [
+        "| plant | rate [rad/s] | speed [m/s] | preview POP | MPC | wheels [deg/s] | MPC |",
+        "|---|--:|--:|--:|--:|--:|--:|",
+    ]
+    for case in SLALOMS:
+        found = [case.drive(name) for name in ("preview-pop", "mpc")]
+        errors = [f"{run.settled_mean_abs_cross_track_error:.3f}" for run in found]
+        rates = [f"{math.degrees(run.rms_steer_rate):.1f}" for run in found]
+        cells = case.plant, f"{case.rate:g}", f"{case.speed:g}", *errors, *rates
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def straight_table() -> str:
+    """Give the table of the straights."""
+
+    def cell(found: Joined) -> str:
+        within = "never" if math.isinf(found.within) else f"{found.within:.1f}"
+        return f"{found.overshoot:.2f}, {within}"
+
+    lines = [
+        "| rate [rad/s] | speed [m/s] | from 1 m: before | inside | from 3 m: before | inside |",
+        "|---|---|---|---|---|---|",
+    ]
+    for near, far in zip(STRAIGHTS[::2], STRAIGHTS[1::2], strict=True):
+        cells = [join(case, inside=inside) for case in (near, far) for inside in (False, True)]
+        row = f"{near.rate:g}", f"{near.speed:g}", *map(cell, cells)
+        lines.append(f"| {' | '.join(row)} |")
+    return "\n".join(lines)
+
+
+def sweep_table() -> str:
+    """Give what the sweep came to, a line for each wheelbase."""
+    lines = [
+        "| wheelbase [m] | speeds [m/s] | runs | too far | by > 0.1 m | late |",
+        "|--:|---|--:|--:|--:|--:|",
+    ]
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        found = list(pool.map(check, sweep(), chunksize=16))
+    for wheelbase, fast in itertools.product((0.33, 2.7, 6.0), (False, True)):
+        runs = [
+            each
+            for each in found
+            if each[0].wheelbase == wheelbase and (each[0].speed > 20.0) is fast
+        ]
+        scale = wheelbase / 2.7
+        speeds = f"{25 * scale:.1f}" if fast else f"{3 * scale:.1f} to {15 * scale:.1f}"
+        over = [joined.overshoot - most for _, joined, most in runs if joined.overshoot > most]
+        cells = (
+            f"{wheelbase:g}",
+            speeds,
+            str(len(runs)),
+            str(len(over)),
+            str(sum(each > 0.1 for each in over)),
+            str(sum(joined.late > 0.02 for _, joined, _ in runs)),
         )
-
-    def chain(self) -> Chain:
-        """Give the vehicle on its place."""
-        pose = 0.0, self.offset * self.scale, math.radians(self.heading_deg)
-        return Chain(self.car(), pose, self.speed * self.scale, DT)
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
-class Joined(NamedTuple):
-    """How a straight was joined; lengths are those of a vehicle of 2.7 m."""
+def draw_map() -> None:
+    """Draw overshoot over speed and rate, before and after."""
+    from matplotlib import pyplot as plt
+    from matplotlib.colors import LogNorm
 
-    overshoot: float
-    """Farthest to the other side [m]."""
-    within: float
-    """Time until within 0.1 m for good [s]; infinite for never."""
-    late: float
-    """Largest error after 15 s [m]."""
-
-
-def join(case: Straight, *, inside: bool = True) -> Joined:
-    """Drive; `inside` False plans without limits and cuts the angle afterwards, as 0.1.0 did."""
-    car, chain = case.car(), case.chain()
-    if inside:
-        controller = popsteer.PreviewPop(LINE, car)
-    else:
-        free = car.replace(max_steer_rate=None, max_lateral_acceleration=None)
-        params = popsteer.PreviewPopParams(steer_span_rate=1e3)
-        controller = popsteer.PreviewPop(LINE, free, params)
-    widest = largest_angle(case)
-    errors, last = [], 0.0
-    for _ in range(round(TIME / DT)):
-        errors.append(chain.y / case.scale)
-        steer = controller.steer(*chain.pose, chain.speed, DT)
-        if not inside:
-            steer = max(-widest, min(steer, widest))
-            steer = max(last - case.rate * DT, min(steer, last + case.rate * DT))
-            told = controller.state.as_dict() | {"steer": steer, "previous_steer": steer}
-            controller.state = popsteer.PreviewPopState(**told)
-        last = steer
-        chain.advance(steer)
-    far = [k for k, error in enumerate(errors) if abs(error) > 0.1]
-    within = (far[-1] + 1) * DT if far else 0.0
-    return Joined(
-        overshoot=max(0.0, -min(errors)),
-        within=within if within < TIME else math.inf,
-        late=max(abs(error) for error in errors[round(SETTLED / DT) :]),
-    )
+    rates, speeds = np.linspace(0.15, 1.0, 18), np.linspace(3.0, 25.0, 23)
+    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.8), sharey=True, layout="constrained")
+    titles = "plan without limits, cut afterwards", "limits inside the prediction"
+    for axis, title, inside in zip(axes, titles, (False, True), strict=True):
+        over = [
+            [join(Straight(rate, speed, 1.0), inside=inside).overshoot for speed in speeds]
+            for rate in rates
+        ]
+        mesh = axis.pcolormesh(
+            speeds, rates, np.maximum(over, 1e-3), norm=LogNorm(1e-3, 3.0), cmap="viridis"
+        )
+        axis.set(title=title, xlabel="speed [m/s]")
+    axes[0].set_ylabel("rate of the wheels [rad/s]")
+    figure.colorbar(mesh, ax=axes, label="overshoot from 1 m beside [m]")
+    figure.savefig(FIGURE, dpi=110)
+    plt.close(figure)
 
 
-def largest_angle(case: Straight) -> float:
-    """Give the largest angle of the wheels within the lateral acceleration [rad]."""
-    car, speed = case.car(), case.speed * case.scale
-    assert car.max_lateral_acceleration is not None
-    return min(car.max_steer, math.atan(car.max_lateral_acceleration * car.wheelbase / speed**2))
+TABLES = {"slalom": slalom_table, "straight": straight_table, "sweep": sweep_table}
 
 
-def least_overshoot(case: Straight) -> float:
-    """Give the least overshoot under these limits, lag and dead time, of any plan [m].
-
-    A vehicle that heads for the path turns away from it as fast as its limits let it: the commands
-    go at the full rate to the largest angle and stay there, until it drives along the path.
-    Whatever else it did, it would come farther.
-    """
-    chain, steer = case.chain(), 0.0
-    if chain.yaw >= 0.0:
-        return 0.0
-    while chain.yaw < 0.0:
-        steer = min(steer + case.rate * DT, largest_angle(case))
-        chain.advance(steer)
-    return max(0.0, -chain.y / case.scale)
-
-
-def sweep() -> Iterator[Straight]:
-    """Give the cases of the sweep."""
-    yield from itertools.starmap(
-        Straight,
-        itertools.product(
-            (0.2, 0.4, 0.7, 1.0),
-            (3.0, 8.0, 15.0, 25.0),
-            (0.5, 1.0, 3.0),
-            (-20.0, -10.0, 0.0, 10.0, 20.0),
-            (0.33, 2.7, 6.0),
-            (0.0, 0.2),
-            (0.05, 0.15, 0.3),
-        ),
-    )
+def main() -> None:
+    """Measure, and print or write."""
+    parser = argparse.ArgumentParser(description="Preview POP behind wheels that turn slowly.")
+    parser.add_argument("what", choices=(*TABLES, "map"))
+    parser.add_argument("--write", action="store_true", help="put it into docs/preview_pop.md")
+    arguments = parser.parse_args()
+    if arguments.what == "map":
+        draw_map()
+        print(f"wrote {FIGURE.relative_to(ROOT)}")
+        return
+    table = TABLES[arguments.what]()
+    print(table)
+    if arguments.write:
+        text = PAGE.read_text(encoding="utf-8")
+        name = f"limits-{arguments.what}"
+        write_text_atomic(PAGE, replace_block(text, name, table))
 
 
-def allowed(case: Straight) -> float:
-    """Give the overshoot that is allowed: a tenth of the offset, or 5 cm beyond the least [m]."""
-    return max(0.1 * case.offset, 0.05 + least_overshoot(case))
-
-
-def check(case: Straight) -> tuple[Straight, Joined, float]:
-    """Drive a case of the sweep."""
-    return case, join(case), allowed(case)
+if __name__ == "__main__":
+    main()

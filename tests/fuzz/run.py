@@ -36,11 +36,12 @@ ROOT = HERE.parents[1]
 OUT = ROOT / "out" / "fuzz"
 TARGET_DIR = ROOT / "target" / "fuzz"
 
-CORE = ("path", "laws", "vehicle", "longitudinal", "predict")
+CORE = ("path", "laws", "limited", "vehicle", "longitudinal", "predict")
 CSV = "csv_reader"
 LONGEST_INPUT = {
     "path": 320,
     "laws": 400,
+    "limited": 160,
     "vehicle": 320,
     "longitudinal": 96,
     "predict": 192,

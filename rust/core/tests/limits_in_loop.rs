@@ -245,3 +245,37 @@ fn test_wheels_at_their_stop_are_held_by_the_angle_whatever_the_last_plan_reache
         assert_eq!(command.status, Status::SATURATED, "{code}");
     }
 }
+
+#[test]
+fn test_wheels_turn_at_the_neighbourhoods_rate_in_every_control_period() {
+    // The vehicle has no rate of its own, so nothing but the plan keeps this one.
+    let path = straight();
+    let free = Vehicle {
+        max_steer: 1.2,
+        max_steer_rate: None,
+        max_lateral_acceleration: None,
+        ..car(1.0)
+    };
+    let params = PreviewPopParams {
+        steer_span_rate: Some(0.5),
+        ..PreviewPopParams::DEFAULT
+    };
+    let tracker = Tracker::new(PreviewPop::new(free, params).unwrap(), None).unwrap();
+    for dt in [0.05, 0.01] {
+        let mut state = tracker.initial_state();
+        let mut before = 0.0;
+        while before < 1.1 {
+            // Far to the right of the path and heading away from it.
+            let vehicle = VehicleState {
+                x: 20.0,
+                y: -3.0,
+                yaw: -1.5,
+                speed: 5.0,
+            };
+            let command = tracker.step(&path.view(), &mut state, vehicle, dt).unwrap();
+            let moved = command.steer - before;
+            assert!((moved - 0.5 * dt).abs() < 1e-12, "{dt} {before} {moved}");
+            before = command.steer;
+        }
+    }
+}

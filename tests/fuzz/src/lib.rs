@@ -7,6 +7,7 @@
 mod backwards;
 pub mod bytes;
 pub mod laws;
+pub mod limited;
 pub mod longitudinal;
 pub mod path;
 pub mod predict;
@@ -18,9 +19,10 @@ pub mod vehicle;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 5] = [
+pub const TARGETS: [Target; 6] = [
     ("path", path::check),
     ("laws", laws::check),
+    ("limited", limited::check),
     ("vehicle", vehicle::check),
     ("longitudinal", longitudinal::check),
     ("predict", predict::check),

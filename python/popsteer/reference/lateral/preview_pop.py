@@ -22,7 +22,7 @@ from popsteer.reference.lateral.cost_to_go import CostToGo, Predicted, Travel
 from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
-from popsteer.reference.math import PI, atan, decay, divide, saturate, tan, wrap
+from popsteer.reference.math import PI, atan, decay, divide, saturate, sqrt, tan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
@@ -35,6 +35,15 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["PreviewPop", "PreviewPopParams", "PreviewPopState"]
+
+
+_LAGS = 3.0
+"""How many lags of the wheels the prediction sees through, where their rate is told."""
+_TURNS = 1.5
+"""And how many halves of the shortest time in which the wheels turn the vehicle by the approach
+angle: 2 are that time."""
+_MOST_HORIZONS = 2.0
+"""The longest prediction, in horizons."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +59,7 @@ class PreviewPopParams:
     horizon : float
         How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
         seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
+        Up to twice as long where the vehicle's `max_steer_rate` is told and its wheels need it.
     heading_cost : float or None
         How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; None is
         a wheelbase. More: the path is joined more gently, and offsets take longer to vanish.
@@ -240,8 +250,8 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         """Find the best angle of the neighbourhood; both angles are of the mirrored vehicle."""
         params, vehicle, estimate, foot = self.params, self.vehicle, belief.estimate, at.foot
         speed = at.vehicle.forward_speed()
-        count, period = steps(params.horizon, at.dt)
         pace = speed if speed > self._min_speed else self._min_speed
+        count, period = steps(self._horizon_at(pace), at.dt)
         step = pace * period
         lag = vehicle.steer_lag * speed
         kept = decay(step, lag)
@@ -327,6 +337,23 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         if plan.cut_short:
             status |= Status.PLAN_CUT_SHORT
         return saturate(angle, low, high), status
+
+    def _horizon_at(self, pace: float) -> float:
+        """Return how long the prediction looks ahead at a speed [s].
+
+        Longer where the vehicle's wheels need longer to straighten a vehicle that approaches the
+        path.
+        """
+        horizon, vehicle = self.params.horizon, self.vehicle
+        if not self._rate_is_the_vehicles:
+            return horizon
+        # Wheels that turn out and back at their rate turn the vehicle by the approach angle.
+        length = vehicle.turning_length(pace)
+        turn = sqrt(self.params.approach_angle * length / (pace * self._steer_span_rate))
+        needed = _LAGS * vehicle.steer_lag + _TURNS * turn
+        most = _MOST_HORIZONS * horizon
+        needed = needed if needed < most else most
+        return needed if needed > horizon else horizon
 
     def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
         """Return the curvatures that the vehicle may be told.

@@ -6,12 +6,23 @@ use super::{
     Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
 };
 use crate::error::{ConfigError, InputError, config_in_range};
-use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
+use crate::math::{PI, atan, decay, from_count, saturate, sqrt, tan, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 use crate::vehicle::bicycle::{MAX_STEPS, steps};
+
+/// How many lags of the wheels the prediction sees through, where their rate is told. With fewer,
+/// wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
+const LAGS: f64 = 3.0;
+
+/// And how many halves of the shortest time in which the wheels turn the vehicle by the approach
+/// angle: 2 are that time; less is needed, as the vehicle is not turned that far at once.
+const TURNS: f64 = 1.5;
+
+/// The longest prediction, in horizons: its steps get longer with it, and its commands coarser.
+const MOST_HORIZONS: f64 = 2.0;
 
 /// Parameters of [`PreviewPop`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +33,7 @@ pub struct PreviewPopParams {
     pub steer_span_rate: Option<f64>,
     /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
     /// seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
+    /// Up to twice as long where the vehicle's `max_steer_rate` is told and its wheels need it.
     pub horizon: f64,
     /// How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a
     /// wheelbase by default. More: the path is joined more gently, and offsets take longer to
@@ -189,12 +201,12 @@ impl PreviewPop {
     ) -> (f64, Status) {
         let (vehicle, estimate, foot) = (&self.vehicle, &belief.estimate, &at.foot);
         let speed = at.vehicle.forward_speed();
-        let (count, period) = steps(self.horizon, at.dt);
         let pace = if speed > self.min_speed {
             speed
         } else {
             self.min_speed
         };
+        let (count, period) = steps(self.horizon_at(pace), at.dt);
         let step = pace * period;
         let lag = vehicle.steer_lag * speed;
         let kept = decay(step, lag);
@@ -287,6 +299,26 @@ impl PreviewPop {
             is_the_vehicles: self.rate_is_the_vehicles && speed >= self.min_speed,
         };
         self.best_within(&horizon, start, limits, &around, guess)
+    }
+
+    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
+    /// longer to straighten a vehicle that approaches the path.
+    #[inline]
+    fn horizon_at(&self, pace: f64) -> f64 {
+        if !self.rate_is_the_vehicles {
+            return self.horizon;
+        }
+        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
+        let length = self.vehicle.turning_length(pace);
+        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
+        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
+        let most = MOST_HORIZONS * self.horizon;
+        let needed = if needed < most { needed } else { most };
+        if needed > self.horizon {
+            needed
+        } else {
+            self.horizon
+        }
     }
 
     /// The angle of the best plan within `limits`, and how it was planned.

@@ -88,7 +88,7 @@ tuning! {
     steer_span_rate: Option<f64>, "float, optional",
         "Optimization range delta_nbd over the control period [rad/s]: an angle lies at most this times dt from the last one; by default the vehicle's max_steer_rate, or 60 degrees/s, the paper's 3 degrees in 50 ms.";
     horizon: f64, "float, default 1.0",
-        "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is seen through; shorter than the lag and the way back to the path, the vehicle oscillates.";
+        "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is seen through; shorter than the lag and the way back to the path, the vehicle oscillates. Up to twice as long where the vehicle's ``max_steer_rate`` is told and its wheels need it.";
     heading_cost: Option<f64>, "float, optional",
         "How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a wheelbase by default. More: the path is joined more gently, and offsets take longer to vanish.";
     steer_rate_cost: Option<f64>, "float, optional",

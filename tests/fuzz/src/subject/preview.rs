@@ -39,7 +39,7 @@ impl Subject for PreviewPop {
     fn draw_state(bytes: &mut Bytes) -> Option<PreviewPopState> {
         Some(PreviewPopState {
             previous_steer: bytes.number([-1.0, 1.0], [-1.57, 1.57]),
-            reached_limits: (0..8).fold(0, |all, _| all << 8 | u64::from(bytes.byte())),
+            reached_limits: bytes.hostile().to_bits(),
         })
     }
 }

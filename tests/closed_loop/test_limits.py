@@ -1,0 +1,55 @@
+"""Preview POP behind wheels that turn slowly: what `python -m benches.limits` shows."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+
+from benches.limits import PAGE, SLALOMS, STRAIGHTS, Slalom, straight_table
+from benches.limits_straight import Straight, join
+
+MOST = {
+    ("commonroad-mb-2", 0.4): 0.05,
+    ("carla-identified", 0.4): 0.01,
+    ("carla-identified", 0.2): 0.03,
+    ("mujoco-car", 0.15): 0.015,
+}
+"""Mean error after 5 s [m], by plant and rate of its wheels."""
+
+
+@pytest.mark.parametrize("case", [case for case in SLALOMS if case[:2] in MOST], ids=str)
+def test_slalom_behind_slow_wheels_is_kept(case: Slalom) -> None:
+    found = case.drive("preview-pop")
+    error = found.settled_mean_abs_cross_track_error
+    assert error <= MOST[case.plant, case.rate]
+    if case.plant == "commonroad-mb-2":
+        assert math.degrees(found.rms_steer_rate) <= 6.5
+        assert error <= 1.25 * case.drive("mpc").settled_mean_abs_cross_track_error
+
+
+def test_page_table_of_straights_is_what_is_driven() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    block = re.search(r"<!-- limits-straight: begin[^\n]*\n(.*?)\n<!--", text, re.DOTALL)
+    assert block is not None
+    assert block[1] == straight_table()
+
+
+@pytest.mark.parametrize("case", STRAIGHTS, ids=str)
+def test_straight_is_joined_within_a_tenth_of_the_offset(case: Straight) -> None:
+    found = join(case)
+    assert found.overshoot <= 0.1 * case.offset
+    assert found.late <= 0.02
+
+
+@pytest.mark.parametrize("wheelbase", [0.33, 2.7, 6.0])
+@pytest.mark.parametrize("dead_time", [0.0, 0.2])
+@pytest.mark.parametrize(("rate", "lag"), [(0.2, 0.3), (0.4, 0.15), (1.0, 0.05)])
+@pytest.mark.parametrize("speed", [3.0, 8.0, 15.0])
+def test_straight_is_joined_for_good_whatever_the_start(
+    wheelbase: float, dead_time: float, rate: float, lag: float, speed: float
+) -> None:
+    for offset, heading in ((0.5, 20.0), (0.5, -20.0), (1.0, 10.0), (3.0, 0.0)):
+        case = Straight(rate, speed, offset, heading, wheelbase, dead_time, lag)
+        assert join(case).late <= 0.02
