@@ -1,7 +1,4 @@
-"""The tables of docs/edges.md on replanning and on missing inputs.
-
-`python -m tests.closed_loop.replanning_page` prints them.
-"""
+"""The tables of docs/edges.md on replanning and on missing inputs."""
 
 from __future__ import annotations
 
@@ -12,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import popsteer
 from popsteer import laws
 from tests.closed_loop.replanning import CAR, DT, SUBSTEP, Course, Planner, Run, drive, s_bends
-from tests.pages.layout import line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -91,8 +87,3 @@ def input_rows() -> list[list[str]]:
         runs.append(drive(make(name), STEPS, course=COURSE, dts=jitter()))
         rows.append([laws.get(name).title, *(f"{run.mean:.3f}" for run in runs)])
     return rows
-
-
-if __name__ == "__main__":
-    for rows in (replanning_rows(), input_rows()):
-        print("\n".join(line(*row) for row in rows), end="\n\n")  # noqa: T201 - its purpose

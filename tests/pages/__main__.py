@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 from popsteer.files import write_text_atomic
 from popsteer.study import LINEAR_LAWS, edges
 from tests.closed_loop.cars_loop import loop_lines
+from tests.closed_loop.replanning_page import input_rows, replanning_rows
+from tests.closed_loop.test_cars_loop_shadow import age_lines
 from tests.closed_loop.test_path_end import end_lines
 from tests.pages.edges import dead_time_lines, dead_time_rows, edge_lines
-from tests.pages.layout import DOCS, table, with_table
+from tests.pages.layout import DOCS, line, table, with_table
 from tests.pages.preview_pop import preview_lines
 from tests.pages.theory import carrot_lines, choice_lines, late_line, margin_lines
 
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
 TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "edges": ("edges.md", lambda: edge_lines(edges())),
     "cars loop": ("edges.md", loop_lines),
+    "replanning": ("edges.md", lambda: [line(*row) for row in replanning_rows()]),
+    "missing inputs": ("edges.md", lambda: [line(*row) for row in input_rows()]),
+    "pose age": ("edges.md", age_lines),
     "end": ("edges.md", lambda: end_lines("racetrack")),
     "dead time, racetrack": ("edges.md", lambda: dead_time_lines(dead_time_rows("racetrack"))),
     "dead time, authors": ("edges.md", lambda: dead_time_lines(dead_time_rows("authors"))),

@@ -10,13 +10,12 @@ the sign of the steering is wrong, the wheels stick, or the commands come later 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import copysign, sqrt
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, saturate, wrap
-from popsteer.reference.vehicle.delay import move_wheel
 from popsteer.reference.vehicle.estimator import MAX_GAIN, MAX_STEER_OFFSET, MIN_GAIN
 from popsteer.reference.vehicle.state import MAX_YAW
 from popsteer.status import Status
@@ -348,7 +347,7 @@ class Monitor:
         if wheel is not None:
             mean = 0.5 * (before + wheel)
         else:
-            wheel, mean = move_wheel(car, before, last, dt)
+            wheel, mean = _respond(car, before, last, dt)
         watched = watched._replace(turned=watched.turned._replace(wheel=wheel))
         share = speed / car.turning_length(speed)
         rate, excess = share * _tangent(mean), share * (_tangent(last) - last)
@@ -367,6 +366,22 @@ class Monitor:
                 watched = watched._replace(alarm=ALARM_TIME)
         turned = watched.turned._replace(yaw=now.vehicle.yaw)
         return watched._replace(turned=turned), watched.alarm > 0.0
+
+
+def _respond(car: Vehicle, wheel: float, command: float, dt: float) -> tuple[float, float]:
+    """Return the wheels at the angle `wheel` [rad] `dt` [s] later, and their mean.
+
+    The vehicle's response to the angle `command` with a Padé approximant in place of the
+    exponential. At most 3.3 % of a move is off up to a `dt` of the lag.
+    """
+    gap = car.at_wheels(command + car.steer_offset) - wheel
+    lag = car.steer_lag
+    turned = gap * (1.0 - lag * lag / (lag * lag + dt * (lag + 0.5 * dt)))
+    rate = car.max_steer_rate
+    if rate is not None and abs(turned) > rate * dt:
+        turned = copysign(rate * dt, gap)
+        return wheel + turned, wheel + 0.5 * turned
+    return wheel + turned, wheel + gap - turned * (lag / dt)
 
 
 def _tangent(angle: float) -> float:
