@@ -159,7 +159,7 @@ def _locate(
             following = _foot(path, (first + k + 1) % len(path[0]), position)
             ahead = following[2]
         if behind >= here[2] and here[2] < ahead:
-            cost = _cost(here, heading, opposite)
+            cost = _least_cost(path, here, heading, opposite)
             if cost < least:
                 best, least = here, cost
         behind, here = here[2], following
@@ -209,6 +209,50 @@ def _cost(foot: _Foot, heading: _Point, opposite: float) -> float:
     squared_length = along[0] * along[0] + along[1] * along[1]
     share = (heading[0] * along[0] + heading[1] * along[1]) / math.sqrt(squared_length)
     return math.sqrt(squared_distance) + 0.5 * opposite * (1.0 - share)
+
+
+@_jit
+def _least_cost(path: _Path, foot: _Foot, heading: _Point, opposite: float) -> float:
+    """Take the same, or that by the path's heading over a length, where that is less."""
+    by_segment = _cost(foot, heading, opposite)
+    segment, _, squared_distance, along, fraction = foot
+    squared_length = along[0] * along[0] + along[1] * along[1]
+    arc_length = path[2][segment] + fraction * math.sqrt(squared_length)
+    yaw = _yaw_over(path, 0.2 * opposite, arc_length)
+    share = heading[0] * math.cos(yaw) + heading[1] * math.sin(yaw)
+    smoothed = math.sqrt(squared_distance) + 0.5 * opposite * (1.0 - share)
+    return min(by_segment, smoothed)
+
+
+@_jit
+def _yaw_over(path: _Path, base: float, arc_length: float) -> float:
+    """Give the direction of the chord over a length of the path."""
+    segment, _ = _point_at(path, arc_length)
+    start, end = _waypoint(path, segment), _waypoint(path, segment + 1)
+    reach = _saturate(math.sqrt(_squared_distance(start, end)), 0.5 * base, 5.0 * base)
+    if path[3]:
+        reach = min(reach, 0.25 * path[4])
+    _, tail = _point_at(path, arc_length - reach)
+    _, head = _point_at(path, arc_length + reach)
+    if _squared_distance(tail, head) > reach * reach:
+        start, end = tail, head
+    return math.atan2(end[1] - start[1], end[0] - start[0])
+
+
+@_jit
+def _point_at(path: _Path, arc_length: float) -> tuple[int, _Point]:
+    """Give the segment and the point at an arc length."""
+    if path[3]:
+        if abs(arc_length) >= path[4]:
+            arc_length = np.fmod(arc_length, path[4])
+        if arc_length < 0.0:
+            arc_length += path[4]
+    found = int(np.searchsorted(path[2], arc_length, side="right")) - 1
+    segment: int = min(max(found, 0), _segments(path) - 1)
+    start, end = _waypoint(path, segment), _waypoint(path, segment + 1)
+    fraction = (arc_length - path[2][segment]) / math.sqrt(_squared_distance(start, end))
+    point = (start[0] + fraction * (end[0] - start[0]), start[1] + fraction * (end[1] - start[1]))
+    return segment, point
 
 
 @_jit

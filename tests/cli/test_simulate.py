@@ -42,7 +42,7 @@ CHANGED = {
     "steer_rate_cost": "0.4",
     "approach_angle": "0.3",
     "min_speed": "4",
-    "smoothing_length": "3",
+    "smoothing_length": "2.5",
 }
 
 

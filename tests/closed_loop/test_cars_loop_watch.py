@@ -215,7 +215,8 @@ def test_nothing_is_concluded_across_an_interruption(what: str) -> None:
             chain.yaw += 0.5
             x, y, yaw = chain.pose
             if what == "held":
-                controller.step_or_hold(math.nan, y, yaw, SPEED, DT)
+                for _ in range(6):
+                    controller.step_or_hold(math.nan, y, yaw, SPEED, DT)
             elif what == "relocalise":
                 controller.relocalise(x, y, yaw)
             elif what == "reset":

@@ -143,6 +143,10 @@ def _check_crossing(pair: Pair) -> None:
             "place": None,
             "seen": None,
         }  # the jump shows nothing
+        if before["monitor"] is not None:
+            (wheel, _, _), turns, evidence, alarm, _ = before["monitor"]
+            still = (0.0, 0.0, 0.0, turns[3], 0.0, 0.0)
+            changed["monitor"] = ((wheel, None, None), still, evidence, alarm, False)
         assert after == before | changed
         check_steps(pair, [(*pose, 5.0, 0.05)])
         assert (pair.rust.state.waypoint - branch + 1) % 200 <= 2

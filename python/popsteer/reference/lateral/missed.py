@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from popsteer.errors import InputError
+from popsteer.reference.lateral.tracker_state import NOWHERE, TrackerState
 from popsteer.reference.math import saturate
 from popsteer.reference.vehicle.state import MAX_DT, MIN_DT, checked_dt
+from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.lateral.tracker_state import TrackerState
+    from collections.abc import Callable
 
-__all__ = ["LEARNING_GAP", "elapse", "miss"]
+    from popsteer.reference.lateral.command import Command
+
+__all__ = ["LEARNING_GAP", "Holding", "elapse", "miss"]
 
 LEARNING_GAP = 0.25
 """From a motion over more time than this nothing is learnt [s].
@@ -21,7 +25,7 @@ What happened within it is not known well enough. Larger values learn from slowe
 wrongly from gaps.
 """
 
-StateT = TypeVar("StateT", bound="TrackerState")
+StateT = TypeVar("StateT", bound=TrackerState)
 
 
 def miss(state: StateT, dt: float) -> StateT:
@@ -52,3 +56,60 @@ def elapse(state: StateT, dt: float) -> tuple[StateT, float]:
     if elapsed > LEARNING_GAP:
         state = replace(state, seen=None)
     return state, elapsed
+
+
+def _step(tracker: Holding[StateT]) -> Callable[..., Command]:
+    step: Callable[..., Command] = getattr(tracker, "step")  # noqa: B009 - a tracker's
+    return step
+
+
+class Holding(Generic[StateT]):
+    """The methods `steer` and `step_or_hold` of a tracker."""
+
+    _state: StateT
+
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float:
+        """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
+        command = _step(self)(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
+        return command.steer
+
+    def step_or_hold(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        hold_limit: int = 10,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> Command:
+        """Take one control step, and answer whatever comes in.
+
+        Where `step` would raise `InputError`, the last command is held, its angle, direction,
+        errors and target, with the status `Status.INPUT_HELD` for up to `hold_limit` inputs in a
+        row and `Status.INPUT_LOST` beyond. The time `dt` of a held input is added to that of the
+        next step, whose answer so is that of a single step over all the time that has passed. A
+        `dt` that is itself refused counts as that of the last step.
+        """
+        try:
+            return _step(self)(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
+        except InputError:
+            state = miss(self._state, dt)
+        state = replace(state, held=state.held + 1)
+        self._state = state
+        answer = NOWHERE if state.answer is None else state.answer
+        lost = state.held > max(0, hold_limit)
+        return answer.command(state.steer, Status.INPUT_LOST if lost else Status.INPUT_HELD)

@@ -326,10 +326,14 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         plan = horizon.limited(start, limits, self.state.reached_limits)
         reached = later(plan.limits) if share > 0.5 else plan.limits
         self._state = replace(self.state, reached_limits=reached)
-        angle = atan((told + (plan.curvatures[0] - told) * share) * length)
-        # The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        curvature = told + (plan.curvatures[0] - told) * share
+        angle = atan(curvature * length)
+        # The neighbourhood holds back by choice, the vehicle by what its wheels do. Of a move that
+        # ends at a limit, a control period may take a part that does not.
+        near = 1e-10 / length
+        is_widest = curvature <= limits.low + near or curvature >= limits.high - near
         status = Status.OK
-        if plan.reached is Reached.CURVATURE:
+        if plan.reached is Reached.CURVATURE and is_widest:
             status |= Status.SATURATED
         is_the_vehicles = self._rate_is_the_vehicles and speed >= self._min_speed
         if plan.reached is Reached.RATE and is_the_vehicles:

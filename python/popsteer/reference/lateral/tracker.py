@@ -12,7 +12,6 @@ from dataclasses import replace
 from math import copysign
 from typing import TYPE_CHECKING, ClassVar, Generic, Literal, TypeVar
 
-from popsteer.errors import InputError
 from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral import (
     Belief,
@@ -22,14 +21,13 @@ from popsteer.reference.lateral import (
     Tracked,
     check_steer,
 )
-from popsteer.reference.lateral.missed import elapse, miss
+from popsteer.reference.lateral.missed import Holding, elapse
 from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams, MonitorState
 from popsteer.reference.lateral.predict import Predicting
 from popsteer.reference.lateral.replan import carry_over
 from popsteer.reference.lateral.reported import Reported, Sight, sight_aged
 from popsteer.reference.lateral.tracker_state import (
     HANDOVER_TIME,
-    NOWHERE,
     Answer,
     Place,
     Seen,
@@ -70,7 +68,9 @@ ParamsT = TypeVar("ParamsT", bound=Params)
 StateT = TypeVar("StateT", bound=TrackerState)
 
 
-class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]):
+class Tracker(
+    Holding[StateT], Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]
+):
     """A law on a path, its vehicle, and how it adapts to that.
 
     With a dead time the law is shown the vehicle as it will be when its command reaches the wheels.
@@ -285,52 +285,6 @@ class Tracker(Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, 
         if at.off_path:
             status |= Status.OFF_PATH
         return answer.command(self._state.steer, status)
-
-    def steer(
-        self,
-        x: float,
-        y: float,
-        yaw: float,
-        speed: float,
-        dt: float,
-        /,
-        *,
-        applied_steer: float | None = None,
-        pose_age: float = 0.0,
-    ) -> float:
-        """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
-        command = self.step(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
-        return command.steer
-
-    def step_or_hold(
-        self,
-        x: float,
-        y: float,
-        yaw: float,
-        speed: float,
-        dt: float,
-        hold_limit: int = 10,
-        *,
-        applied_steer: float | None = None,
-        pose_age: float = 0.0,
-    ) -> Command:
-        """Take one control step, and answer whatever comes in.
-
-        Where `step` would raise `InputError`, the last command is held, its angle, direction,
-        errors and target, with the status `Status.INPUT_HELD` for up to `hold_limit` inputs in a
-        row and `Status.INPUT_LOST` beyond. The time `dt` of a held input is added to that of the
-        next step, whose answer so is that of a single step over all the time that has passed. A
-        `dt` that is itself refused counts as that of the last step.
-        """
-        try:
-            return self.step(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
-        except InputError:
-            state = miss(self._state, dt)
-        state = replace(state, held=state.held + 1)
-        self._state = state
-        answer = NOWHERE if state.answer is None else state.answer
-        lost = state.held > max(0, hold_limit)
-        return answer.command(state.steer, Status.INPUT_LOST if lost else Status.INPUT_HELD)
 
     def _before_first_step(self, steer: float = 0.0) -> StateT:
         """Return the state before the first step, with the wheels at the angle `steer` [rad]."""

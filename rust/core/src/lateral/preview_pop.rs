@@ -360,12 +360,16 @@ impl PreviewPop {
         } else {
             plan.limits
         };
-        let angle = atan((told + (plan.first() - told) * share) * length);
-        // The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        let curvature = told + (plan.first() - told) * share;
+        let angle = atan(curvature * length);
+        // The neighbourhood holds back by choice, the vehicle by what its wheels do. Of a move that
+        // ends at a limit, a control period may take a part that does not.
+        let near = 1e-10 / length;
+        let is_widest = curvature <= limits.low + near || curvature >= limits.high - near;
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
             Reached::Rate => is_the_vehicles,
-            Reached::Curvature => true,
+            Reached::Curvature => is_widest,
         });
         (
             saturate(angle, low, high),

@@ -1,8 +1,10 @@
 //! Whole lives of a controller of any vehicle: steps, hand-overs, resets, jumps, other paths, states
 //! saved and restored, and bad input at any point.
 
+mod draw;
 mod plain;
 
+use self::draw::{draw_monitor, draw_seen};
 use crate::backwards::check_backwards;
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, adapt, car, dt, estimator, symmetric, vehicle};
@@ -12,13 +14,12 @@ use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::command::Level;
 use popsteer_core::lateral::tracker::HANDOVER_TIME;
 use popsteer_core::lateral::{
-    BangBang, Handover, MonitorState, Pid, Place, Pop, PreviewPop, PurePursuit, Seen, Stanley,
-    TrackerState,
+    BangBang, Handover, Pid, Place, Pop, PreviewPop, PurePursuit, Stanley, TrackerState,
 };
 use popsteer_core::path::Ahead;
 use popsteer_core::path::view::MAX_COORDINATE;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::vehicle::state::{MAX_DT, MAX_YAW, checked_dt};
+use popsteer_core::vehicle::state::{MAX_DT, checked_dt};
 use popsteer_core::vehicle::{Estimate, InFlight};
 use popsteer_core::{
     Command, ConfigError, LateralLaw, Path, Point, Status, Tracker, Vehicle, VehicleState,
@@ -481,41 +482,5 @@ impl<L: Subject> Life<L> {
         });
         self.put(state.clone());
         self.twin = TrackerState { in_flight, ..state };
-    }
-}
-
-fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
-    if bytes.byte() < 150 {
-        return None;
-    }
-    let unknown = |bytes: &mut Bytes| bytes.byte() & 1 == 1;
-    let most = [1.0, 1e100][bytes.below(2)];
-    Some(MonitorState {
-        wheel: symmetric(bytes, 1.0, 1.57),
-        yaw: unknown(bytes).then(|| symmetric(bytes, 4.0, MAX_YAW)),
-        residual: unknown(bytes).then(|| symmetric(bytes, 0.1, most)),
-        measured: symmetric(bytes, 0.5, most),
-        expected: symmetric(bytes, 0.5, most),
-        delayed: symmetric(bytes, 0.5, most),
-        rate: symmetric(bytes, 0.5, most),
-        reach: symmetric(bytes, 3.0, most).abs(),
-        excess: symmetric(bytes, 0.1, most).abs(),
-        time: bytes.within(0.0, MonitorState::NOISE_TIME),
-        noise: symmetric(bytes, 1e-4, most).abs(),
-        offset_square: symmetric(bytes, 10.0, most).abs(),
-        offset_sum: symmetric(bytes, 1.0, most),
-        alarm: bytes.within(0.0, MonitorState::ALARM_TIME),
-        within: bytes.byte() & 1 == 1,
-    })
-}
-
-fn draw_seen(bytes: &mut Bytes) -> Seen {
-    Seen {
-        cross_track_error: symmetric(bytes, 2.0, 4.0 * MAX_COORDINATE),
-        yaw: symmetric(bytes, 4.0, 2.0 * MAX_YAW),
-        along: Point::new(
-            symmetric(bytes, 2.0, 4.0 * MAX_COORDINATE),
-            symmetric(bytes, 2.0, 4.0 * MAX_COORDINATE),
-        ),
     }
 }
