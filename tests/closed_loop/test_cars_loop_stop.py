@@ -236,4 +236,4 @@ def test_closed_loop_brakes_for_cusps_that_the_speeds_do_not_know() -> None:
     assert result.ending == "finished"
     # The first cusp is 10 m along x; the brakes of 9 m/s² are strong.
     backwards = int(np.argmax(result.records["speed"] < 0.0))
-    assert 10.0 < result.records["x"][:backwards].max() < 10.6
+    assert 9.8 < result.records["x"][:backwards].max() < 10.6
