@@ -58,6 +58,7 @@ pub(crate) fn check_backwards<L: Subject>(
             steer: backed.steer,
             status: backed.status,
             reverse: true,
+            reference_speed: driven.reference_speed.map(|speed| -speed),
             ..driven
         };
         assert_eq!(backed, mirrored);

@@ -217,7 +217,7 @@ impl<L: Subject> Life<L> {
         assert!(command.target.x.is_finite() && command.target.y.is_finite());
         assert!(command.reference_speed.is_none_or(f64::is_finite));
         assert!(command.distance_to_stop > f64::NEG_INFINITY);
-        assert!(command.status.level() < Level::Fault);
+        assert!(!command.status.contains(Status::INPUT_LOST));
         assert!(!command.status.contains(Status::INPUT_HELD));
         assert_eq!(
             Status::from_bits(command.status.bits()),
