@@ -1348,7 +1348,18 @@ class Pop:
     def __getnewargs_ex__(self) -> tuple[tuple[Path, Vehicle | None, Any], dict[str, Any]]: ...
     def __getstate__(self) -> PopState: ...
     def __setstate__(self, state: PopState) -> None: ...
-    def _empty_call(self, x: float, y: float, yaw: float, speed: float, dt: float, /) -> float: ...
+    def _empty_call(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
 
 @final
 class PreviewPop:

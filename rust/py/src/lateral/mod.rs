@@ -61,9 +61,12 @@ controller! {
     }
     extra {
         /// Return at once: what a call of `steer` costs without the step, for the benchmark.
-        #[pyo3(signature = (x, y, yaw, speed, dt, /))]
+        #[pyo3(signature = (
+            x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)
+        ))]
         #[expect(
             unused_variables,
+            clippy::too_many_arguments,
             clippy::unused_self,
             clippy::unnecessary_wraps,
             reason = "the signature is the point"
@@ -76,6 +79,8 @@ controller! {
             yaw: Number,
             speed: Number,
             dt: Number,
+            applied_steer: Option<Number>,
+            pose_age: Number,
         ) -> PyResult<f64> {
             Ok(yaw.0)
         }
