@@ -18,6 +18,7 @@ from popsteer.reference.lateral import (
     or_scaled,
     resolved,
 )
+from popsteer.reference.lateral.approach import Straightening
 from popsteer.reference.lateral.cost_to_go import CostToGo, Predicted, Travel
 from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later
 from popsteer.reference.lateral.tracker import Tracker
@@ -44,6 +45,8 @@ _TURNS = 1.5
 angle: 2 are that time."""
 _MOST_HORIZONS = 2.0
 """The longest prediction, in horizons."""
+_FULL_RATE = 0.5
+"""From this share of `min_speed` on, wheels whose rate is told turn at all of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -275,11 +278,32 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         )
         moves, cost = horizon.unlimited()
 
-        # From afar the error counts only as far as it calls for the approach angle.
+        # Below `min_speed` the wheels turn in proportion to the distance, those of a told rate by
+        # all of it down to a part of that speed.
+        rate = self._steer_span_rate
+        span = rate * at.dt
+        if speed < self._min_speed:
+            slow = speed / self._min_speed
+            if not self._rate_is_the_vehicles:
+                span *= slow
+            elif slow < _FULL_RATE:
+                rate /= _FULL_RATE
+                span *= slow / _FULL_RATE
+            else:
+                rate /= slow
+
+        # From afar the error counts only as far as it calls for the approach angle, or for what
+        # can be straightened on the way.
         heading_error = wrap(at.vehicle.yaw - path_yaw)
-        most = params.approach_angle * cost.pc
-        most = most if most > 0.0 else 0.0
         error = foot.cross_track_error()
+        straightening = Straightening(
+            curvature=self._widest(pace, length),
+            rate=rate / (length * pace),
+            lag=lag,
+            unlimited=divide(cost.pc, cost.ec),
+        )
+        most = self._approach_angle_at(straightening, abs(error)) * cost.pc
+        most = most if most > 0.0 else 0.0
         wanted_pull = error * cost.ec
         pull = saturate(wanted_pull, -most, most)
         wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
@@ -291,9 +315,6 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         share = at.dt / period
         wanted = told - slope / (move_cost + cost.cc) * share
 
-        span = self._steer_span_rate * at.dt
-        if speed < self._min_speed:
-            span *= speed / self._min_speed
         low, high = previous_steer - span, previous_steer + span
         unlimited = atan(wanted * length)
         start = Predicted(
@@ -303,7 +324,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             commanded=told,
         )
         # The rate at the present angle: the curvature changes faster where the wheels stand wide.
-        most_later = self._steer_span_rate * period * (1.0 + tangent * tangent) / length
+        most_later = rate * period * (1.0 + tangent * tangent) / length
         least, greatest = self._curvatures(at, belief, length)
         limits = Limits((-most_later, most_later), most_later, least, greatest)
         if low <= unlimited <= high and horizon.keeps(moves, start, limits):
@@ -326,16 +347,16 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         plan = horizon.limited(start, limits, self.state.reached_limits)
         reached = later(plan.limits) if share > 0.5 else plan.limits
         self._state = replace(self.state, reached_limits=reached)
-        curvature = told + (plan.curvatures[0] - told) * share
-        angle = atan(curvature * length)
-        # The neighbourhood holds back by choice, the vehicle by what its wheels do. Of a move that
-        # ends at a limit, a control period may take a part that does not.
-        near = 1e-10 / length
-        is_widest = curvature <= limits.low + near or curvature >= limits.high - near
+        # A move to the largest curvature is made as fast as the wheels turn: its part in each
+        # control period would bring them there late.
+        made = 1.0 if plan.reached is Reached.CURVATURE else share
+        angle = atan((told + (plan.curvatures[0] - told) * made) * length)
+        # The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        arrives = low - 1e-10 <= angle <= high + 1e-10
         status = Status.OK
-        if plan.reached is Reached.CURVATURE and is_widest:
+        is_the_vehicles = self._rate_is_the_vehicles and speed >= _FULL_RATE * self._min_speed
+        if plan.reached is Reached.CURVATURE and (arrives or is_the_vehicles):
             status |= Status.SATURATED
-        is_the_vehicles = self._rate_is_the_vehicles and speed >= self._min_speed
         if plan.reached is Reached.RATE and is_the_vehicles:
             status |= Status.SATURATED
         if plan.cut_short:
@@ -358,6 +379,25 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         most = _MOST_HORIZONS * horizon
         needed = needed if needed < most else most
         return needed if needed > horizon else horizon
+
+    def _approach_angle_at(self, straightening: Straightening, error: float) -> float:
+        """Return the heading at which a path `error` away is approached [rad].
+
+        The neighbourhood of a vehicle without limits of its own is a choice, and bounds no
+        approach.
+        """
+        approach_angle = self.params.approach_angle
+        if self._rate_is_the_vehicles or self.vehicle.max_lateral_acceleration is not None:
+            return straightening.steepest(approach_angle, error)
+        return approach_angle
+
+    def _widest(self, pace: float, length: float) -> float:
+        """Return the largest curvature that the vehicle drives at a speed [1/m]."""
+        steered = tan(self.vehicle.max_steer) / length
+        most = self.vehicle.max_lateral_acceleration
+        if most is not None and most / (pace * pace) < steered:
+            return most / (pace * pace)
+        return steered
 
     def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
         """Return the curvatures that the vehicle may be told.

@@ -1,5 +1,6 @@
 //! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
 
+use super::approach::Straightening;
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::limited::{Horizon, Limits, Reached, ReachedLimits};
 use super::{
@@ -23,6 +24,10 @@ const TURNS: f64 = 1.5;
 
 /// The longest prediction, in horizons: its steps get longer with it, and its commands coarser.
 const MOST_HORIZONS: f64 = 2.0;
+
+/// From this share of `min_speed` on, wheels whose rate is told turn at all of it. Smaller: a
+/// vehicle that creeps joins its path sooner, and turns its wheels more in noise.
+const FULL_RATE: f64 = 0.5;
 
 /// Parameters of [`PreviewPop`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -234,11 +239,34 @@ impl PreviewPop {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let cost = horizon.unlimited(&mut moves);
 
-        // From afar the error counts only as far as it calls for the approach angle.
+        // Below `min_speed` the wheels turn in proportion to the distance, those of a told rate by
+        // all of it down to a part of that speed.
+        let mut rate = self.steer_span_rate;
+        let mut span = rate * at.dt;
+        if speed < self.min_speed {
+            let slow = speed / self.min_speed;
+            if !self.rate_is_the_vehicles {
+                span *= slow;
+            } else if slow < FULL_RATE {
+                rate /= FULL_RATE;
+                span *= slow / FULL_RATE;
+            } else {
+                rate /= slow;
+            }
+        }
+
+        // From afar the error counts only as far as it calls for the approach angle, or for what
+        // can be straightened on the way.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let most = self.approach_angle * cost.pc;
-        let most = if most > 0.0 { most } else { 0.0 };
         let error = foot.cross_track_error();
+        let straightening = Straightening {
+            curvature: self.widest(pace, length),
+            rate: rate / (length * pace),
+            lag,
+            unlimited: cost.pc / cost.ec,
+        };
+        let most = self.approach_angle_at(straightening, error.abs()) * cost.pc;
+        let most = if most > 0.0 { most } else { 0.0 };
         let wanted_pull = error * cost.ec;
         let pull = saturate(wanted_pull, -most, most);
         let driven = tan(at.turn(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
@@ -249,10 +277,6 @@ impl PreviewPop {
         let share = at.dt / period;
         let wanted = told - slope / (move_cost + cost.cc) * share;
 
-        let mut span = self.steer_span_rate * at.dt;
-        if speed < self.min_speed {
-            span *= speed / self.min_speed;
-        }
         let (low, high) = (previous_steer - span, previous_steer + span);
         let unlimited = atan(wanted * length);
         let start = Predicted {
@@ -266,7 +290,7 @@ impl PreviewPop {
             commanded: told,
         };
         // The rate at the present angle: the curvature changes faster where the wheels stand wide.
-        let later = self.steer_span_rate * period * (1.0 + tangent * tangent) / length;
+        let later = rate * period * (1.0 + tangent * tangent) / length;
         let limits = |(least, greatest)| Limits {
             first: (-later, later),
             later,
@@ -296,7 +320,7 @@ impl PreviewPop {
             high,
             length,
             share,
-            is_the_vehicles: self.rate_is_the_vehicles && speed >= self.min_speed,
+            is_the_vehicles: self.rate_is_the_vehicles && speed >= FULL_RATE * self.min_speed,
         };
         self.best_within(&horizon, start, limits, &around, guess)
     }
@@ -318,6 +342,27 @@ impl PreviewPop {
             needed
         } else {
             self.horizon
+        }
+    }
+
+    /// The heading at which a path `error` away is approached [rad]. The neighbourhood of a vehicle
+    /// without limits of its own is a choice, and bounds no approach.
+    #[inline]
+    fn approach_angle_at(&self, straightening: Straightening, error: f64) -> f64 {
+        if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
+            straightening.steepest(self.approach_angle, error)
+        } else {
+            self.approach_angle
+        }
+    }
+
+    /// The largest curvature that the vehicle drives at a speed [1/m].
+    #[inline]
+    fn widest(&self, pace: f64, length: f64) -> f64 {
+        let steered = self.max_tangent / length;
+        match self.vehicle.max_lateral_acceleration {
+            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
+            _ => steered,
         }
     }
 
@@ -360,16 +405,19 @@ impl PreviewPop {
         } else {
             plan.limits
         };
-        let curvature = told + (plan.first() - told) * share;
-        let angle = atan(curvature * length);
-        // The neighbourhood holds back by choice, the vehicle by what its wheels do. Of a move that
-        // ends at a limit, a control period may take a part that does not.
-        let near = 1e-10 / length;
-        let is_widest = curvature <= limits.low + near || curvature >= limits.high - near;
+        // A move to the largest curvature is made as fast as the wheels turn: its part in each
+        // control period would bring them there late.
+        let made = match plan.reached {
+            Reached::Curvature => 1.0,
+            _ => share,
+        };
+        let angle = atan((told + (plan.first() - told) * made) * length);
+        // The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
             Reached::Rate => is_the_vehicles,
-            Reached::Curvature => is_widest,
+            Reached::Curvature => arrives || is_the_vehicles,
         });
         (
             saturate(angle, low, high),

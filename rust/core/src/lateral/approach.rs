@@ -1,0 +1,112 @@
+//! How steeply preview POP approaches a path: no steeper than the vehicle can straighten on what
+//! remains of the way to it.
+
+use crate::math::sqrt;
+
+/// How many lags of the wheels an approach keeps in hand: one in which they begin to turn back,
+/// and one in which they end it. With one, wheels of 1 rad/s with 0.3 s of lag overshoot a little.
+const LAGS: f64 = 2.0;
+
+/// What straightens a vehicle that approaches its path, counted along the distance travelled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Straightening {
+    /// The largest curvature that the vehicle drives [1/m].
+    pub(super) curvature: f64,
+    /// How fast that changes [1/m²].
+    pub(super) rate: f64,
+    /// The steering lag, as a distance [m].
+    pub(super) lag: f64,
+    /// The cross-track error per radian of heading at which the unlimited law keeps its heading
+    /// [m]: close to the path it straightens sooner by itself.
+    pub(super) unlimited: f64,
+}
+
+impl Straightening {
+    /// The steepest heading within `approach_angle` from which the vehicle is straight before it
+    /// reaches a path `error` away [rad], the positive root of
+    ///
+    /// ```text
+    /// angle^2 / (2 curvature) + angle (curvature / (2 rate) + 2 lag) = error
+    /// ```
+    ///
+    /// with the distance in brackets at most `unlimited`, so that close to the path the unlimited
+    /// law remains what it is. The first term is the arc of the largest curvature; the second the
+    /// way during which the wheels turn, and answer late. The curvature is no more than what they
+    /// reach while they turn the vehicle by the approach angle.
+    #[inline]
+    pub(super) fn steepest(&self, approach_angle: f64, error: f64) -> f64 {
+        let reached = sqrt(approach_angle * self.rate);
+        let curvature = if self.curvature < reached {
+            self.curvature
+        } else {
+            reached
+        };
+        let turning = 0.5 * curvature / self.rate + LAGS * self.lag;
+        let turning = if self.unlimited < turning {
+            self.unlimited
+        } else {
+            turning
+        };
+        // Written so, no digits cancel.
+        let twice = 2.0 * error;
+        let angle = twice / (turning + sqrt(turning * turning + twice / curvature));
+        if angle < approach_angle {
+            angle
+        } else {
+            approach_angle
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A car of 2.7 m at 25 m/s within 4 m/s², wheels of 0.4 rad/s with 0.15 s of lag.
+    const FAST: Straightening = Straightening {
+        curvature: 4.0 / 625.0,
+        rate: 0.4 / (2.7 * 25.0),
+        lag: 0.15 * 25.0,
+        unlimited: 8.2,
+    };
+
+    #[test]
+    fn test_approach_is_straightened_on_the_way_that_remains() {
+        for error in [0.5, 1.0, 3.0, 5.0] {
+            let angle = FAST.steepest(0.25, error);
+            assert!(angle < 0.25, "{error}");
+            let turning = (0.5 * FAST.curvature / FAST.rate + 2.0 * FAST.lag).min(8.2);
+            let way = angle * angle / (2.0 * FAST.curvature) + angle * turning;
+            assert!((way - error).abs() < 1e-12, "{error} {way}");
+        }
+    }
+
+    #[test]
+    fn test_approach_from_afar_is_the_approach_angle() {
+        assert!((FAST.steepest(0.25, 20.0) - 0.25).abs() < 1e-15);
+        assert!((FAST.steepest(0.25, 1e9) - 0.25).abs() < 1e-15);
+    }
+
+    #[test]
+    fn test_approach_close_to_the_path_is_that_of_the_unlimited_law() {
+        let late = Straightening { lag: 1e3, ..FAST };
+        let angle = late.steepest(0.25, 1e-6);
+        assert!((angle * 8.2e6 - 1.0).abs() < 1e-5, "{angle}");
+        assert!(late.steepest(0.25, 0.0) == 0.0);
+    }
+
+    #[test]
+    fn test_wheels_that_turn_slowly_straighten_by_the_curvature_that_they_reach() {
+        // Out and back at their rate: the way is angle^1.5 / sqrt(rate) where the largest
+        // curvature is just reached at the approach angle.
+        let slow = Straightening {
+            curvature: 1.0,
+            rate: 0.01,
+            lag: 0.0,
+            unlimited: 1e3,
+        };
+        let way = 0.25 * (0.25_f64 / 0.01).sqrt();
+        assert!((slow.steepest(0.25, way * (1.0 - 1e-9)) - 0.25).abs() < 1e-8);
+        assert!(slow.steepest(0.25, 0.9 * way) < 0.24);
+    }
+}
