@@ -71,12 +71,13 @@ class PreviewPopParams:
         [m s/rad]; None is a twelfth of the wheelbase. More: calmer wheels, less noise passed on,
         wider bends where the model is wrong.
     approach_angle : float
-        Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
-        a sharper manoeuvre.
+        Heading at which the path is approached from afar [rad]; less where the vehicle's limits
+        would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
     min_speed : float or None
         Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-        prediction looks as far as at this speed; at rest they keep their angle. None is 5/3
-        wheelbases a second.
+        prediction looks as far as at this speed; at rest they keep their angle. Where the
+        vehicle's `max_steer_rate` is told, they turn at all of it down to half this speed. None is
+        5/3 wheelbases a second.
     smoothing_length : float or None
         Length of path over which its direction is taken [m]; None is 2/3 of the wheelbase. More:
         less of the waypoints' noise is steered, and bends shorter than this are cut.
@@ -278,20 +279,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         )
         moves, cost = horizon.unlimited()
 
-        # Below `min_speed` the wheels turn in proportion to the distance, those of a told rate by
-        # all of it down to a part of that speed.
-        rate = self._steer_span_rate
-        span = rate * at.dt
-        if speed < self._min_speed:
-            slow = speed / self._min_speed
-            if not self._rate_is_the_vehicles:
-                span *= slow
-            elif slow < _FULL_RATE:
-                rate /= _FULL_RATE
-                span *= slow / _FULL_RATE
-            else:
-                rate /= slow
-
+        rate, span = self._turned(speed, at.dt)
         # From afar the error counts only as far as it calls for the approach angle, or for what
         # can be straightened on the way.
         heading_error = wrap(at.vehicle.yaw - path_yaw)
@@ -302,7 +290,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             lag=lag,
             unlimited=divide(cost.pc, cost.ec),
         )
-        most = self._approach_angle_at(straightening, abs(error)) * cost.pc
+        most = self._approach_angle_at(error, straightening) * cost.pc
         most = most if most > 0.0 else 0.0
         wanted_pull = error * cost.ec
         pull = saturate(wanted_pull, -most, most)
@@ -323,8 +311,10 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             driven=driven,
             commanded=told,
         )
-        # The rate at the present angle: the curvature changes faster where the wheels stand wide.
-        most_later = rate * period * (1.0 + tangent * tangent) / length
+        # The curvature changes faster where the wheels stand wide. With the vehicle's own rate that
+        # is not counted on, as the wheels have to be straight again in time.
+        steepness = 1.0 if self._rate_is_the_vehicles else 1.0 + tangent * tangent
+        most_later = rate * period * steepness / length
         least, greatest = self._curvatures(at, belief, length)
         limits = Limits((-most_later, most_later), most_later, least, greatest)
         if low <= unlimited <= high and horizon.keeps(moves, start, limits):
@@ -380,15 +370,31 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         needed = needed if needed < most else most
         return needed if needed > horizon else horizon
 
-    def _approach_angle_at(self, straightening: Straightening, error: float) -> float:
-        """Return the heading at which a path `error` away is approached [rad].
+    def _turned(self, speed: float, dt: float) -> tuple[float, float]:
+        """Return the rate of the wheels that is planned with, and how far they turn in `dt`.
+
+        Below `min_speed` they turn in proportion to the distance, where the vehicle's rate is told
+        by all of it down to a part of that speed; the prediction counts its time at `min_speed`.
+        """
+        rate = self._steer_span_rate
+        if speed >= self._min_speed:
+            return rate, rate * dt
+        slow = speed / self._min_speed
+        if not self._rate_is_the_vehicles:
+            return rate, rate * dt * slow
+        if slow < _FULL_RATE:
+            return rate / _FULL_RATE, rate * dt * (slow / _FULL_RATE)
+        return rate / slow, rate * dt
+
+    def _approach_angle_at(self, error: float, straightening: Straightening) -> float:
+        """Return the heading at which a path is approached that is `error` away [rad].
 
         The neighbourhood of a vehicle without limits of its own is a choice, and bounds no
         approach.
         """
         approach_angle = self.params.approach_angle
         if self._rate_is_the_vehicles or self.vehicle.max_lateral_acceleration is not None:
-            return straightening.steepest(approach_angle, error)
+            return straightening.steepest(approach_angle, abs(error))
         return approach_angle
 
     def _widest(self, pace: float, length: float) -> float:

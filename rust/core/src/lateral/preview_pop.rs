@@ -48,11 +48,12 @@ pub struct PreviewPopParams {
     /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
     /// bends where the model is wrong.
     pub steer_rate_cost: Option<f64>,
-    /// Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
-    /// a sharper manoeuvre.
+    /// Heading at which the path is approached from afar [rad]; less where the vehicle's limits
+    /// would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
     pub approach_angle: f64,
     /// Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-    /// prediction looks as far as at this speed; at rest they keep their angle. By default 5/3
+    /// prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's
+    /// `max_steer_rate` is told, they turn at all of it down to half this speed. By default 5/3
     /// wheelbases a second.
     pub min_speed: Option<f64>,
     /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
@@ -239,33 +240,20 @@ impl PreviewPop {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let cost = horizon.unlimited(&mut moves);
 
-        // Below `min_speed` the wheels turn in proportion to the distance, those of a told rate by
-        // all of it down to a part of that speed.
-        let mut rate = self.steer_span_rate;
-        let mut span = rate * at.dt;
-        if speed < self.min_speed {
-            let slow = speed / self.min_speed;
-            if !self.rate_is_the_vehicles {
-                span *= slow;
-            } else if slow < FULL_RATE {
-                rate /= FULL_RATE;
-                span *= slow / FULL_RATE;
-            } else {
-                rate /= slow;
-            }
-        }
-
+        let (rate, span) = self.turned(speed, at.dt);
         // From afar the error counts only as far as it calls for the approach angle, or for what
         // can be straightened on the way.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
         let error = foot.cross_track_error();
-        let straightening = Straightening {
-            curvature: self.widest(pace, length),
-            rate: rate / (length * pace),
-            lag,
-            unlimited: cost.pc / cost.ec,
-        };
-        let most = self.approach_angle_at(straightening, error.abs()) * cost.pc;
+        let most = self.approach_angle_at(
+            error,
+            &Straightening {
+                curvature: self.widest(pace, length),
+                rate: rate / (length * pace),
+                lag,
+                unlimited: cost.pc / cost.ec,
+            },
+        ) * cost.pc;
         let most = if most > 0.0 { most } else { 0.0 };
         let wanted_pull = error * cost.ec;
         let pull = saturate(wanted_pull, -most, most);
@@ -289,8 +277,14 @@ impl PreviewPop {
             driven,
             commanded: told,
         };
-        // The rate at the present angle: the curvature changes faster where the wheels stand wide.
-        let later = rate * period * (1.0 + tangent * tangent) / length;
+        // The curvature changes faster where the wheels stand wide. With the vehicle's own rate that
+        // is not counted on, as the wheels have to be straight again in time.
+        let steepness = if self.rate_is_the_vehicles {
+            1.0
+        } else {
+            1.0 + tangent * tangent
+        };
+        let later = rate * period * steepness / length;
         let limits = |(least, greatest)| Limits {
             first: (-later, later),
             later,
@@ -345,12 +339,32 @@ impl PreviewPop {
         }
     }
 
-    /// The heading at which a path `error` away is approached [rad]. The neighbourhood of a vehicle
-    /// without limits of its own is a choice, and bounds no approach.
+    /// The rate of the wheels that is planned with [rad/s], and how far they turn in a control
+    /// period `dt` [rad]. Below `min_speed` they turn in proportion to the distance, where the
+    /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
+    /// time at `min_speed`.
     #[inline]
-    fn approach_angle_at(&self, straightening: Straightening, error: f64) -> f64 {
+    fn turned(&self, speed: f64, dt: f64) -> (f64, f64) {
+        let rate = self.steer_span_rate;
+        if speed >= self.min_speed {
+            return (rate, rate * dt);
+        }
+        let slow = speed / self.min_speed;
+        if !self.rate_is_the_vehicles {
+            (rate, rate * dt * slow)
+        } else if slow < FULL_RATE {
+            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
+        } else {
+            (rate / slow, rate * dt)
+        }
+    }
+
+    /// The heading at which a path is approached that is `error` away [rad]. The neighbourhood of a
+    /// vehicle without limits of its own is a choice, and bounds no approach.
+    #[inline]
+    fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
         if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
-            straightening.steepest(self.approach_angle, error)
+            straightening.steepest(self.approach_angle, error.abs())
         } else {
             self.approach_angle
         }
