@@ -55,7 +55,11 @@ def test_straight_is_joined_for_good_whatever_the_start(
         assert join(case).late <= 0.02
 
 
-@pytest.mark.parametrize("case", list(sweep())[5::61], ids=str)
+# Wheels that stand wide have to be back in time.
+WIDE = Straight(1.0, 15.0, 0.5, 20.0, 0.33, 0.0, 0.3)
+
+
+@pytest.mark.parametrize("case", [*list(sweep())[5::61], WIDE], ids=str)
 def test_straight_is_joined_with_hardly_more_overshoot_than_the_optimum(case: Straight) -> None:
     assert join(case).overshoot <= allowed(case)
 

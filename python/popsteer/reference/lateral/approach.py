@@ -11,7 +11,7 @@ from popsteer.reference.math import divide, sqrt
 
 __all__ = ["Straightening"]
 
-_LAGS = 2.0
+_LAGS_IN_HAND = 2.0
 """How many lags of the wheels an approach keeps in hand."""
 
 
@@ -48,7 +48,7 @@ class Straightening(NamedTuple):
         """
         reached = sqrt(approach_angle * self.rate)
         curvature = self.curvature if self.curvature < reached else reached
-        turning = 0.5 * curvature / self.rate + _LAGS * self.lag
+        turning = 0.5 * curvature / self.rate + _LAGS_IN_HAND * self.lag
         turning = self.unlimited if self.unlimited < turning else turning
         # Written so, no digits cancel.
         twice = 2.0 * error

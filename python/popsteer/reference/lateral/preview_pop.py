@@ -252,7 +252,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         self, previous_steer: float, at: Located, belief: Belief
     ) -> tuple[float, Status]:
         """Find the best angle of the neighbourhood; both angles are of the mirrored vehicle."""
-        params, vehicle, estimate, foot = self.params, self.vehicle, belief.estimate, at.foot
+        vehicle, estimate, foot = self.vehicle, belief.estimate, at.foot
         speed = at.vehicle.forward_speed()
         pace = speed if speed > self._min_speed else self._min_speed
         count, period = steps(self._horizon_at(pace), at.dt)

@@ -1,33 +1,18 @@
 //! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
 
-use super::approach::Straightening;
+use super::approach::{FULL_RATE, Straightening};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::limited::{Horizon, Limits, Reached, ReachedLimits};
 use super::{
     Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
 };
 use crate::error::{ConfigError, InputError, config_in_range};
-use crate::math::{PI, atan, decay, from_count, saturate, sqrt, tan, wrap};
+use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 use crate::vehicle::bicycle::{MAX_STEPS, steps};
-
-/// How many lags of the wheels the prediction sees through, where their rate is told. With fewer,
-/// wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
-const LAGS: f64 = 3.0;
-
-/// And how many halves of the shortest time in which the wheels turn the vehicle by the approach
-/// angle: 2 are that time; less is needed, as the vehicle is not turned that far at once.
-const TURNS: f64 = 1.5;
-
-/// The longest prediction, in horizons: its steps get longer with it, and its commands coarser.
-const MOST_HORIZONS: f64 = 2.0;
-
-/// From this share of `min_speed` on, wheels whose rate is told turn at all of it. Smaller: a
-/// vehicle that creeps joins its path sooner, and turns its wheels more in noise.
-const FULL_RATE: f64 = 0.5;
 
 /// Parameters of [`PreviewPop`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,19 +111,19 @@ pub struct PreviewPopState {
 /// that keeps them takes its place ([`limited`](super::limited)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
-    vehicle: Vehicle,
+    pub(super) vehicle: Vehicle,
     follow: Follow,
     /// The lesser of the neighbourhood's and the vehicle's.
-    steer_span_rate: f64,
+    pub(super) steer_span_rate: f64,
     /// Whether that is the vehicle's.
-    rate_is_the_vehicles: bool,
+    pub(super) rate_is_the_vehicles: bool,
     /// Of the vehicle's `max_steer`.
-    max_tangent: f64,
-    horizon: f64,
+    pub(super) max_tangent: f64,
+    pub(super) horizon: f64,
     heading_cost: f64,
     steer_rate_cost: f64,
-    approach_angle: f64,
-    min_speed: f64,
+    pub(super) approach_angle: f64,
+    pub(super) min_speed: f64,
     smoothing_length: f64,
 }
 
@@ -277,14 +262,7 @@ impl PreviewPop {
             driven,
             commanded: told,
         };
-        // The curvature changes faster where the wheels stand wide. With the vehicle's own rate that
-        // is not counted on, as the wheels have to be straight again in time.
-        let steepness = if self.rate_is_the_vehicles {
-            1.0
-        } else {
-            1.0 + tangent * tangent
-        };
-        let later = rate * period * steepness / length;
+        let later = rate * period * self.steepness(tangent) / length;
         let limits = |(least, greatest)| Limits {
             first: (-later, later),
             later,
@@ -317,67 +295,6 @@ impl PreviewPop {
             is_the_vehicles: self.rate_is_the_vehicles && speed >= FULL_RATE * self.min_speed,
         };
         self.best_within(&horizon, start, limits, &around, guess)
-    }
-
-    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
-    /// longer to straighten a vehicle that approaches the path.
-    #[inline]
-    fn horizon_at(&self, pace: f64) -> f64 {
-        if !self.rate_is_the_vehicles {
-            return self.horizon;
-        }
-        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
-        let length = self.vehicle.turning_length(pace);
-        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
-        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
-        let most = MOST_HORIZONS * self.horizon;
-        let needed = if needed < most { needed } else { most };
-        if needed > self.horizon {
-            needed
-        } else {
-            self.horizon
-        }
-    }
-
-    /// The rate of the wheels that is planned with [rad/s], and how far they turn in a control
-    /// period `dt` [rad]. Below `min_speed` they turn in proportion to the distance, where the
-    /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
-    /// time at `min_speed`.
-    #[inline]
-    fn turned(&self, speed: f64, dt: f64) -> (f64, f64) {
-        let rate = self.steer_span_rate;
-        if speed >= self.min_speed {
-            return (rate, rate * dt);
-        }
-        let slow = speed / self.min_speed;
-        if !self.rate_is_the_vehicles {
-            (rate, rate * dt * slow)
-        } else if slow < FULL_RATE {
-            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
-        } else {
-            (rate / slow, rate * dt)
-        }
-    }
-
-    /// The heading at which a path is approached that is `error` away [rad]. The neighbourhood of a
-    /// vehicle without limits of its own is a choice, and bounds no approach.
-    #[inline]
-    fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
-        if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
-            straightening.steepest(self.approach_angle, error.abs())
-        } else {
-            self.approach_angle
-        }
-    }
-
-    /// The largest curvature that the vehicle drives at a speed [1/m].
-    #[inline]
-    fn widest(&self, pace: f64, length: f64) -> f64 {
-        let steered = self.max_tangent / length;
-        match self.vehicle.max_lateral_acceleration {
-            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
-            _ => steered,
-        }
     }
 
     /// The angle of the best plan within `limits`, and how it was planned.
