@@ -199,7 +199,7 @@ class _Manoeuvre:
             eps_rel=1e-5,
             max_iter=20000,
         )
-        moves = np.clip(solver.solve().x, -1.0, 1.0) * move
+        moves = np.clip(solver.solve(raise_error=False).x, -1.0, 1.0) * move
         return np.diff(np.clip(np.cumsum(moves), -most, most), prepend=0.0)
 
 

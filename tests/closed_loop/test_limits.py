@@ -8,7 +8,7 @@ import re
 import pytest
 
 from benches.limits import PAGE, SLALOMS, STRAIGHTS, Slalom, straight_table
-from benches.limits_straight import Straight, join
+from benches.limits_straight import Straight, allowed, join, sweep
 
 MOST = {
     ("commonroad-mb-2", 0.4): 0.05,
@@ -53,3 +53,23 @@ def test_straight_is_joined_for_good_whatever_the_start(
     for offset, heading in ((0.5, 20.0), (0.5, -20.0), (1.0, 10.0), (3.0, 0.0)):
         case = Straight(rate, speed, offset, heading, wheelbase, dead_time, lag)
         assert join(case).late <= 0.02
+
+
+# Wheels that stand wide have to be back in time.
+WIDE = Straight(1.0, 15.0, 0.5, 20.0, 0.33, 0.0, 0.3)
+
+
+@pytest.mark.parametrize("case", [*list(sweep())[5::61], WIDE], ids=str)
+def test_straight_is_joined_with_hardly_more_overshoot_than_the_optimum(case: Straight) -> None:
+    assert join(case).overshoot <= allowed(case)
+
+
+# At high speed the lateral acceleration bounds the way back: from 3 m beside, and turned away.
+@pytest.mark.parametrize(("wheelbase", "speed"), [(2.7, 20.0), (2.7, 25.0), (6.0, 15.0)])
+@pytest.mark.parametrize("rate", [0.2, 1.0])
+def test_straight_is_joined_without_overshoot_where_the_lateral_acceleration_binds(
+    wheelbase: float, speed: float, rate: float
+) -> None:
+    for heading in (0.0, 10.0, 20.0):
+        case = Straight(rate, speed, 3.0, heading, wheelbase, 0.2)
+        assert join(case).overshoot <= 0.05

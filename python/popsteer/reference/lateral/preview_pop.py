@@ -18,6 +18,7 @@ from popsteer.reference.lateral import (
     or_scaled,
     resolved,
 )
+from popsteer.reference.lateral.approach import Straightening
 from popsteer.reference.lateral.cost_to_go import CostToGo, Predicted, Travel
 from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later
 from popsteer.reference.lateral.tracker import Tracker
@@ -44,6 +45,8 @@ _TURNS = 1.5
 angle: 2 are that time."""
 _MOST_HORIZONS = 2.0
 """The longest prediction, in horizons."""
+_FULL_RATE = 0.5
+"""From this share of `min_speed` on, wheels whose rate is told turn at all of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,12 +71,13 @@ class PreviewPopParams:
         [m s/rad]; None is a twelfth of the wheelbase. More: calmer wheels, less noise passed on,
         wider bends where the model is wrong.
     approach_angle : float
-        Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
-        a sharper manoeuvre.
+        Heading at which the path is approached from afar [rad]; less where the vehicle's limits
+        would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
     min_speed : float or None
         Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-        prediction looks as far as at this speed; at rest they keep their angle. None is 5/3
-        wheelbases a second.
+        prediction looks as far as at this speed; at rest they keep their angle. Where the
+        vehicle's `max_steer_rate` is told, they turn at all of it down to half this speed. None is
+        5/3 wheelbases a second.
     smoothing_length : float or None
         Length of path over which its direction is taken [m]; None is 2/3 of the wheelbase. More:
         less of the waypoints' noise is steered, and bends shorter than this are cut.
@@ -248,7 +252,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         self, previous_steer: float, at: Located, belief: Belief
     ) -> tuple[float, Status]:
         """Find the best angle of the neighbourhood; both angles are of the mirrored vehicle."""
-        params, vehicle, estimate, foot = self.params, self.vehicle, belief.estimate, at.foot
+        vehicle, estimate, foot = self.vehicle, belief.estimate, at.foot
         speed = at.vehicle.forward_speed()
         pace = speed if speed > self._min_speed else self._min_speed
         count, period = steps(self._horizon_at(pace), at.dt)
@@ -275,11 +279,19 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         )
         moves, cost = horizon.unlimited()
 
-        # From afar the error counts only as far as it calls for the approach angle.
+        rate, span = self._turned(speed, at.dt)
+        # From afar the error counts only as far as it calls for the approach angle, or for what
+        # can be straightened on the way.
         heading_error = wrap(at.vehicle.yaw - path_yaw)
-        most = params.approach_angle * cost.pc
-        most = most if most > 0.0 else 0.0
         error = foot.cross_track_error()
+        straightening = Straightening(
+            curvature=self._widest(pace, length),
+            rate=rate / (length * pace),
+            lag=lag,
+            unlimited=divide(cost.pc, cost.ec),
+        )
+        most = self._approach_angle_at(error, straightening) * cost.pc
+        most = most if most > 0.0 else 0.0
         wanted_pull = error * cost.ec
         pull = saturate(wanted_pull, -most, most)
         wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
@@ -291,9 +303,6 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         share = at.dt / period
         wanted = told - slope / (move_cost + cost.cc) * share
 
-        span = self._steer_span_rate * at.dt
-        if speed < self._min_speed:
-            span *= speed / self._min_speed
         low, high = previous_steer - span, previous_steer + span
         unlimited = atan(wanted * length)
         start = Predicted(
@@ -302,8 +311,10 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             driven=driven,
             commanded=told,
         )
-        # The rate at the present angle: the curvature changes faster where the wheels stand wide.
-        most_later = self._steer_span_rate * period * (1.0 + tangent * tangent) / length
+        # The curvature changes faster where the wheels stand wide. With the vehicle's own rate that
+        # is not counted on, as the wheels have to be straight again in time.
+        steepness = 1.0 if self._rate_is_the_vehicles else 1.0 + tangent * tangent
+        most_later = rate * period * steepness / length
         least, greatest = self._curvatures(at, belief, length)
         limits = Limits((-most_later, most_later), most_later, least, greatest)
         if low <= unlimited <= high and horizon.keeps(moves, start, limits):
@@ -326,16 +337,16 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         plan = horizon.limited(start, limits, self.state.reached_limits)
         reached = later(plan.limits) if share > 0.5 else plan.limits
         self._state = replace(self.state, reached_limits=reached)
-        curvature = told + (plan.curvatures[0] - told) * share
-        angle = atan(curvature * length)
-        # The neighbourhood holds back by choice, the vehicle by what its wheels do. Of a move that
-        # ends at a limit, a control period may take a part that does not.
-        near = 1e-10 / length
-        is_widest = curvature <= limits.low + near or curvature >= limits.high - near
+        # A move to the largest curvature is made as fast as the wheels turn: its part in each
+        # control period would bring them there late.
+        made = 1.0 if plan.reached is Reached.CURVATURE else share
+        angle = atan((told + (plan.curvatures[0] - told) * made) * length)
+        # The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        arrives = low - 1e-10 <= angle <= high + 1e-10
         status = Status.OK
-        if plan.reached is Reached.CURVATURE and is_widest:
+        is_the_vehicles = self._rate_is_the_vehicles and speed >= _FULL_RATE * self._min_speed
+        if plan.reached is Reached.CURVATURE and (arrives or is_the_vehicles):
             status |= Status.SATURATED
-        is_the_vehicles = self._rate_is_the_vehicles and speed >= self._min_speed
         if plan.reached is Reached.RATE and is_the_vehicles:
             status |= Status.SATURATED
         if plan.cut_short:
@@ -358,6 +369,41 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         most = _MOST_HORIZONS * horizon
         needed = needed if needed < most else most
         return needed if needed > horizon else horizon
+
+    def _turned(self, speed: float, dt: float) -> tuple[float, float]:
+        """Return the rate of the wheels that is planned with, and how far they turn in `dt`.
+
+        Below `min_speed` they turn in proportion to the distance, where the vehicle's rate is told
+        by all of it down to a part of that speed; the prediction counts its time at `min_speed`.
+        """
+        rate = self._steer_span_rate
+        if speed >= self._min_speed:
+            return rate, rate * dt
+        slow = speed / self._min_speed
+        if not self._rate_is_the_vehicles:
+            return rate, rate * dt * slow
+        if slow < _FULL_RATE:
+            return rate / _FULL_RATE, rate * dt * (slow / _FULL_RATE)
+        return rate / slow, rate * dt
+
+    def _approach_angle_at(self, error: float, straightening: Straightening) -> float:
+        """Return the heading at which a path is approached that is `error` away [rad].
+
+        The neighbourhood of a vehicle without limits of its own is a choice, and bounds no
+        approach.
+        """
+        approach_angle = self.params.approach_angle
+        if self._rate_is_the_vehicles or self.vehicle.max_lateral_acceleration is not None:
+            return straightening.steepest(approach_angle, abs(error))
+        return approach_angle
+
+    def _widest(self, pace: float, length: float) -> float:
+        """Return the largest curvature that the vehicle drives at a speed [1/m]."""
+        steered = tan(self.vehicle.max_steer) / length
+        most = self.vehicle.max_lateral_acceleration
+        if most is not None and most / (pace * pace) < steered:
+            return most / (pace * pace)
+        return steered
 
     def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
         """Return the curvatures that the vehicle may be told.

@@ -3,6 +3,7 @@
 //! A law decides an angle for a located vehicle; it is a vehicle, validated parameters and a small
 //! plain state. A [`Tracker`] is all of a step around it: estimate, predict, locate, limit.
 
+mod approach;
 pub mod bang_bang;
 pub mod command;
 pub mod cost_to_go;

@@ -1,28 +1,18 @@
 //! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
 
+use super::approach::{FULL_RATE, Straightening};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::limited::{Horizon, Limits, Reached, ReachedLimits};
 use super::{
     Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
 };
 use crate::error::{ConfigError, InputError, config_in_range};
-use crate::math::{PI, atan, decay, from_count, saturate, sqrt, tan, wrap};
+use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 use crate::vehicle::bicycle::{MAX_STEPS, steps};
-
-/// How many lags of the wheels the prediction sees through, where their rate is told. With fewer,
-/// wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
-const LAGS: f64 = 3.0;
-
-/// And how many halves of the shortest time in which the wheels turn the vehicle by the approach
-/// angle: 2 are that time; less is needed, as the vehicle is not turned that far at once.
-const TURNS: f64 = 1.5;
-
-/// The longest prediction, in horizons: its steps get longer with it, and its commands coarser.
-const MOST_HORIZONS: f64 = 2.0;
 
 /// Parameters of [`PreviewPop`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,11 +33,12 @@ pub struct PreviewPopParams {
     /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
     /// bends where the model is wrong.
     pub steer_rate_cost: Option<f64>,
-    /// Heading at which the path is approached from afar [rad]. More: sooner back on the path, by
-    /// a sharper manoeuvre.
+    /// Heading at which the path is approached from afar [rad]; less where the vehicle's limits
+    /// would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
     pub approach_angle: f64,
     /// Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-    /// prediction looks as far as at this speed; at rest they keep their angle. By default 5/3
+    /// prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's
+    /// `max_steer_rate` is told, they turn at all of it down to half this speed. By default 5/3
     /// wheelbases a second.
     pub min_speed: Option<f64>,
     /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
@@ -120,19 +111,19 @@ pub struct PreviewPopState {
 /// that keeps them takes its place ([`limited`](super::limited)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
-    vehicle: Vehicle,
+    pub(super) vehicle: Vehicle,
     follow: Follow,
     /// The lesser of the neighbourhood's and the vehicle's.
-    steer_span_rate: f64,
+    pub(super) steer_span_rate: f64,
     /// Whether that is the vehicle's.
-    rate_is_the_vehicles: bool,
+    pub(super) rate_is_the_vehicles: bool,
     /// Of the vehicle's `max_steer`.
-    max_tangent: f64,
-    horizon: f64,
+    pub(super) max_tangent: f64,
+    pub(super) horizon: f64,
     heading_cost: f64,
     steer_rate_cost: f64,
-    approach_angle: f64,
-    min_speed: f64,
+    pub(super) approach_angle: f64,
+    pub(super) min_speed: f64,
     smoothing_length: f64,
 }
 
@@ -234,11 +225,21 @@ impl PreviewPop {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let cost = horizon.unlimited(&mut moves);
 
-        // From afar the error counts only as far as it calls for the approach angle.
+        let (rate, span) = self.turned(speed, at.dt);
+        // From afar the error counts only as far as it calls for the approach angle, or for what
+        // can be straightened on the way.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let most = self.approach_angle * cost.pc;
-        let most = if most > 0.0 { most } else { 0.0 };
         let error = foot.cross_track_error();
+        let most = self.approach_angle_at(
+            error,
+            &Straightening {
+                curvature: self.widest(pace, length),
+                rate: rate / (length * pace),
+                lag,
+                unlimited: cost.pc / cost.ec,
+            },
+        ) * cost.pc;
+        let most = if most > 0.0 { most } else { 0.0 };
         let wanted_pull = error * cost.ec;
         let pull = saturate(wanted_pull, -most, most);
         let driven = tan(at.turn(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
@@ -249,10 +250,6 @@ impl PreviewPop {
         let share = at.dt / period;
         let wanted = told - slope / (move_cost + cost.cc) * share;
 
-        let mut span = self.steer_span_rate * at.dt;
-        if speed < self.min_speed {
-            span *= speed / self.min_speed;
-        }
         let (low, high) = (previous_steer - span, previous_steer + span);
         let unlimited = atan(wanted * length);
         let start = Predicted {
@@ -265,8 +262,7 @@ impl PreviewPop {
             driven,
             commanded: told,
         };
-        // The rate at the present angle: the curvature changes faster where the wheels stand wide.
-        let later = self.steer_span_rate * period * (1.0 + tangent * tangent) / length;
+        let later = rate * period * self.steepness(tangent) / length;
         let limits = |(least, greatest)| Limits {
             first: (-later, later),
             later,
@@ -296,29 +292,9 @@ impl PreviewPop {
             high,
             length,
             share,
-            is_the_vehicles: self.rate_is_the_vehicles && speed >= self.min_speed,
+            is_the_vehicles: self.rate_is_the_vehicles && speed >= FULL_RATE * self.min_speed,
         };
         self.best_within(&horizon, start, limits, &around, guess)
-    }
-
-    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
-    /// longer to straighten a vehicle that approaches the path.
-    #[inline]
-    fn horizon_at(&self, pace: f64) -> f64 {
-        if !self.rate_is_the_vehicles {
-            return self.horizon;
-        }
-        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
-        let length = self.vehicle.turning_length(pace);
-        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
-        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
-        let most = MOST_HORIZONS * self.horizon;
-        let needed = if needed < most { needed } else { most };
-        if needed > self.horizon {
-            needed
-        } else {
-            self.horizon
-        }
     }
 
     /// The angle of the best plan within `limits`, and how it was planned.
@@ -360,16 +336,19 @@ impl PreviewPop {
         } else {
             plan.limits
         };
-        let curvature = told + (plan.first() - told) * share;
-        let angle = atan(curvature * length);
-        // The neighbourhood holds back by choice, the vehicle by what its wheels do. Of a move that
-        // ends at a limit, a control period may take a part that does not.
-        let near = 1e-10 / length;
-        let is_widest = curvature <= limits.low + near || curvature >= limits.high - near;
+        // A move to the largest curvature is made as fast as the wheels turn: its part in each
+        // control period would bring them there late.
+        let made = match plan.reached {
+            Reached::Curvature => 1.0,
+            _ => share,
+        };
+        let angle = atan((told + (plan.first() - told) * made) * length);
+        // The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
             Reached::Rate => is_the_vehicles,
-            Reached::Curvature => is_widest,
+            Reached::Curvature => arrives || is_the_vehicles,
         });
         (
             saturate(angle, low, high),

@@ -94,9 +94,9 @@ tuning! {
     steer_rate_cost: Option<f64>, "float, optional",
         "How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad]; a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider bends where the model is wrong.";
     approach_angle: f64, "float, default 0.25",
-        "Heading at which the path is approached from afar [rad]. More: sooner back on the path, by a sharper manoeuvre.";
+        "Heading at which the path is approached from afar [rad]; less where the vehicle's limits would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.";
     min_speed: Option<f64>, "float, optional",
-        "Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the prediction looks as far as at this speed; at rest they keep their angle. By default 5/3 wheelbases a second.";
+        "Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's max_steer_rate is told, they turn at all of it down to half this speed. By default 5/3 wheelbases a second.";
     smoothing_length: Option<f64>, "float, optional",
         "Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default. More: less of the waypoints' noise is steered, and bends shorter than this are cut.";
     search_distance: Option<f64>, "float, optional",

@@ -1,0 +1,56 @@
+"""How steeply preview POP approaches a path.
+
+No steeper than the vehicle can straighten on what remains of the way to it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from popsteer.reference.math import divide, sqrt
+
+__all__ = ["Straightening"]
+
+_LAGS_IN_HAND = 2.0
+"""How many lags of the wheels an approach keeps in hand."""
+
+
+class Straightening(NamedTuple):
+    """What straightens a vehicle that approaches its path, counted along the distance travelled."""
+
+    curvature: float
+    """The largest curvature that the vehicle drives [1/m]."""
+    rate: float
+    """How fast that changes [1/m²]."""
+    lag: float
+    """The steering lag, as a distance [m]."""
+    unlimited: float
+    """The cross-track error per radian of heading at which the unlimited law keeps its heading
+    [m]: close to the path it straightens sooner by itself."""
+
+    def steepest(self, approach_angle: float, error: float) -> float:
+        """Return the steepest heading that is straightened before the path is reached [rad].
+
+        Within `approach_angle`, for a path `error` away, the positive root of::
+
+            angle² / (2 curvature) + angle (curvature / (2 rate) + 2 lag) = error
+
+        with the distance in brackets at most `unlimited`, so that close to the path the unlimited
+        law remains what it is. The first term is the arc of the largest curvature; the second the
+        way during which the wheels turn, and answer late. The curvature is no more than what they
+        reach while they turn the vehicle by the approach angle.
+
+        Examples
+        --------
+        >>> fast = Straightening(curvature=0.0064, rate=0.006, lag=3.75, unlimited=8.2)
+        >>> round(fast.steepest(0.25, 1.0), 4), fast.steepest(0.25, 20.0)
+        (0.0729, 0.25)
+        """
+        reached = sqrt(approach_angle * self.rate)
+        curvature = self.curvature if self.curvature < reached else reached
+        turning = 0.5 * curvature / self.rate + _LAGS_IN_HAND * self.lag
+        turning = self.unlimited if self.unlimited < turning else turning
+        # Written so, no digits cancel.
+        twice = 2.0 * error
+        angle = divide(twice, turning + sqrt(turning * turning + twice / curvature))
+        return angle if angle < approach_angle else approach_angle

@@ -1,0 +1,203 @@
+//! How preview POP approaches a path: how far it looks ahead, how fast its wheels turn, and how
+//! steeply it comes, which is no steeper than the vehicle can straighten on what remains of the way.
+
+use super::preview_pop::PreviewPop;
+use crate::math::sqrt;
+
+/// How many lags of the wheels the prediction sees through, where their rate is told. With fewer,
+/// wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
+const LAGS: f64 = 3.0;
+
+/// And how many halves of the shortest time in which the wheels turn the vehicle by the approach
+/// angle: 2 are that time; less is needed, as the vehicle is not turned that far at once.
+const TURNS: f64 = 1.5;
+
+/// The longest prediction, in horizons: its steps get longer with it, and its commands coarser.
+const MOST_HORIZONS: f64 = 2.0;
+
+/// From this share of `min_speed` on, wheels whose rate is told turn at all of it. Smaller: a
+/// vehicle that creeps joins its path sooner, and turns its wheels more in noise.
+pub(super) const FULL_RATE: f64 = 0.5;
+
+/// How many lags of the wheels an approach keeps in hand: one in which they begin to turn back,
+/// and one in which they end it. With one, wheels of 1 rad/s with 0.3 s of lag overshoot a little.
+const LAGS_IN_HAND: f64 = 2.0;
+
+/// What straightens a vehicle that approaches its path, counted along the distance travelled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Straightening {
+    /// The largest curvature that the vehicle drives [1/m].
+    pub(super) curvature: f64,
+    /// How fast that changes [1/m²].
+    pub(super) rate: f64,
+    /// The steering lag, as a distance [m].
+    pub(super) lag: f64,
+    /// The cross-track error per radian of heading at which the unlimited law keeps its heading
+    /// [m]: close to the path it straightens sooner by itself.
+    pub(super) unlimited: f64,
+}
+
+impl Straightening {
+    /// The steepest heading within `approach_angle` from which the vehicle is straight before it
+    /// reaches a path `error` away [rad], the positive root of
+    ///
+    /// ```text
+    /// angle^2 / (2 curvature) + angle (curvature / (2 rate) + 2 lag) = error
+    /// ```
+    ///
+    /// with the distance in brackets at most `unlimited`, so that close to the path the unlimited
+    /// law remains what it is. The first term is the arc of the largest curvature; the second the
+    /// way during which the wheels turn, and answer late. The curvature is no more than what they
+    /// reach while they turn the vehicle by the approach angle.
+    #[inline]
+    pub(super) fn steepest(&self, approach_angle: f64, error: f64) -> f64 {
+        let reached = sqrt(approach_angle * self.rate);
+        let curvature = if self.curvature < reached {
+            self.curvature
+        } else {
+            reached
+        };
+        let turning = 0.5 * curvature / self.rate + LAGS_IN_HAND * self.lag;
+        let turning = if self.unlimited < turning {
+            self.unlimited
+        } else {
+            turning
+        };
+        // Written so, no digits cancel.
+        let twice = 2.0 * error;
+        let angle = twice / (turning + sqrt(turning * turning + twice / curvature));
+        if angle < approach_angle {
+            angle
+        } else {
+            approach_angle
+        }
+    }
+}
+
+impl PreviewPop {
+    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
+    /// longer to straighten a vehicle that approaches the path.
+    #[inline]
+    pub(super) fn horizon_at(&self, pace: f64) -> f64 {
+        if !self.rate_is_the_vehicles {
+            return self.horizon;
+        }
+        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
+        let length = self.vehicle.turning_length(pace);
+        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
+        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
+        let most = MOST_HORIZONS * self.horizon;
+        let needed = if needed < most { needed } else { most };
+        if needed > self.horizon {
+            needed
+        } else {
+            self.horizon
+        }
+    }
+
+    /// The rate of the wheels that is planned with [rad/s], and how far they turn in a control
+    /// period `dt` [rad]. Below `min_speed` they turn in proportion to the distance, where the
+    /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
+    /// time at `min_speed`.
+    #[inline]
+    pub(super) fn turned(&self, speed: f64, dt: f64) -> (f64, f64) {
+        let rate = self.steer_span_rate;
+        if speed >= self.min_speed {
+            return (rate, rate * dt);
+        }
+        let slow = speed / self.min_speed;
+        if !self.rate_is_the_vehicles {
+            (rate, rate * dt * slow)
+        } else if slow < FULL_RATE {
+            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
+        } else {
+            (rate / slow, rate * dt)
+        }
+    }
+
+    /// How fast the tangent of the wheels' angle is planned to change, per radian, when it is
+    /// `tangent`. It changes faster where the wheels stand wide. With the vehicle's own rate that
+    /// is not counted on, as the wheels have to be straight again in time.
+    #[inline]
+    pub(super) fn steepness(&self, tangent: f64) -> f64 {
+        if self.rate_is_the_vehicles {
+            1.0
+        } else {
+            1.0 + tangent * tangent
+        }
+    }
+
+    /// The heading at which a path is approached that is `error` away [rad]. The neighbourhood of a
+    /// vehicle without limits of its own is a choice, and bounds no approach.
+    #[inline]
+    pub(super) fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
+        if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
+            straightening.steepest(self.approach_angle, error.abs())
+        } else {
+            self.approach_angle
+        }
+    }
+
+    /// The largest curvature that the vehicle drives at a speed [1/m].
+    #[inline]
+    pub(super) fn widest(&self, pace: f64, length: f64) -> f64 {
+        let steered = self.max_tangent / length;
+        match self.vehicle.max_lateral_acceleration {
+            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
+            _ => steered,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A car of 2.7 m at 25 m/s within 4 m/s², wheels of 0.4 rad/s with 0.15 s of lag.
+    const FAST: Straightening = Straightening {
+        curvature: 4.0 / 625.0,
+        rate: 0.4 / (2.7 * 25.0),
+        lag: 0.15 * 25.0,
+        unlimited: 8.2,
+    };
+
+    #[test]
+    fn test_approach_is_straightened_on_the_way_that_remains() {
+        for error in [0.5, 1.0, 3.0, 5.0] {
+            let angle = FAST.steepest(0.25, error);
+            assert!(angle < 0.25, "{error}");
+            let turning = (0.5 * FAST.curvature / FAST.rate + 2.0 * FAST.lag).min(8.2);
+            let way = angle * angle / (2.0 * FAST.curvature) + angle * turning;
+            assert!((way - error).abs() < 1e-12, "{error} {way}");
+        }
+    }
+
+    #[test]
+    fn test_approach_from_afar_is_the_approach_angle() {
+        assert!((FAST.steepest(0.25, 20.0) - 0.25).abs() < 1e-15);
+        assert!((FAST.steepest(0.25, 1e9) - 0.25).abs() < 1e-15);
+    }
+
+    #[test]
+    fn test_approach_close_to_the_path_is_that_of_the_unlimited_law() {
+        let late = Straightening { lag: 1e3, ..FAST };
+        let angle = late.steepest(0.25, 1e-6);
+        assert!((angle * 8.2e6 - 1.0).abs() < 1e-5, "{angle}");
+        assert!(late.steepest(0.25, 0.0) == 0.0);
+    }
+
+    #[test]
+    fn test_wheels_that_turn_slowly_straighten_by_the_curvature_that_they_reach() {
+        // Out and back at their rate: the way is angle^1.5 / sqrt(rate) where the largest
+        // curvature is just reached at the approach angle.
+        let slow = Straightening {
+            curvature: 1.0,
+            rate: 0.01,
+            lag: 0.0,
+            unlimited: 1e3,
+        };
+        let way = 0.25 * (0.25_f64 / 0.01).sqrt();
+        assert!((slow.steepest(0.25, way * (1.0 - 1e-9)) - 0.25).abs() < 1e-8);
+        assert!(slow.steepest(0.25, 0.9 * way) < 0.24);
+    }
+}
