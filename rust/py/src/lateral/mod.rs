@@ -61,9 +61,10 @@ controller! {
     }
     extra {
         /// Return at once: what a call of `steer` costs without the step, for the benchmark.
-        #[pyo3(signature = (
-            x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)
-        ))]
+        #[pyo3(
+            signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)),
+            text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=0.0)"
+        )]
         #[expect(
             unused_variables,
             clippy::too_many_arguments,
