@@ -256,7 +256,8 @@ impl<'py> FromPyObject<'_, 'py> for Adapt {
 /// Parameters
 /// ----------
 /// gain : float, default 1.0
-///     How many times more the vehicle turns than it was told.
+///     How many times more the vehicle turns than it was told. Controllers use it where the
+///     vehicle has a dead time; elsewhere it is only shown, and left to the feedback.
 /// steer_offset : float, default 0.0
 ///     Angle of the wheels at the command 0 [rad].
 /// dead_time : float, default 0.0

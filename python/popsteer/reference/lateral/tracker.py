@@ -133,7 +133,7 @@ class Tracker(
     @property
     def estimate(self) -> Estimate:
         """What is known of the vehicle: its own figures, corrected by what its motion has shown."""
-        return estimator_of(self._state).estimate.of(self._vehicle)
+        return estimator_of(self._state).known().of(self._vehicle)
 
     @property
     def state(self) -> StateT:

@@ -232,9 +232,9 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// What is known of the vehicle beyond its own figures.
+    /// What is known of the vehicle beyond its own figures, its gain also where it is not used.
     pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
-        state.estimator.estimate
+        state.estimator.known()
     }
 
     #[inline]
