@@ -5,11 +5,11 @@ use std::sync::Arc;
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
+use popsteer_core::limits::MAX_YAW;
 use popsteer_core::path::lookahead;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
-use popsteer_core::path::{Foot, Path, PathView, distinct_waypoints, locate};
-use popsteer_core::vehicle::state::MAX_YAW;
+use popsteer_core::path::{Foot, Path, PathView, distinct_waypoints, locate, projection};
 use popsteer_core::{Point, math};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
@@ -66,7 +66,7 @@ impl PyPath {
         position: Point,
     ) -> Result<usize, InputError> {
         match nearest {
-            None => Ok(locate::nearest_waypoint(&self.view(), position)),
+            None => Ok(projection::nearest_waypoint(&self.view(), position)),
             Some(index) => self.index(field, index),
         }
     }
@@ -312,7 +312,7 @@ impl PyPath {
     ///     If a coordinate is not finite or beyond its bound.
     fn nearest_waypoint(&self, py: Python<'_>, x: f64, y: f64) -> PyResult<usize> {
         let position = checked_point(x, y).or_raise(py)?;
-        Ok(locate::nearest_waypoint(&self.view(), position))
+        Ok(projection::nearest_waypoint(&self.view(), position))
     }
 
     /// Find the foot of a position near its last place, for a vehicle that drives along `yaw`.
@@ -520,7 +520,7 @@ impl PyPath {
     ) -> PyResult<PyProjection> {
         let position = checked_point(x, y).or_raise(py)?;
         let nearest = self.start("nearest", nearest, position).or_raise(py)?;
-        Ok(PyProjection(locate::project(
+        Ok(PyProjection(projection::project(
             &self.view(),
             nearest,
             position,
@@ -547,7 +547,7 @@ impl PyPath {
     ///     If `nearest` is no waypoint.
     fn path_yaw_behind(&self, py: Python<'_>, nearest: Count) -> PyResult<f64> {
         let nearest = self.index("nearest", nearest).or_raise(py)?;
-        Ok(locate::path_yaw_behind(&self.view(), nearest))
+        Ok(projection::path_yaw_behind(&self.view(), nearest))
     }
 
     /// Give the reference speed beside a position.
@@ -577,7 +577,7 @@ impl PyPath {
         nearest: Option<Count>,
     ) -> PyResult<Option<f64>> {
         let foot = self.project(py, x, y, nearest)?.0;
-        Ok(locate::reference_speed(&self.view(), &foot))
+        Ok(projection::reference_speed(&self.view(), &foot))
     }
 
     /// Give the window around a waypoint: one waypoint behind it to so much arc ahead.

@@ -4,7 +4,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use popsteer_core::error::input_in_range;
-use popsteer_core::path::view::MAX_SPEED;
+use popsteer_core::limits::MAX_SPEED;
 use popsteer_core::vehicle::{self, AdaptParams, Vehicle};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

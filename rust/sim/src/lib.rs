@@ -34,6 +34,7 @@ pub mod many;
 pub mod metrics;
 pub mod noise;
 pub mod plant;
+pub mod record;
 pub mod saved;
 pub mod simulation;
 
@@ -44,5 +45,6 @@ pub use law::{Law, LawState};
 pub use metrics::{ErrorStats, Metrics};
 pub use noise::{Noise, Perception};
 pub use plant::{Control, Plant, PlantState};
+pub use record::Record;
 pub use saved::Saved;
-pub use simulation::{Record, Settings, Simulation};
+pub use simulation::{Settings, Simulation};

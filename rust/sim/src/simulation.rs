@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use popsteer_core::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
+use popsteer_core::geometry::get_distance;
 use popsteer_core::math::sqrt;
 use popsteer_core::math::{from_count, wrap};
-use popsteer_core::path::locate::path_yaw_behind;
-use popsteer_core::path::view::get_distance;
+use popsteer_core::path::projection::path_yaw_behind;
 use popsteer_core::path::{Ahead, Follow, Located};
 use popsteer_core::{Path, Point, Status, Vehicle, VehicleState};
 
 use crate::delay::Delay;
 use crate::metrics::{Gatherer, Metrics};
 use crate::plant::{Control, Plant, PlantState};
+use crate::record::Record;
 
 /// How a run goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,42 +79,6 @@ impl Settings {
         config_in_range("settling_time", self.settling_time, 0.0, 1e6)?;
         Ok(self)
     }
-}
-
-/// One control step as it was measured, before the plant moved on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Record {
-    /// Time [s].
-    pub time: f64,
-    /// Position of the tracked point [m].
-    pub reference: Point,
-    /// Position along x of the vehicle's point [m].
-    pub x: f64,
-    /// Position along y of that point [m].
-    pub y: f64,
-    /// Heading [rad].
-    pub yaw: f64,
-    /// Speed [m/s].
-    pub speed: f64,
-    /// Angle commanded [rad].
-    pub steer: f64,
-    /// Throttle commanded, 0 to 1.
-    pub throttle: f64,
-    /// Brake commanded, 0 to 1.
-    pub brake: f64,
-    /// Cross-track error at the tracked point [m].
-    pub cross_track_error: f64,
-    /// Heading error at the tracked point [rad] against the segment behind the nearest
-    /// waypoint, as the paper's authors measured it.
-    pub heading_error: f64,
-    /// Cross-track error at the rear axle [m].
-    pub rear_cross_track_error: f64,
-    /// Heading error at the rear axle [rad] against the segment beside it.
-    pub rear_heading_error: f64,
-    /// Point aimed at [m]; not a number without a controller.
-    pub target: Point,
-    /// How the controller's step went.
-    pub status: Status,
 }
 
 /// A point of the vehicle, followed along the path.

@@ -21,7 +21,8 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimator import Corrections
 

@@ -19,14 +19,15 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
+from popsteer.reference.limits import MAX_COORDINATE
 from popsteer.reference.math import cos, saturate, sin
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.path.view import MAX_COORDINATE
 
 if TYPE_CHECKING:
+    from popsteer.reference.geometry import Point
     from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimator import AdaptParams
 

@@ -18,8 +18,8 @@ from popsteer.reference.lateral import (
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import atan, wrap
-from popsteer.reference.path.locate import path_yaw_behind
 from popsteer.reference.path.preview import Preview
+from popsteer.reference.path.projection import path_yaw_behind
 
 if TYPE_CHECKING:
     from popsteer.reference.lateral.monitor import MonitorParams

@@ -17,9 +17,10 @@ from popsteer.reference.path.locate import locate
 from popsteer.reference.path.relocalise import relocalise_within
 
 if TYPE_CHECKING:
+    from popsteer.reference.geometry import Point
     from popsteer.reference.path.index import Found
-    from popsteer.reference.path.locate import Foot
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.path.projection import Foot
+    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["Follow", "Located"]

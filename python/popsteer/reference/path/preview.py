@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from math import fmod, inf
 from typing import TYPE_CHECKING
 
+from popsteer.reference.geometry import get_distance, squared_distance
 from popsteer.reference.math import atan2, saturate, wrap
-from popsteer.reference.path.view import get_distance, squared_distance
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.view import PathView
 
 __all__ = ["Preview"]
 

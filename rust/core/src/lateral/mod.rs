@@ -38,8 +38,8 @@ pub use tracker_state::{Answer, Handover, Place, Seen, TrackerState};
 
 use core::fmt;
 
-use crate::Point;
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::geometry::Point;
 use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
 use crate::vehicle::{AdaptParams, Estimate, Vehicle};

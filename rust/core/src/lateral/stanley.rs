@@ -4,8 +4,8 @@ use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, reso
 use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{atan, wrap};
 use crate::path::follow::{Follow, Located};
-use crate::path::locate::path_yaw_behind;
 use crate::path::preview::Preview;
+use crate::path::projection::path_yaw_behind;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 

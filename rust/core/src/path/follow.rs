@@ -7,10 +7,11 @@
 //! mirrored vehicle where the path is driven backwards, and they negate what they answer.
 
 use super::index::{Found, STEP_BUDGET};
-use super::locate::{Foot, locate};
+use super::locate::locate;
+use super::projection::Foot;
 use super::relocalise::relocalise_within;
 use super::view::PathView;
-use crate::Point;
+use crate::geometry::Point;
 use crate::math::{PI, cos, sin, sqrt};
 use crate::vehicle::VehicleState;
 

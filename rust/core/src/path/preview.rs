@@ -1,7 +1,7 @@
 //! What lies ahead? The direction of the path at distances along it.
 
-use super::view::{PathView, get_distance, squared_distance};
-use crate::Point;
+use super::view::PathView;
+use crate::geometry::{Point, get_distance, squared_distance};
 use crate::math::{atan2, remainder, saturate, wrap};
 
 /// The direction of a path, smoothed over `base` [m] of it.

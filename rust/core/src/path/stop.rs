@@ -202,8 +202,9 @@ impl PathView<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Path;
+    use crate::geometry::Point;
     use crate::vehicle::VehicleState;
-    use crate::{Path, Point};
     use alloc::vec::Vec;
     use proptest::prelude::*;
 
