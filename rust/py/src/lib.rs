@@ -26,6 +26,7 @@ mod pool;
 mod projection;
 mod python_driver;
 mod python_plant;
+mod settings;
 mod sim;
 mod vehicle;
 mod vehicles;
@@ -61,7 +62,7 @@ mod _core {
         PySpeedPidState,
     };
     #[pymodule_export]
-    use crate::many::{PyNoise, run_many};
+    use crate::many::run_many;
     #[pymodule_export]
     use crate::path::PyPath;
     #[pymodule_export]
@@ -69,7 +70,9 @@ mod _core {
     #[pymodule_export]
     use crate::projection::{PyLookahead, PyProjection};
     #[pymodule_export]
-    use crate::sim::{PySettings, PySimulation};
+    use crate::settings::{PyNoise, PySettings};
+    #[pymodule_export]
+    use crate::sim::PySimulation;
     #[pymodule_export]
     use crate::vehicle::{PyAdaptParams, PyEstimate, PyVehicle};
 

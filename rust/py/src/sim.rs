@@ -18,34 +18,13 @@ use pyo3::{PyTraverseError, PyVisit};
 use crate::errors::{OrRaise, argument_error};
 use crate::lateral::law_of;
 use crate::longitudinal::drive_of;
-use crate::many::PyNoise;
 use crate::metrics::figures;
-use crate::params::params;
 use crate::path::PyPath;
 use crate::plants::{PyCarlaIdentified, PyKinematicBicycle, any_plant};
 use crate::python_driver::PythonDriver;
 use crate::python_plant::{PythonPlant, limit_of};
+use crate::settings::{PyNoise, PySettings};
 use crate::vehicle::PyVehicle;
-
-params! {
-    /// How a run goes.
-    PySettings(Settings) named "Settings" in "popsteer.sim",
-    defaults Settings::DEFAULT, checked by Settings::checked,
-    dt: f64, "float, default 0.05",
-        "Control period [s].";
-    substeps: usize, "int, default 10",
-        "Plant steps in a control period.";
-    stop_distance: f64, "float, default 1.0",
-        "The end is reached when the front axle has at most this much path ahead [m]; the rear axle where the path is driven in both directions.";
-    time_limit: f64, "float, default 1000.0",
-        "The run ends unfinished after this time [s].";
-    give_up_distance: f64, "float, default 50.0",
-        "The run ends unfinished this far from the path [m].";
-    settling_time: f64, "float, default 5.0",
-        "Errors from this time on count as settled [s].";
-    keep_records: bool, "bool, default True",
-        "Whether the records are kept; the metrics come either way.";
-}
 
 /// A vehicle on a path, moved one control step at a time and measured.
 ///
