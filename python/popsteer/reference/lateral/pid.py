@@ -262,8 +262,7 @@ class Pid(Tracker[PidParams, PidState]):
         step = (at.position[0] - previous[0], at.position[1] - previous[1])
         half = 0.5 * (step[0] * at.heading[0] + step[1] * at.heading[1])
         middle = at.foot.arc_length(self.path) - half
-        preview = Preview(self.path, self._smoothing_length, at.foot.segment, middle, 0.0)
-        yaw = preview.path_yaw(middle)
+        yaw = Preview.yaw_at(self.path, self._smoothing_length, at.foot.segment, middle)
         return (step[1] * cos(yaw) - step[0] * sin(yaw)) / at.dt
 
     def forget_path(self, state: PidState) -> PidState:

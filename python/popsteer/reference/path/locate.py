@@ -100,8 +100,7 @@ def _least_cost(path: PathView, foot: Foot, heading: Point, opposite_distance: f
     """
     by_segment = foot.cost(heading, opposite_distance)
     arc_length = foot.arc_length(path)
-    preview = Preview(path, SMOOTHING * opposite_distance, foot.segment, arc_length, 0.0)
-    yaw = preview.path_yaw(arc_length)
+    yaw = Preview.yaw_at(path, SMOOTHING * opposite_distance, foot.segment, arc_length)
     along = heading[0] * cos(yaw) + heading[1] * sin(yaw)
     smoothed = sqrt(foot.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
     return smoothed if smoothed < by_segment else by_segment

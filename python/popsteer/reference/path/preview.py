@@ -107,6 +107,11 @@ class Preview:
             farthest = arc_length + distance + reach
             self._stretch = Stretch.about(path, segment, arc_length - reach, farthest)
 
+    @classmethod
+    def yaw_at(cls, path: PathView, base: float, segment: int, arc_length: float) -> float:
+        """Return the direction of `path` [rad] at one place, `arc_length` on segment `segment`."""
+        return cls(path, base, segment, arc_length, 0.0).path_yaw(arc_length)
+
     def path_yaw(self, arc_length: float) -> float:
         """Return the direction of the path at `arc_length` [rad]."""
         path, base = self.path, self.base

@@ -300,8 +300,7 @@ impl Pid {
         let step = at.position - previous;
         let half = 0.5 * (step.x * at.heading.x + step.y * at.heading.y);
         let middle = at.foot.arc_length(path) - half;
-        let yaw = Preview::new(path, self.smoothing_length, at.foot.segment, middle, 0.0)
-            .path_yaw(middle);
+        let yaw = Preview::yaw_at(path, self.smoothing_length, at.foot.segment, middle);
         (step.y * cos(yaw) - step.x * sin(yaw)) / at.dt
     }
 }

@@ -149,14 +149,7 @@ impl LateralLaw for Stanley {
             path_yaw_behind(path, at.foot.nearest_waypoint(path))
         } else if self.smoothing_length > 0.0 {
             let arc_length = at.foot.arc_length(path);
-            Preview::new(
-                path,
-                self.smoothing_length,
-                at.foot.segment,
-                arc_length,
-                0.0,
-            )
-            .path_yaw(arc_length)
+            Preview::yaw_at(path, self.smoothing_length, at.foot.segment, arc_length)
         } else {
             at.foot.path_yaw()
         };

@@ -113,7 +113,7 @@ fn least_cost(path: &PathView<'_>, foot: &Foot, heading: Point, opposite_distanc
     let by_segment = foot.cost(heading, opposite_distance);
     let base = SMOOTHING * opposite_distance;
     let arc_length = foot.arc_length(path);
-    let yaw = Preview::new(path, base, foot.segment, arc_length, 0.0).path_yaw(arc_length);
+    let yaw = Preview::yaw_at(path, base, foot.segment, arc_length);
     let along = heading.x * cos(yaw) + heading.y * sin(yaw);
     let smoothed = sqrt(foot.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
     if smoothed < by_segment {

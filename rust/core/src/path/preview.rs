@@ -57,6 +57,13 @@ impl<'a> Preview<'a> {
         }
     }
 
+    /// The direction of `path` [rad], smoothed over `base` [m], at `arc_length` on segment `segment`:
+    /// that of one place, where [`new`](Self::new) is for several.
+    #[inline]
+    pub fn yaw_at(path: &'a PathView<'a>, base: f64, segment: usize, arc_length: f64) -> f64 {
+        Self::new(path, base, segment, arc_length, 0.0).path_yaw(arc_length)
+    }
+
     /// Direction of the path at `arc_length` [rad].
     #[inline]
     pub fn path_yaw(&mut self, arc_length: f64) -> f64 {
