@@ -11,6 +11,7 @@
 
 mod arrays;
 mod batch;
+mod choice;
 mod command;
 mod commands;
 mod errors;

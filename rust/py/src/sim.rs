@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use numpy::{PyArray1, PyReadonlyArray1};
+use popsteer_core::path::Follow;
 use popsteer_core::{InputError, Point, Status, VehicleState};
 use popsteer_sim::plant::{CarlaIdentified, KinematicBicycle};
-use popsteer_sim::simulation::axle;
 use popsteer_sim::{
     Control, Controller, Drive, Perception, Plant, Record, Saved, Settings, Simulation, closed_loop,
 };
@@ -552,6 +552,6 @@ fn begun(
     let ahead = tracked_point.map_or(vehicle.wheelbase, |point| point - vehicle.rear_axle);
     let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
     let (path, plant) = (Arc::clone(&path.get().0), Arc::clone(plant));
-    let tracked = axle(plant.vehicle(), ahead);
+    let tracked = Follow::of(vehicle, vehicle.rear_axle, ahead);
     Simulation::new(path, plant, start, tracked, settings).or_raise(py)
 }

@@ -8,7 +8,7 @@ use popsteer_core::math::sqrt;
 use popsteer_core::math::{from_count, wrap};
 use popsteer_core::path::projection::path_yaw_behind;
 use popsteer_core::path::{Ahead, Follow, Located};
-use popsteer_core::{Path, Point, Status, Vehicle, VehicleState};
+use popsteer_core::{Path, Point, Status, VehicleState};
 
 use crate::delay::Delay;
 use crate::metrics::{Gatherer, Metrics};
@@ -159,9 +159,9 @@ impl Simulation {
         // Where the vehicle changes its direction no axle leads all the way; the rear one is at
         // the path's.
         let lead = if reverses { 0.0 } else { vehicle.wheelbase };
-        let mut leading = Follower::new(axle(&vehicle, lead));
+        let mut leading = Follower::new(Follow::of(&vehicle, vehicle.rear_axle, lead));
         let foot = leading.follow(&path, start, settings.dt).foot;
-        let mut rear = Follower::new(axle(&vehicle, 0.0));
+        let mut rear = Follower::new(Follow::of(&vehicle, vehicle.rear_axle, 0.0));
         let reverse = rear.follow(&path, start, settings.dt).reverse;
         Ok(Self {
             state: PlantState::settled(&vehicle, start),
@@ -375,19 +375,6 @@ impl Simulation {
         };
         self.finished |= length - done <= self.settings.stop_distance;
         self.lost |= get_distance(at.position, at.foot.point) > self.settings.give_up_distance;
-    }
-}
-
-/// How a point is followed that lies `ahead` [m] of the rear axle.
-pub fn axle(vehicle: &Vehicle, ahead: f64) -> Follow {
-    Follow {
-        base: vehicle.rear_axle,
-        reference_offset: ahead,
-        rear_axle: vehicle.rear_axle,
-        search_distance: 2.0 * vehicle.wheelbase,
-        lost_distance: f64::INFINITY,
-        arrival_distance: 0.05 * vehicle.wheelbase,
-        opposite_distance: vehicle.wheelbase * 10.0 / 3.0,
     }
 }
 

@@ -147,14 +147,9 @@ impl Tracked {
             Self::NoSlipPoint => (vehicle.no_slip(), 0.0),
         };
         Ok(Follow {
-            base,
-            reference_offset,
-            rear_axle: vehicle.rear_axle,
             search_distance: config_in_range("search_distance", search, 0.0, 1e6)?,
             lost_distance: config_in_range("lost_distance", lost, 1e-3, 1e9)?,
-            arrival_distance: 0.05 * wheelbase,
-            // 10 m at the paper's wheelbase, to the last bit.
-            opposite_distance: wheelbase * 10.0 / 3.0,
+            ..Follow::of(vehicle, base, reference_offset)
         })
     }
 }

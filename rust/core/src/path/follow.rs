@@ -13,7 +13,7 @@ use super::relocalise::relocalise_within;
 use super::view::PathView;
 use crate::geometry::Point;
 use crate::math::{PI, cos, sin, sqrt};
-use crate::vehicle::VehicleState;
+use crate::vehicle::{Vehicle, VehicleState};
 
 /// Which point of the vehicle is followed, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +66,22 @@ pub struct Located {
 }
 
 impl Follow {
+    /// How the point of `vehicle` is followed that lies `ahead` [m] of `base`, itself so far ahead of
+    /// the pose's point [m]: looked for two wheelbases along the path either way, and never lost.
+    pub fn of(vehicle: &Vehicle, base: f64, ahead: f64) -> Self {
+        let wheelbase = vehicle.wheelbase;
+        Self {
+            base,
+            reference_offset: ahead,
+            rear_axle: vehicle.rear_axle,
+            search_distance: 2.0 * wheelbase,
+            lost_distance: f64::INFINITY,
+            arrival_distance: 0.05 * wheelbase,
+            // 10 m at the paper's wheelbase, to the last bit.
+            opposite_distance: wheelbase * 10.0 / 3.0,
+        }
+    }
+
     /// Finds the point of a checked vehicle that was last at `waypoint`, on the whole path where
     /// that is none.
     ///
