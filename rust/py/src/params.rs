@@ -170,7 +170,7 @@ macro_rules! params {
         $class:ident($core:ident) named $name:literal in $module:literal,
         $(shown as $shown:literal,)?
         defaults $defaults:expr, checked by $check:expr,
-        $(@of $vehicle:ident by default $usual:expr, $whose:literal;)?
+        $(@of $vehicle:ident: $whole:ident by default $usual:expr, $whose:literal;)?
         $($field:ident: $kind:ty, $words:literal, $text:literal;)+
         $(@examples { $(#[doc = $example:literal])+ })?
         $(@extra { $($extra:item)* })?
@@ -211,7 +211,7 @@ macro_rules! params {
             )]
             fn new(
                 py: Python<'_>,
-                $($vehicle: Option<Py<$crate::vehicle::PyVehicle>>,)?
+                $($vehicle: Option<Py<$whole>>,)?
                 $($field: <$kind as $crate::params::Field>::Argument),+
             ) -> PyResult<Self> {
                 let given = [$((
@@ -234,8 +234,8 @@ macro_rules! params {
             $(
                 /// What it is.
                 #[getter]
-                fn $vehicle(&self) -> $crate::vehicle::PyVehicle {
-                    $crate::vehicle::PyVehicle(self.0.$vehicle)
+                fn $vehicle(&self) -> $whole {
+                    $whole(self.0.$vehicle)
                 }
             )?
 

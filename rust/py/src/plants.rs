@@ -25,7 +25,7 @@ macro_rules! plant {
             $(#[doc = $about])+
             $class($core) named $name in "popsteer.sim",
             defaults $core::DEFAULT, checked by $core::checked,
-            @of vehicle by default $core::VEHICLE, $whose;
+            @of vehicle: PyVehicle by default $core::VEHICLE, $whose;
             $($field: f64, $words, $text;)+
             @extra {
                 fn __hash__(&self) -> u64 {

@@ -3,8 +3,9 @@
 use popsteer_core::math::{from_count, to_count};
 
 use crate::delay::Delay;
+use crate::follower::Follower;
 use crate::record::Record;
-use crate::simulation::{Follower, Simulation};
+use crate::simulation::Simulation;
 
 /// All that a simulation remembers beside its path, its plant and its settings.
 #[derive(Clone, Debug, PartialEq)]

@@ -227,37 +227,11 @@ impl Located {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixtures::{FOLLOW, at, shuttle};
     use super::*;
     use crate::Path;
     use alloc::vec;
     use alloc::vec::Vec;
-
-    const FOLLOW: Follow = Follow {
-        base: 0.0,
-        reference_offset: 3.0,
-        rear_axle: 0.0,
-        search_distance: 6.0,
-        lost_distance: 30.0,
-        arrival_distance: 0.15,
-        opposite_distance: 10.0,
-    };
-
-    /// 20 m forward along x, 10 m back, 20 m forward again.
-    fn shuttle() -> Path {
-        let x: [f64; 6] = [0.0, 10.0, 20.0, 10.0, 20.0, 30.0];
-        let path = Path::new(&x, &[0.0; 6], None, false).unwrap();
-        path.with_reverse(&[false, false, true, false, false, false])
-            .unwrap()
-    }
-
-    fn at(x: f64, y: f64, speed: f64) -> VehicleState {
-        VehicleState {
-            x,
-            y,
-            yaw: 0.0,
-            speed,
-        }
-    }
 
     #[test]
     fn test_follow_turns_round_when_the_rear_axle_has_come() {

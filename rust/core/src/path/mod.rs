@@ -11,6 +11,8 @@
 
 mod best;
 mod boxes;
+#[cfg(test)]
+mod fixtures;
 pub mod follow;
 pub(crate) mod index;
 pub mod jump;
