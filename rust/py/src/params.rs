@@ -45,7 +45,7 @@ impl<'py> IntoPyObject<'py> for Number {
 
 /// A whole number from Python, of any size: one that does not fit becomes the nearest that does,
 /// and the core refuses it by name.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Count(pub(crate) i64);
 
 impl<'py> FromPyObject<'_, 'py> for Count {
