@@ -11,6 +11,7 @@
 
 mod arrays;
 mod batch;
+mod batch_inputs;
 mod choice;
 mod command;
 mod commands;
@@ -27,10 +28,12 @@ mod pool;
 mod projection;
 mod python_driver;
 mod python_plant;
+mod records;
 mod settings;
 mod sim;
 mod vehicle;
 mod vehicles;
+mod waypoints;
 
 use pyo3::prelude::*;
 

@@ -101,6 +101,20 @@ pub(crate) fn any_plant(object: &Bound<'_, PyAny>) -> PyResult<AnyPlant> {
     Ok((plant_of(object)?, None))
 }
 
+/// A plant of the core as Python knows it.
+pub(crate) fn plant_object(py: Python<'_>, plant: &dyn Plant) -> PyResult<Py<PyAny>> {
+    let plant: &dyn std::any::Any = plant;
+    if let Some(plant) = plant.downcast_ref::<CarlaIdentified>() {
+        return Ok(Py::new(py, PyCarlaIdentified(*plant))?.into_any());
+    }
+    if let Some(plant) = plant.downcast_ref::<KinematicBicycle>() {
+        return Ok(Py::new(py, PyKinematicBicycle(*plant))?.into_any());
+    }
+    Err(PyTypeError::new_err(
+        "the plant is of no class of popsteer.sim",
+    ))
+}
+
 /// The names of the plants, and what they are.
 ///
 /// Returns
