@@ -61,7 +61,7 @@ impl Ahead {
         };
         let reference_speed = path.speed().map(|speed| {
             let creep = Self::creep(follow);
-            let magnitude = speed_beside(path, speed, end, arc, lead, creep);
+            let magnitude = speed_beside(path, speed, (segment, end), arc, lead, creep);
             if at.reverse { -magnitude } else { magnitude }
         });
         Self {
@@ -71,8 +71,8 @@ impl Ahead {
     }
 }
 
-/// The magnitude of the reference speed at `arc` [m] in the section that ends with segment `end`;
-/// beyond the section, that at its nearer end.
+/// The magnitude of the reference speed at `arc` [m], near segment `near`, in the section that ends
+/// with segment `end`; beyond the section, that at its nearer end.
 ///
 /// Between waypoints the square of the speed is linear in the arc, as under a constant
 /// acceleration. A speed of 0 at an end of the section counts as `creep` [m/s], so that no vehicle
@@ -81,7 +81,7 @@ impl Ahead {
 fn speed_beside(
     path: &PathView<'_>,
     speed: &[f64],
-    end: Option<usize>,
+    (near, end): (usize, Option<usize>),
     arc: f64,
     lead: f64,
     creep: f64,
@@ -94,7 +94,7 @@ fn speed_beside(
     } else {
         arc
     };
-    let mut segment = path.segment_by_arc(arc);
+    let mut segment = path.segment_by_arc(arc, near);
     let mut share = (arc - path.arc(segment)) / path.segment_length(segment);
     if path.reverse().is_some() {
         // The rear axle may not have come to this section yet, or be past it.
@@ -153,13 +153,6 @@ impl PathView<'_> {
         } else {
             self.length()
         }
-    }
-
-    /// The segment at `arc` [m]: the first before the path, the last beyond it.
-    #[inline]
-    pub(crate) fn segment_by_arc(&self, arc: f64) -> usize {
-        let begun = self.s().partition_point(|&s| s <= arc);
-        self.segment_at(begun.saturating_sub(1))
     }
 
     /// The last segment of the section that segment `index` is in: where the vehicle turns round,
@@ -255,7 +248,7 @@ mod tests {
     #[test]
     fn test_speed_slower_than_creeping_stays_what_the_path_says() {
         let path = Path::new(&[0.0, 10.0], &[0.0; 2], Some(&[0.1, 0.0]), false).unwrap();
-        let speed = speed_beside(&path.view(), &[0.1, 0.0], Some(0), 9.0, 0.0, 0.3);
+        let speed = speed_beside(&path.view(), &[0.1, 0.0], (0, Some(0)), 9.0, 0.0, 0.3);
         assert!((speed - 0.1).abs() < 1e-12);
     }
 

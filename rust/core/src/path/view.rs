@@ -250,6 +250,26 @@ impl<'a> PathView<'a> {
         end - self.arc(index)
     }
 
+    /// The segment that holds `arc` [m]: the last whose start does not lie beyond it, the first
+    /// before all. It is looked for on segment `near` and those beside it, then by halves.
+    #[inline]
+    pub(crate) fn segment_by_arc(&self, arc: f64, near: usize) -> usize {
+        let last = self.segments() - 1;
+        let mut segment = if near < last { near + 1 } else { last };
+        for _ in 0..5 {
+            if self.arc(segment) <= arc {
+                if segment == last || self.arc(segment + 1) > arc {
+                    return segment;
+                }
+                break;
+            }
+            segment = segment.saturating_sub(1);
+        }
+        let begun = self.s.partition_point(|&start| start <= arc);
+        let segment = begun.saturating_sub(1);
+        if segment < last { segment } else { last }
+    }
+
     /// Whether segment `index` is driven backwards.
     #[inline]
     pub fn is_reverse(&self, index: usize) -> bool {
