@@ -97,6 +97,31 @@ def test_python_files_know_each_other_in_no_circle() -> None:
     assert _new(python_graph(_python()), PYTHON_CIRCLES) == []
 
 
+# A core as small as can be, to plant imports in: `path.near` knows nothing of `path.locate`, and
+# `path` nothing of `lateral`.
+_SMALL_CORE = {
+    "popsteer_core": "pub mod lateral;\npub mod path;\npub use lateral::{Command, Status};",
+    "popsteer_core.math": "",
+    "popsteer_core.path": "pub mod locate;\nmod near;\npub use locate::locate;",
+    "popsteer_core.path.locate": "use super::near::near;\npub fn locate() {}",
+    "popsteer_core.path.near": "pub(super) fn near() {}",
+    "popsteer_core.lateral": "pub mod command;\npub use command::{Command, Status};",
+    "popsteer_core.lateral.command": "use crate::path::locate;\npub struct Command;",
+}
+_SMALL_REFERENCE = {
+    "popsteer.reference": "from popsteer.reference.lateral.command import Command",
+    "popsteer.reference.path": "",
+    "popsteer.reference.path.locate": "from popsteer.reference.path.near import near",
+    "popsteer.reference.path.near": "import math",
+    "popsteer.reference.lateral": "",
+    "popsteer.reference.lateral.command": "from popsteer.reference.path.locate import locate",
+}
+
+
+def _with(sources: dict[str, str], module: str, planted: str) -> dict[str, str]:
+    return {**sources, module: f"{sources[module]}\n{planted}\n"}
+
+
 @pytest.mark.parametrize(
     "planted",
     [
@@ -104,18 +129,16 @@ def test_python_files_know_each_other_in_no_circle() -> None:
         "use crate::{\n    math::sin,\n    lateral::{Command, Status},\n};",
         "pub use super::super::lateral::Status;",
         "fn f() -> crate::lateral::Status { todo!() }",
+        "macro_rules! m { () => { $crate::lateral::Command } }",
         "use crate::Status;",
     ],
 )
 def test_rust_import_upward_is_found(planted: str) -> None:
-    crates = _rust()
-    crates["popsteer_core.path.locate"] += f"\n{planted}\n"
-    found = upward(rust_graph(crates), RUST)
-    assert found == [
-        (
-            "popsteer_core.path.locate imports popsteer_core.lateral.command: "
-            "popsteer_core.path may not know popsteer_core.lateral"
-        )
+    assert upward(rust_graph(_SMALL_CORE), RUST) == []
+    graph = rust_graph(_with(_SMALL_CORE, "popsteer_core.path.locate", planted))
+    found = "popsteer_core.path.locate imports popsteer_core.lateral.command"
+    assert upward(graph, RUST) == [
+        f"{found}: popsteer_core.path may not know popsteer_core.lateral"
     ]
 
 
@@ -128,20 +151,18 @@ def test_rust_import_upward_is_found(planted: str) -> None:
     ],
 )
 def test_rust_words_and_tests_import_nothing(planted: str) -> None:
-    crates = _rust()
-    crates["popsteer_core.path.best"] += f"\n{planted}\n"
-    assert upward(rust_graph(crates), RUST) == []
+    graph = rust_graph(_with(_SMALL_CORE, "popsteer_core.path.locate", planted))
+    assert graph == rust_graph(_SMALL_CORE)
 
 
 @pytest.mark.parametrize(
-    "planted", ["use super::locate::locate;", "use super::{locate::OPPOSITE, view::PathView};"]
+    "planted",
+    ["use super::locate::locate;", "use super::{locate::OPPOSITE};", "use super::locate;"],
 )
 def test_rust_circle_is_found(planted: str) -> None:
-    crates = _rust()
-    crates["popsteer_core.path.nearby"] += f"\n{planted}\n"
-    assert _new(rust_graph(crates), RUST_CIRCLES) == [
-        ["popsteer_core.path.locate", "popsteer_core.path.nearby"]
-    ]
+    assert circles(rust_graph(_SMALL_CORE)) == []
+    graph = rust_graph(_with(_SMALL_CORE, "popsteer_core.path.near", planted))
+    assert circles(graph) == [["popsteer_core.path.locate", "popsteer_core.path.near"]]
 
 
 @pytest.mark.parametrize(
@@ -155,25 +176,21 @@ def test_rust_circle_is_found(planted: str) -> None:
     ],
 )
 def test_python_import_upward_is_found(planted: str) -> None:
-    package = _python()
-    package["popsteer.reference.path.locate"] += f"\n{planted}\n"
-    found = upward(python_graph(package), PYTHON)
-    assert found == [
-        (
-            "popsteer.reference.path.locate imports popsteer.reference.lateral.command: "
-            "popsteer.reference.path may not know popsteer.reference.lateral"
-        )
-    ]
+    assert upward(python_graph(_SMALL_REFERENCE), PYTHON) == []
+    module = "popsteer.reference.path.locate"
+    graph = python_graph(_with(_SMALL_REFERENCE, module, planted))
+    found = f"{module} imports popsteer.reference.lateral.command"
+    parts = ("popsteer.reference.path", "popsteer.reference.lateral")
+    assert upward(graph, PYTHON) == [f"{found}: {parts[0]} may not know {parts[1]}"]
 
 
 def test_python_circle_is_found() -> None:
-    package = _python()
-    package["popsteer.reference.path.view"] += "\nfrom popsteer.reference.path import locate\n"
-    (circle,) = _new(python_graph(package), PYTHON_CIRCLES)
-    assert {"popsteer.reference.path.locate", "popsteer.reference.path.view"} <= set(circle)
+    assert circles(python_graph(_SMALL_REFERENCE)) == []
+    planted = "from popsteer.reference.path import locate"
+    graph = python_graph(_with(_SMALL_REFERENCE, "popsteer.reference.path.near", planted))
+    assert circles(graph) == [["popsteer.reference.path.locate", "popsteer.reference.path.near"]]
 
 
 def test_module_beside_the_table_is_found() -> None:
-    assert upward({"popsteer_new.thing": set()}, RUST) == [
-        "popsteer_new.thing is in no part of the table"
-    ]
+    graph: Graph = {"popsteer_new.thing": set()}
+    assert upward(graph, RUST) == ["popsteer_new.thing is in no part of the table"]
