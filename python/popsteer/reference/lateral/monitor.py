@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
 from popsteer.reference.lateral.tracker_state import TrackerState
+from popsteer.reference.limits import MAX_YAW
 from popsteer.reference.math import PI, saturate, wrap
 from popsteer.reference.vehicle.estimator import MAX_GAIN, MAX_STEER_OFFSET, MIN_GAIN
-from popsteer.reference.vehicle.state import MAX_YAW
 from popsteer.status import Status
 
 if TYPE_CHECKING:

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from math import fmod, inf
 from typing import TYPE_CHECKING
 
+from popsteer.reference.geometry import get_distance, squared_distance
 from popsteer.reference.math import atan2, saturate
-from popsteer.reference.path.view import get_distance, squared_distance
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.view import PathView
 
 __all__ = ["Preview"]
 
@@ -105,6 +106,11 @@ class Preview:
             reach = 5.0 * base
             farthest = arc_length + distance + reach
             self._stretch = Stretch.about(path, segment, arc_length - reach, farthest)
+
+    @classmethod
+    def yaw_at(cls, path: PathView, base: float, segment: int, arc_length: float) -> float:
+        """Return the direction of `path` [rad] at one place, `arc_length` on segment `segment`."""
+        return cls(path, base, segment, arc_length, 0.0).path_yaw(arc_length)
 
     def path_yaw(self, arc_length: float) -> float:
         """Return the direction of the path at `arc_length` [rad]."""

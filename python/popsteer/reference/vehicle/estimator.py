@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
+from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.math import cos, exp, saturate, sin, wrap
-from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED
-from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
+from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,10 +10,10 @@
 use super::tracker_state::TrackerState;
 use super::{LateralLaw, Status, Tracker};
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::limits::MAX_YAW;
 use crate::math::{saturate, sqrt, wrap};
 use crate::path::follow::Located;
 use crate::vehicle::estimator::Estimator;
-use crate::vehicle::state::MAX_YAW;
 use crate::vehicle::{InFlight, Vehicle, VehicleState};
 
 /// From where on a controller says that something is wrong.

@@ -8,15 +8,16 @@ use super::monitor::Monitor;
 use super::reported::Reported;
 use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState, check_waypoint};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
-use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
+use crate::geometry::Point;
+use crate::limits::{MAX_COORDINATE, MAX_DT, MIN_DT};
 use crate::math::{atan, saturate};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
 use crate::path::stop::Ahead;
-use crate::path::view::{MAX_COORDINATE, PathView};
-use crate::vehicle::state::{MAX_DT, MIN_DT, checked_dt};
+use crate::path::view::PathView;
+use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// How long the difference to a driver's angle takes to fade [s].

@@ -1,7 +1,7 @@
 //! What lies ahead? The direction of the path at distances along it.
 
-use super::view::{PathView, get_distance, squared_distance};
-use crate::Point;
+use super::view::PathView;
+use crate::geometry::{Point, get_distance, squared_distance};
 use crate::math::{atan2, remainder, saturate};
 
 /// The direction of a path, smoothed over `base` [m] of it.
@@ -55,6 +55,13 @@ impl<'a> Preview<'a> {
             stretch,
             hints: [segment; 3],
         }
+    }
+
+    /// The direction of `path` [rad], smoothed over `base` [m], at `arc_length` on segment `segment`:
+    /// that of one place, where [`new`](Self::new) is for several.
+    #[inline]
+    pub fn yaw_at(path: &'a PathView<'a>, base: f64, segment: usize, arc_length: f64) -> f64 {
+        Self::new(path, base, segment, arc_length, 0.0).path_yaw(arc_length)
     }
 
     /// Direction of the path at `arc_length` [rad].

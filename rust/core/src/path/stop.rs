@@ -194,40 +194,16 @@ impl PathView<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixtures::{FOLLOW, at, shuttle};
     use super::*;
-    use crate::vehicle::VehicleState;
-    use crate::{Path, Point};
+    use crate::Path;
+    use crate::geometry::Point;
     use alloc::vec::Vec;
     use proptest::prelude::*;
 
-    const FOLLOW: Follow = Follow {
-        base: 0.0,
-        reference_offset: 3.0,
-        rear_axle: 0.0,
-        search_distance: 6.0,
-        lost_distance: 30.0,
-        arrival_distance: 0.15,
-        opposite_distance: 10.0,
-    };
-
-    /// 20 m forward along x, 10 m back, 20 m forward again, standing at each cusp and at the end.
-    fn shuttle() -> Path {
-        let x: [f64; 6] = [0.0, 10.0, 20.0, 10.0, 20.0, 30.0];
-        let speed = [2.0, 2.0, 0.0, 0.0, 2.0, 0.0];
-        let path = Path::new(&x, &[0.0; 6], Some(&speed), false).unwrap();
-        path.with_reverse(&[false, false, true, false, false, false])
-            .unwrap()
-    }
-
     fn ahead(follow: &Follow, waypoint: usize, x: f64, speed: f64) -> Ahead {
         let path = shuttle();
-        let vehicle = VehicleState {
-            x,
-            y: 0.2,
-            yaw: 0.0,
-            speed,
-        };
-        let at = follow.locate(&path.view(), Some(waypoint), vehicle, 0.05);
+        let at = follow.locate(&path.view(), Some(waypoint), at(x, 0.2, speed), 0.05);
         Ahead::of(&path.view(), follow, &at)
     }
 

@@ -8,11 +8,10 @@
 //! is found from the position by normalised least mean squares.
 
 use super::delay::Reached;
-use super::state::MAX_YAW;
 use super::{Vehicle, VehicleState};
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::math::{cos, exp, saturate, sin, wrap};
-use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
 
 /// How fast a controller adapts to its vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,10 +16,10 @@ use popsteer_core::lateral::tracker::HANDOVER_TIME;
 use popsteer_core::lateral::{
     BangBang, Handover, Pid, Place, Pop, PreviewPop, PurePursuit, Stanley, TrackerState,
 };
+use popsteer_core::limits::{MAX_COORDINATE, MAX_DT};
 use popsteer_core::path::Ahead;
-use popsteer_core::path::view::MAX_COORDINATE;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::vehicle::state::{MAX_DT, checked_dt};
+use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::vehicle::{Estimate, InFlight};
 use popsteer_core::{
     Command, ConfigError, LateralLaw, Path, Point, Status, Tracker, Vehicle, VehicleState,
