@@ -84,6 +84,8 @@ class Preview:
         Where it begins [m].
     distance : float
         How far ahead is looked at most [m].
+    reach : float, optional
+        The farthest that a chord reaches either way [m]; five bases by default.
 
     Examples
     --------
@@ -97,20 +99,30 @@ class Preview:
     """
 
     def __init__(
-        self, path: PathView, base: float, segment: int, arc_length: float, distance: float
+        self,
+        path: PathView,
+        base: float,
+        segment: int,
+        arc_length: float,
+        distance: float,
+        reach: float | None = None,
     ) -> None:
         self.path = path
         self.base = base
+        self.reach = reach = 5.0 * base if reach is None else reach
         self._stretch: Stretch | None = None
         if path.reverse is not None:
-            reach = 5.0 * base
             farthest = arc_length + distance + reach
             self._stretch = Stretch.about(path, segment, arc_length - reach, farthest)
 
     @classmethod
     def yaw_at(cls, path: PathView, base: float, segment: int, arc_length: float) -> float:
-        """Return the direction of `path` [rad] at one place, `arc_length` on segment `segment`."""
-        return cls(path, base, segment, arc_length, 0.0).path_yaw(arc_length)
+        """Return the direction of `path` [rad] at one place, `arc_length` on segment `segment`.
+
+        The chord reaches at most one base either way. Farther, a vehicle that steers by it would
+        cut the corners of coarse waypoints, which a plan over several places does not.
+        """
+        return cls(path, base, segment, arc_length, 0.0, base).path_yaw(arc_length)
 
     def path_yaw(self, arc_length: float) -> float:
         """Return the direction of the path at `arc_length` [rad]."""
@@ -123,7 +135,7 @@ class Preview:
         here, _ = self._place_at(arc_length)
         start, end = path.segment(here)
         length = get_distance(start, end)
-        reach = saturate(length, 0.5 * base, 5.0 * base)
+        reach = saturate(length, 0.5 * base, self.reach)
         if path.closed and reach > 0.25 * path.length:
             reach = 0.25 * path.length
         tail = self._point_at(arc_length - reach)

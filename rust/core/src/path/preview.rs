@@ -19,6 +19,8 @@ use crate::math::{atan2, remainder, saturate};
 pub struct Preview<'a> {
     path: &'a PathView<'a>,
     base: f64,
+    /// The farthest that a chord reaches either way [m].
+    reach: f64,
     stretch: Option<Stretch>,
     /// The segments of the last places: behind, at, and ahead of the arc length asked for.
     hints: [usize; 3],
@@ -44,7 +46,19 @@ impl<'a> Preview<'a> {
         arc_length: f64,
         distance: f64,
     ) -> Self {
-        let reach = 5.0 * base;
+        Self::reaching(path, base, 5.0 * base, segment, arc_length, distance)
+    }
+
+    /// The same with chords that reach at most so far [m] either way.
+    #[inline]
+    fn reaching(
+        path: &'a PathView<'a>,
+        base: f64,
+        reach: f64,
+        segment: usize,
+        arc_length: f64,
+        distance: f64,
+    ) -> Self {
         let stretch = path.reverse().is_some().then(|| {
             let farthest = arc_length + distance + reach;
             Stretch::about(path, segment, arc_length - reach, farthest)
@@ -52,6 +66,7 @@ impl<'a> Preview<'a> {
         Self {
             path,
             base,
+            reach,
             stretch,
             hints: [segment; 3],
         }
@@ -59,9 +74,12 @@ impl<'a> Preview<'a> {
 
     /// The direction of `path` [rad], smoothed over `base` [m], at `arc_length` on segment `segment`:
     /// that of one place, where [`new`](Self::new) is for several.
+    ///
+    /// The chord reaches at most one base either way. Farther, a vehicle that steers by it would cut
+    /// the corners of coarse waypoints, which a plan over several places does not.
     #[inline]
     pub fn yaw_at(path: &'a PathView<'a>, base: f64, segment: usize, arc_length: f64) -> f64 {
-        Self::new(path, base, segment, arc_length, 0.0).path_yaw(arc_length)
+        Self::reaching(path, base, base, segment, arc_length, 0.0).path_yaw(arc_length)
     }
 
     /// Direction of the path at `arc_length` [rad].
@@ -78,7 +96,7 @@ impl<'a> Preview<'a> {
         let (here, _) = self.place_at(arc_length, here);
         let (start, end) = self.path.segment(here);
         let length = get_distance(start, end);
-        let mut reach = saturate(length, 0.5 * self.base, 5.0 * self.base);
+        let mut reach = saturate(length, 0.5 * self.base, self.reach);
         if self.path.is_closed() && reach > 0.25 * self.path.length() {
             reach = 0.25 * self.path.length();
         }
@@ -252,6 +270,15 @@ mod tests {
         assert_eq!(preview.path_yaw(-50.0), 0.0);
         assert!((preview.path_yaw(70.0) - 0.5 * PI).abs() < 1e-15);
         assert!((preview.path_yaw(10.0) - 0.25 * PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn test_direction_of_one_place_looks_one_base_far_and_a_plan_farther() {
+        let path = Path::new(&[0.0, 100.0, 100.0], &[0.0, 0.0, 100.0], None, false).unwrap();
+        let view = path.view();
+        assert_eq!(Preview::yaw_at(&view, 2.0, 0, 97.9), 0.0);
+        assert!(Preview::yaw_at(&view, 2.0, 0, 98.1) > 0.0);
+        assert!(Preview::new(&view, 2.0, 0, 91.0, 10.0).path_yaw(91.0) > 0.0);
     }
 
     #[test]
