@@ -1,7 +1,7 @@
 //! Where am I? The exact foot on the path, looked for along the arc around the last one.
 //!
 //! [`locate_by_scan`] looks at every segment of a bounded stretch and is the definition;
-//! [`locate`] leaves it to [`nearby`](super::nearby) where that is certain of the answer.
+//! [`locate`] leaves it to `nearby` where that is certain of the answer.
 
 use super::nearby::locate_nearby;
 use super::preview::Preview;

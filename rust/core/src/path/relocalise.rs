@@ -1,7 +1,7 @@
 //! Where am I after a jump? The segment of least distance and heading error of all.
 //!
 //! [`relocalise_by_scan`] visits every segment and is the definition; [`relocalise`] leaves out
-//! those that the [`index`](super::index) shows to be too far off.
+//! those that the `index` shows to be too far off.
 
 use super::best::Best;
 use super::index::{self, Found};
