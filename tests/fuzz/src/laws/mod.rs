@@ -3,6 +3,7 @@
 
 mod draw;
 mod plain;
+mod reported;
 
 use self::draw::{draw_monitor, draw_seen};
 use crate::backwards::check_backwards;
@@ -134,13 +135,14 @@ impl<L: Subject> Life<L> {
                     kinematic_bicycle(self.vehicle, steer, bytes.within(-3.0, 3.0), 3.0, 0.05);
                 self.step(self.vehicle, 0.05);
             }
-            80..=149 => {
+            80..=129 => {
                 let vehicle = vehicle(bytes, &self.path.view());
                 let refused = self.step(vehicle, dt(bytes));
                 if !refused {
                     self.vehicle = vehicle;
                 }
             }
+            130..=149 => self.step_reported(bytes),
             150..=174 => {
                 let vehicle = vehicle(bytes, &self.path.view());
                 self.step_or_hold(vehicle, dt(bytes), bytes.below(3));
