@@ -236,7 +236,6 @@ class Tracker(
         self._state, dt = elapse(self._state, dt)
         now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
 
-        is_anew = self._state.waypoint is None
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
         self._state = replace(self._state, waypoint=at.foot.segment)
         here = at
@@ -256,7 +255,7 @@ class Tracker(
 
         fault = Status.OK
         if self._monitor is not None:
-            measured = Measured(here, now, is_anew, dt)
+            measured = Measured(here, now, dt)
             self._state, fault = self._monitor.watch(self._state, measured, models=self._models)
 
         if not self._bare:

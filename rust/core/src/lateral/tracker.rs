@@ -254,7 +254,6 @@ impl<L: LateralLaw> Tracker<L> {
         let mut belief = sight.belief;
 
         let follow = self.law.follow();
-        let is_anew = state.waypoint.is_none();
         let at = follow.locate(path, state.waypoint, sight.seen, dt);
         state.waypoint = Some(at.foot.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
@@ -277,7 +276,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
 
         let here = measured.as_ref().unwrap_or(&at);
-        let fault = self.watch(state, here, sight.here, is_anew, dt);
+        let fault = self.watch(state, here, sight.here, dt);
 
         if !self.bare {
             // The angle of the last command by the offset as it is known now.
