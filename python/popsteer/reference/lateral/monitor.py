@@ -327,11 +327,7 @@ class Monitor:
         `set_path` and `relocalise`.
         """
         error, within = now.here.foot.cross_track_error(), watched.within
-        if (
-            now.here.turned
-            and last is not None
-            and abs(error - last) > self._deviation_limit
-        ):
+        if now.here.turned and last is not None and abs(error - last) > self._deviation_limit:
             within = False
         is_within = abs(error) <= self._deviation_limit
         within = within or is_within

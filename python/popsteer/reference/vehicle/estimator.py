@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.delay import Reached
+    from popsteer.reference.vehicle.wheels import Reached
 
 __all__ = ["AdaptParams", "Corrections", "Estimate", "Estimator"]
 
@@ -220,7 +220,7 @@ class Estimator:
     The motion over 0.1 s of a vehicle whose figures say that it goes straight on:
 
     >>> from popsteer.reference.vehicle import Vehicle
-    >>> from popsteer.reference.vehicle.delay import Reached
+    >>> from popsteer.reference.vehicle.wheels import Reached
     >>> estimator = Estimator(seen=VehicleState(0.0, 0.0, 0.0, 10.0))
     >>> now = VehicleState(1.0, 0.0, 0.01, 10.0)
     >>> for _ in range(100):

@@ -461,12 +461,6 @@ fn widest_offset(vehicle: &Vehicle) -> f64 {
 }
 
 impl Vehicle {
-    /// An angle that the wheels can stand at [rad].
-    #[inline]
-    pub fn at_wheels(&self, angle: f64) -> f64 {
-        saturate(angle, -self.max_steer, self.max_steer)
-    }
-
     /// The angle `wheel` [rad], brought within `max_lateral_acceleration` at `speed` [m/s] for a
     /// vehicle that turns `gain` times more than its figures say.
     #[inline]
