@@ -27,7 +27,11 @@ __all__ = ["MAX_POSE_AGE", "Past"]
 MAX_POSE_AGE = 1.0
 """The oldest pose that a step takes [s]."""
 RESOLUTION = 64
-"""Angles are remembered apart down to this share of `MAX_POSE_AGE`."""
+"""Angles are remembered apart down to this share of `MAX_POSE_AGE`.
+
+A 32nd would halve the memory, but preview POP at 100 Hz on poses 0.1 s old then keeps within 11 mm
+of its path instead of 3 mm (root mean square).
+"""
 CAPACITY = 2 * RESOLUTION + 2
 """The most angles.
 

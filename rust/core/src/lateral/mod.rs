@@ -7,6 +7,7 @@ mod approach;
 pub mod bang_bang;
 pub mod command;
 pub mod cost_to_go;
+pub mod error_buffer;
 mod held;
 pub mod limited;
 pub mod missed;

@@ -23,7 +23,9 @@ pub struct Past {
 }
 
 impl Past {
-    /// Angles are remembered apart down to this share of [`MAX_POSE_AGE`].
+    /// Angles are remembered apart down to this share of [`MAX_POSE_AGE`]. A 32nd would halve
+    /// the memory, but preview POP at 100 Hz on poses 0.1 s old then keeps within 11 mm of its path
+    /// instead of 3 mm (root mean square).
     const RESOLUTION: usize = 64;
     /// The most angles. Two neighbours are together longer than a share, so half as many shares
     /// are remembered as there are places.
