@@ -6,6 +6,7 @@
 mod approach;
 pub mod bang_bang;
 pub mod command;
+pub mod command_limits;
 pub mod cost_to_go;
 pub mod error_buffer;
 mod held;
