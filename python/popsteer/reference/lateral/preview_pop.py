@@ -17,7 +17,7 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.approach import Straightening
 from popsteer.reference.lateral.cost_to_go import CostToGo, Predicted, Travel
-from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later
+from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later, limited
 from popsteer.reference.lateral.preview_params import PreviewPopParams
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
@@ -233,7 +233,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
                 first(high) if high < vehicle.max_steer else inf,
             )
         )
-        plan = horizon.limited(start, limits, self.state.reached_limits)
+        plan = limited(horizon, start, limits, self.state.reached_limits)
         reached = later(plan.limits) if share > 0.5 else plan.limits
         self._state = replace(self.state, reached_limits=reached)
         # A move to the largest curvature is made as fast as the wheels turn: its part in each

@@ -14,6 +14,7 @@ pub mod limited;
 pub mod missed;
 pub mod monitor;
 pub mod pid;
+pub mod plan;
 pub mod pop;
 pub mod predict;
 pub mod preview_params;
