@@ -302,8 +302,6 @@ class Measured(NamedTuple):
     """Where the tracked point of the measured vehicle is."""
     vehicle: VehicleState
     """The vehicle by the pose of its own point."""
-    is_anew: bool
-    """Whether the place on the path was looked for anew."""
     dt: float
     """Control period [s]."""
 
@@ -340,14 +338,11 @@ class Monitor:
     ) -> tuple[MonitorState, bool]:
         """Tell whether the vehicle is beyond the limit, after it was within.
 
-        Another path, or another direction, that begins farther off is another task.
+        Another direction that begins farther off is another task, as another path is: see
+        `set_path` and `relocalise`.
         """
         error, within = now.here.foot.cross_track_error(), watched.within
-        if (
-            (now.is_anew or now.here.turned)
-            and last is not None
-            and abs(error - last) > self._deviation_limit
-        ):
+        if now.here.turned and last is not None and abs(error - last) > self._deviation_limit:
             within = False
         is_within = abs(error) <= self._deviation_limit
         within = within or is_within

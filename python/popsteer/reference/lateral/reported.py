@@ -1,12 +1,12 @@
-"""What a vehicle may report beside its pose and speed.
+"""The vehicle as the law is to see it, after all that it reports.
 
-The angle that was really applied, and how old the pose is.
+Pose and speed, the angle that was really applied, and how old the pose is.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral import Belief
@@ -21,16 +21,19 @@ from popsteer.reference.lateral.tracker_state import (
 )
 from popsteer.reference.limits import MIN_DT
 from popsteer.reference.math import PI, saturate
+from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.estimator import Corrections
 from popsteer.reference.vehicle.past import MAX_POSE_AGE, Past
 
 if TYPE_CHECKING:
+    from popsteer.reference.lateral import LateralLaw
+    from popsteer.reference.path.follow import Follow, Located
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.delay import InFlight
-    from popsteer.reference.vehicle.estimator import AdaptParams
+    from popsteer.reference.vehicle.estimator import AdaptParams, Estimator
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Reported", "Sight", "sight_aged"]
+__all__ = ["Reported", "Sight", "observe_slip", "predict_now", "sight_aged"]
 
 StateT = TypeVar("StateT", bound=TrackerState)
 
@@ -135,6 +138,66 @@ def sight_aged(
         state = with_in_flight(state, in_flight)
     state = with_past(with_estimator(state, estimator), past)
     return state, Sight(here, seen, Belief(wheel, estimate), observed, vehicle.speed * age)
+
+
+def predict_now(
+    car: Vehicle, adapt: AdaptParams | None, state: StateT, vehicle: VehicleState, dt: float
+) -> tuple[StateT, VehicleState, Belief]:
+    """Return the state, and the vehicle as the law is to see it.
+
+    Before, its motion since the last step is observed, and the last command takes flight.
+    """
+    in_flight = in_flight_of(state)
+    if in_flight is None:
+        return state, vehicle, Belief(state.steer, Corrections())
+    estimator = estimator_of(state)
+    now = vehicle.ahead(car.no_slip)
+    before = estimator.estimate.longer_dead_time
+    if adapt is not None:
+        reached = in_flight.reaching(car, state.steer, dt)
+        estimator = estimator.observe_turn(adapt, car, now, reached, dt)
+    estimate = estimator.estimate
+    in_flight = in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before)
+    state = with_in_flight(with_estimator(state, estimator), in_flight)
+    if car.dead_time > 0.0:
+        predicted, wheel = in_flight.predict(car, now, estimate)
+        # What was given is good, so what comes of it is not refused.
+        seen = predicted.bounded().ahead(-car.no_slip).bounded()
+        return state, seen, Belief(wheel, estimate)
+    return state, vehicle, Belief(in_flight.wheel, estimate)
+
+
+def observe_slip(
+    law: LateralLaw[Any, Any],
+    follow: Follow,
+    adapt: AdaptParams,
+    estimator: Estimator,
+    here: Located,
+    vehicle: VehicleState,
+    seen: tuple[float, float],
+) -> Estimator:
+    """Observe the slip of a vehicle that is at `here`.
+
+    It was `seen` at `vehicle` so long [s] after the last time, and since then has come so far [m].
+    Nothing is learnt across a change of the direction.
+    """
+    (dt, since), car, path = seen, law.vehicle, law.path
+    now = vehicle.ahead(car.no_slip)
+    if here.turned or here.vehicle.speed <= 0.0:
+        return replace(estimator, seen=now)
+
+    def curvature(travel: float) -> float:
+        travel = abs(travel)
+        # The tracked point lies ahead of the one that slips by about this much.
+        start = here.foot.arc_length(path) - follow.reference_offset - travel
+        start -= abs(since)
+        smoothing = 2.0 / 3.0 * car.wheelbase
+        preview = Preview(path, smoothing, here.foot.segment, start, travel)
+        _, (turn,) = preview.turns(start, travel, 1)
+        return here.turn(turn / travel)
+
+    estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
+    return replace(estimator, seen=now)
 
 
 def _remember(car: Vehicle, past: Past, in_flight: InFlight | None, last: float, dt: float) -> Past:

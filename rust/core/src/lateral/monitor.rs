@@ -267,8 +267,6 @@ struct Measured<'a> {
     vehicle: VehicleState,
     /// Angle of the modelled wheels [rad]; none where they are not modelled.
     wheel: Option<f64>,
-    /// Whether the place on the path was looked for anew.
-    is_anew: bool,
     /// Control period [s].
     dt: f64,
 }
@@ -315,8 +313,8 @@ impl Monitor {
         Status::DEVIATING.when(is_deviating) | Status::IMPLAUSIBLE.when(is_implausible)
     }
 
-    /// Whether the vehicle is beyond the limit, after it was within. Another path, or another
-    /// direction, that begins farther off is another task.
+    /// Whether the vehicle is beyond the limit, after it was within. Another direction that begins
+    /// farther off is another task, as another path is: see `set_path` and `set_waypoint`.
     #[inline]
     fn watch_path(
         &self,
@@ -325,7 +323,7 @@ impl Monitor {
         last: Option<f64>,
     ) -> bool {
         let error = now.here.foot.cross_track_error();
-        if let (true, Some(last)) = (now.is_anew || now.here.turned, last)
+        if let (true, Some(last)) = (now.here.turned, last)
             && (error - last).abs() > self.deviation_limit
         {
             watched.within = false;
@@ -401,7 +399,6 @@ impl<L: LateralLaw> Tracker<L> {
         state: &mut TrackerState<L::State>,
         here: &Located,
         vehicle: VehicleState,
-        is_anew: bool,
         dt: f64,
     ) -> Status {
         let Some(monitor) = &self.monitor else {
@@ -413,7 +410,6 @@ impl<L: LateralLaw> Tracker<L> {
             here,
             vehicle,
             wheel: in_flight.map(InFlight::wheel),
-            is_anew,
             dt,
         };
         monitor.watch(self.law.vehicle(), state, &now)

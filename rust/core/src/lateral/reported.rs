@@ -1,5 +1,5 @@
-//! What a vehicle may report beside its pose and speed: the angle that was really applied, and how
-//! old the pose is.
+//! The vehicle as the law is to see it, after all that it reports: pose and speed, the angle that was
+//! really applied, and how old the pose is.
 
 use super::tracker::{Tracker, command};
 use super::tracker_state::TrackerState;
@@ -7,9 +7,11 @@ use super::{Belief, Command, LateralLaw, LateralState};
 use crate::error::{InputError, input_in_range};
 use crate::limits::MIN_DT;
 use crate::math::saturate;
+use crate::path::follow::Located;
+use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::past::{MAX_POSE_AGE, Past};
-use crate::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
+use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
 /// What a step may be told beside pose and speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -177,7 +179,7 @@ impl<L: LateralLaw> Tracker<L> {
     /// As a step without ages does, for a pose that was measured `age` [s] before: observes the
     /// motion between the poses, lets the last command take flight, and predicts.
     #[cold]
-    pub(super) fn sight_aged(
+    fn sight_aged(
         &self,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
@@ -241,6 +243,79 @@ impl<L: LateralLaw> Tracker<L> {
             observed,
             travel: vehicle.speed * age,
         }
+    }
+
+    /// The vehicle as the law is to see it, after its motion since the last step was observed and
+    /// the last command took flight.
+    #[inline]
+    fn predict_now(
+        &self,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> (VehicleState, Belief) {
+        let car = self.law.vehicle();
+        // Where nothing is modelled, what a state of another vehicle brings along does not count.
+        let (true, Some(in_flight)) = (self.models, &mut state.in_flight) else {
+            let belief = Belief {
+                wheel: state.steer,
+                estimate: Estimate::DEFAULT,
+            };
+            return (vehicle, belief);
+        };
+        let estimator = &mut state.estimator;
+        let now = vehicle.ahead(car.no_slip());
+        let before = estimator.estimate.longer_dead_time;
+        if let Some(adapt) = self.adapt() {
+            let reached = in_flight.reaching(car, state.steer, dt);
+            estimator.observe_turn(adapt, car, now, reached, dt);
+        }
+        let estimate = estimator.estimate;
+        in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before);
+        if car.dead_time > 0.0 {
+            let (predicted, wheel) = in_flight.predict(car, now, &estimate);
+            // What was given is good, so what comes of it is not refused.
+            let seen = predicted.bounded().ahead(-car.no_slip()).bounded();
+            (seen, Belief { wheel, estimate })
+        } else {
+            let wheel = in_flight.wheel();
+            (vehicle, Belief { wheel, estimate })
+        }
+    }
+
+    /// Observes the slip of a vehicle that is at `here`, and was seen at `vehicle` so long [s] after
+    /// the last time, and since then has come so far [m]. Nothing is learnt across a change of the
+    /// direction.
+    #[inline]
+    pub(super) fn observe_slip(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        adapt: &AdaptParams,
+        here: &Located,
+        vehicle: VehicleState,
+        (dt, since): (f64, f64),
+    ) {
+        let car = self.law.vehicle();
+        let now = vehicle.ahead(car.no_slip());
+        if here.turned || here.vehicle.speed <= 0.0 {
+            state.estimator.seen = Some(now);
+            return;
+        }
+        let curvature = |travel: f64| {
+            let travel = travel.abs();
+            let mut turn = [0.0];
+            // The tracked point lies ahead of the one that slips by about this much.
+            let start = here.foot.arc_length(path) - self.follow().reference_offset - travel;
+            let start = start - since.abs();
+            let smoothing = 2.0 / 3.0 * car.wheelbase;
+            Preview::new(path, smoothing, here.foot.segment, start, travel)
+                .turns(start, travel, &mut turn);
+            let [turn] = turn;
+            here.turn(turn / travel)
+        };
+        state.estimator.observe_slip(adapt, car, now, curvature, dt);
+        state.estimator.seen = Some(now);
     }
 }
 

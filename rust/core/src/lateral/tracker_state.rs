@@ -1,6 +1,5 @@
 //! What a tracker remembers.
 
-use super::tracker::HANDOVER_TIME;
 use super::{LateralState, MonitorState};
 use crate::error::{InputError, Requirement, input_in_range};
 use crate::geometry::Point;
@@ -11,6 +10,9 @@ use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::vehicle::past::Past;
 use crate::vehicle::{Estimator, InFlight, VehicleState};
+
+/// How long the difference to a driver's angle takes to fade [s].
+pub const HANDOVER_TIME: f64 = 1.0;
 
 /// The difference to the angle that a law took over [rad], and how long it fades on [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
