@@ -22,11 +22,12 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.command_limits import limit, widest_offset
 from popsteer.reference.lateral.missed import Holding, elapse
-from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams, MonitorState
+from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams
+from popsteer.reference.lateral.monitor_state import MonitorState
 from popsteer.reference.lateral.predict import Predicting
 from popsteer.reference.lateral.replan import carry_over
-from popsteer.reference.lateral.reported import (
-    Reported,
+from popsteer.reference.lateral.reported import Reported
+from popsteer.reference.lateral.sight import (
     Sight,
     observe_slip,
     predict_now,

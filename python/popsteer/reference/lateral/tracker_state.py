@@ -18,7 +18,7 @@ from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.lateral.monitor import MonitorState
+    from popsteer.reference.lateral.monitor_state import MonitorState
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle.timed import Timed

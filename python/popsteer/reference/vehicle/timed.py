@@ -50,7 +50,8 @@ def push_or_join(
 ) -> Timed:
     """Add an angle; where there is no place for it, the oldest is forgotten.
 
-    Or join it to the newest where both together last `shortest` [s] at most: to their mean.
+    Or join it to the newest where both together last `shortest` [s] at most: to their mean. One
+    that does not last is none.
 
     Examples
     --------
@@ -59,11 +60,14 @@ def push_or_join(
     >>> push_or_join(((1.0, 0.5), (2.0, 0.5)), 4.0, 0.5, 0.75, 2)
     ((2.0, 0.5), (4.0, 0.5))
     """
+    if duration <= 0.0:
+        return timed
     if timed:
         mean, lasted = timed[-1]
         total = lasted + duration
         if total <= shortest:
-            joined = (mean * lasted + angle * duration) / total
+            # Written so, it lies between the two however short they are.
+            joined = mean + (angle - mean) * (duration / total)
             return (*timed[:-1], (joined, total))
     return (*timed, (angle, duration))[-capacity:]
 

@@ -1,10 +1,10 @@
 //! From the angle that a law wants to the command: hand-over, then the limits of the vehicle.
 
 use super::tracker::Tracker;
-use super::tracker_state::{HANDOVER_TIME, Handover, TrackerState};
+use super::tracker_state::{HANDOVER_TIME, Handover, TrackerState, widest_offset};
 use super::{LateralLaw, LateralState};
 use crate::math::{atan, saturate};
-use crate::vehicle::{Estimate, Estimator, Vehicle};
+use crate::vehicle::{Estimate, Vehicle};
 
 impl<L: LateralLaw> Tracker<L> {
     /// Commands the angle `wanted` of the wheels [rad] as far as the vehicle allows, and tells
@@ -70,12 +70,6 @@ fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64, widest
         *handover = None;
     }
     wanted + share * offset
-}
-
-/// The widest offset of a hand-over: from one end of the wheels to the other [rad].
-pub(super) fn widest_offset(vehicle: &Vehicle) -> f64 {
-    let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
-    2.0 * vehicle.max_steer + offsets
 }
 
 impl Vehicle {

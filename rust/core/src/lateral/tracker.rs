@@ -4,17 +4,16 @@
 //! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
 //! from a driver's angle without a jump, and answers every input.
 
-use super::command_limits::widest_offset;
-use super::monitor::Monitor;
+use super::monitor::{Measured, Monitor, MonitorParams};
 use super::reported::Reported;
 use super::tracker_state::{
-    Answer, HANDOVER_TIME, Handover, Place, Seen, TrackerState, check_waypoint,
+    Answer, HANDOVER_TIME, Handover, Place, Seen, TrackerState, check_waypoint, widest_offset,
 };
 use super::{Command, LateralLaw, LateralState, Status, check_steer};
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
 use crate::geometry::Point;
 use crate::limits::{MAX_COORDINATE, MAX_DT, MIN_DT};
-use crate::path::follow::Follow;
+use crate::path::follow::{Follow, Located};
 use crate::path::relocalise::relocalise;
 use crate::path::stop::Ahead;
 use crate::path::view::PathView;
@@ -313,6 +312,56 @@ impl<L: LateralLaw> Tracker<L> {
             | Status::END_OF_PATH.when(at.past_end)
             | Status::OFF_PATH.when(at.off_path);
         Ok(status)
+    }
+
+    /// The same, watching the vehicle so; not at all where that is none.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn monitored(mut self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
+        self.monitor = match params {
+            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
+            None => None,
+        };
+        Ok(self)
+    }
+
+    /// How it watches the vehicle; none where it does not.
+    pub fn monitor(&self) -> Option<&MonitorParams> {
+        self.monitor.as_ref().map(Monitor::params)
+    }
+
+    /// Compares the step of a vehicle that is measured at `here` with what was commanded before it,
+    /// and says what is wrong.
+    #[inline]
+    fn watch(
+        &self,
+        state: &mut TrackerState<L::State>,
+        here: &Located,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Status {
+        let Some(monitor) = &self.monitor else {
+            return Status::OK;
+        };
+        // Where nothing is modelled, what a state of another vehicle brings along does not count.
+        let in_flight = state.in_flight.as_ref().filter(|_| self.models);
+        let now = Measured {
+            here,
+            vehicle,
+            wheel: in_flight.map(InFlight::wheel),
+            dt,
+        };
+        let answer = state.answer.as_ref();
+        let last = answer.map(|answer| answer.measured.cross_track_error);
+        monitor.watch(
+            self.law.vehicle(),
+            &mut state.monitor,
+            state.steer,
+            last,
+            &now,
+        )
     }
 }
 

@@ -94,14 +94,18 @@ impl<const N: usize> Timed<N> {
     }
 
     /// Adds an angle, or joins it to the newest where both together last `shortest` [s] at most:
-    /// to their mean.
+    /// to their mean. One that does not last is none.
     #[inline]
     pub fn push_or_join(&mut self, angle: f64, duration: f64, shortest: f64) {
+        if duration <= 0.0 {
+            return;
+        }
         if let Some(newest) = self.count.checked_sub(1) {
             let (mean, lasted) = self.get(newest);
             let total = lasted + duration;
             if total <= shortest {
-                let mean = (mean * lasted + angle * duration) / total;
+                // Written so, it lies between the two however short they are.
+                let mean = mean + (angle - mean) * (duration / total);
                 return self.set(newest, (mean, total));
             }
         }
@@ -177,6 +181,15 @@ mod tests {
             timed.push_or_join(angle, duration, 0.75);
         }
         assert!(timed.iter().eq([(3.0, 0.75), (2.0, 0.25)]));
+    }
+
+    #[test]
+    fn test_angles_that_do_not_last_are_none_and_the_shortest_have_a_mean() {
+        let (mut timed, least) = (Timed::<3>::EMPTY, f64::from_bits(1));
+        for (angle, duration) in [(1.0, 0.0), (1.0, 0.0), (1.5, least), (1.5, least)] {
+            timed.push_or_join(angle, duration, 0.75);
+        }
+        assert!(timed.iter().eq([(1.5, 2.0 * least)]));
     }
 
     #[test]
