@@ -59,7 +59,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from popsteer import laws
+from popsteer import controllers
 from popsteer._core import (
     BangBangParams,
     PidParams,
@@ -71,7 +71,7 @@ from popsteer._core import (
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
-    from popsteer.laws import Params
+    from popsteer.controllers import Params
 
 __all__ = ["REPRODUCTION", "get", "names"]
 
@@ -162,7 +162,7 @@ def names(law: str) -> tuple[str, ...]:
     Parameters
     ----------
     law : str
-        A name that `popsteer.laws.names` gives.
+        A name that `popsteer.controllers.names` gives.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def names(law: str) -> tuple[str, ...]:
     >>> names("pid")
     ('default', 'paper', 'published-code', 'reproduction')
     """
-    return tuple(_PRESETS[laws.get(law).name])
+    return tuple(_PRESETS[controllers.get(law).name])
 
 
 def get(law: str, name: str) -> Params:
@@ -188,7 +188,7 @@ def get(law: str, name: str) -> Params:
     Parameters
     ----------
     law : str
-        A name that `popsteer.laws.names` gives.
+        A name that `popsteer.controllers.names` gives.
     name : str
         One of `names(law)`.
 

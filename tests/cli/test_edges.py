@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import popsteer
-from popsteer import sim, study
+from popsteer import lab, sim
 from tests.cli import command
 from tests.closed_loop.paths import track
 
@@ -36,8 +36,8 @@ def test_edges_writes_what_the_study_finds(
         *("--csv", str(table), "--json", str(document)),
     )
     assert (outcome.status, outcome.err) == (0, "")
-    known = {track.name: track for track in study.edge_tracks()}
-    runs = study.edges(LAWS, [known[name] for name in TRACKS])
+    known = {track.name: track for track in lab.edges.edge_tracks()}
+    runs = lab.edges.run(LAWS, [known[name] for name in TRACKS])
     written = json.loads(document.read_text(encoding="utf-8"))
     assert written["plant"] == "kinematic-bicycle"
     assert written["vehicle"] == written["plant_vehicle"]
@@ -66,8 +66,8 @@ def test_edges_by_default_drives_every_law_on_every_track(
     outcome = command.call(capsys, "edges", "--csv", str(table))
     assert outcome.status == 0
     driven = {(row["track"], row["law"]) for row in _rows(table)}
-    tracks = [track.name for track in study.edge_tracks()]
-    assert driven == {(track, law) for track in tracks for law in study.EDGE_LAWS}
+    tracks = [track.name for track in lab.edges.edge_tracks()]
+    assert driven == {(track, law) for track in tracks for law in lab.edges.runs.EDGE_CONTROLLERS}
 
 
 def test_edges_of_a_car_of_ones_own_are_driven_by_it(
@@ -85,8 +85,8 @@ def test_edges_of_a_car_of_ones_own_are_driven_by_it(
     written = json.loads(document.read_text(encoding="utf-8"))
     assert written["plant_vehicle"] == vehicle.as_dict()
     assert written["vehicle"] == vehicle.replace(steer_lag=0.1).as_dict()
-    track = next(track for track in study.edge_tracks() if track.name == "parallel-parking")
-    (run,) = study.edges(
+    track = next(track for track in lab.edges.edge_tracks() if track.name == "parallel-parking")
+    (run,) = lab.edges.run(
         ["preview-pop"],
         [track],
         plant=sim.KinematicBicycle(vehicle),
@@ -135,7 +135,7 @@ def test_dead_time_writes_what_the_study_finds(
     assert (outcome.status, outcome.err) == (0, "")
     assert "slalom, plant carla-identified, dead time 0.15 s" in outcome.out
     slalom = track("slalom")
-    rows = study.dead_times(slalom, LAWS, dead_time=0.15, adapt=None if no_adapt else "auto")
+    rows = lab.delay.run(slalom, LAWS, dead_time=0.15, adapt=None if no_adapt else "auto")
     written = json.loads(document.read_text(encoding="utf-8"))
     assert (written["track"], written["plant"]) == ("slalom", "carla-identified")
     cells = iter(_rows(table))

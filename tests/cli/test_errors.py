@@ -156,7 +156,7 @@ class Blocked:
         if name.partition(".")[0] == {missing!r}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 sys.meta_path.insert(0, Blocked())
-import popsteer, popsteer.sim, popsteer.study, popsteer.presets
+import popsteer, popsteer.sim, popsteer.lab, popsteer.presets
 from popsteer.cli import main
 main(["compare", "--track", "straight", "--out", {str(tmp_path / "out")!r}])
 """

@@ -8,8 +8,8 @@ from typing import NoReturn
 
 import pytest
 
-from popsteer import study
-from popsteer.bench import latency
+from popsteer import lab
+from popsteer.lab.bench import latency
 from tests.cli import command
 
 # Each command that writes, up to the place to write to.
@@ -45,8 +45,8 @@ def _parked(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> NoReturn:
         pytest.fail("the work was done before the output was refused")
 
-    for name in ("compare", "matrix", "stability", "edges", "dead_times"):
-        monkeypatch.setattr(study, name, refuse)
+    for experiment in (lab.compare, lab.matrix, lab.stability, lab.edges, lab.delay):
+        monkeypatch.setattr(experiment, "run", refuse)
     monkeypatch.setattr(latency, "measure", refuse)
 
 

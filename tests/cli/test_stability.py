@@ -8,8 +8,9 @@ import pytest
 
 import popsteer
 from popsteer import Vehicle
-from popsteer.report.figures import stability as drawing
-from popsteer.study import carrot, margins, stability
+from popsteer.lab import stability
+from popsteer.lab.stability import carrot, margins
+from popsteer.lab.stability import figures as drawing
 from tests.cli import command
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def test_stability_prints_the_margins_of_each_controller_at_each_speed(
     assert outcome.status == 0
     rows = _rows(outcome.out)
     assert list(rows) == ["PID", "Pure-Pursuit", "Stanley", "POP", "Preview POP"]
-    expected = stability(["pop"], Vehicle(), [5.0, 25.0]).margins["pop"]
+    expected = stability.run(["pop"], Vehicle(), [5.0, 25.0]).margins["pop"]
     for cells, speed, found in zip(rows["POP"], ("5", "25"), expected, strict=True):
         distance = "7.0" if speed == "5" else "11.0"
         phase = f"{np.degrees(found.phase):.1f}"
@@ -134,7 +135,7 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer(
     monkeypatch.setattr(drawing, "_SPEEDS", np.linspace(1.0, 30.0, 4))
     told: list[float] = []
     drawn = drawing.stability_figures(
-        stability(["stanley"]), lambda what, share: told.append(share)
+        stability.run(["stanley"]), lambda what, share: told.append(share)
     )
     assert set(drawn) == {"stability-margins.png", "stability-margins-dark.png"}
     assert told == sorted(told)

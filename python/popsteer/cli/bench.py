@@ -43,8 +43,8 @@ def bench(
     """Measure how long a control step takes."""
     from rich.console import Console
 
-    from popsteer.bench import latency
     from popsteer.files import check_files
+    from popsteer.lab.bench import latency
 
     if json is not None:
         check_files([json])

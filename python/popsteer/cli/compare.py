@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from popsteer import baselines, laws, presets, report, sim, study
+from popsteer import controllers, lab, presets, sim
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
 from popsteer.files import check_folder
+from popsteer.lab import baselines
 from popsteer.sim import Settings
 
 __all__ = ["HELP", "compare"]
@@ -47,10 +48,10 @@ def compare(
             "--controllers",
             "--laws",
             metavar="LAWS",
-            help=f"The controllers, of {', '.join(laws.names())}; with the extra 'mpc' also"
+            help=f"The controllers, of {', '.join(controllers.names())}; with the extra 'mpc' also"
             f" {', '.join(baselines.names())}.",
         ),
-    ] = ",".join(study.DEFAULT_LAWS),
+    ] = ",".join(lab.compare.runs.DEFAULT_CONTROLLERS),
     preset: options.Preset = presets.REPRODUCTION,
     plant: options.Plant = "carla-identified",
     vehicle: options.Vehicle = None,
@@ -78,11 +79,11 @@ def compare(
         itself = sim.vehicle_of(mover)
         told = inputs.believed(vehicle, set_vehicle, itself)
         begin = inputs.start(course.path, start, start_at, start_offset, itself)
-        params = study.parameters(names, preset)
+        params = lab.compare.parameters(names, preset)
         adapt: Literal["auto"] | None = None if no_adapt else "auto"
         if out is not None:
-            check_folder(out, report.file_names(params))
-        comparison = study.compare(
+            check_folder(out, lab.compare.files.file_names(params))
+        comparison = lab.compare.run(
             course.path,
             params,
             mover,
@@ -98,5 +99,5 @@ def compare(
         )
         comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         if step_time:
-            comparison = study.time_steps(comparison, params, progress.update, adapt=adapt)
+            comparison = lab.compare.time_steps(comparison, params, progress.update, adapt=adapt)
         outputs.deliver(comparison, out, progress)

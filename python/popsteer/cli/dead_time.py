@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from popsteer import presets, study
+from popsteer import lab, presets
 from popsteer.cli import inputs, options
 from popsteer.cli.outputs import deliver_table
 from popsteer.cli.progress import Progress
@@ -38,15 +38,16 @@ def dead_time(
     laws: Annotated[
         str,
         typer.Option(
-            metavar="LAWS", help=f"The controllers, of {', '.join(study.DEAD_TIME_LAWS)}."
+            metavar="LAWS",
+            help=f"The controllers, of {', '.join(lab.delay.runs.DEAD_TIME_CONTROLLERS)}.",
         ),
-    ] = ",".join(study.DEAD_TIME_LAWS),
+    ] = ",".join(lab.delay.runs.DEAD_TIME_CONTROLLERS),
     dead_time: Annotated[
         float,
         typer.Option(
             metavar="SECONDS", help="Time from a command to its first effect on the wheels."
         ),
-    ] = study.DEAD_TIME,
+    ] = lab.delay.runs.DEAD_TIME,
     no_adapt: options.NoAdapt = False,
     plant: Annotated[
         str,
@@ -65,11 +66,11 @@ def dead_time(
     json: options.Json = None,
 ) -> None:
     """Drive the controllers with dead time and with a prediction through it."""
-    from popsteer.report.dead_time import (
-        dead_time_caption,
-        dead_time_csv,
-        dead_time_json,
-        dead_time_table,
+    from popsteer.lab.delay.table import (
+        delay_caption,
+        delay_csv,
+        delay_json,
+        delay_table,
     )
 
     course = inputs.course(waypoints, track, closed=closed)
@@ -77,7 +78,7 @@ def dead_time(
     mover = _plant(plant)
     begin = inputs.start(course.path, start, start_at, None, mover.vehicle)
     with Progress() as progress:
-        rows = study.dead_times(
+        rows = lab.delay.run(
             course.path,
             inputs.names(laws),
             plant=mover,
@@ -89,10 +90,10 @@ def dead_time(
             progress=progress.update,
         )
     deliver_table(
-        dead_time_caption(rows, course.name, mover),
-        dead_time_table(rows),
-        csv=(csv, lambda: dead_time_csv(rows)),
-        json=(json, lambda: dead_time_json(rows, course.name, mover)),
+        delay_caption(rows, course.name, mover),
+        delay_table(rows),
+        csv=(csv, lambda: delay_csv(rows)),
+        json=(json, lambda: delay_json(rows, course.name, mover)),
     )
 
 

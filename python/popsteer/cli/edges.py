@@ -6,14 +6,14 @@ from typing import Annotated
 
 import typer
 
-from popsteer import study
+from popsteer import lab
 from popsteer.cli import inputs, options
 from popsteer.cli.outputs import deliver_table
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_files
+from popsteer.lab.edges.runs import EDGE_PLANT
 from popsteer.sim import vehicle_of
-from popsteer.study.edges import EDGE_PLANT
 
 __all__ = ["HELP", "edges"]
 
@@ -37,8 +37,12 @@ Examples:
 def edges(
     *,
     laws: Annotated[
-        str, typer.Option(metavar="LAWS", help=f"The controllers, of {', '.join(study.EDGE_LAWS)}.")
-    ] = ",".join(study.EDGE_LAWS),
+        str,
+        typer.Option(
+            metavar="LAWS",
+            help=f"The controllers, of {', '.join(lab.edges.runs.EDGE_CONTROLLERS)}.",
+        ),
+    ] = ",".join(lab.edges.runs.EDGE_CONTROLLERS),
     tracks: Annotated[
         str | None,
         typer.Option(
@@ -59,9 +63,9 @@ def edges(
     json: options.Json = None,
 ) -> None:
     """Drive the controllers along pathological paths."""
-    from popsteer.report.edges import edges_caption, edges_csv, edges_json, edges_table
+    from popsteer.lab.edges.table import edges_caption, edges_csv, edges_json, edges_table
 
-    known = {track.name: track for track in study.edge_tracks()}
+    known = {track.name: track for track in lab.edges.edge_tracks()}
     wanted = list(known) if tracks is None else inputs.names(tracks)
     for name in wanted:
         if name not in known:
@@ -70,7 +74,7 @@ def edges(
     with Progress() as progress:
         mover = EDGE_PLANT if plant is None else inputs.plant(plant)
         told = inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
-        rows = study.edges(
+        rows = lab.edges.run(
             inputs.names(laws),
             [known[name] for name in wanted],
             plant=mover,

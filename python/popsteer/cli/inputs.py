@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from popsteer.plants.protocol import PythonPlant
-    from popsteer.sim.run import Pose
+    from popsteer.sim.closed_loop import Pose
 
 __all__ = [
     "DEFAULT_TRACK",

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from popsteer import presets, study
+from popsteer import lab, presets
 from popsteer.cli import inputs, options
 from popsteer.cli.progress import Progress
 from popsteer.files import check_folder
@@ -42,8 +42,11 @@ def matrix(
     *,
     laws: Annotated[
         str,
-        typer.Option(metavar="LAWS", help=f"The controllers, of {', '.join(study.law_names())}."),
-    ] = ",".join(study.DEFAULT_LAWS),
+        typer.Option(
+            metavar="LAWS",
+            help=f"The controllers, of {', '.join(lab.common.names.controller_names())}.",
+        ),
+    ] = ",".join(lab.compare.runs.DEFAULT_CONTROLLERS),
     plants: Annotated[
         str, typer.Option(metavar="PLANTS", help="The plants, as compare's --plant names them.")
     ] = "carla-identified,kinematic-bicycle",
@@ -74,9 +77,9 @@ def matrix(
     """Drive controllers on plants along tracks."""
     from rich.console import Console
 
-    from popsteer import report
-    from popsteer.report.matrix import matrix_files, matrix_table
-    from popsteer.report.vehicle import differences
+    from popsteer import lab
+    from popsteer.lab.common.vehicle import differences
+    from popsteer.lab.matrix.table import matrix_files, matrix_table
 
     files = waypoints or []
     default = None if files else inputs.DEFAULT_TRACK
@@ -91,7 +94,7 @@ def matrix(
             name: inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
             for name, mover in movers.items()
         }
-        found = study.matrix(
+        found = lab.matrix.run(
             {course.name: course.path for course in courses},
             inputs.names(laws),
             movers,
@@ -105,7 +108,7 @@ def matrix(
         said = "--out DIR writes matrix.csv, matrix.md, matrix.json and the figure."
         if out is not None:
             content = matrix_files(found)
-            report.write(content, out)
+            lab.common.files.write(content, out)
             said = f"Written to {out}{os.sep}: {', '.join(sorted(content))}"
         progress.stop()
     console = Console()

@@ -9,6 +9,7 @@ import typer
 
 from popsteer import plants, presets, sim, tracks, vehicles
 from popsteer.sim import Settings
+from popsteer.sim.closed_loop import START_OFFSET
 
 __all__ = [
     "DEFAULT_DT",
@@ -97,7 +98,7 @@ Start: TypeAlias = Annotated[
     typer.Option(
         metavar="X,Y,YAW",
         help="Pose at the start [m, m, rad]; by default the front axle is"
-        f" {sim.START_OFFSET} m to the right of the first waypoint, looking along the path.",
+        f" {START_OFFSET} m to the right of the first waypoint, looking along the path.",
         show_default=False,
     ),
 ]
@@ -113,7 +114,7 @@ StartOffset: TypeAlias = Annotated[
     typer.Option(
         metavar="METRES",
         help="Start with the front axle this far to the left of the first waypoint, looking along"
-        f" the path; negative is to the right, by default {-sim.START_OFFSET}.",
+        f" the path; negative is to the right, by default {-START_OFFSET}.",
         show_default=False,
     ),
 ]

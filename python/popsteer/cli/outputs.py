@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
-from popsteer import report
+from popsteer import lab
 from popsteer.cli.progress import Progress
 from popsteer.files import write_files_atomic
-from popsteer.report.table import WIDE, caption, notes
+from popsteer.lab.common.layout import WIDE
+from popsteer.lab.compare.table import caption, notes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from popsteer.study import Comparison
+    from popsteer.lab.compare import Comparison
 
 __all__ = ["deliver", "deliver_table", "show"]
 
@@ -36,7 +37,7 @@ def show(comparison: Comparison) -> None:
     if not console.is_terminal:
         console = Console(width=WIDE)  # a file or a pipe has room for all columns
     console.print(Text(caption(comparison), style="bold"), soft_wrap=True)
-    for table in report.tables(comparison, console.width):
+    for table in lab.compare.table.tables(comparison, console.width):
         console.print()
         console.print(table)
     console.print()
@@ -66,8 +67,8 @@ def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> Non
     if out is None:
         said = "--out DIR writes figures, records and metrics.json."
     else:
-        content = report.files(comparison, progress.update)
-        report.write(content, out)
+        content = lab.compare.files.files(comparison, progress.update)
+        lab.common.files.write(content, out)
         records = [name for name in content if name.startswith("runs/")]
         others = ", ".join(sorted(content.keys() - records))
         said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"

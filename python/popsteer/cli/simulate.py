@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from popsteer import baselines, laws, presets, report, study
+from popsteer import controllers, lab, presets
 from popsteer._core import (
     AdaptParams,
     CoupledLongitudinal,
@@ -21,6 +21,8 @@ from popsteer.cli.assignments import assigned, assigned_each, listed
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder
+from popsteer.lab import baselines
+from popsteer.lab.compare.runs import parameters
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import (
     CarlaIdentified,
@@ -29,7 +31,6 @@ from popsteer.sim import (
     Settings,
     vehicle_of,
 )
-from popsteer.study.compare import parameters
 
 __all__ = ["HELP", "simulate"]
 
@@ -64,8 +65,8 @@ Examples:
   popsteer simulate --controller preview-pop --set-vehicle turning_wheelbase=3.02 --set turn_time=2
 """,
         *(
-            _section(f"--controller {name}, parameters for --set:", laws.get(name).params)
-            for name in laws.names()
+            _section(f"--controller {name}, parameters for --set:", controllers.get(name).params)
+            for name in controllers.names()
         ),
         *(
             _section(f"--controller {name}, parameters for --set:", baselines.get(name).params)
@@ -95,7 +96,7 @@ def simulate(
         str,
         typer.Option(
             metavar="LAW",
-            help=f"The controller, of {', '.join(laws.names())}; with the extra 'mpc' also"
+            help=f"The controller, of {', '.join(controllers.names())}; with the extra 'mpc' also"
             f" {', '.join(baselines.names())}.",
         ),
     ] = "pop",
@@ -165,10 +166,10 @@ def simulate(
     course = inputs.course(waypoints, track, closed=closed)
     begin = inputs.start(course.path, start, start_at, start_offset, itself)
     if out is not None:
-        check_folder(out, report.file_names([controller]))
+        check_folder(out, lab.compare.files.file_names([controller]))
     changed = " with changes" if set_ else ""
     with Progress() as progress:
-        comparison = study.compare(
+        comparison = lab.compare.run(
             course.path,
             {controller: params},
             mover,

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from popsteer import presets, study, vehicles
+from popsteer import lab, presets, vehicles
 from popsteer.cli import inputs, options
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, check_folder, write_files_atomic
-from popsteer.study.stability import DEFAULT_SPEEDS
+from popsteer.lab.stability.runs import DEFAULT_SPEEDS
 
 __all__ = ["HELP", "stability"]
 
@@ -47,8 +47,11 @@ def stability(
     *,
     controllers: Annotated[
         str,
-        typer.Option(metavar="LAWS", help=f"The controllers, of {', '.join(study.LINEAR_LAWS)}."),
-    ] = ",".join(study.LINEAR_LAWS),
+        typer.Option(
+            metavar="LAWS",
+            help=f"The controllers, of {', '.join(lab.stability.runs.LINEAR_CONTROLLERS)}.",
+        ),
+    ] = ",".join(lab.stability.runs.LINEAR_CONTROLLERS),
     preset: options.Preset = "default",
     set_: Annotated[
         list[str] | None,
@@ -107,7 +110,12 @@ def stability(
     from rich.console import Console
     from rich.text import Text
 
-    from popsteer.report.stability import NOTE, stability_caption, stability_json, stability_table
+    from popsteer.lab.stability.table import (
+        NOTE,
+        stability_caption,
+        stability_json,
+        stability_table,
+    )
 
     told = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
     itself = told if plant is None else inputs.named_vehicle(plant)
@@ -121,7 +129,7 @@ def stability(
         check_folder(figures, _FIGURES)
     if json is not None:
         check_files([json])
-    result = study.stability(
+    result = lab.stability.run(
         params,
         itself,
         _speeds(speeds),
@@ -156,9 +164,9 @@ def _speeds(text: str) -> list[float]:
     return found
 
 
-def _drawn(result: study.Stability, folder: Path) -> dict[Path, bytes]:
+def _drawn(result: lab.stability.Stability, folder: Path) -> dict[Path, bytes]:
     """Draw the figures that go into a folder."""
-    from popsteer.report.figures.stability import stability_figures
+    from popsteer.lab.stability.figures import stability_figures
 
     with Progress() as progress:
         figures = stability_figures(result, progress.update)

@@ -1,0 +1,65 @@
+"""How all reports look alike: their tables on a terminal, their JSON documents."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+__all__ = ["WIDE", "blank_table", "json_text"]
+
+WIDE = 118
+"""Characters that all columns need side by side."""
+
+
+def blank_table(gap: int = 2) -> Table:
+    """Begin a table with a rule under its heads and nothing else around it.
+
+    Parameters
+    ----------
+    gap : int, default 2
+        Characters between columns.
+
+    Returns
+    -------
+    rich.table.Table
+        Without columns and rows.
+
+    Examples
+    --------
+    >>> blank_table().row_count
+    0
+    """
+    from rich import box
+    from rich.table import Table
+
+    return Table(
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        show_edge=False,
+        padding=(0, gap, 0, 0),
+        header_style="",
+    )
+
+
+def json_text(document: dict[str, Any]) -> str:
+    r"""Write a document as JSON that people can read as well.
+
+    Parameters
+    ----------
+    document : dict
+        What it says; finite numbers alone.
+
+    Returns
+    -------
+    str
+        The text, with a newline at its end.
+
+    Examples
+    --------
+    >>> json_text({"law": "pop"})
+    '{\n  "law": "pop"\n}\n'
+    """
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
