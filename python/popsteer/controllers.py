@@ -109,11 +109,11 @@ def get(name: str) -> Law:
     'rear'
     >>> get("lqr")
     Traceback (most recent call last):
-    popsteer.errors.ConfigError: unknown law 'lqr'; known: bang-bang, pid, pure-pursuit, stanley, \
-pop, preview-pop
+    popsteer.errors.ConfigError: unknown controller 'lqr'; known: bang-bang, pid, pure-pursuit, \
+stanley, pop, preview-pop
     """
     if name not in names():
-        raise ConfigError.unknown("law", name, names())
+        raise ConfigError.unknown("controller", name, names())
     return _LAWS[name]
 
 

@@ -34,7 +34,7 @@ def test_matrix_writes_every_combination(
     outcome = command.call(
         capsys,
         "matrix",
-        *("--laws", ",".join(LAWS), "--plants", ",".join(PLANTS)),
+        *("--controllers", ",".join(LAWS), "--plants", ",".join(PLANTS)),
         *("--tracks", "straight,slalom", "--out", str(out)),
     )
     assert (outcome.status, outcome.err) == (0, "")
@@ -120,11 +120,11 @@ def test_matrix_figures_are_those_of_compare() -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--laws", "pop,lqr"), "unknown law 'lqr'"),
+        (("--controllers", "pop,lqr"), "unknown controller 'lqr'"),
         (("--plants", "tank"), "unknown plant 'tank'"),
         (("--tracks", "monza"), "unknown track 'monza'"),
         (("--start-offset", "nan"), "start_offset must be in [-1000, 1000], got nan"),
-        (("--laws", "mpc", "--preset", "paper"), "preset must be left out"),
+        (("--controllers", "mpc", "--preset", "paper"), "preset must be left out"),
         (("--vehicle", "paper"), "rear_axle must be that of the plant, -1.94, got 0.0"),
     ],
 )
@@ -145,7 +145,7 @@ def test_matrix_of_nothing_is_refused() -> None:
 def test_matrix_starts_as_far_to_the_left_as_it_is_told(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    options = ("--laws", "pop", "--tracks", "straight,slalom", "--start-offset", "1.5")
+    options = ("--controllers", "pop", "--tracks", "straight,slalom", "--start-offset", "1.5")
     plants = ("--plants", "kinematic-bicycle")
     outcome = command.call(capsys, "matrix", *options, *plants, "--out", str(tmp_path))
     assert (outcome.status, outcome.err) == (0, "")
@@ -183,7 +183,14 @@ def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
     outcome = command.call(
         capsys,
         "matrix",
-        *("--laws", "preview-pop", "--tracks", "slalom", "--plants", ",".join(files.values())),
+        *(
+            "--controllers",
+            "preview-pop",
+            "--tracks",
+            "slalom",
+            "--plants",
+            ",".join(files.values()),
+        ),
         *("--vehicle", files["empty"], "--out", str(tmp_path / "out")),
     )
     assert (outcome.status, outcome.err) == (0, "")

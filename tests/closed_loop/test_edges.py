@@ -145,7 +145,7 @@ def test_edges_of_nothing_or_of_an_unknown_law_is_refused() -> None:
         edges.run([])
     with pytest.raises(ConfigError, match="tracks must be at least one"):
         edges.run(tracks=[])
-    with pytest.raises(ConfigError, match="unknown law 'lqr'"):
+    with pytest.raises(ConfigError, match="unknown controller 'lqr'"):
         edges.run(["lqr"])
 
 

@@ -45,7 +45,7 @@ def test_presets_where_paper_and_code_differ_hold_both() -> None:
 def test_preset_or_law_unknown_is_refused_with_the_known_ones() -> None:
     with pytest.raises(ConfigError, match="unknown preset 'mine'; known: default, paper"):
         presets.get("pop", "mine")
-    with pytest.raises(ConfigError, match="unknown law 'mpc'; known: bang-bang, pid"):
+    with pytest.raises(ConfigError, match="unknown controller 'mpc'; known: bang-bang, pid"):
         presets.get("mpc", "paper")
 
 
@@ -76,7 +76,7 @@ def test_comparison_by_mapping_drives_the_params_given() -> None:
 @pytest.mark.parametrize("name", ["no-such-law", "pop,pid"])
 def test_comparison_with_unknown_law_drives_nothing(name: str) -> None:
     driven: list[str] = []
-    with pytest.raises(ConfigError, match="unknown law"):
+    with pytest.raises(ConfigError, match="unknown controller"):
         lab.compare.run(
             track("slalom"), ["pop", name], progress=lambda law, share: driven.append(law)
         )

@@ -6,12 +6,15 @@ import json
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rich.table import Table
 
-__all__ = ["WIDE", "blank_table", "json_text"]
+__all__ = ["WIDE", "add_names", "blank_table", "json_text"]
 
 WIDE = 118
 """Characters that all columns need side by side."""
+_LONG = 20  # characters of a name that every table has room for
 
 
 def blank_table(gap: int = 2) -> Table:
@@ -42,6 +45,29 @@ def blank_table(gap: int = 2) -> Table:
         padding=(0, gap, 0, 0),
         header_style="",
     )
+
+
+def add_names(table: Table, head: str, names: Iterable[str]) -> None:
+    """Add a column of names, whole ones: a long name is folded, never cut.
+
+    Parameters
+    ----------
+    table : rich.table.Table
+        The table.
+    head : str
+        The head of the column.
+    names : iterable of str
+        What will stand in it.
+
+    Examples
+    --------
+    >>> table = blank_table()
+    >>> add_names(table, "track", ["slalom"])
+    >>> table.columns[0].no_wrap
+    True
+    """
+    fits = all(len(name) <= _LONG for name in names)
+    table.add_column(head, no_wrap=fits, overflow="fold")
 
 
 def json_text(document: dict[str, Any]) -> str:

@@ -144,7 +144,7 @@ def parameters(names: Sequence[str], preset: str) -> dict[str, Params | MpcParam
         elif name in controllers.names():
             chosen[name] = presets.get(name, preset)
         else:
-            raise ConfigError.unknown("law", name, controller_names())
+            raise ConfigError.unknown("controller", name, controller_names())
     return chosen
 
 

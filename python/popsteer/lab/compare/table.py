@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.lab.common.layout import WIDE, blank_table
+from popsteer.lab.common.layout import WIDE, add_names, blank_table
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.compare.paper import PAPER, is_authors_path
@@ -145,7 +145,7 @@ def _table(comparison: Comparison, columns: list[_Column]) -> Table:
     from rich.text import Text
 
     table = blank_table(1)
-    table.add_column("law", no_wrap=True)
+    add_names(table, "controller", map(title_of, comparison.runs))
     for column in columns:
         table.add_column(Text(column.head), justify="right", no_wrap=True)
     best = [_best(comparison, column) for column in columns]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from typing import Any
 
-    from popsteer._core import AdaptParams, Path
+    from popsteer._core import AdaptParams, Path, Settings
+    from popsteer.controllers import Params
     from popsteer.sim.closed_loop import Pose
     from popsteer.sim.geometry import StartAt
 
@@ -71,11 +73,14 @@ class DeadTimeRow:
 
 def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     path: Path,
-    names: Iterable[str] = DEAD_TIME_CONTROLLERS,
+    names: Iterable[str] | Mapping[str, Params] = DEAD_TIME_CONTROLLERS,
     *,
     plant: CarlaIdentified | KinematicBicycle = DEAD_TIME_PLANT,
     start: Pose | None = None,
     start_at: StartAt = "pose",
+    speed: float | None = None,
+    constant_speed: float | None = None,
+    settings: Settings | None = None,
     preset: str = presets.REPRODUCTION,
     dead_time: float = DEAD_TIME,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
@@ -87,14 +92,19 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     ----------
     path : Path
         What is followed.
-    names : iterable of str
-        The controllers, of `popsteer.controllers.names`.
+    names : iterable of str, or mapping of str to parameters
+        The controllers, of `popsteer.controllers.names`. A mapping gives each its tuning, and
+        `preset` is then not used.
     plant : CarlaIdentified or KinematicBicycle, default DEAD_TIME_PLANT
         What moves; its own dead time is replaced.
     start : tuple of float, optional
         Pose at the start [m, m, rad]; as `popsteer.sim.run` has it by default.
     start_at : {"pose", "rear", "front"}, default "pose"
         Whose pose `start` is: the vehicle's point's, or that of an axle.
+    speed, constant_speed : float, optional
+        Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
+    settings : Settings, optional
+        Control period, limits and the like.
     preset : str, default "reproduction"
         Where the tuning of the controllers comes from.
     dead_time : float, default 0.2
@@ -122,9 +132,14 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     >>> row.ratio(row.predicted) < row.ratio(row.late)
     True
     """
-    chosen = list(names)
-    if not chosen:
-        raise ConfigError("laws", chosen, "at least one")
+    # The registries pair each controller with its parameters; the type checker cannot see that.
+    params: dict[str, Any] = (
+        dict(names)
+        if isinstance(names, Mapping)
+        else {name: presets.get(name, preset) for name in names}
+    )
+    if not params:
+        raise ConfigError("controllers", [], "at least one")
     check_in_range("dead_time", dead_time, 0.05, 9.0)
     prompt = plant.vehicle.replace(dead_time=0.0)
     real = prompt.replace(dead_time=dead_time)
@@ -138,17 +153,23 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         "early": (real, real.replace(dead_time=dead_time - 0.05)),
         "later": (real, real.replace(dead_time=dead_time + 0.05)),
     }
-    # The registries pair each controller with its parameters; the type checker cannot see that.
-    params: dict[str, Any] = {name: presets.get(name, preset) for name in chosen}
     rows = []
-    for index, name in enumerate(chosen):
+    for index, name in enumerate(params):
         found = {}
         for step, (model, (vehicle, believed)) in enumerate(models.items()):
             if progress is not None:
-                progress(f"{name}: {model}", (index + step / len(models)) / len(chosen))
+                progress(f"{name}: {model}", (index + step / len(models)) / len(params))
             make = controllers.get(name).controller
             driver = make(path, believed, params[name], adapt=adapt)
-            done = sim.run(driver, plant.replace(vehicle=vehicle), start=start, start_at=start_at)
+            done = sim.run(
+                driver,
+                plant.replace(vehicle=vehicle),
+                start=start,
+                start_at=start_at,
+                speed=speed,
+                constant_speed=constant_speed,
+                settings=settings,
+            )
             found[model] = done.metrics
         rows.append(DeadTimeRow(law=name, dead_time=dead_time, **found))
     if progress is not None:

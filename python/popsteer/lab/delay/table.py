@@ -7,7 +7,7 @@ from dataclasses import asdict, fields
 from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import blank_table, json_text
+from popsteer.lab.common.layout import WIDE, add_names, blank_table, json_text
 from popsteer.lab.common.names import title_of
 from popsteer.lab.delay.runs import DEAD_TIME_PLANT, DeadTimeRow
 from popsteer.sim import plant_name
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
     from popsteer.sim import CarlaIdentified, KinematicBicycle, Metrics, Plant
 
-__all__ = ["delay_caption", "delay_csv", "delay_json", "delay_table", "error_text"]
+__all__ = ["delay_caption", "delay_csv", "delay_json", "delay_tables", "error_text"]
 
 SCHEMA = 2
 """Version of the document's layout."""
 _RUNS = tuple(field.name for field in fields(DeadTimeRow) if field.name not in ("law", "dead_time"))
 _HEADS = {
     "prompt": "no dead\ntime [m]",
-    "late": "late\n[m]",
-    "predicted": "predicted\n[m]",
+    "late": "not\npredicted [m]",
+    "predicted": "\npredicted [m]",
     "short": "wheelbase\n−15 % [m]",
     "long": "wheelbase\n+15 % [m]",
     "early": "dead time\n−50 ms [m]",
@@ -96,37 +96,50 @@ def error_text(row: DeadTimeRow, found: Metrics) -> str:
     return f"{found.mean_abs_cross_track_error:.3f} ({row.ratio(found):.2f})"
 
 
-def delay_table(rows: Sequence[DeadTimeRow]) -> Table:
+def delay_tables(rows: Sequence[DeadTimeRow], width: int = WIDE) -> list[Table]:
     """Set out the runs, a row for each controller.
 
     Parameters
     ----------
     rows : sequence of DeadTimeRow
         The runs.
+    width : int, default 118
+        How many characters a line has. Where one table would not fit, there are two.
 
     Returns
     -------
-    rich.table.Table
-        To be printed.
+    list of rich.table.Table
+        To be printed one below the other.
 
     Examples
     --------
     >>> import popsteer
     >>> from popsteer.lab import delay
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
-    >>> delay_table(delay.run(path, ["pop"])).row_count
-    1
+    >>> [table.row_count for table in delay_tables(delay.run(path, ["pop"]), width=80)]
+    [1, 1]
     """
+    right, wrong = _RUNS[:3], _RUNS[3:]
+    groups = [_RUNS] if width >= WIDE else [right, wrong]
+    return [_table(rows, runs) for runs in groups]
+
+
+def _table(rows: Sequence[DeadTimeRow], runs: Sequence[str]) -> Table:
+    """Set out some of the runs."""
     from rich.text import Text
 
     table = blank_table()
-    table.add_column("law", no_wrap=True)
-    for run in _RUNS:
+    add_names(table, "controller", (title_of(row.law) for row in rows))
+    for run in runs:
         table.add_column(Text(_HEADS[run]), justify="right", no_wrap=True)
     for row in rows:
-        cells = [error_text(row, getattr(row, run)) for run in _RUNS[1:]]
-        prompt = f"{row.prompt.mean_abs_cross_track_error:.3f}"
-        table.add_row(title_of(row.law), prompt, *cells)
+        cells = [
+            f"{row.prompt.mean_abs_cross_track_error:.3f}"
+            if run == "prompt"
+            else error_text(row, getattr(row, run))
+            for run in runs
+        ]
+        table.add_row(title_of(row.law), *cells)
     return table
 
 

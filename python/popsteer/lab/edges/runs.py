@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -17,11 +18,11 @@ from popsteer.status import Status
 from popsteer.tracks import edges as shapes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable
     from typing import Any
 
     from popsteer._core import Vehicle
-    from popsteer.controllers import Controller
+    from popsteer.controllers import Controller, Params
     from popsteer.sim import Plant, Run
     from popsteer.sim.closed_loop import Pose
     from popsteer.tracks.waypoints import Waypoints
@@ -33,6 +34,7 @@ __all__ = [
     "EdgeRun",
     "EdgeTrack",
     "edge_controller",
+    "edge_params",
     "edge_tracks",
     "run",
 ]
@@ -65,7 +67,7 @@ START_SPEED = 5.0
 """... and on the straight that is joined from beside and askew [m/s]."""
 
 _PEDALS = SpeedPidParams(kp=1.0, ki=0.5)
-_SETTINGS = Settings(time_limit=300.0)
+_TIME_LIMIT = 300.0  # [s]
 
 
 class EdgeTrack(NamedTuple):
@@ -160,25 +162,32 @@ def _track(name: str, path: Path) -> EdgeTrack:
 
 
 def run(
-    names: Iterable[str] = EDGE_CONTROLLERS,
+    names: Iterable[str] | Mapping[str, Params] = EDGE_CONTROLLERS,
     tracks: Iterable[EdgeTrack] | None = None,
     *,
     plant: Plant = EDGE_PLANT,
     vehicle: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+    dt: float = 0.05,
     progress: Callable[[str, float], object] | None = None,
 ) -> list[EdgeRun]:
     """Let controllers drive the edges, at the paths' reference speeds.
 
     Parameters
     ----------
-    names : iterable of str
-        The controllers, of `popsteer.controllers.names`.
+    names : iterable of str, or mapping of str to parameters
+        The controllers, of `popsteer.controllers.names`. A mapping gives each its tuning instead
+        of that of `edge_params`.
     tracks : iterable of EdgeTrack, optional
         The tracks; all of `edge_tracks` by default.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
         What moves; only one that reverses drives the tracks with cusps.
     vehicle : Vehicle, optional
         The vehicle that the controllers are told; the plant's own by default.
+    adapt : AdaptParams or None, optional
+        How the controllers adapt; None: not at all. Left out: as `EDGE_CHANGES` has it.
+    dt : float, default 0.05
+        Control period [s].
     progress : callable, optional
         Called now and then with what is being done and the share of all that is done, 0 to 1.
 
@@ -200,8 +209,9 @@ def run(
     >>> row.track, row.finished, row.max_error < 0.5
     ('figure-eight', True, True)
     """
-    chosen, courses = list(names), list(edge_tracks() if tracks is None else tracks)
-    for field, given in (("laws", chosen), ("tracks", courses)):
+    params = dict(names) if isinstance(names, Mapping) else dict.fromkeys(names)
+    chosen, courses = list(params), list(edge_tracks() if tracks is None else tracks)
+    for field, given in (("controllers", chosen), ("tracks", courses)):
         if not given:
             raise ConfigError(field, given, "at least one")
     for name in chosen:
@@ -214,12 +224,12 @@ def run(
             if progress is not None:
                 progress(f"{track.name}: {name}", len(rows) / total)
             done = sim.run(
-                edge_controller(name, track.path, believed),
+                edge_controller(name, track.path, believed, params[name], adapt),
                 plant,
                 start=track.start,
                 start_at="rear",
                 longitudinal=SpeedPid(_PEDALS),
-                settings=_SETTINGS,
+                settings=Settings(dt=dt, time_limit=_TIME_LIMIT),
             )
             rows.append(_row(track.name, done))
     if progress is not None:
@@ -227,8 +237,43 @@ def run(
     return rows
 
 
-def edge_controller(name: str, path: Path, vehicle: Vehicle) -> Controller:
-    """Make a controller as it drives the edges: with `EDGE_CHANGES`.
+def edge_params(name: str) -> Params:
+    """Give the tuning that a controller drives the edges with: `EDGE_CHANGES` of its default.
+
+    Parameters
+    ----------
+    name : str
+        One of `popsteer.controllers.names`.
+
+    Returns
+    -------
+    parameters of that controller
+        The tuning.
+
+    Raises
+    ------
+    ConfigError
+        The controller is not known.
+
+    Examples
+    --------
+    >>> edge_params("stanley").softening
+    1.0
+    """
+    # The registry pairs each controller with its parameters; the type checker cannot see that.
+    usual: Any = presets.get(name, "default")
+    changed: Params = usual.replace(**EDGE_CHANGES.get(name, {}))
+    return changed
+
+
+def edge_controller(
+    name: str,
+    path: Path,
+    vehicle: Vehicle,
+    params: Params | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+) -> Controller:
+    """Make a controller as it drives the edges.
 
     Parameters
     ----------
@@ -238,6 +283,10 @@ def edge_controller(name: str, path: Path, vehicle: Vehicle) -> Controller:
         What it follows.
     vehicle : Vehicle
         The vehicle that it is told.
+    params : parameters of that controller, optional
+        Its tuning; by default that of `edge_params`.
+    adapt : AdaptParams or None, optional
+        How it adapts; None: not at all. Left out: as `EDGE_CHANGES` has it.
 
     Returns
     -------
@@ -255,13 +304,12 @@ def edge_controller(name: str, path: Path, vehicle: Vehicle) -> Controller:
     >>> edge_controller("pop", Path([(0.0, 0.0), (9.0, 0.0)]), Vehicle()).params.min_lookahead
     3.0
     """
-    changes = EDGE_CHANGES.get(name, {})
     # The registry pairs each controller with its parameters; the type checker cannot see that.
-    params: Any = presets.get(name, "default").replace(**changes)
-    make = controllers.get(name).controller
-    if "min_speed" in changes:
-        return make(path, vehicle, params, adapt=AdaptParams(min_speed=changes["min_speed"]))
-    return make(path, vehicle, params)
+    tuning: Any = edge_params(name) if params is None else params
+    changes = EDGE_CHANGES.get(name, {})
+    if adapt == "auto" and "min_speed" in changes:
+        adapt = AdaptParams(min_speed=changes["min_speed"])
+    return controllers.get(name).controller(path, vehicle, tuning, adapt=adapt)
 
 
 def _row(track: str, done: Run) -> EdgeRun:

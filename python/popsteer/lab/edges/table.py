@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import blank_table, json_text
+from popsteer.lab.common.layout import add_names, blank_table, json_text
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.edges.runs import EDGE_CHANGES, EDGE_PLANT
@@ -75,10 +75,10 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
     >>> edges_table(edges.run(["pop", "stanley"], edge_tracks()[:1])).row_count
     2
     """
-    table = blank_table()
-    for head in ("track", "law"):
-        table.add_column(head, no_wrap=True)
-    table.add_column("ending")
+    table = blank_table(1)
+    add_names(table, "track", (row.track for row in rows))
+    add_names(table, "controller", (title_of(row.law) for row in rows))
+    table.add_column("ending", overflow="fold")
     for head in ("time\n[s]", "max |e|\n[m]", "max jump\n[deg]"):
         table.add_column(head, justify="right", no_wrap=True)
     table.add_column("status, share of the steps", overflow="fold")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from popsteer import presets
 from popsteer.errors import ConfigError
@@ -17,7 +17,9 @@ from popsteer.sim.geometry import made, plant_name
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from popsteer._core import Path, Settings, Vehicle
+    from popsteer._core import AdaptParams, Path, Settings, Vehicle
+    from popsteer.controllers import Params
+    from popsteer.lab.baselines import MpcParams
     from popsteer.lab.compare.runs import Comparison
     from popsteer.sim import Plant
     from popsteer.sim.closed_loop import Pose
@@ -46,12 +48,14 @@ class Matrix:
 
 def run(  # noqa: PLR0913 - as `compare`
     paths: Mapping[str, Path],
-    names: Sequence[str],
+    names: Sequence[str] | Mapping[str, Params | MpcParams],
     plants: Sequence[Plant] | Mapping[str, Plant],
     *,
     vehicle: Vehicle | Mapping[str, Vehicle] | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
     preset: str = presets.REPRODUCTION,
     start_offset: float | None = None,
+    speed: float | None = None,
     constant_speed: float | None = None,
     settings: Settings | None = None,
     progress: Callable[[str, float], object] | None = None,
@@ -62,21 +66,24 @@ def run(  # noqa: PLR0913 - as `compare`
     ----------
     paths : mapping of str to Path
         What they follow, by name.
-    names : sequence of str
-        The controllers, of `popsteer.lab.common.names.controller_names`.
+    names : sequence of str, or mapping of str to parameters
+        The controllers, of `popsteer.lab.common.names.controller_names`. A mapping gives each its
+        tuning, and `preset` then only says what that is called.
     plants : sequence of str or plants, or mapping of str to these
         What moves; a mapping says what each is called.
     vehicle : Vehicle or mapping of str to Vehicle, optional
         The vehicle that the controllers are told, on all plants or by what the plant is called;
         each plant's own by default.
+    adapt : AdaptParams or None, optional
+        How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
     preset : str, default "reproduction"
         Where the tuning of the controllers comes from; preview-pop is the same in all, and the
         baselines have none.
     start_offset : float, optional
         How far to the left of the first waypoint the front axle starts [m], as
         `popsteer.sim.default_start` has it.
-    constant_speed : float, optional
-        Speed to be kept all the way [m/s], as `popsteer.sim.run` has it.
+    speed, constant_speed : float, optional
+        Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
     settings : Settings, optional
         Control period, limits and the like.
     progress : callable, optional
@@ -102,13 +109,13 @@ def run(  # noqa: PLR0913 - as `compare`
     >>> sorted(found.comparisons[0].step_times)
     ['pop', 'stanley']
     """
-    for field, given in (("tracks", paths), ("laws", names), ("plants", plants)):
+    for field, given in (("tracks", paths), ("controllers", names), ("plants", plants)):
         if not given:
             raise ConfigError(field, list(given), "at least one")
     if not isinstance(plants, Mapping):
         plants = {plant_name(plant): plant for plant in plants}
     movers = {name: made(plant) for name, plant in plants.items()}
-    params = parameters(names, preset)
+    params = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
     total = len(movers) * len(paths) * len(names) * 2  # each controller drives, then is timed
     done = 0
     comparisons = []
@@ -130,12 +137,14 @@ def run(  # noqa: PLR0913 - as `compare`
                 params,
                 plant,
                 vehicle=vehicle.get(name) if isinstance(vehicle, Mapping) else vehicle,
+                adapt=adapt,
                 preset=preset,
                 start=start,
+                speed=speed,
                 constant_speed=constant_speed,
                 settings=settings,
                 progress=advance,
             )
             comparison = replace(comparison, track=track, plant=name)
-            comparisons.append(time_steps(comparison, params, advance))
+            comparisons.append(time_steps(comparison, params, advance, adapt=adapt))
     return Matrix(comparisons, constant_speed)

@@ -8,19 +8,27 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import blank_table, json_text
+from popsteer.lab.common.layout import WIDE, add_names, blank_table, json_text
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.metrics_json import SCHEMA, metrics_document
-from popsteer.lab.matrix.rows import rows
+from popsteer.lab.matrix.rows import Row, rows
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.table import Table
 
     from popsteer.lab.matrix.runs import Matrix
     from popsteer.sim import Metrics
 
-__all__ = ["matrix_files", "matrix_table"]
+__all__ = ["FILES", "matrix_caption", "matrix_files", "matrix_notes", "matrix_tables"]
+
+FILES = (
+    *("matrix.csv", "matrix.md", "matrix.json"),
+    *(f"matrix{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
+)
+"""The names of the files that `matrix_files` gives."""
 
 _COLUMNS = (
     "mean_abs_cross_track_error",
@@ -29,8 +37,8 @@ _COLUMNS = (
 )
 
 
-def matrix_table(found: Matrix) -> Table:
-    """Set out what was found, a row for each law on each plant and track.
+def matrix_caption(found: Matrix) -> str:
+    """Say in one line what was driven.
 
     Parameters
     ----------
@@ -39,28 +47,88 @@ def matrix_table(found: Matrix) -> Table:
 
     Returns
     -------
-    rich.table.Table
-        To be printed.
+    str
+        Preset, control period, and what the figures are.
     """
-    table = blank_table()
-    for head in ("plant", "track", "law"):
-        table.add_column(head, no_wrap=True)
-    for head in ("mean |e|\n[m]", "after 5 s\n[m]", "max after\n[m]", "step p50\n[µs]"):
-        table.add_column(head, justify="right", no_wrap=True)
-    table.add_column("ending", overflow="fold")
-    for row in rows(found):
+    first = found.comparisons[0]
+    return (
+        f"preset {first.preset}, dt {first.dt:g} s; |cross-track error| of the whole run and after"
+        f" {first.first.settings.settling_time:g} s, median time of a step"
+    )
+
+
+def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
+    """Set out what was found, a row for each controller on each plant and track.
+
+    Parameters
+    ----------
+    found : Matrix
+        What was measured.
+    width : int, default 118
+        How many characters a line has. Where one table would not fit, each plant has its own.
+
+    Returns
+    -------
+    list of rich.table.Table
+        To be printed one below the other.
+    """
+    shown = list(rows(found))
+    if width >= WIDE:
+        return [_table(shown, "plant")]
+    plants = dict.fromkeys(row.plant for row in shown)
+    return [
+        _table([row for row in shown if row.plant == plant], f"plant {plant}") for plant in plants
+    ]
+
+
+def _table(shown: Sequence[Row], title: str) -> Table:
+    """Set out some rows: with a column for the plant, or with the plant as the title."""
+    from rich.text import Text
+
+    column = title == "plant"
+    table = blank_table(2 if column else 1)
+    if not column:
+        table.title, table.title_justify, table.title_style = title, "left", "bold"
+    if column:
+        add_names(table, "plant", (row.plant for row in shown))
+    add_names(table, "track", (row.track for row in shown))
+    add_names(table, "controller", (title_of(row.law) for row in shown))
+    for head in ("mean\n[m]", "after\n[m]", "max after\n[m]", "step\n[µs]", "fin-\nished"):
+        table.add_column(Text(head), justify="right", no_wrap=True)
+    for row in shown:
         figures = row.metrics
         table.add_row(
-            row.plant,
+            *((row.plant,) if column else ()),
             row.track,
             title_of(row.law),
             f"{figures.mean_abs_cross_track_error:.4f}",
             f"{figures.settled_mean_abs_cross_track_error:.4f}",
             f"{figures.settled_max_abs_cross_track_error:.3f}",
             f"{1e6 * row.step_time:.2f}",
-            row.ending,
+            "yes" if figures.finished else "no",
         )
     return table
+
+
+def matrix_notes(found: Matrix) -> list[str]:
+    """Say why runs did not reach the end.
+
+    Parameters
+    ----------
+    found : Matrix
+        What was measured.
+
+    Returns
+    -------
+    list of str
+        A sentence for each of them.
+    """
+    return [
+        f"{title_of(row.law)} on {row.plant}, {row.track}, ended after"
+        f" {row.metrics.time:.1f} s: {row.ending}."
+        for row in rows(found)
+        if not row.metrics.finished
+    ]
 
 
 def matrix_files(found: Matrix) -> dict[str, bytes]:

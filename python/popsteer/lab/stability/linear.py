@@ -230,7 +230,7 @@ def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> Lin
     if make is None:
         known = ", ".join(controllers.name_of(kind) for kind in _LINEAR)
         raise ConfigError(
-            "law", controllers.name_of(type(params)), f"one with a linear loop: {known}"
+            "controller", controllers.name_of(type(params)), f"one with a linear loop: {known}"
         )
     check_in_range("speed", speed, 1e-3, 1e3)
     check_in_range("dt", dt, 1e-3, 1.0)

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import blank_table, json_text
+from popsteer.lab.common.layout import add_names, blank_table, json_text
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.stability.linear import lookahead
@@ -80,7 +80,7 @@ def stability_table(result: Stability) -> Table:
     from rich.text import Text
 
     table = blank_table()
-    table.add_column("law", no_wrap=True)
+    add_names(table, "controller", map(title_of, result.margins))
     for head in ("speed\n[m/s]", "lookahead\n[m]", "gain\n[-]", "phase\n[deg]", "dead time\n[ms]"):
         table.add_column(Text(head), justify="right", no_wrap=True)
     for name, rows in result.margins.items():
