@@ -107,12 +107,12 @@ def test_table_of_bench_is_whole_at_80_columns_and_piped() -> None:
 
 
 def test_files_with_long_names_are_not_cut(tmp_path: Path) -> None:
-    waypoints = tmp_path / f"{'a-very-long-name-' * 4}.csv"
+    waypoints = tmp_path / f"{'q-very-long-name-' * 4}.csv"
     waypoints.write_text("".join(f"{x},0\n" for x in range(121)), encoding="utf-8")
     arguments = ("matrix", "--controllers", "pop", "--plants", "kinematic-bicycle")
     sent = _on_terminal((*arguments, "--waypoints", str(waypoints)), 80)
     assert "…" not in sent
-    assert sent.count("very-long") == 4
+    assert sent.count("q") == 4
 
 
 @pytest.mark.parametrize("cut", ["0.1234…", "x" * 81])

@@ -99,5 +99,9 @@ def edges(
         "edges.json": lab.edges.table.edges_json(rows, mover, told).encode(),
     }
     said = outputs.write(content, out, "--out DIR writes edges.csv and edges.json.")
-    outputs.show(lab.edges.table.edges_caption(mover, told), [lab.edges.table.edges_table(rows)])
+    outputs.show(
+        lab.edges.table.edges_caption(mover, told),
+        [lab.edges.table.edges_table(rows)],
+        lab.edges.table.edges_notes(rows),
+    )
     print(said)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from popsteer.lab.edges.runs import EdgeRun
     from popsteer.sim import Plant
 
-__all__ = ["edges_caption", "edges_csv", "edges_json", "edges_table", "share_text"]
+__all__ = ["edges_caption", "edges_csv", "edges_json", "edges_notes", "edges_table", "share_text"]
 
 SCHEMA = 2
 """Version of the document's layout."""
@@ -78,17 +78,16 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
     table = blank_table(1)
     add_names(table, "track", (row.track for row in rows))
     add_names(table, "controller", (title_of(row.law) for row in rows))
-    table.add_column("ending", overflow="fold")
-    for head in ("time\n[s]", "max |e|\n[m]", "max jump\n[deg]"):
+    for head in ("fin-\nished", "time\n[s]", "max |e|\n[m]", "max jump\n[deg]"):
         table.add_column(head, justify="right", no_wrap=True)
-    table.add_column("status, share of the steps", overflow="fold")
+    table.add_column("status, share of the steps", overflow="fold", min_width=14)
     for index, row in enumerate(rows):
         last = index + 1 == len(rows) or rows[index + 1].track != row.track
         first = index == 0 or rows[index - 1].track != row.track
         table.add_row(
             row.track if first else "",
             title_of(row.law),
-            row.ending,
+            "yes" if row.finished else "no",
             f"{row.time:.1f}",
             f"{row.max_error:.3f}",
             f"{math.degrees(row.max_jump):.2f}",
@@ -96,6 +95,32 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
             end_section=last,
         )
     return table
+
+
+def edges_notes(rows: Sequence[EdgeRun]) -> list[str]:
+    """Say why runs did not reach the end.
+
+    Parameters
+    ----------
+    rows : sequence of EdgeRun
+        The runs.
+
+    Returns
+    -------
+    list of str
+        A sentence for each of them.
+
+    Examples
+    --------
+    >>> from popsteer.lab import edges
+    >>> edges_notes(edges.run(["pop"], edges.edge_tracks()[:1]))
+    []
+    """
+    return [
+        f"{title_of(row.law)} on {row.track} ended after {row.time:.1f} s: {row.ending}."
+        for row in rows
+        if not row.finished
+    ]
 
 
 def share_text(row: EdgeRun) -> str:
