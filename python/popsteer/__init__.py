@@ -23,7 +23,7 @@ and `popsteer.reference` (the same controllers in plain Python). To look at: `po
 (comparisons, margins, benchmarks, their tables and figures).
 """
 
-from popsteer import paper, vehicles
+from popsteer import _core, paper, vehicles
 from popsteer._core import (
     AdaptParams,
     BangBang,
@@ -63,6 +63,7 @@ from popsteer._core import (
 )
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.prediction import Prediction
+from popsteer.signatures import spell_out
 from popsteer.status import Status
 
 __all__ = [
@@ -110,3 +111,6 @@ __all__ = [
     "paper",
     "vehicles",
 ]
+
+spell_out(BangBangState, PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
+spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Settings)

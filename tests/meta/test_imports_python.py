@@ -17,7 +17,7 @@ PACKAGE = ROOT / "python" / "popsteer"
 # parts of one layer do not know each other.
 LAYERS = (
     ("_core", "errors"),
-    ("status", "ranges", "files", "csv_file", "parameters", "prediction"),
+    ("status", "ranges", "files", "csv_file", "parameters", "prediction", "signatures"),
     ("paper", "controllers", "vehicles", "vehicle_file", "reference"),
     ("popsteer",),  # what `import popsteer` brings
     ("planning", "logs"),
