@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-_LISTS = ("laws", "plants", "tracks")
+_LISTS = ("controllers", "plants", "tracks")
 BLOCK = README.partition("<!-- matrix: begin")[2].partition("<!-- matrix: end")[0]
 
 
@@ -48,9 +48,9 @@ def test_command_of_the_matrix_is_that_of_make() -> None:
 
 def test_table_of_the_matrix_has_the_rows_and_columns_of_its_command() -> None:
     options = _options()
-    laws, plants, courses = (options[f"--{which}"].split(",") for which in _LISTS)
+    names, plants, courses = (options[f"--{which}"].split(",") for which in _LISTS)
     head, _, *body, steps = _rows()
-    assert head == ["plant", "track", *map(title_of, laws)]
+    assert head == ["plant", "track", *map(title_of, names)]
     assert [row[:2] for row in body] == [[plant, track] for plant in plants for track in courses]
     assert steps[0] == "step, median [µs]"
     for row in (*body, steps):
@@ -61,7 +61,7 @@ def test_table_of_the_matrix_has_the_rows_and_columns_of_its_command() -> None:
 @pytest.mark.parametrize("plant", ["carla-identified", "kinematic-bicycle"])
 def test_errors_of_the_matrix_are_those_that_are_driven(plant: str) -> None:
     options = _options()
-    names = options["--laws"].split(",")
+    names = options["--controllers"].split(",")
     checked = [name for name in names if name in popsteer.controllers.names()]
     assert len(checked) == len(names) - 1  # the MPC's digits are those of a release of osqp
     shown = {row[1]: row[2:] for row in _rows() if row[0] == plant}
