@@ -76,7 +76,7 @@ if TYPE_CHECKING:
 __all__ = ["REPRODUCTION", "get", "names"]
 
 REPRODUCTION = "reproduction"
-"""The preset that comparisons with the paper use unless told otherwise."""
+"""The preset that comparisons with the paper use by default."""
 
 # The published code's numbers for a car of 3 m wheelbase, where the paper has none.
 _SEARCH: dict[str, Any] = {

@@ -38,7 +38,7 @@ Examples:
 
 def delay(
     *,
-    controllers: options.Controllers = _CONTROLLERS,
+    controllers: options.OwnControllers = _CONTROLLERS,
     preset: options.Preset = presets.REPRODUCTION,
     set_: options.Set = None,
     dead_time: Annotated[

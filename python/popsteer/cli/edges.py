@@ -37,7 +37,7 @@ Examples:
 
 def edges(
     *,
-    controllers: options.Controllers = _CONTROLLERS,
+    controllers: options.OwnControllers = _CONTROLLERS,
     set_: options.Set = None,
     tracks: Annotated[
         str | None,

@@ -50,7 +50,7 @@ PLANTS: dict[str, type[CarlaIdentified | KinematicBicycle]] = {
 OWN_CONTROLLERS = own_controllers.names()
 """The controllers of popsteer; the baselines are from elsewhere."""
 DEFAULT_TRACK = "racetrack"
-"""The track that is driven unless told otherwise."""
+"""The track that is driven by default."""
 
 
 _CLOSED = "given with --waypoints; a shipped track is open or closed by itself"
@@ -441,14 +441,14 @@ def named_vehicle(text: str) -> Vehicle:
 
 
 def believed(text: str | None, changes: Sequence[str] | None, itself: Vehicle) -> Vehicle:
-    """Give what the controllers are told of the vehicle.
+    """Give what the controllers know of the vehicle.
 
     Parameters
     ----------
     text : str or None
         As `named_vehicle` takes it; None for the plant's own.
     changes : sequence of str or None
-        What is told otherwise, ``NAME=VALUE`` each.
+        What is changed, ``NAME=VALUE`` each.
     itself : Vehicle
         What the plant is.
 

@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from popsteer import plants, presets, sim, tracks, vehicles
+from popsteer import controllers, plants, presets, sim, tracks, vehicles
 from popsteer.lab.common.names import controller_names
 from popsteer.sim import Settings
 from popsteer.sim.closed_loop import START_OFFSET
@@ -21,6 +21,7 @@ __all__ = [
     "Dt",
     "NoAdapt",
     "Out",
+    "OwnControllers",
     "Plant",
     "Plants",
     "Preset",
@@ -50,6 +51,13 @@ Controllers: TypeAlias = Annotated[
         metavar="NAMES",
         help=f"The controllers, separated by commas: {', '.join(controller_names())}."
         " mpc needs the extra 'mpc'.",
+    ),
+]
+OwnControllers: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="NAMES",
+        help=f"The controllers, separated by commas: {', '.join(controllers.names())}.",
     ),
 ]
 Controller: TypeAlias = Annotated[

@@ -48,7 +48,12 @@ Examples:
 
 def stability(
     *,
-    controllers: options.Controllers = _CONTROLLERS,
+    controllers: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES", help=f"The controllers, separated by commas: {_CONTROLLERS}."
+        ),
+    ] = _CONTROLLERS,
     preset: options.Preset = "default",
     set_: options.Set = None,
     speeds: Annotated[

@@ -72,7 +72,7 @@ class Ahead:
             self._stretches.append((first, arcs, headings))
 
     def reverse(self, segment: int) -> bool:
-        """Tell whether a segment is driven backwards.
+        """Whether a segment is driven backwards.
 
         Parameters
         ----------

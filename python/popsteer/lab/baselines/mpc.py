@@ -1,6 +1,6 @@
 """A linear time-varying model-predictive controller on osqp: 20 stages of 50 ms.
 
-What it is told of the car is its `popsteer.Vehicle`. The commands in flight are rolled through as
+What it is given of the car is its `popsteer.Vehicle`. The commands in flight are rolled through as
 the controllers of popsteer do it, so that the problem begins where the next command reaches the
 wheels; backwards the vehicle is mirrored about its rear axle. `mpc_problem` has the problem itself.
 """
@@ -224,10 +224,12 @@ class Mpc:
             yaw, ahead = math.remainder(yaw + math.pi, math.tau), length + slip
         x, y = state.x + ahead * math.cos(yaw), state.y + ahead * math.sin(yaw)
         reach = 2.0 * length + abs(state.speed) * dt
-        foot = self.path.locate(x, y, yaw, segment, reach)
-        self._segment = foot.segment
+        projection = self.path.locate(x, y, yaw, segment, reach)
+        self._segment = projection.segment
         speed = max(self._turned(state.speed), _LEAST_SPEED * length)
-        heading = self._ahead.headings(foot.segment, foot.arc_length, speed * self._ends)
+        heading = self._ahead.headings(
+            projection.segment, projection.arc_length, speed * self._ends
+        )
         error = math.remainder(yaw - float(heading[0]), math.tau)
         offset = self.vehicle.steer_offset
         self._problem.update(
@@ -235,7 +237,7 @@ class Mpc:
                 curvature=np.diff(heading) / (speed * self.params.stage_time),
                 speed=speed,
                 ahead=ahead,
-                cross_track=_within(foot.cross_track_error, _MOST_ERROR * length),
+                cross_track=_within(projection.cross_track_error, _MOST_ERROR * length),
                 heading=_within(error, _MOST_HEADING),
                 wheel=self._turned(wheel - offset),
                 offset=self._turned(offset),

@@ -38,7 +38,9 @@ def _mpc(path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = 
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in _MODULES:
             raise
-        raise PopsteerError('law mpc needs the extra "mpc": pip install "popsteer[mpc]"') from error
+        raise PopsteerError(
+            'controller mpc needs the extra "mpc": pip install "popsteer[mpc]"'
+        ) from error
     return Mpc(path, vehicle, params)
 
 

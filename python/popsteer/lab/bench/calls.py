@@ -80,7 +80,7 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
     Parameters
     ----------
     drive : Drive
-        Gives the path, and the vehicle that the controllers are told.
+        Gives the path, and the vehicle that the controllers are given.
 
     Returns
     -------

@@ -1,10 +1,10 @@
 """The latency of a control step, called from Python.
 
 The whole step as the paper counts it (pre-processing of the window, lookahead, prediction,
-optimisation) on the states of a recorded drive, beside the other laws, the pure-Python reference,
-an empty method of the same binding and signature, the yardsticks from outside where they are at
-hand, and the paper's 3.239 ms. How the clock is read is told in `popsteer.lab.common.timing`; all
-figures are of one run, and all ratios of its medians.
+optimisation) on the states of a recorded drive, beside the other controllers, the pure-Python
+reference, an empty method of the same binding and signature, the yardsticks from outside where they
+are at hand, and the paper's 3.239 ms. How the clock is read is explained in
+`popsteer.lab.common.timing`; all figures are of one run, and all ratios of its medians.
 
 Examples
 --------

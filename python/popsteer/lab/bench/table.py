@@ -39,7 +39,7 @@ def table(report: LatencyReport) -> Table:
         show_edge=False,
         padding=0,
     )
-    layout.add_column("law", no_wrap=True)
+    layout.add_column("call", no_wrap=True)
     for heading in ("p50", "p99", "p99.9", "max", "net p50", "/empty", "net /empty", "/POP"):
         layout.add_column(heading, justify="right", no_wrap=True)
     step, empty = report.row(POP_STEP), report.row(EMPTY_CALL)

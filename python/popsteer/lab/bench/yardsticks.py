@@ -56,7 +56,7 @@ class Yardsticks:
     makers : mapping
         Name in the report to maker of drivers.
     calls : mapping
-        Name in the report to how many calls are enough; they take longer than the Rust laws.
+        Name in the report to how many calls are enough; they take longer than the Rust controllers.
     absent : mapping
         Name in the report to the reason why there is no such row.
     """

@@ -25,12 +25,12 @@ def controller_names() -> tuple[str, ...]:
 
 
 def title_of(law: str) -> str:
-    """Name of a law as a person reads it; that of one's own law is as it is.
+    """Name of a controller as a person reads it; that of one's own is as it is.
 
     Parameters
     ----------
     law : str
-        Name of a law.
+        Name of a controller.
 
     Returns
     -------

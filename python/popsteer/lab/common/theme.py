@@ -25,17 +25,17 @@ class Theme(NamedTuple):
     path: str
     """The path to follow."""
     laws: Mapping[str, str]
-    """Colour of each law of popsteer and of each baseline."""
+    """Colour of each controller of popsteer and of each baseline."""
     others: tuple[str, ...]
-    """Colours for laws of one's own, in turn."""
+    """Colours for controllers of one's own, in turn."""
 
     def colours(self, names: Iterable[str]) -> dict[str, str]:
-        """Give each law a colour.
+        """Give each controller a colour.
 
         Parameters
         ----------
         names : iterable of str
-            Names of laws.
+            Names of controllers.
 
         Returns
         -------

@@ -92,7 +92,7 @@ class Drive:
         (x, y, yaw, speed) at each control step, DT apart: pose of the vehicle's point
         [m, m, rad], and its speed [m/s].
     vehicle : Vehicle
-        What was driven, and what the controllers are told.
+        What was driven, and what the controllers are given.
     """
 
     source: str

@@ -11,12 +11,12 @@ __all__ = ["differences"]
 
 
 def differences(believed: Vehicle, vehicle: Vehicle) -> str:
-    """Say what controllers were told otherwise than it is.
+    """Say what controllers were given that differs from it.
 
     Parameters
     ----------
     believed : Vehicle
-        The vehicle that they were told.
+        The vehicle that they were given.
     vehicle : Vehicle
         The vehicle as it is.
 

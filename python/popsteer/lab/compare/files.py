@@ -34,7 +34,7 @@ def files(
     Returns
     -------
     dict
-        The content of each file by its name: ``runs/LAW.csv`` for each law, ``results`` and
+        The content of each file by its name: ``runs/LAW.csv`` for each controller, ``results`` and
         ``overview`` as ``.png`` and ``.svg``, each for a light and, as ``-dark``, for a dark
         background, and ``metrics.json``.
 
@@ -76,7 +76,7 @@ def file_names(laws: Iterable[str]) -> list[str]:
     Parameters
     ----------
     laws : iterable of str
-        The laws that are to be compared.
+        The controllers that are to be compared.
 
     Returns
     -------

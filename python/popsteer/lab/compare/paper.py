@@ -39,7 +39,7 @@ _FIRST = (-181.3353, 80.5399)
 
 
 def is_authors_path(path: Path) -> bool:
-    """Tell whether a path is the one that the paper's figures were measured on.
+    """Whether a path is the one that the paper's figures were measured on.
 
     Parameters
     ----------

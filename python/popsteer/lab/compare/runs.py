@@ -77,7 +77,7 @@ class Comparison:
 
     @property
     def believed(self) -> Vehicle:
-        """What the controllers were told of the vehicle.
+        """What the controllers were given of the vehicle.
 
         Returns
         -------
@@ -164,7 +164,7 @@ def controller(
     path : Path
         What it follows.
     vehicle : Vehicle
-        The vehicle that it is told.
+        The vehicle that it is given.
     params : parameters of that controller
         As `parameters` gives them.
     adapt : AdaptParams or None, optional
@@ -223,7 +223,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
         What moves.
     vehicle : Vehicle, optional
-        The vehicle that the controllers are told; the plant's own by default.
+        The vehicle that the controllers are given; the plant's own by default.
     adapt : AdaptParams or None, optional
         How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
     preset : str, default "reproduction"
@@ -236,7 +236,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     speed, constant_speed : float, optional
         Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
     longitudinal : CoupledLongitudinal or SpeedPid, optional
-        What works the pedals; the paper's coupled law by default.
+        What works the pedals; the paper's coupled controller by default.
     settings : Settings, optional
         Control period, limits and the like.
     progress : callable, optional

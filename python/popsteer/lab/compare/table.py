@@ -62,7 +62,7 @@ def notes(comparison: Comparison) -> list[str]:
     Returns
     -------
     list of str
-        One sentence or two each; none where no law of the paper is among the runs.
+        One sentence or two each; none where no controller of the paper is among the runs.
 
     Examples
     --------

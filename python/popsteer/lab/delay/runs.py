@@ -41,15 +41,15 @@ class DeadTimeRow:
     prompt: Metrics
     """Without dead time."""
     late: Metrics
-    """With it, and the controller told of none."""
+    """With it, and the controller given none: it does not predict."""
     predicted: Metrics
-    """With it, and the controller told: it predicts through it."""
+    """With it, and the controller given it: it predicts through it."""
     short: Metrics
-    """... and told to turn as if the wheelbase were 15 % shorter than it is."""
+    """... and given to turn as if the wheelbase were 15 % shorter than it is."""
     long: Metrics
     """... as if it were 15 % longer."""
     early: Metrics
-    """... and told of 50 ms less."""
+    """... and given 50 ms less."""
     later: Metrics
     """... of 50 ms more."""
 

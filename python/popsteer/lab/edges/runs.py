@@ -183,7 +183,7 @@ def run(
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
         What moves; only one that reverses drives the tracks with cusps.
     vehicle : Vehicle, optional
-        The vehicle that the controllers are told; the plant's own by default.
+        The vehicle that the controllers are given; the plant's own by default.
     adapt : AdaptParams or None, optional
         How the controllers adapt; None: not at all. Left out: as `EDGE_CHANGES` has it.
     dt : float, default 0.05
@@ -282,7 +282,7 @@ def edge_controller(
     path : Path
         What it follows.
     vehicle : Vehicle
-        The vehicle that it is told.
+        The vehicle that it is given.
     params : parameters of that controller, optional
         Its tuning; by default that of `edge_params`.
     adapt : AdaptParams or None, optional

@@ -35,7 +35,7 @@ def edges_caption(plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None) -> 
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
         What moved.
     vehicle : Vehicle, optional
-        The vehicle that the controllers were told; the plant's own by default.
+        The vehicle that the controllers were given; the plant's own by default.
 
     Returns
     -------
@@ -201,7 +201,7 @@ def edges_json(
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
         What moved.
     vehicle : Vehicle, optional
-        The vehicle that the controllers were told; the plant's own by default.
+        The vehicle that the controllers were given; the plant's own by default.
 
     Returns
     -------

@@ -43,7 +43,7 @@ class Matrix:
     comparisons: Sequence[Comparison]
     """One for each plant and track, with step times; at least one."""
     constant_speed: float | None
-    """Speed kept all the way [m/s]; None where the paper's coupled law worked the pedals."""
+    """Speed kept all the way [m/s]; None where the paper's coupled controller worked the pedals."""
 
 
 def run(  # noqa: PLR0913 - as `compare`
@@ -72,7 +72,7 @@ def run(  # noqa: PLR0913 - as `compare`
     plants : sequence of str or plants, or mapping of str to these
         What moves; a mapping says what each is called.
     vehicle : Vehicle or mapping of str to Vehicle, optional
-        The vehicle that the controllers are told, on all plants or by what the plant is called;
+        The vehicle that the controllers are given, on all plants or by what the plant is called;
         each plant's own by default.
     adapt : AdaptParams or None, optional
         How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.

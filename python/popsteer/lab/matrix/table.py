@@ -142,11 +142,11 @@ def matrix_files(found: Matrix) -> dict[str, bytes]:
     Returns
     -------
     dict
-        The content of each file by its name: ``matrix.csv`` (a row for each law on each plant and
-        track), ``matrix.json`` (all their metrics), ``matrix.md`` (the errors after settling, a
-        column for each law; of runs that did not finish in brackets), and ``matrix`` as ``.png``
-        and ``.svg``, the figure of error against step time, for a light and, as ``-dark``, for a
-        dark background.
+        The content of each file by its name: ``matrix.csv`` (a row for each controller on each
+        plant and track), ``matrix.json`` (all their metrics), ``matrix.md`` (the errors after
+        settling, a column for each controller; of runs that did not finish in brackets), and
+        ``matrix`` as ``.png`` and ``.svg``, the figure of error against step time, for a light and,
+        as ``-dark``, for a dark background.
     """
     from popsteer.lab.common.draw import drawn
     from popsteer.lab.common.theme import THEMES

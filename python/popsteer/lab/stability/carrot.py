@@ -113,7 +113,7 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
     radius : float
         Radius of the circle [m].
     plant : str or CarlaIdentified or KinematicBicycle
-        What moves; POP is told its vehicle.
+        What moves; POP is given its vehicle.
     speed : float
         Reference speed [m/s].
 

@@ -40,7 +40,7 @@ def choice_curves(result: Stability) -> dict[str, Choice]:
     Parameters
     ----------
     result : Stability
-        A study of laws on a vehicle.
+        A study of controllers on a vehicle.
 
     Returns
     -------

@@ -143,7 +143,7 @@ def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], them
 
 
 def _margins_figure(result: Stability, theme: Theme) -> Figure:
-    """Draw the margins of all laws over speed."""
+    """Draw the margins of all controllers over speed."""
     colours = theme.colours(result.params)
     figure = Figure(figsize=(10.5, 3.9), layout="constrained")
     panels = figure.subplots(1, 3)

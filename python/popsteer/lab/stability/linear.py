@@ -116,7 +116,7 @@ def lookahead(params: Params, vehicle: Vehicle, speed: float) -> float | None:
     params : any class of parameters
         Tuning of the controller.
     vehicle : Vehicle
-        The vehicle that it is told, with which defaults scale.
+        The vehicle that it is given, with which defaults scale.
     speed : float
         Speed [m/s].
 
@@ -203,7 +203,7 @@ def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> Lin
     params : PopParams or PurePursuitParams or StanleyParams or PidParams or PreviewPopParams
         Tuning of the controller.
     vehicle : Vehicle
-        The vehicle that it is told.
+        The vehicle that it is given.
     speed : float
         Speed [m/s], positive.
     dt : float
@@ -266,7 +266,7 @@ class Loop:
     dt : float
         Control period Δt [s].
     believed : Vehicle, optional
-        The vehicle that the controller is told; `vehicle` by default.
+        The vehicle that the controller is given; `vehicle` by default.
     slip_time : float, default 0.0
         Time over which the controller estimates the slip [s]; 0 for never.
     frequencies : int, default 3000
@@ -350,7 +350,7 @@ class Loop:
         return np.asarray((self._cross_track * offset + self._heading * yaw) / self._steer)
 
     def is_stable(self, dead_time: float | None = None) -> bool:
-        """Tell whether all poles of the closed loop lie inside the unit circle.
+        """Whether all poles of the closed loop lie inside the unit circle.
 
         D (1 + L) (1 - 1/z)² (1 - E/z), with E the decay of the lag over Δt, has no pole outside the
         circle, so by the principle of the argument the loop is stable exactly where its phase comes

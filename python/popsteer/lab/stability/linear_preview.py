@@ -56,7 +56,7 @@ def preview_pop(
     params : PreviewPopParams
         Tuning of the controller.
     vehicle : Vehicle
-        The vehicle that it is told.
+        The vehicle that it is given.
     speed : float
         Speed [m/s], positive.
     dt : float
@@ -97,7 +97,7 @@ def preview_gains(
     params : PreviewPopParams
         Tuning of the controller.
     vehicle : Vehicle
-        The vehicle that it is told.
+        The vehicle that it is given.
     speed : float
         Speed [m/s], positive.
     dt : float

@@ -62,7 +62,7 @@ def preview_offset(
     dt : float, default 0.05
         Control period [s].
     believed : Vehicle, optional
-        The vehicle that the controller is told; `vehicle` by default.
+        The vehicle that the controller is given; `vehicle` by default.
     adapt : AdaptParams or None, optional
         How the controller adapts; None: not at all. Left out: as it does by default.
 
@@ -129,7 +129,7 @@ def choice(
     dt : float, default 0.05
         Control period [s].
     believed : Vehicle, optional
-        The vehicle that the controller is told; `vehicle` by default.
+        The vehicle that the controller is given; `vehicle` by default.
     adapt : AdaptParams or None, optional
         How the controller adapts; None: not at all. Left out: as it does by default.
 

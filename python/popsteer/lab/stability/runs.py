@@ -73,7 +73,7 @@ class Stability:
     vehicle: Vehicle
     """The vehicle as it is."""
     believed: Vehicle
-    """The vehicle that the controllers are told."""
+    """The vehicle that the controllers are given."""
     speeds: tuple[float, ...]
     """The speeds [m/s]."""
     dt: float
@@ -111,7 +111,7 @@ def margins(
     dt : float, default 0.05
         Control period [s].
     believed : Vehicle, optional
-        The vehicle that the controller is told; `vehicle` by default. A controller that is told a
+        The vehicle that the controller is given; `vehicle` by default. A controller that is told a
         dead time predicts through it.
     adapt : AdaptParams or None, optional
         How the controller adapts; None: not at all. Left out: as it does by default. The slip
@@ -136,7 +136,7 @@ def margins(
     >>> found.stable, 0.15 < found.dead_time < 0.25
     (True, True)
 
-    A dead time that nobody told the controller:
+    A dead time that the controller is not given:
 
     >>> late = Vehicle(dead_time=0.25)
     >>> margins(PopParams(), late, 10.0, believed=Vehicle()).stable
@@ -209,7 +209,7 @@ def run(
     speeds : iterable of float
         Speeds [m/s], positive.
     believed : Vehicle, optional
-        The vehicle that the controllers are told; `vehicle` by default.
+        The vehicle that the controllers are given; `vehicle` by default.
     adapt : AdaptParams or None, optional
         How the controllers adapt, as `margins` has it.
     preset : str, default "default"
@@ -283,7 +283,7 @@ def dead_time_map(
     dt : float, default 0.05
         Control period [s].
     believed : Vehicle, optional
-        The vehicle that the controller is told; `vehicle` by default.
+        The vehicle that the controller is given; `vehicle` by default.
 
     Returns
     -------

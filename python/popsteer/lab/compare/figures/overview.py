@@ -1,4 +1,4 @@
-"""The laws on one axis, and their figures beside the paper's."""
+"""The controllers on one axis, and their figures beside the paper's."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 __all__ = ["overview_figure"]
 
-_BAR = 0.42  # of the distance between laws
+_BAR = 0.42  # of the distance between controllers
 
 
 def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
-    """Draw the laws together.
+    """Draw the controllers together.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Above, the cross-track error of all laws over the distance along the path; below, the mean
-        absolute cross-track and heading errors beside the paper's.
+        Above, the cross-track error of all controllers over the distance along the path; below, the
+        mean absolute cross-track and heading errors beside the paper's.
     """
     figure = Figure(figsize=(12.0, 8.0), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.1))
     panels = figure.subplot_mosaic([["all", "all"], ["cross-track", "heading"]])
@@ -90,19 +90,19 @@ def _distance(run: Run) -> NDArray[np.float64]:
     columns = (run.records[name] for name in ("reference_x", "reference_y", "yaw"))
     for index, (x, y, yaw) in enumerate(zip(*columns, strict=True)):
         # Near the last one, which keeps to the branch where a path crosses itself; 6 m are the
-        # two wheelbases of the laws' own search.
+        # two wheelbases of the controllers' own search.
         if segment is None:
             segment = path.relocalise(x, y, yaw)
         backwards = path.reverse is not None and path.reverse[segment]
-        foot = path.locate(x, y, yaw + np.pi if backwards else yaw, segment, 6.0)
-        segment, along[index] = foot.segment, foot.arc_length
+        projection = path.locate(x, y, yaw + np.pi if backwards else yaw, segment, 6.0)
+        segment, along[index] = projection.segment, projection.arc_length
     # A gap in the line where a closed path begins again.
     along[1:][np.diff(along) < -0.5 * path.length] = np.nan
     return along
 
 
 def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme) -> None:
-    """Draw a pair of bars for each law: the whole run, and the paper's figure.
+    """Draw a pair of bars for each controller: the whole run, and the paper's figure.
 
     The paper's figures belong to its track; on another one the second bar is what remains after
     the start.
@@ -115,7 +115,7 @@ def _draw_bars(panel: Axes, comparison: Comparison, quantity: str, theme: Theme)
     else:
         labels = ("whole run", f"after {comparison.first.settings.settling_time:g} s")
         second = [getattr(run.metrics, f"settled_{quantity}") for run in runs.values()]
-    # A law that left the road must not dwarf the others; its bars are cut off.
+    # A controller that left the road must not dwarf the others; its bars are cut off.
     pairs = zip(runs.values(), whole, second, strict=True)
     kept = [value for run, *pair in pairs if run.metrics.finished for value in pair]
     top = max((value for value in kept or whole if math.isfinite(value)), default=0.0) or 1.0

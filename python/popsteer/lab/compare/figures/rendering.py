@@ -28,9 +28,9 @@ def render(comparison: Comparison, figure: str, theme: str = "light") -> dict[st
     comparison : Comparison
         The runs, with their records.
     figure : {"results", "overview"}
-        ``results``: as the paper's figure of results, a column for each law with the path driven,
-        cross-track error, heading error and angle. ``overview``: the laws on one axis, and their
-        figures beside the paper's.
+        ``results``: as the paper's figure of results, a column for each controller with the path
+        driven, cross-track error, heading error and angle. ``overview``: the controllers on one
+        axis, and their figures beside the paper's.
     theme : {"light", "dark"}, default "light"
         The background.
 

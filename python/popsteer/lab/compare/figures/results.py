@@ -1,4 +1,4 @@
-"""The paper's figure of results: a column for each law."""
+"""The paper's figure of results: a column for each controller."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _SERIES = (
 
 
 def results_figure(comparison: Comparison, theme: Theme) -> Figure:
-    """Draw what each law did.
+    """Draw what each controller did.
 
     Parameters
     ----------
@@ -66,8 +66,9 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
     -------
     matplotlib.figure.Figure
         Rows: path driven against path, cross-track error, heading error and steering command over
-        time; a column for each law. The limits of a row are the same in all columns, and fit what
-        the laws do once the start has died out; a note in each panel gives its extremes.
+        time; a column for each controller. The limits of a row are the same in all columns, and fit
+        what the controllers do once the start has died out; a note in each panel gives its
+        extremes.
     """
     runs = comparison.runs
     extent = _extent(comparison)
@@ -153,7 +154,7 @@ def _draw_track(
         markeredgewidth=1.6,
         label="start",
     )
-    panel.update_datalim(extent)  # the same limits for all laws
+    panel.update_datalim(extent)  # the same limits for all controllers
     panel.margins(_MARGIN)
     panel.set_aspect("equal", adjustable="datalim")
     panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))

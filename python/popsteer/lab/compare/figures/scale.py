@@ -19,7 +19,7 @@ def limit(run: Run, record: str) -> float:
     """Bound what a record does once the start has died out.
 
     The start, metres beside the path, would leave the rest a flat line; and a run that leaves the
-    road would do so to the other laws.
+    road would do so to the other controllers.
 
     Parameters
     ----------
