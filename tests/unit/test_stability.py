@@ -216,7 +216,7 @@ def test_lookahead_is_that_of_the_law() -> None:
 
 
 def test_margins_of_what_has_no_linear_loop_are_refused() -> None:
-    with pytest.raises(ConfigError, match="law must be one with a linear loop"):
+    with pytest.raises(ConfigError, match="controller must be one with a linear loop"):
         stability.run(["bang-bang"])
     with pytest.raises(ConfigError, match="speed must be in"):
         stability.run(["pop"], speeds=[0.0])
