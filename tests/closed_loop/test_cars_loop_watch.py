@@ -137,8 +137,8 @@ def test_wheelbase_that_is_wrong_by_a_half_is_no_alarm(
     controller = controllers.get(name).controller(BENDS, believed)
     for moment in loop(controller, told, duration=13.0):
         assert Status.IMPLAUSIBLE not in moment.command.status
-    if told.dead_time:
-        # 10 s of bends, after 20 m straight on.
+    if told.dead_time or name == "preview-pop":
+        # 10 s of bends, after 20 m straight on. The others estimate only what is in flight.
         assert controller.estimate.gain == pytest.approx(wrong, rel=0.05)
 
 

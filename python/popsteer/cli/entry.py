@@ -21,6 +21,12 @@ INTERRUPTED = 130
 """Exit status after Ctrl-C, as a shell has it."""
 
 _LAB = ("matplotlib", "rich", "typer")
+_NOW = {
+    "--laws": "--controllers",
+    "dead-time": "delay",
+    "export-all": "tracks --out",
+    **dict.fromkeys(("--csv", "--json", "--figures"), "--out"),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -94,10 +100,16 @@ def _run(arguments: Sequence[str] | None) -> int:
     try:
         status = command.main(args=given, prog_name="popsteer", standalone_mode=False)
     except wrong_use as error:
-        return _refuse(error.format_message())
+        return _refuse(_with_new_name(error.format_message()))
     except typer.Abort:  # older versions make this of Ctrl-C
         return INTERRUPTED
     return status if isinstance(status, int) else 0
+
+
+def _with_new_name(message: str) -> str:
+    """Add what an option or a command of 0.1.0 is called now."""
+    former = message.split("(")[0].rstrip(" .").rpartition(" ")[2].strip("'")
+    return f"{message.rstrip('.')}; it is {_NOW[former]} now" if former in _NOW else message
 
 
 def _refuse(message: str) -> int:

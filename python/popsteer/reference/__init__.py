@@ -3,7 +3,7 @@
 Written to be read beside the paper, C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal
 Predictive Control Algorithm for Path Tracking of Self-Driving Cars*: Algorithm 1 is
 `lateral.pop`, Equations 1 to 3 are `lateral.pid`, `lateral.pure_pursuit` and `lateral.stanley`,
-Equations 4 to 6 `path.view`, `path.lookahead` and `vehicle.bicycle`, Equation 7
+Equations 4 to 6 `geometry`, `path.lookahead` and `vehicle.bicycle`, Equation 7
 `longitudinal.coupled`. Names and signatures are those of `popsteer` itself, and on one machine
 the answers are the same to the last bit: the same operations in the same order.
 
@@ -32,7 +32,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from popsteer.prediction import Prediction
-from popsteer.reference import math
+from popsteer.reference import geometry, math
 from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral.bang_bang import BangBang, BangBangParams, BangBangState
 from popsteer.reference.lateral.command import Command
@@ -50,25 +50,24 @@ from popsteer.reference.lateral.pure_pursuit import (
     PurePursuitState,
 )
 from popsteer.reference.lateral.stanley import Stanley, StanleyParams, StanleyState
+from popsteer.reference.limits import MAX_COORDINATE, MAX_YAW
 from popsteer.reference.longitudinal import Pedals
 from popsteer.reference.longitudinal.coupled import CoupledLongitudinal, CoupledLongitudinalParams
 from popsteer.reference.longitudinal.speed_pid import SpeedPid, SpeedPidParams, SpeedPidState
 from popsteer.reference.math import PI, saturate
-from popsteer.reference.path import view
-from popsteer.reference.path.locate import Projection
 from popsteer.reference.path.lookahead import Lookahead
 from popsteer.reference.path.owned import Path
+from popsteer.reference.path.projection import Projection
 from popsteer.reference.path.resample import Window
-from popsteer.reference.path.view import MAX_COORDINATE
 from popsteer.reference.vehicle import Vehicle, bicycle
 from popsteer.reference.vehicle.estimator import AdaptParams, Estimate
-from popsteer.reference.vehicle.state import MAX_YAW, VehicleState, checked_dt
+from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from popsteer.reference.path.view import Point
+    from popsteer.reference.geometry import Point
 
 __all__ = [
     "AdaptParams",
@@ -148,7 +147,7 @@ def get_distance(a: Point, b: Point, /) -> float:
     >>> get_distance((0.0, 0.0), (3.0, 4.0))
     5.0
     """
-    return view.get_distance(_checked_point(a), _checked_point(b))
+    return geometry.get_distance(_checked_point(a), _checked_point(b))
 
 
 def get_predicted_location(

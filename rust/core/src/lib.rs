@@ -63,18 +63,18 @@ extern crate std;
 compile_error!("popsteer-core needs the feature `std` or the feature `libm` for its mathematics");
 
 pub mod error;
+pub mod geometry;
 pub mod lateral;
+pub mod limits;
 pub mod longitudinal;
 pub mod math;
 pub mod path;
 pub mod vehicle;
 
 pub use error::{ConfigError, InputError, PathError};
+pub use geometry::Point;
 pub use lateral::{Command, LateralLaw, LateralState, Status, Tracker};
 #[cfg(feature = "alloc")]
 pub use path::Path;
 pub use path::PathView;
 pub use vehicle::{Vehicle, VehicleState};
-
-/// A point or a displacement in the plane [m].
-pub type Point = nalgebra::Vector2<f64>;

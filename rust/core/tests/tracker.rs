@@ -4,8 +4,8 @@ use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
+use popsteer_core::limits::MAX_YAW;
 use popsteer_core::vehicle::AdaptParams;
-use popsteer_core::vehicle::state::MAX_YAW;
 use popsteer_core::{Command, Path, Status, Tracker, Vehicle, VehicleState};
 
 fn straight() -> Path {

@@ -3,18 +3,16 @@
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods};
+use popsteer_core::Command;
 use popsteer_core::error::{ConfigError, InputError, Requirement};
-use popsteer_core::lateral::Reported;
 use popsteer_core::math::from_count;
-use popsteer_core::{Command, VehicleState};
-use popsteer_sim::batch::OnError;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
-use crate::arrays::column;
+use crate::batch_inputs::{Ages, Inputs, on_error_of};
 use crate::commands::PyCommandBatch;
-use crate::errors::{OrRaise, unknown};
+use crate::errors::OrRaise;
 use crate::params::{Count, Number};
 use crate::path::PyPath;
 use crate::vehicles::{Recipe, Vehicles, each};
@@ -73,10 +71,8 @@ pub(crate) struct PyBatch {
     copies: Option<usize>,
     /// The paths that were given since, one a vehicle.
     paths: Vec<Option<Py<PyPath>>>,
-    /// Kept from step to step, to spare its allocation.
-    inputs: Vec<VehicleState>,
-    /// What the vehicles report beside that; empty where they report nothing.
-    reported: Vec<Reported>,
+    /// What the vehicles were told at the last step.
+    inputs: Inputs,
 }
 
 #[pymethods]
@@ -103,8 +99,7 @@ impl PyBatch {
             recipes,
             copies,
             paths: Vec::new(),
-            inputs: Vec::new(),
-            reported: Vec::new(),
+            inputs: Inputs::default(),
         })
     }
 
@@ -168,13 +163,15 @@ impl PyBatch {
         pose_age: Ages<'py>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
-        self.read(x, y, yaw, speed)?;
-        self.read_reported(applied_steer.as_ref(), &pose_age)?;
-        let angles = PyArray1::<f64>::zeros(py, self.inputs.len(), false);
+        let count = self.vehicles.len();
+        self.inputs.read(count, x, y, yaw, speed)?;
+        self.inputs
+            .read_reported(count, applied_steer.as_ref(), &pose_age)?;
+        let angles = PyArray1::<f64>::zeros(py, count, false);
         {
             let mut writable = angles.try_readwrite()?;
             let out = writable.as_slice_mut()?;
-            let (inputs, reported) = (&self.inputs, &self.reported);
+            let (inputs, reported) = (&self.inputs.vehicles, &self.inputs.reported);
             self.vehicles.work(
                 py,
                 |vehicles| each!(vehicles, batch => batch.steer(inputs, dt, on_error, reported, out)),
@@ -238,11 +235,13 @@ impl PyBatch {
         pose_age: Ages<'py>,
     ) -> PyResult<PyCommandBatch> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
-        self.read(x, y, yaw, speed)?;
-        self.read_reported(applied_steer.as_ref(), &pose_age)?;
-        let mut commands = vec![None; self.inputs.len()];
-        let (inputs, out) = (&self.inputs, commands.as_mut_slice());
-        let reported = &self.reported;
+        let count = self.vehicles.len();
+        self.inputs.read(count, x, y, yaw, speed)?;
+        self.inputs
+            .read_reported(count, applied_steer.as_ref(), &pose_age)?;
+        let mut commands = vec![None; count];
+        let (inputs, reported) = (&self.inputs.vehicles, &self.inputs.reported);
+        let out = commands.as_mut_slice();
         let write = |place: &mut Option<Command>, command| *place = Some(command);
         self.vehicles.work(
             py,
@@ -366,27 +365,6 @@ impl PyBatch {
     }
 }
 
-impl PyBatch {
-    /// Copies the arrays: other threads may write to them while the lock is released.
-    fn read(
-        &mut self,
-        x: &Bound<'_, PyAny>,
-        y: &Bound<'_, PyAny>,
-        yaw: &Bound<'_, PyAny>,
-        speed: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
-        let count = self.vehicles.len();
-        let (x, y) = (column(x, "x", count)?, column(y, "y", count)?);
-        let (yaw, speed) = (column(yaw, "yaw", count)?, column(speed, "speed", count)?);
-        let (x, y, yaw, speed) = (x.as_array(), y.as_array(), yaw.as_array(), speed.as_array());
-        let poses = x.iter().zip(y).zip(yaw).zip(speed);
-        self.inputs.clear();
-        self.inputs
-            .extend(poses.map(|(((&x, &y), &yaw), &speed)| VehicleState { x, y, yaw, speed }));
-        Ok(())
-    }
-}
-
 /// What a pickled batch keeps.
 type Kept<'py> = (Bound<'py, PyList>, Vec<Option<Py<PyPath>>>);
 
@@ -399,64 +377,6 @@ fn place_of(Count(place): Count, count: usize) -> Result<usize, InputError> {
         value: place as f64,
         requirement: Requirement::Below(count),
     })
-}
-
-impl PyBatch {
-    /// Copies what the vehicles report beside pose and speed.
-    fn read_reported(
-        &mut self,
-        applied_steer: Option<&Bound<'_, PyAny>>,
-        pose_age: &Ages<'_>,
-    ) -> PyResult<()> {
-        let count = self.vehicles.len();
-        self.reported.clear();
-        if let (None, Ages::Same(age)) = (applied_steer, pose_age)
-            && age.to_bits() == 0
-        {
-            return Ok(());
-        }
-        self.reported.resize(count, Reported::NOTHING);
-        if let Some(applied) = applied_steer {
-            let applied = column(applied, "applied_steer", count)?;
-            for (report, &steer) in self.reported.iter_mut().zip(applied.as_array()) {
-                report.applied_steer = Some(steer);
-            }
-        }
-        match pose_age {
-            Ages::Same(age) => {
-                for report in &mut self.reported {
-                    report.pose_age = *age;
-                }
-            }
-            Ages::Each(ages) => {
-                let ages = column(ages, "pose_age", count)?;
-                for (report, &age) in self.reported.iter_mut().zip(ages.as_array()) {
-                    report.pose_age = age;
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-/// How old the poses are [s].
-#[derive(Clone, Debug)]
-enum Ages<'py> {
-    /// All alike.
-    Same(f64),
-    /// An array, one entry a vehicle.
-    Each(Bound<'py, PyAny>),
-}
-
-impl<'py> FromPyObject<'_, 'py> for Ages<'py> {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        match object.extract::<f64>() {
-            Ok(age) => Ok(Self::Same(age)),
-            Err(_) => Ok(Self::Each(object.to_owned())),
-        }
-    }
 }
 
 /// The number of copies that is asked for.
@@ -473,15 +393,5 @@ fn checked_count(count: Option<Count>) -> Result<usize, ConfigError> {
             value: count as f64,
             requirement: Requirement::CountInRange(0, MAX_COUNT),
         }),
-    }
-}
-
-/// What is to be done about an input that is refused.
-fn on_error_of(py: Python<'_>, on_error: &str, hold_limit: Count) -> PyResult<OnError> {
-    match on_error {
-        "raise" => Ok(OnError::Raise),
-        "nan" => Ok(OnError::Mark),
-        "hold" => Ok(OnError::Hold(hold_limit.saturated())),
-        _ => Err(unknown(py, "on_error", on_error, &["raise", "nan", "hold"])),
     }
 }

@@ -1,11 +1,12 @@
 //! The core's plain functions, with their arguments checked.
 
 use popsteer_core::error::{InputError, input_in_range as checked};
+use popsteer_core::limits::{MAX_COORDINATE, MAX_YAW};
 use popsteer_core::math::PI;
-use popsteer_core::path::view::{self, MAX_COORDINATE};
+
 use popsteer_core::vehicle::bicycle;
-use popsteer_core::vehicle::state::{MAX_YAW, checked_dt};
-use popsteer_core::{Point, VehicleState, math};
+use popsteer_core::vehicle::state::checked_dt;
+use popsteer_core::{Point, VehicleState, geometry, math};
 use pyo3::prelude::*;
 
 use crate::errors::OrRaise;
@@ -96,7 +97,7 @@ pub(crate) fn saturate(value: f64, low: f64, high: f64) -> f64 {
 pub(crate) fn get_distance(py: Python<'_>, a: (f64, f64), b: (f64, f64)) -> PyResult<f64> {
     let a = checked_point(a.0, a.1).or_raise(py)?;
     let b = checked_point(b.0, b.1).or_raise(py)?;
-    Ok(view::get_distance(a, b))
+    Ok(geometry::get_distance(a, b))
 }
 
 fn checked_vehicle(

@@ -11,6 +11,8 @@
 
 mod arrays;
 mod batch;
+mod batch_inputs;
+mod choice;
 mod command;
 mod commands;
 mod errors;
@@ -26,9 +28,12 @@ mod pool;
 mod projection;
 mod python_driver;
 mod python_plant;
+mod records;
+mod settings;
 mod sim;
 mod vehicle;
 mod vehicles;
+mod waypoints;
 
 use pyo3::prelude::*;
 
@@ -61,7 +66,7 @@ mod _core {
         PySpeedPidState,
     };
     #[pymodule_export]
-    use crate::many::{PyNoise, run_many};
+    use crate::many::run_many;
     #[pymodule_export]
     use crate::path::PyPath;
     #[pymodule_export]
@@ -69,7 +74,9 @@ mod _core {
     #[pymodule_export]
     use crate::projection::{PyLookahead, PyProjection};
     #[pymodule_export]
-    use crate::sim::{PySettings, PySimulation};
+    use crate::settings::{PyNoise, PySettings};
+    #[pymodule_export]
+    use crate::sim::PySimulation;
     #[pymodule_export]
     use crate::vehicle::{PyAdaptParams, PyEstimate, PyVehicle};
 

@@ -10,31 +10,15 @@ use popsteer_sim::many::{self, Run, Watch};
 use popsteer_sim::{Drive, Metrics, Noise, Settings};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
 use crate::errors::{OrRaise, entry_error};
 use crate::lateral::law_of;
 use crate::longitudinal::drive_of;
 use crate::metrics::figures;
-use crate::params::params;
 use crate::plants::plant_of;
 use crate::pool;
-use crate::sim::PySettings;
-
-params! {
-    /// How far off a controller sees the vehicle: standard deviations of normal noise.
-    ///
-    /// Drawn anew at every control step, independent of one another. The vehicle itself, and what
-    /// is measured of it, are without noise.
-    PyNoise(Noise) named "Noise" in "popsteer.sim",
-    defaults Noise::DEFAULT, checked by Noise::checked,
-    position: f64, "float, default 0.0",
-        "Of x, and of y [m].";
-    yaw: f64, "float, default 0.0",
-        "Of the heading [rad].";
-    speed: f64, "float, default 0.0",
-        "Of the speed [m/s].";
-}
+use crate::settings::{PyNoise, PySettings};
 
 /// How often signals and progress are seen to: well within the 100 ms that a person notices.
 const LOOK_EVERY: Duration = Duration::from_millis(20);

@@ -45,7 +45,7 @@ impl<'py> IntoPyObject<'py> for Number {
 
 /// A whole number from Python, of any size: one that does not fit becomes the nearest that does,
 /// and the core refuses it by name.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Count(pub(crate) i64);
 
 impl<'py> FromPyObject<'_, 'py> for Count {
@@ -162,13 +162,15 @@ pub(crate) fn as_given(mut error: ConfigError, given: &[(&str, Option<f64>)]) ->
 /// A frozen, keyword-only class around a struct of the core, validated by `$check`.
 ///
 /// The text of each field is its documentation in the class and on the attribute; `$shown` is the
-/// signature with its defaults, which a test holds against the real ones.
+/// signature with its defaults, which a test holds against the real ones. `@of vehicle` takes a
+/// vehicle before the parameters, `$usual` by default.
 macro_rules! params {
     (
         $(#[doc = $about:literal])+
         $class:ident($core:ident) named $name:literal in $module:literal,
         $(shown as $shown:literal,)?
         defaults $defaults:expr, checked by $check:expr,
+        $(@of $vehicle:ident: $whole:ident by default $usual:expr, $whose:literal;)?
         $($field:ident: $kind:ty, $words:literal, $text:literal;)+
         $(@examples { $(#[doc = $example:literal])+ })?
         $(@extra { $($extra:item)* })?
@@ -177,6 +179,10 @@ macro_rules! params {
         ///
         /// Parameters
         /// ----------
+        $(
+            #[doc = concat!(stringify!($vehicle), " : Vehicle, optional")]
+            #[doc = concat!("    What it is; by default ", $whose, ".")]
+        )?
         $(
             #[doc = concat!(stringify!($field), " : ", $words)]
             #[doc = concat!("    ", $text)]
@@ -200,11 +206,12 @@ macro_rules! params {
         impl $class {
             #[new]
             #[pyo3(
-                signature = (*, $($field = $crate::params::Field::argument($defaults.$field)),+)
+                signature = ($($vehicle=None,)? *, $($field = $crate::params::Field::argument($defaults.$field)),+)
                 $(, text_signature = $shown)?
             )]
             fn new(
                 py: Python<'_>,
+                $($vehicle: Option<Py<$whole>>,)?
                 $($field: <$kind as $crate::params::Field>::Argument),+
             ) -> PyResult<Self> {
                 let given = [$((
@@ -212,6 +219,7 @@ macro_rules! params {
                     <$kind as $crate::params::Field>::changed($field),
                 )),+];
                 let params = $core {
+                    $($vehicle: $vehicle.map_or($usual, |vehicle| vehicle.get().0),)?
                     $($field: <$kind as $crate::params::Field>::from_argument($field)),+
                 };
                 match $check(params) {
@@ -224,6 +232,14 @@ macro_rules! params {
             }
 
             $(
+                /// What it is.
+                #[getter]
+                fn $vehicle(&self) -> $whole {
+                    $whole(self.0.$vehicle)
+                }
+            )?
+
+            $(
                 #[doc = $text]
                 #[getter]
                 fn $field(&self) -> <$kind as $crate::params::Field>::Argument {
@@ -234,6 +250,7 @@ macro_rules! params {
             /// The parameters by name, as a new ``dict``.
             fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
                 let fields = PyDict::new(py);
+                $(fields.set_item(stringify!($vehicle), self.$vehicle())?;)?
                 $(fields.set_item(stringify!($field), self.$field())?;)+
                 Ok(fields)
             }

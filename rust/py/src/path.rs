@@ -2,22 +2,22 @@
 
 use std::sync::Arc;
 
-use numpy::ndarray::{ArrayView1, ArrayView2};
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
+use popsteer_core::limits::MAX_YAW;
 use popsteer_core::path::lookahead;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
-use popsteer_core::path::{Foot, Path, PathView, distinct_waypoints, locate};
-use popsteer_core::vehicle::state::MAX_YAW;
+use popsteer_core::path::{Foot, Path, PathView, locate, projection};
 use popsteer_core::{Point, math};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
-use crate::errors::{OrRaise, path_error};
+use crate::errors::OrRaise;
 use crate::functions::checked_point;
 use crate::params::Count;
 use crate::projection::{PyLookahead, PyProjection};
+use crate::waypoints::Waypoints;
 
 /// A reference path: waypoints, copied once and validated.
 ///
@@ -66,7 +66,7 @@ impl PyPath {
         position: Point,
     ) -> Result<usize, InputError> {
         match nearest {
-            None => Ok(locate::nearest_waypoint(&self.view(), position)),
+            None => Ok(projection::nearest_waypoint(&self.view(), position)),
             Some(index) => self.index(field, index),
         }
     }
@@ -113,63 +113,16 @@ impl PyPath {
         reverse: Option<Vec<bool>>,
         drop_duplicates: bool,
     ) -> PyResult<Self> {
-        let xy = as_array(xy, "xy", "(N, 2)")?;
-        let wrong_shape = |name: &str, want: &str, shape: &[usize]| -> PyErr {
-            let shape = PyTuple::new(py, shape)
-                .and_then(|shape| shape.repr())
-                .map(|shape| shape.to_string());
-            path_error(
-                py,
-                format!(
-                    "{name} must have shape {want}, got {}",
-                    shape.unwrap_or_default()
-                ),
-            )
-        };
-        let waypoints = xy
-            .cast::<PyArray2<f64>>()
-            .ok()
-            .filter(|waypoints| waypoints.shape().get(1) == Some(&2))
-            .ok_or_else(|| wrong_shape("xy", "(N, 2)", &shape_of(&xy)))?
-            .try_readonly()?;
-        let waypoints: ArrayView2<'_, f64> = waypoints.as_array();
-        let (x, y) = (waypoints.column(0).to_vec(), waypoints.column(1).to_vec());
-        let speed = match speed {
-            None => None,
-            Some(speed) => {
-                let speed = as_array(speed, "speed", "(N,)")?;
-                let speed = speed
-                    .cast::<PyArray1<f64>>()
-                    .map_err(|_| wrong_shape("speed", "(N,)", &shape_of(&speed)))?
-                    .try_readonly()?;
-                let speed: ArrayView1<'_, f64> = speed.as_array();
-                Some(speed.to_vec())
-            }
-        };
-        let made = if drop_duplicates && y.len() == x.len() {
-            let kept = distinct_waypoints(&x, &y, closed);
-            let pick = |values: &[f64]| -> Vec<f64> {
-                kept.iter()
-                    .filter_map(|&index| values.get(index).copied())
-                    .collect()
-            };
-            let speed = match &speed {
-                Some(speed) if speed.len() == x.len() => Some(pick(speed)),
-                other => other.clone(),
-            };
-            let reverse = match reverse {
-                Some(reverse) if reverse.len() == x.len() => Some(
-                    kept.iter()
-                        .filter_map(|&index| reverse.get(index).copied())
-                        .collect(),
-                ),
-                other => other,
-            };
-            (pick(&x), pick(&y), speed, reverse)
-        } else {
-            (x, y, speed, reverse)
-        };
-        let (x, y, speed, reverse): (_, _, _, Option<Vec<bool>>) = made;
+        let mut given = Waypoints::read(py, xy, speed, reverse)?;
+        if drop_duplicates {
+            given = given.distinct(closed);
+        }
+        let Waypoints {
+            x,
+            y,
+            speed,
+            reverse,
+        } = given;
         let mut path = Path::new(&x, &y, speed.as_deref(), closed).or_raise(py)?;
         if let Some(reverse) = reverse {
             path = path.with_reverse(&reverse).or_raise(py)?;
@@ -312,7 +265,7 @@ impl PyPath {
     ///     If a coordinate is not finite or beyond its bound.
     fn nearest_waypoint(&self, py: Python<'_>, x: f64, y: f64) -> PyResult<usize> {
         let position = checked_point(x, y).or_raise(py)?;
-        Ok(locate::nearest_waypoint(&self.view(), position))
+        Ok(projection::nearest_waypoint(&self.view(), position))
     }
 
     /// Find the foot of a position near its last place, for a vehicle that drives along `yaw`.
@@ -366,7 +319,7 @@ impl PyPath {
         reach: f64,
         opposite_distance: f64,
     ) -> PyResult<PyProjection> {
-        let found = || {
+        let found = || -> Result<_, InputError> {
             let position = checked_point(x, y)?;
             let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
             let waypoint = self.index("waypoint", waypoint)?;
@@ -377,9 +330,7 @@ impl PyPath {
             let foot = locate::locate(&view, waypoint, position, heading, reach, opposite);
             Ok(foot.projection(&view))
         };
-        found()
-            .map(PyProjection)
-            .map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
+        found().map(PyProjection).or_raise(py)
     }
 
     /// Find the first crossing of the lookahead circle ahead of a foot on the path.
@@ -422,7 +373,7 @@ impl PyPath {
         lookahead: f64,
         segment: Count,
     ) -> PyResult<((f64, f64), bool)> {
-        let found = || {
+        let found = || -> Result<_, InputError> {
             let position = checked_point(x, y)?;
             checked("lookahead", lookahead, 0.0, 1e6)?;
             let segment = self.index("segment", segment)?;
@@ -433,7 +384,7 @@ impl PyPath {
         };
         found()
             .map(|(point, on_circle)| ((point.x, point.y), on_circle))
-            .map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
+            .or_raise(py)
     }
 
     /// Find the waypoint to go on from after a jump: the nearest where the direction fits.
@@ -480,13 +431,13 @@ impl PyPath {
         yaw: f64,
         opposite_distance: f64,
     ) -> PyResult<usize> {
-        let found = || {
+        let found = || -> Result<_, InputError> {
             let position = checked_point(x, y)?;
             let yaw = checked("yaw", yaw, -MAX_YAW, MAX_YAW)?;
             let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
             Ok(relocalise(&self.view(), position, yaw, opposite))
         };
-        found().map_err(|error: InputError| crate::errors::IntoPyErr::into_py_err(error, py))
+        found().or_raise(py)
     }
 
     /// Project a position exactly onto the segments at a waypoint.
@@ -520,7 +471,7 @@ impl PyPath {
     ) -> PyResult<PyProjection> {
         let position = checked_point(x, y).or_raise(py)?;
         let nearest = self.start("nearest", nearest, position).or_raise(py)?;
-        Ok(PyProjection(locate::project(
+        Ok(PyProjection(projection::project(
             &self.view(),
             nearest,
             position,
@@ -547,7 +498,7 @@ impl PyPath {
     ///     If `nearest` is no waypoint.
     fn path_yaw_behind(&self, py: Python<'_>, nearest: Count) -> PyResult<f64> {
         let nearest = self.index("nearest", nearest).or_raise(py)?;
-        Ok(locate::path_yaw_behind(&self.view(), nearest))
+        Ok(projection::path_yaw_behind(&self.view(), nearest))
     }
 
     /// Give the reference speed beside a position.
@@ -577,7 +528,7 @@ impl PyPath {
         nearest: Option<Count>,
     ) -> PyResult<Option<f64>> {
         let foot = self.project(py, x, y, nearest)?.0;
-        Ok(locate::reference_speed(&self.view(), &foot))
+        Ok(projection::reference_speed(&self.view(), &foot))
     }
 
     /// Give the window around a waypoint: one waypoint behind it to so much arc ahead.
@@ -733,33 +684,4 @@ impl PyPath {
         )
         .map(|found| found.0.index)
     }
-}
-
-/// `object` as an array of floats, or a `PathError` that says why not.
-fn as_array<'py>(
-    object: &Bound<'py, PyAny>,
-    name: &str,
-    shape: &str,
-) -> PyResult<Bound<'py, PyAny>> {
-    let py = object.py();
-    let options = PyDict::new(py);
-    options.set_item("dtype", "float64")?;
-    py.import("numpy")?
-        .call_method("asarray", (object,), Some(&options))
-        .map_err(|error| {
-            path_error(
-                py,
-                format!(
-                    "{name} must be an array of numbers of shape {shape}: {}",
-                    error.value(py)
-                ),
-            )
-        })
-}
-
-fn shape_of(array: &Bound<'_, PyAny>) -> Vec<usize> {
-    array
-        .getattr("shape")
-        .and_then(|shape| shape.extract())
-        .unwrap_or_default()
 }

@@ -1,5 +1,6 @@
 //! The plants of the core, and what stands for one.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use popsteer_sim::Plant;
@@ -8,102 +9,31 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::errors::{OrRaise, unknown};
+use crate::errors::unknown;
+use crate::params::params;
 use crate::python_plant::PythonPlant;
 use crate::vehicle::PyVehicle;
 
-/// A plant class of the core: a vehicle, and parameters of its own.
+/// [`params!`] of a plant of the core: a vehicle, and parameters of its own, which can be hashed.
 macro_rules! plant {
     (
         $(#[doc = $about:literal])+
-        $class:ident($core:ident) named $name:literal, vehicle $vehicle:literal,
+        $class:ident($core:ident) named $name:literal, of $whose:literal,
         $($field:ident, $words:literal, $text:literal;)+
     ) => {
-        $(#[doc = $about])+
-        ///
-        /// Parameters
-        /// ----------
-        /// vehicle : Vehicle, optional
-        #[doc = concat!("    What it is; by default ", $vehicle, ".")]
-        $(
-            #[doc = concat!(stringify!($field), " : ", $words)]
-            #[doc = concat!("    ", $text)]
-        )+
-        ///
-        /// Raises
-        /// ------
-        /// ConfigError
-        ///     If a parameter is out of its range; names it and its value.
-        #[pyclass(frozen, eq, hash, name = $name, module = "popsteer.sim")]
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub(crate) struct $class(pub(crate) $core);
-
-        impl std::hash::Hash for $class {
-            fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
-                PyVehicle(self.0.vehicle).hash(state);
-                $((self.0.$field + 0.0).to_bits().hash(state);)+
-            }
-        }
-
-        #[pymethods]
-        impl $class {
-            #[new]
-            #[pyo3(signature = (vehicle=None, *, $($field = $core::DEFAULT.$field),+))]
-            fn new(
-                py: Python<'_>,
-                vehicle: Option<Py<PyVehicle>>,
-                $($field: f64),+
-            ) -> PyResult<Self> {
-                let vehicle = vehicle.map_or($core::VEHICLE, |vehicle| vehicle.get().0);
-                let plant = $core { vehicle, $($field),+ };
-                plant.checked().map(Self).or_raise(py)
-            }
-
-            /// What it is.
-            #[getter]
-            fn vehicle(&self) -> PyVehicle {
-                PyVehicle(self.0.vehicle)
-            }
-
-            $(
-                #[doc = $text]
-                #[getter]
-                fn $field(&self) -> f64 {
-                    self.0.$field
+        params! {
+            $(#[doc = $about])+
+            $class($core) named $name in "popsteer.sim",
+            defaults $core::DEFAULT, checked by $core::checked,
+            @of vehicle: PyVehicle by default $core::VEHICLE, $whose;
+            $($field: f64, $words, $text;)+
+            @extra {
+                fn __hash__(&self) -> u64 {
+                    let mut hasher = DefaultHasher::new();
+                    PyVehicle(self.0.vehicle).hash(&mut hasher);
+                    $((self.0.$field + 0.0).to_bits().hash(&mut hasher);)+
+                    hasher.finish()
                 }
-            )+
-
-            /// The vehicle and the parameters by name, as a new ``dict``.
-            fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                let fields = PyDict::new(py);
-                fields.set_item("vehicle", self.vehicle())?;
-                $(fields.set_item(stringify!($field), self.0.$field)?;)+
-                Ok(fields)
-            }
-
-            /// The same plant but for what is given by name.
-            #[pyo3(signature = (**changes))]
-            fn replace<'py>(
-                &self,
-                py: Python<'py>,
-                changes: Option<&Bound<'py, PyDict>>,
-            ) -> PyResult<Bound<'py, PyAny>> {
-                let fields = self.as_dict(py)?;
-                if let Some(changes) = changes {
-                    fields.update(changes.as_mapping())?;
-                }
-                py.get_type::<Self>().call((), Some(&fields))
-            }
-
-            fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-                $crate::params::repr($name, &self.as_dict(py)?)
-            }
-
-            fn __getnewargs_ex__<'py>(
-                &self,
-                py: Python<'py>,
-            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-                Ok((PyTuple::empty(py), self.as_dict(py)?))
             }
         }
     };
@@ -115,8 +45,7 @@ plant! {
     /// Single-track steady-state yaw response with a lag, and a longitudinal model with throttle
     /// lag, drag and loss in bends. The vehicle's `steer_lag` acts on the yaw rate here. The
     /// recorded run holds no braking: `braking` is an assumption.
-    PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified",
-    vehicle "``popsteer.vehicles.get('carla-identified')``",
+    PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified", of "``popsteer.vehicles.get('carla-identified')``",
     throttle_lag, "float, default 0.25",
         "Time constant of the throttle [s].";
     drive, "float, default 6.0",
@@ -136,8 +65,7 @@ plant! {
     ///
     /// It does what its vehicle says: dead time, lag, rate, largest angle and offset of the wheels,
     /// turning wheelbase and understeer, the point that does not slip, `drive_lag` and `max_speed`.
-    PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle",
-    vehicle "``popsteer.vehicles.get('kinematic-bicycle')``, whose wheels turn at once",
+    PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle", of "``popsteer.vehicles.get('kinematic-bicycle')``, whose wheels turn at once",
     drive, "float, default 6.0",
         "Acceleration at full throttle [m/s²].";
     drag, "float, default 0.28",
@@ -171,6 +99,20 @@ pub(crate) fn any_plant(object: &Bound<'_, PyAny>) -> PyResult<AnyPlant> {
         return Ok((Arc::clone(&plant) as Arc<dyn Plant>, Some(plant)));
     }
     Ok((plant_of(object)?, None))
+}
+
+/// A plant of the core as Python knows it.
+pub(crate) fn plant_object(py: Python<'_>, plant: &dyn Plant) -> PyResult<Py<PyAny>> {
+    let plant: &dyn std::any::Any = plant;
+    if let Some(plant) = plant.downcast_ref::<CarlaIdentified>() {
+        return Ok(Py::new(py, PyCarlaIdentified(*plant))?.into_any());
+    }
+    if let Some(plant) = plant.downcast_ref::<KinematicBicycle>() {
+        return Ok(Py::new(py, PyKinematicBicycle(*plant))?.into_any());
+    }
+    Err(PyTypeError::new_err(
+        "the plant is of no class of popsteer.sim",
+    ))
 }
 
 /// The names of the plants, and what they are.

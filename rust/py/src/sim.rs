@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use numpy::{PyArray1, PyReadonlyArray1};
+use numpy::PyArray1;
+use popsteer_core::path::Follow;
 use popsteer_core::{InputError, Point, Status, VehicleState};
-use popsteer_sim::plant::{CarlaIdentified, KinematicBicycle};
-use popsteer_sim::simulation::axle;
+use popsteer_sim::plant::CarlaIdentified;
 use popsteer_sim::{
     Control, Controller, Drive, Perception, Plant, Record, Saved, Settings, Simulation, closed_loop,
 };
@@ -18,34 +18,14 @@ use pyo3::{PyTraverseError, PyVisit};
 use crate::errors::{OrRaise, argument_error};
 use crate::lateral::law_of;
 use crate::longitudinal::drive_of;
-use crate::many::PyNoise;
 use crate::metrics::figures;
-use crate::params::params;
 use crate::path::PyPath;
-use crate::plants::{PyCarlaIdentified, PyKinematicBicycle, any_plant};
+use crate::plants::{any_plant, plant_object};
 use crate::python_driver::PythonDriver;
 use crate::python_plant::{PythonPlant, limit_of};
+use crate::records::{Begin, SavedState, columns_of};
+use crate::settings::{PyNoise, PySettings};
 use crate::vehicle::PyVehicle;
-
-params! {
-    /// How a run goes.
-    PySettings(Settings) named "Settings" in "popsteer.sim",
-    defaults Settings::DEFAULT, checked by Settings::checked,
-    dt: f64, "float, default 0.05",
-        "Control period [s].";
-    substeps: usize, "int, default 10",
-        "Plant steps in a control period.";
-    stop_distance: f64, "float, default 1.0",
-        "The end is reached when the front axle has at most this much path ahead [m]; the rear axle where the path is driven in both directions.";
-    time_limit: f64, "float, default 1000.0",
-        "The run ends unfinished after this time [s].";
-    give_up_distance: f64, "float, default 50.0",
-        "The run ends unfinished this far from the path [m].";
-    settling_time: f64, "float, default 5.0",
-        "Errors from this time on count as settled [s].";
-    keep_records: bool, "bool, default True",
-        "Whether the records are kept; the metrics come either way.";
-}
 
 /// A vehicle on a path, moved one control step at a time and measured.
 ///
@@ -158,7 +138,10 @@ impl PySimulation {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
         let this = slf.try_borrow()?;
-        let plant = this.plant_object(py)?;
+        let plant = match &this.python_plant {
+            Some(plant) => plant.object(py)?,
+            None => plant_object(py, this.simulation.plant().as_ref())?,
+        };
         let settings = PySettings(*this.simulation.settings());
         let saved = this.simulation.save();
         let records: Vec<f64> = saved.records.iter().flat_map(Record::numbers).collect();
@@ -458,15 +441,7 @@ impl PySimulation {
     /// [rad] there, as the paper measured; rear_cross_track_error and rear_heading_error at the
     /// rear axle; target_x, target_y [m]; status, the bits of `popsteer.Status` (uint32).
     fn records<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let records = self.simulation.records();
-        let columns = PyDict::new(py);
-        for (name, column) in COLUMNS {
-            columns.set_item(name, PyArray1::from_iter(py, records.iter().map(*column)))?;
-        }
-        let status = records.iter().map(|record| record.status.bits());
-        let status = PyArray1::from_iter(py, status);
-        columns.set_item("status", status)?;
-        Ok(columns)
+        columns_of(py, self.simulation.records())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -482,23 +457,6 @@ impl PySimulation {
 impl PySimulation {
     /// How often signals and progress are seen to, however long a step takes.
     const LOOK_EVERY: Duration = Duration::from_millis(100);
-
-    /// The plant as Python knows it.
-    fn plant_object(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        if let Some(plant) = &self.python_plant {
-            return plant.object(py);
-        }
-        let plant: &dyn std::any::Any = self.simulation.plant().as_ref();
-        if let Some(plant) = plant.downcast_ref::<CarlaIdentified>() {
-            return Ok(Py::new(py, PyCarlaIdentified(*plant))?.into_any());
-        }
-        if let Some(plant) = plant.downcast_ref::<KinematicBicycle>() {
-            return Ok(Py::new(py, PyKinematicBicycle(*plant))?.into_any());
-        }
-        Err(PyTypeError::new_err(
-            "the plant is of no class of popsteer.sim",
-        ))
-    }
 
     /// Raises what a plant in Python raised; a limit of it ends the run instead.
     fn look_at_plant(&mut self, py: Python<'_>) -> PyResult<()> {
@@ -520,46 +478,6 @@ impl PySimulation {
     }
 }
 
-type Column = (&'static str, fn(&Record) -> f64);
-
-const COLUMNS: &[Column] = &[
-    ("time", |record| record.time),
-    ("x", |record| record.x),
-    ("y", |record| record.y),
-    ("yaw", |record| record.yaw),
-    ("speed", |record| record.speed),
-    ("steer", |record| record.steer),
-    ("throttle", |record| record.throttle),
-    ("brake", |record| record.brake),
-    ("reference_x", |record| record.reference.x),
-    ("reference_y", |record| record.reference.y),
-    ("cross_track_error", |record| record.cross_track_error),
-    ("heading_error", |record| record.heading_error),
-    ("rear_cross_track_error", |record| {
-        record.rear_cross_track_error
-    }),
-    ("rear_heading_error", |record| record.rear_heading_error),
-    ("target_x", |record| record.target.x),
-    ("target_y", |record| record.target.y),
-];
-
-/// Path, plant, start, tracked point and settings of a simulation that was taken apart.
-type Begin<'py> = (
-    Py<PyPath>,
-    Bound<'py, PyAny>,
-    (f64, f64, f64, f64),
-    f64,
-    Py<PySettings>,
-);
-
-/// Its numbers, its commands on their way, its records, and what kept the plant from going on.
-type SavedState<'py> = (
-    PyReadonlyArray1<'py, f64>,
-    Vec<(f64, f64)>,
-    PyReadonlyArray1<'py, f64>,
-    Option<String>,
-);
-
 /// A simulation at its start.
 fn begun(
     py: Python<'_>,
@@ -573,6 +491,6 @@ fn begun(
     let ahead = tracked_point.map_or(vehicle.wheelbase, |point| point - vehicle.rear_axle);
     let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
     let (path, plant) = (Arc::clone(&path.get().0), Arc::clone(plant));
-    let tracked = axle(plant.vehicle(), ahead);
+    let tracked = Follow::of(vehicle, vehicle.rear_axle, ahead);
     Simulation::new(path, plant, start, tracked, settings).or_raise(py)
 }

@@ -4,12 +4,12 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use popsteer_core::error::input_in_range;
-use popsteer_core::path::view::MAX_SPEED;
+use popsteer_core::limits::MAX_SPEED;
 use popsteer_core::vehicle::{self, AdaptParams, Vehicle};
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyDict, PyTuple};
 
+use crate::choice::{Choice, Chosen};
 use crate::errors::OrRaise;
 use crate::params::{Number, params, repr};
 
@@ -225,38 +225,20 @@ params! {
     }
 }
 
+impl Chosen for PyAdaptParams {
+    const REQUIRED: &'static str = "adapt must be AdaptParams, None or 'auto'";
+}
+
 /// How a controller was told to adapt.
-#[derive(Debug)]
-pub(crate) enum Adapt {
-    /// "auto": as controllers of its kind do.
-    Usual,
-    /// So, or not at all.
-    Told(Option<Py<PyAdaptParams>>),
-}
-
-impl<'py> FromPyObject<'_, 'py> for Adapt {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        if object.cast::<PyString>().is_ok_and(|text| text == "auto") {
-            return Ok(Self::Usual);
-        }
-        let told = object.extract().map_err(|_| {
-            let given = object.get_type();
-            PyTypeError::new_err(format!(
-                "adapt must be AdaptParams, None or 'auto', got {given}"
-            ))
-        })?;
-        Ok(Self::Told(told))
-    }
-}
+pub(crate) type Adapt = Choice<PyAdaptParams>;
 
 /// What a controller knows of its vehicle from its motion, and what it was told.
 ///
 /// Parameters
 /// ----------
 /// gain : float, default 1.0
-///     How many times more the vehicle turns than it was told.
+///     How many times more the vehicle turns than it was told. Controllers use it where the
+///     vehicle has a dead time; elsewhere it is only shown, and left to the feedback.
 /// steer_offset : float, default 0.0
 ///     Angle of the wheels at the command 0 [rad].
 /// dead_time : float, default 0.0

@@ -12,7 +12,8 @@ use crate::law::Law;
 use crate::metrics::Metrics;
 use crate::noise::{Noise, Perception};
 use crate::plant::Plant;
-use crate::simulation::{Settings, Simulation, SimulationError};
+use crate::settings::Settings;
+use crate::simulation::{Simulation, SimulationError};
 
 /// One run of many.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use popsteer_core::Status;
 
-use crate::simulation::Record;
+use crate::record::Record;
 
 /// Statistics of the absolute value of an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

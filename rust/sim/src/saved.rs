@@ -1,10 +1,11 @@
 //! A simulation as numbers, and back.
 
 use popsteer_core::math::{from_count, to_count};
-use popsteer_core::{Point, Status};
 
 use crate::delay::Delay;
-use crate::simulation::{Follower, Record, Simulation};
+use crate::follower::Follower;
+use crate::record::Record;
+use crate::simulation::Simulation;
 
 /// All that a simulation remembers beside its path, its plant and its settings.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,75 +16,6 @@ pub struct Saved {
     pub commands: Vec<(f64, f64)>,
     /// The records.
     pub records: Vec<Record>,
-}
-
-impl Record {
-    /// How many numbers a record is.
-    pub const LENGTH: usize = 17;
-
-    /// The record as numbers.
-    pub fn numbers(&self) -> [f64; Self::LENGTH] {
-        [
-            self.time,
-            self.reference.x,
-            self.reference.y,
-            self.x,
-            self.y,
-            self.yaw,
-            self.speed,
-            self.steer,
-            self.throttle,
-            self.brake,
-            self.cross_track_error,
-            self.heading_error,
-            self.rear_cross_track_error,
-            self.rear_heading_error,
-            self.target.x,
-            self.target.y,
-            f64::from(self.status.bits()),
-        ]
-    }
-
-    /// The record of these numbers.
-    pub fn of(numbers: [f64; Self::LENGTH]) -> Self {
-        let [
-            time,
-            reference_x,
-            reference_y,
-            x,
-            y,
-            yaw,
-            speed,
-            steer,
-            throttle,
-            brake,
-            cross_track_error,
-            heading_error,
-            rear_cross_track_error,
-            rear_heading_error,
-            target_x,
-            target_y,
-            status,
-        ] = numbers;
-        let bits = u32::try_from(to_count(status)).unwrap_or(0);
-        Self {
-            time,
-            reference: Point::new(reference_x, reference_y),
-            x,
-            y,
-            yaw,
-            speed,
-            steer,
-            throttle,
-            brake,
-            cross_track_error,
-            heading_error,
-            rear_cross_track_error,
-            rear_heading_error,
-            target: Point::new(target_x, target_y),
-            status: Status::from_bits(bits).unwrap_or_default(),
-        }
-    }
 }
 
 fn visit_flag(flag: &mut bool, visit: &mut impl FnMut(&mut f64)) {

@@ -2,149 +2,22 @@
 
 use std::sync::Arc;
 
-use popsteer_core::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
-use popsteer_core::math::sqrt;
-use popsteer_core::math::{from_count, wrap};
-use popsteer_core::path::locate::path_yaw_behind;
-use popsteer_core::path::view::get_distance;
-use popsteer_core::path::{Ahead, Follow, Located};
-use popsteer_core::{Path, Point, Status, Vehicle, VehicleState};
+use popsteer_core::error::{ConfigError, InputError, input_in_range};
+use popsteer_core::geometry::get_distance;
+use popsteer_core::math::{from_count, sqrt, wrap};
+use popsteer_core::path::projection::path_yaw_behind;
+use popsteer_core::path::{Ahead, Follow};
+use popsteer_core::{Path, Point, Status, VehicleState};
 
 use crate::delay::Delay;
+use crate::follower::Follower;
 use crate::metrics::{Gatherer, Metrics};
 use crate::plant::{Control, Plant, PlantState};
-
-/// How a run goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Control period [s].
-    pub dt: f64,
-    /// Plant steps in a control period.
-    pub substeps: usize,
-    /// The end is reached when the front axle has at most this much path ahead [m]; the rear axle
-    /// where the path is driven in both directions.
-    pub stop_distance: f64,
-    /// The run ends unfinished after this time [s].
-    pub time_limit: f64,
-    /// The run ends unfinished this far from the path [m].
-    pub give_up_distance: f64,
-    /// Errors from this time on count as settled [s].
-    pub settling_time: f64,
-    /// Whether the records are kept; the metrics come either way.
-    pub keep_records: bool,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
+use crate::record::Record;
+use crate::settings::Settings;
 
 /// How a vehicle brakes for a cusp whose `max_deceleration` is not known [m/s^2].
 const SLOWING: f64 = 2.0;
-
-/// The largest number of plant steps in a control period.
-const MAX_SUBSTEPS: usize = 1_000_000;
-
-impl Settings {
-    /// The paper's control period, and the rest to suit.
-    pub const DEFAULT: Self = Self {
-        dt: 0.05,
-        substeps: 10,
-        stop_distance: 1.0,
-        time_limit: 1000.0,
-        give_up_distance: 50.0,
-        settling_time: 5.0,
-        keep_records: true,
-    };
-
-    /// The settings themselves where each is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the one that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("dt", self.dt, 1e-6, 1.0)?;
-        if !(1..=MAX_SUBSTEPS).contains(&self.substeps) {
-            return Err(ConfigError {
-                field: "substeps",
-                value: from_count(self.substeps),
-                requirement: Requirement::CountInRange(1, MAX_SUBSTEPS),
-            });
-        }
-        config_in_range("stop_distance", self.stop_distance, 0.0, 1e6)?;
-        config_in_range("time_limit", self.time_limit, self.dt, 1e6)?;
-        config_in_range("give_up_distance", self.give_up_distance, 1e-3, 1e9)?;
-        config_in_range("settling_time", self.settling_time, 0.0, 1e6)?;
-        Ok(self)
-    }
-}
-
-/// One control step as it was measured, before the plant moved on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Record {
-    /// Time [s].
-    pub time: f64,
-    /// Position of the tracked point [m].
-    pub reference: Point,
-    /// Position along x of the vehicle's point [m].
-    pub x: f64,
-    /// Position along y of that point [m].
-    pub y: f64,
-    /// Heading [rad].
-    pub yaw: f64,
-    /// Speed [m/s].
-    pub speed: f64,
-    /// Angle commanded [rad].
-    pub steer: f64,
-    /// Throttle commanded, 0 to 1.
-    pub throttle: f64,
-    /// Brake commanded, 0 to 1.
-    pub brake: f64,
-    /// Cross-track error at the tracked point [m].
-    pub cross_track_error: f64,
-    /// Heading error at the tracked point [rad] against the segment behind the nearest
-    /// waypoint, as the paper's authors measured it.
-    pub heading_error: f64,
-    /// Cross-track error at the rear axle [m].
-    pub rear_cross_track_error: f64,
-    /// Heading error at the rear axle [rad] against the segment beside it.
-    pub rear_heading_error: f64,
-    /// Point aimed at [m]; not a number without a controller.
-    pub target: Point,
-    /// How the controller's step went.
-    pub status: Status,
-}
-
-/// A point of the vehicle, followed along the path.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Follower {
-    follow: Follow,
-    pub(crate) waypoint: Option<usize>,
-}
-
-impl Follower {
-    /// Follows as `follow` says; the point is never looked for anew, as it never jumps.
-    fn new(follow: Follow) -> Self {
-        Self {
-            follow: Follow {
-                lost_distance: f64::INFINITY,
-                ..follow
-            },
-            waypoint: None,
-        }
-    }
-
-    fn find(&self, path: &Path, vehicle: VehicleState, dt: f64) -> Located {
-        self.follow.locate(&path.view(), self.waypoint, vehicle, dt)
-    }
-
-    fn follow(&mut self, path: &Path, vehicle: VehicleState, dt: f64) -> Located {
-        let at = self.find(path, vehicle, dt);
-        self.waypoint = Some(at.foot.segment);
-        at
-    }
-}
 
 /// A vehicle on a path, moved one control step at a time and measured.
 #[derive(Clone, Debug)]
@@ -194,9 +67,9 @@ impl Simulation {
         // Where the vehicle changes its direction no axle leads all the way; the rear one is at
         // the path's.
         let lead = if reverses { 0.0 } else { vehicle.wheelbase };
-        let mut leading = Follower::new(axle(&vehicle, lead));
+        let mut leading = Follower::new(Follow::of(&vehicle, vehicle.rear_axle, lead));
         let foot = leading.follow(&path, start, settings.dt).foot;
-        let mut rear = Follower::new(axle(&vehicle, 0.0));
+        let mut rear = Follower::new(Follow::of(&vehicle, vehicle.rear_axle, 0.0));
         let reverse = rear.follow(&path, start, settings.dt).reverse;
         Ok(Self {
             state: PlantState::settled(&vehicle, start),
@@ -410,19 +283,6 @@ impl Simulation {
         };
         self.finished |= length - done <= self.settings.stop_distance;
         self.lost |= get_distance(at.position, at.foot.point) > self.settings.give_up_distance;
-    }
-}
-
-/// How a point is followed that lies `ahead` [m] of the rear axle.
-pub fn axle(vehicle: &Vehicle, ahead: f64) -> Follow {
-    Follow {
-        base: vehicle.rear_axle,
-        reference_offset: ahead,
-        rear_axle: vehicle.rear_axle,
-        search_distance: 2.0 * vehicle.wheelbase,
-        lost_distance: f64::INFINITY,
-        arrival_distance: 0.05 * vehicle.wheelbase,
-        opposite_distance: vehicle.wheelbase * 10.0 / 3.0,
     }
 }
 

@@ -18,13 +18,13 @@ use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
 };
 use popsteer_core::path::jump::find_lookahead_point;
-use popsteer_core::path::locate;
 use popsteer_core::path::lookahead::{
     get_crossing, get_lookahead_point, get_lookahead_point_index,
 };
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{Grid, window};
+use popsteer_core::path::{locate, projection};
 use popsteer_core::vehicle::bicycle::{
     get_predicted_location, kinematic_bicycle, state_transition,
 };
@@ -171,7 +171,7 @@ fn in_flight(vehicle: VehicleState) -> f64 {
 fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let position = black_box(vehicle.point_ahead(1.0));
     let index = black_box(7_usize);
-    let nearest = locate::nearest_waypoint(path, position);
+    let nearest = projection::nearest_waypoint(path, position);
     let heading = Point::new(math::cos(vehicle.yaw), math::sin(vehicle.yaw));
     let opposite = black_box(locate::OPPOSITE);
     let located = locate::locate(path, index, position, heading, black_box(6.0), opposite);
@@ -183,10 +183,10 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let path_yaw = ahead.turns(arc_length, black_box(1.0), &mut turns);
     let located = located.nearest_waypoint(path);
     let jumped_to = relocalise(path, position, black_box(0.3), opposite);
-    let foot = locate::project(path, index, position);
+    let foot = projection::project(path, index, position);
     let mut sum = math::from_count(nearest + located + jumped_to) + foot.cross_track_error;
-    sum += crossing.x + path_yaw + locate::path_yaw_behind(path, index);
-    sum += locate::reference_speed(path, &foot).unwrap_or(0.0);
+    sum += crossing.x + path_yaw + projection::path_yaw_behind(path, index);
+    sum += projection::reference_speed(path, &foot).unwrap_or(0.0);
     let grid = Grid::new(*path, window(path, index, black_box(20.0)), black_box(0.01));
     let (lookahead, tolerance) = black_box((6.0, 0.01));
     let found = get_lookahead_point(&grid, position, lookahead, tolerance);

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import enum
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
@@ -21,7 +21,8 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimator import Corrections
 
@@ -181,15 +182,10 @@ class Tracked(enum.Enum):
             base, reference_offset = vehicle.rear_axle, 0.0
         else:
             base, reference_offset = vehicle.no_slip, 0.0
-        return Follow(
-            base=base,
-            reference_offset=reference_offset,
-            rear_axle=vehicle.rear_axle,
+        return replace(
+            Follow.of(vehicle, base, reference_offset),
             search_distance=resolved(params.search_distance),
             lost_distance=resolved(params.lost_distance),
-            arrival_distance=0.05 * wheelbase,
-            # 10 m at the paper's wheelbase, to the last bit.
-            opposite_distance=wheelbase * 10.0 / 3.0,
         )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.view import Point
+    from popsteer.reference.geometry import Point
     from popsteer.status import Status
 
 __all__ = ["Command"]

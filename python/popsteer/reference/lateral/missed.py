@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from popsteer.errors import InputError
 from popsteer.reference.lateral.tracker_state import NOWHERE, TrackerState
+from popsteer.reference.limits import MAX_DT, MIN_DT
 from popsteer.reference.math import saturate
-from popsteer.reference.vehicle.state import MAX_DT, MIN_DT, checked_dt
+from popsteer.reference.vehicle.state import checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:

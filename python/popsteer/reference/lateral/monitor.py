@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
 from popsteer.reference.lateral.tracker_state import TrackerState
+from popsteer.reference.limits import MAX_YAW
 from popsteer.reference.math import PI, saturate, wrap
 from popsteer.reference.vehicle.estimator import MAX_GAIN, MAX_STEER_OFFSET, MIN_GAIN
-from popsteer.reference.vehicle.state import MAX_YAW
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -186,8 +186,8 @@ class MonitorState(NamedTuple):
 
     def observed(
         self, turn: float, rate: float, excess: float, share: float, dt: float
-    ) -> tuple[MonitorState, float]:
-        """Take in a turn, and tell how far the turns are beyond what is explained.
+    ) -> MonitorState:
+        """Take in a turn.
 
         Parameters
         ----------
@@ -204,8 +204,8 @@ class MonitorState(NamedTuple):
 
         Returns
         -------
-        tuple of MonitorState and float
-            The state after it, and the excess, noise taken off [rad].
+        MonitorState
+            The state after it.
         """
         expected = rate * dt
         residual = turn - expected
@@ -222,8 +222,23 @@ class MonitorState(NamedTuple):
         evidence = self.evidence.with_noise(residual, self.turned.residual, dt)
         evidence = evidence.with_offset(residual, share, dt)
         turned = self.turned._replace(residual=residual)
-        after = self._replace(turned=turned, turns=turns, evidence=evidence)
+        return self._replace(turned=turned, turns=turns, evidence=evidence)
 
+    def is_beyond(self, tolerance: float, share: float) -> bool:
+        """Tell whether the turns are beyond what is explained by more than `tolerance` [rad].
+
+        What is expected of the commands is itself explained, so most steps are done with that.
+        """
+        turns = self.turns
+        gap = abs(turns.measured - turns.expected)
+        return gap > tolerance and self.unexplained(share) > tolerance
+
+    def unexplained(self, share: float) -> float:
+        """Give how far the turns are beyond what is explained, noise taken off [rad].
+
+        A radian of steering offset turns the vehicle at `share` [1/s].
+        """
+        turns, evidence = self.turns, self.evidence
         offset = evidence.offset_sum / (evidence.offset_square + OFFSET_PRIOR)
         doubt = OFFSET * OFFSET_DOUBT / (OFFSET_DOUBT + evidence.offset_square)
         right, left = (offset - doubt, doubt) if offset < 0.0 else (-doubt, offset + doubt)
@@ -239,7 +254,7 @@ class MonitorState(NamedTuple):
         most = most * (MAX_GAIN if most > 0.0 else MIN_GAIN)
         below, above = least - turns.measured, turns.measured - most
         beyond = below if below > above else above
-        return after, beyond - EXCESS * turns.excess - DEVIATIONS * sqrt(evidence.noise)
+        return beyond - EXCESS * turns.excess - DEVIATIONS * sqrt(evidence.noise)
 
     def checked(self) -> MonitorState:
         """Return the same, as floats, where a vehicle could have shown it.
@@ -361,8 +376,9 @@ class Monitor:
             watched = watched._replace(turns=watched.turns._replace(rate=rate))
         else:
             turn = wrap(now.vehicle.yaw - yaw)
-            watched, beyond = watched.observed(turn, rate, excess, share, dt)
-            if beyond > self._turn_tolerance and watched.evidence.time >= LEAST_TIME:
+            watched = watched.observed(turn, rate, excess, share, dt)
+            is_beyond = watched.is_beyond(self._turn_tolerance, share)
+            if is_beyond and watched.evidence.time >= LEAST_TIME:
                 watched = watched._replace(alarm=ALARM_TIME)
         turned = watched.turned._replace(yaw=now.vehicle.yaw)
         return watched._replace(turned=turned), watched.alarm > 0.0

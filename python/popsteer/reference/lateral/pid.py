@@ -19,14 +19,15 @@ from popsteer.reference.lateral import (
 )
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
+from popsteer.reference.limits import MAX_COORDINATE
 from popsteer.reference.math import cos, saturate, sin
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.path.view import MAX_COORDINATE
 
 if TYPE_CHECKING:
+    from popsteer.reference.geometry import Point
     from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimator import AdaptParams
 
@@ -261,8 +262,7 @@ class Pid(Tracker[PidParams, PidState]):
         step = (at.position[0] - previous[0], at.position[1] - previous[1])
         half = 0.5 * (step[0] * at.heading[0] + step[1] * at.heading[1])
         middle = at.foot.arc_length(self.path) - half
-        preview = Preview(self.path, self._smoothing_length, at.foot.segment, middle, 0.0)
-        yaw = preview.path_yaw(middle)
+        yaw = Preview.yaw_at(self.path, self._smoothing_length, at.foot.segment, middle)
         return (step[1] * cos(yaw) - step[0] * sin(yaw)) / at.dt
 
     def forget_path(self, state: PidState) -> PidState:

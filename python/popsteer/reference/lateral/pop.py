@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from popsteer.reference.error import config_in_range, config_odd
+from popsteer.reference.geometry import get_distance
 from popsteer.reference.lateral import (
     Belief,
     Decision,
@@ -19,14 +20,14 @@ from popsteer.reference.lateral.search import Search, check_search
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, saturate
-from popsteer.reference.path.view import get_distance
 from popsteer.reference.vehicle.bicycle import get_predicted_location
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer.reference.geometry import Point
     from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimator import AdaptParams
 

@@ -17,11 +17,12 @@ from popsteer.reference.lateral.tracker_state import (
     in_flight_of,
     with_past,
 )
+from popsteer.reference.limits import MAX_DT
 from popsteer.reference.math import ceil, divide, tan
 from popsteer.reference.vehicle.bicycle import advance
 from popsteer.reference.vehicle.delay import InFlight, move_wheel
 from popsteer.reference.vehicle.estimator import Corrections
-from popsteer.reference.vehicle.state import MAX_DT, VehicleState, checked_dt
+from popsteer.reference.vehicle.state import VehicleState, checked_dt
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from math import copysign
 from typing import TYPE_CHECKING, Literal
 
+from popsteer.reference.geometry import get_distance
 from popsteer.reference.lateral import (
     Belief,
     Decision,
@@ -19,7 +20,6 @@ from popsteer.reference.lateral.search import Search, check_search
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, acos, atan2, divide, sin
-from popsteer.reference.path.view import get_distance
 from popsteer.status import Status
 
 if TYPE_CHECKING:

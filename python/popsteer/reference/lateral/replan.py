@@ -10,18 +10,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from popsteer.reference.geometry import get_distance
 from popsteer.reference.lateral.tracker_state import (
     HANDOVER_TIME,
     Place,
     TrackerState,
     hands_over,
 )
+from popsteer.reference.limits import MIN_DT
 from popsteer.reference.math import PI, atan2, saturate, sqrt
 from popsteer.reference.path.index import STEP_BUDGET
-from popsteer.reference.path.locate import find_foot, locate
+from popsteer.reference.path.locate import locate
+from popsteer.reference.path.projection import find_foot
 from popsteer.reference.path.relocalise import relocalise_within
-from popsteer.reference.path.view import get_distance
-from popsteer.reference.vehicle.state import MIN_DT
 
 if TYPE_CHECKING:
     from popsteer.reference.lateral import LateralLaw

@@ -19,15 +19,16 @@ from popsteer.reference.lateral.tracker_state import (
     with_in_flight,
     with_past,
 )
+from popsteer.reference.limits import MIN_DT
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.vehicle.estimator import Corrections
 from popsteer.reference.vehicle.past import MAX_POSE_AGE, Past
-from popsteer.reference.vehicle.state import MIN_DT, VehicleState
 
 if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.delay import InFlight
     from popsteer.reference.vehicle.estimator import AdaptParams
+    from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["Reported", "Sight", "sight_aged"]
 

@@ -18,8 +18,8 @@ from popsteer.reference.lateral import (
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import atan, wrap
-from popsteer.reference.path.locate import path_yaw_behind
 from popsteer.reference.path.preview import Preview
+from popsteer.reference.path.projection import path_yaw_behind
 
 if TYPE_CHECKING:
     from popsteer.reference.lateral.monitor import MonitorParams
@@ -172,8 +172,8 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
             path_yaw = path_yaw_behind(self.path, at.foot.nearest_waypoint(self.path))
         elif self._smoothing_length > 0.0:
             arc_length = at.foot.arc_length(self.path)
-            preview = Preview(self.path, self._smoothing_length, at.foot.segment, arc_length, 0.0)
-            path_yaw = preview.path_yaw(arc_length)
+            smoothing = self._smoothing_length
+            path_yaw = Preview.yaw_at(self.path, smoothing, at.foot.segment, arc_length)
         else:
             path_yaw = at.foot.path_yaw()
         heading_error = wrap(at.vehicle.yaw - path_yaw)

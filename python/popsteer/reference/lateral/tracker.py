@@ -41,6 +41,7 @@ from popsteer.reference.lateral.tracker_state import (
     with_in_flight,
     with_past,
 )
+from popsteer.reference.limits import MAX_DT, MIN_DT
 from popsteer.reference.math import atan, divide, saturate
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.relocalise import relocalise
@@ -55,7 +56,7 @@ from popsteer.reference.vehicle.estimator import (
     Estimator,
 )
 from popsteer.reference.vehicle.past import Past
-from popsteer.reference.vehicle.state import MAX_DT, MIN_DT, VehicleState, checked_dt
+from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ class Tracker(
     @property
     def estimate(self) -> Estimate:
         """What is known of the vehicle: its own figures, corrected by what its motion has shown."""
-        return estimator_of(self._state).estimate.of(self._vehicle)
+        return estimator_of(self._state).known().of(self._vehicle)
 
     @property
     def state(self) -> StateT:

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from popsteer.reference.error import input_below, input_in_range
 from popsteer.reference.lateral.command import Command
+from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.math import atan2, wrap
 from popsteer.reference.path.stop import Ahead
-from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED, Point
 from popsteer.reference.vehicle.delay import Commands, InFlight
 from popsteer.reference.vehicle.estimator import Corrections, Estimator
 from popsteer.reference.vehicle.past import Past
-from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
+from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
+    from popsteer.reference.geometry import Point
     from popsteer.reference.lateral.monitor import MonitorState
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from popsteer.reference.error import config_in_range, input_in_range
+from popsteer.reference.limits import MAX_SPEED
 from popsteer.reference.longitudinal import Pedals
 from popsteer.reference.math import PI
-from popsteer.reference.path.view import MAX_SPEED
 
 __all__ = ["CoupledLongitudinal", "CoupledLongitudinalParams"]
 

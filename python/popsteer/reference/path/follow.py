@@ -9,6 +9,7 @@ where the path is driven backwards, and they negate what they answer.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING
 
 from popsteer.reference.math import PI, cos, sin, sqrt
@@ -17,9 +18,11 @@ from popsteer.reference.path.locate import locate
 from popsteer.reference.path.relocalise import relocalise_within
 
 if TYPE_CHECKING:
+    from popsteer.reference.geometry import Point
     from popsteer.reference.path.index import Found
-    from popsteer.reference.path.locate import Foot
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.path.projection import Foot
+    from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["Follow", "Located"]
@@ -99,6 +102,25 @@ class Follow:
     lost_distance: float
     arrival_distance: float
     opposite_distance: float
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, base: float, ahead: float) -> Follow:
+        """Say how the point of `vehicle` is followed that lies `ahead` [m] of `base`.
+
+        Itself so far ahead of the pose's point [m]. It is looked for two wheelbases along the path
+        either way, and never lost.
+        """
+        wheelbase = vehicle.wheelbase
+        return cls(
+            base=base,
+            reference_offset=ahead,
+            rear_axle=vehicle.rear_axle,
+            search_distance=2.0 * wheelbase,
+            lost_distance=inf,
+            arrival_distance=0.05 * wheelbase,
+            # 10 m at the paper's wheelbase, to the last bit.
+            opposite_distance=wheelbase * 10.0 / 3.0,
+        )
 
     def locate(
         self, path: PathView, waypoint: int | None, vehicle: VehicleState, dt: float

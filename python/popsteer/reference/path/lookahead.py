@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from popsteer.reference.geometry import Point, get_distance, squared_distance
 from popsteer.reference.math import saturate, sqrt
-from popsteer.reference.path.view import Point, get_distance, squared_distance
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from popsteer.reference.path.locate import Foot
+    from popsteer.reference.path.projection import Foot
     from popsteer.reference.path.view import PathView
 
 __all__ = ["Lookahead", "get_crossing", "get_lookahead_point", "get_lookahead_point_index"]

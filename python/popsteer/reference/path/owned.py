@@ -5,18 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import input_below, input_in_range
+from popsteer.reference.limits import MAX_COORDINATE, MAX_YAW
 from popsteer.reference.math import cos, sin
-from popsteer.reference.path import locate, relocalise, resample
+from popsteer.reference.path import locate, projection, relocalise, resample
 from popsteer.reference.path.locate import OPPOSITE
 from popsteer.reference.path.lookahead import get_crossing, get_lookahead_point
-from popsteer.reference.path.view import MAX_COORDINATE, PathView
-from popsteer.reference.vehicle.state import MAX_YAW
+from popsteer.reference.path.view import PathView
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.locate import Projection
+    from popsteer.reference.geometry import Point
     from popsteer.reference.path.lookahead import Lookahead
+    from popsteer.reference.path.projection import Projection
     from popsteer.reference.path.resample import Window
-    from popsteer.reference.path.view import Point
 
 __all__ = ["Path"]
 
@@ -59,7 +59,7 @@ class Path(PathView):
 
     def nearest_waypoint(self, x: float, y: float) -> int:
         """Find the waypoint nearest to (x, y) [m] of all; the first of several."""
-        return locate.nearest_waypoint(self, _position(x, y))
+        return projection.nearest_waypoint(self, _position(x, y))
 
     def locate(
         self,
@@ -88,7 +88,7 @@ class Path(PathView):
         position = _position(x, y)
         lookahead = input_in_range("lookahead", lookahead, 0.0, 1e6)
         segment = self.segment_at(input_below("segment", segment, len(self)))
-        foot = locate.find_foot(self, segment, position)
+        foot = projection.find_foot(self, segment, position)
         return get_crossing(self, foot, position, lookahead)
 
     def relocalise(
@@ -103,15 +103,15 @@ class Path(PathView):
     def project(self, x: float, y: float, nearest: int | None = None) -> Projection:
         """Project (x, y) [m] exactly onto the two segments at waypoint `nearest`."""
         position = _position(x, y)
-        return locate.project(self, self._near(nearest, position), position)
+        return projection.project(self, self._near(nearest, position), position)
 
     def path_yaw_behind(self, nearest: int) -> float:
         """Give the direction of the segment that leads to waypoint `nearest` [rad]."""
-        return locate.path_yaw_behind(self, input_below("nearest", nearest, len(self)))
+        return projection.path_yaw_behind(self, input_below("nearest", nearest, len(self)))
 
     def reference_speed(self, x: float, y: float, nearest: int | None = None) -> float | None:
         """Give the reference speed beside (x, y) [m/s]; None where there are no speeds."""
-        return locate.reference_speed(self, self.project(x, y, nearest))
+        return projection.reference_speed(self, self.project(x, y, nearest))
 
     def window(self, nearest: int, ahead: float = 20.0) -> Window:
         """Choose the segments from one waypoint behind `nearest` to `ahead` [m] beyond it."""
@@ -202,7 +202,7 @@ class Path(PathView):
     def _near(self, nearest: int | None, position: Point) -> int:
         """Return `nearest` checked; None is looked for."""
         if nearest is None:
-            return locate.nearest_waypoint(self, position)
+            return projection.nearest_waypoint(self, position)
         return input_below("nearest", nearest, len(self))
 
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from math import fmod, inf
 from typing import TYPE_CHECKING
 
-from popsteer.reference.math import atan2, saturate, wrap
-from popsteer.reference.path.view import get_distance, squared_distance
+from popsteer.reference.geometry import get_distance, squared_distance
+from popsteer.reference.math import atan2, saturate
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.view import PathView
 
 __all__ = ["Preview"]
 
@@ -83,6 +84,8 @@ class Preview:
         Where it begins [m].
     distance : float
         How far ahead is looked at most [m].
+    reach : float, optional
+        The farthest that a chord reaches either way [m]; five bases by default.
 
     Examples
     --------
@@ -96,43 +99,62 @@ class Preview:
     """
 
     def __init__(
-        self, path: PathView, base: float, segment: int, arc_length: float, distance: float
+        self,
+        path: PathView,
+        base: float,
+        segment: int,
+        arc_length: float,
+        distance: float,
+        reach: float | None = None,
     ) -> None:
         self.path = path
         self.base = base
+        self.reach = reach = 5.0 * base if reach is None else reach
         self._stretch: Stretch | None = None
         if path.reverse is not None:
-            reach = 5.0 * base
             farthest = arc_length + distance + reach
             self._stretch = Stretch.about(path, segment, arc_length - reach, farthest)
 
+    @classmethod
+    def yaw_at(cls, path: PathView, base: float, segment: int, arc_length: float) -> float:
+        """Return the direction of `path` [rad] at one place, `arc_length` on segment `segment`.
+
+        The chord reaches at most one base either way. Farther, a vehicle that steers by it would
+        cut the corners of coarse waypoints, which a plan over several places does not.
+        """
+        return cls(path, base, segment, arc_length, 0.0, base).path_yaw(arc_length)
+
     def path_yaw(self, arc_length: float) -> float:
         """Return the direction of the path at `arc_length` [rad]."""
+        x, y = self._chord(arc_length)
+        return atan2(y, x)
+
+    def _chord(self, arc_length: float) -> Point:
+        """Return the chord about `arc_length`, as far as it goes in x and in y [m]."""
         path, base = self.path, self.base
         here, _ = self._place_at(arc_length)
         start, end = path.segment(here)
         length = get_distance(start, end)
-        reach = saturate(length, 0.5 * base, 5.0 * base)
+        reach = saturate(length, 0.5 * base, self.reach)
         if path.closed and reach > 0.25 * path.length:
             reach = 0.25 * path.length
         tail = self._point_at(arc_length - reach)
         head = self._point_at(arc_length + reach)
         if squared_distance(tail, head) > reach * reach:
-            return atan2(head[1] - tail[1], head[0] - tail[0])
-        return atan2(end[1] - start[1], end[0] - start[0])
+            return head[0] - tail[0], head[1] - tail[1]
+        return end[0] - start[0], end[1] - start[1]
 
     def turns(self, arc_length: float, step: float, count: int) -> tuple[float, list[float]]:
         """Return the direction at `arc_length`, and how far it turns over each step on [rad]."""
-        first = self.path_yaw(arc_length)
-        here = first
+        x, y = here = self._chord(arc_length)
         travelled = 0.0
         turns = []
         for _ in range(count):
             travelled += step
-            following = self.path_yaw(arc_length + travelled)
-            turns.append(wrap(following - here))
+            following = self._chord(arc_length + travelled)
+            turns.append(_angle_between(here, following))
             here = following
-        return first, turns
+        return atan2(y, x), turns
 
     def _place_at(self, arc_length: float) -> tuple[int, float]:
         """Find the segment that holds `arc_length`, and how far along it [m]."""
@@ -153,6 +175,21 @@ class Preview:
         start, end = self.path.segment(segment)
         fraction = along / get_distance(start, end)
         return start[0] + fraction * (end[0] - start[0]), start[1] + fraction * (end[1] - start[1])
+
+
+def _angle_between(before: Point, after: Point) -> float:
+    """Return the angle from one direction to another [rad], in [-π, π].
+
+    Up to 7 degrees by the series of the arc tangent, 2e-15 rad off at most.
+    """
+    cross = before[0] * after[1] - before[1] * after[0]
+    dot = before[0] * after[0] + before[1] * after[1]
+    if not abs(cross) < 0.125 * dot:
+        return atan2(cross, dot)
+    t = cross / dot
+    s = t * t
+    tail = 1.0 / 7.0 - s * (1.0 / 9.0 - s * (1.0 / 11.0 - s * (1.0 / 13.0)))
+    return t - t * s * (1.0 / 3.0 - s * (0.2 - s * tail))
 
 
 def _on_path(path: PathView, arc_length: float) -> float:

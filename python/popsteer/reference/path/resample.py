@@ -9,13 +9,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer.errors import PathError
+from popsteer.reference.geometry import get_distance
 from popsteer.reference.math import ceil
-from popsteer.reference.path.view import get_distance
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from popsteer.reference.path.view import PathView, Point
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.view import PathView
 
 __all__ = ["MAX_GRID_POINTS", "Window", "checked_grid", "grid", "segment_grid", "window"]
 

@@ -3,63 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sized
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
-from popsteer import errors
 from popsteer.errors import PathError
-from popsteer.reference.error import in_range
-from popsteer.reference.math import sqrt
-from popsteer.reference.path.index import build
+from popsteer.reference.geometry import get_distance
+from popsteer.reference.path.boxes import build
+from popsteer.reference.path.measure import COINCIDING, measure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from popsteer.reference.path.index import Bounds
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.boxes import Bounds
 
-__all__ = [
-    "COINCIDING",
-    "MAX_COORDINATE",
-    "MAX_SPEED",
-    "PathView",
-    "Point",
-    "distinct_waypoints",
-    "get_distance",
-    "squared_distance",
-]
-
-Point: TypeAlias = tuple[float, float]
-"""A point or a displacement in the plane, (x, y) [m]."""
-
-MAX_COORDINATE = 1e9
-"""The largest coordinate [m], of waypoints and vehicles alike."""
-MAX_SPEED = 1e4
-"""The largest reference speed, and the largest speed of a vehicle [m/s]."""
-COINCIDING = 1e-9
-"""Neighbouring waypoints at most this far apart [m] coincide."""
-
-
-def get_distance(a: Point, b: Point) -> float:
-    """Euclidean distance of two points [m]: Equation 4, √((x₂ - x₁)² + (y₂ - y₁)²).
-
-    Examples
-    --------
-    >>> get_distance((1.0, 1.0), (4.0, 5.0))
-    5.0
-    """
-    return sqrt(squared_distance(a, b))
-
-
-def squared_distance(a: Point, b: Point) -> float:
-    """Square of `get_distance` [m²], enough where distances are only compared.
-
-    Examples
-    --------
-    >>> squared_distance((1.0, 1.0), (4.0, 5.0))
-    25.0
-    """
-    dx = b[0] - a[0]
-    dy = b[1] - a[1]
-    return dx * dx + dy * dy
+__all__ = ["PathView", "distinct_waypoints"]
 
 
 class PathView:
@@ -118,7 +75,7 @@ class PathView:
                 self._speed = tuple(self._speed[index] for index in kept)
             if given is not None and len(given) == count:
                 given = tuple(given[index] for index in kept)
-        self._s, self._length = _measure(self._x, self._y, self._speed, closed=self._closed)
+        self._s, self._length = measure(self._x, self._y, self._speed, closed=self._closed)
         self._index = build(self._x, self._y, closed=self._closed)
         if given is not None:
             if len(given) != len(self._x):
@@ -297,44 +254,3 @@ def _shape(values: object) -> tuple[int, ...]:
         return ()
     inner = _shape(next(iter(values))) if isinstance(values, Iterable) and len(values) > 0 else ()
     return (len(values), *inner)
-
-
-def _measure(
-    x: tuple[float, ...],
-    y: tuple[float, ...],
-    speed: tuple[float, ...] | None,
-    *,
-    closed: bool,
-) -> tuple[tuple[float, ...], float]:
-    """Check waypoints; return the arc length at each, and the length of the path."""
-    waypoints = len(x)
-    least = 3 if closed else 2
-    if waypoints < least:
-        raise PathError.too_few_waypoints(waypoints, least)
-    if speed is not None and len(speed) != waypoints:
-        raise PathError.length_mismatch("speed", len(speed), waypoints)
-    _check_numbers("x", x, MAX_COORDINATE)
-    _check_numbers("y", y, MAX_COORDINATE)
-    if speed is not None:
-        _check_numbers("speed", speed, MAX_SPEED)
-
-    s: list[float] = []
-    length = 0.0
-    for index in range(waypoints):
-        s.append(length)
-        last = index + 1 == waypoints
-        if last and not closed:
-            break
-        following = 0 if last else index + 1
-        step = get_distance((x[index], y[index]), (x[following], y[following]))
-        if step <= COINCIDING:
-            raise PathError.coinciding(index, following)
-        length += step
-    return tuple(s), length
-
-
-def _check_numbers(field: str, values: tuple[float, ...], bound: float) -> None:
-    """Raise `PathError` for the first value that is no number in [-bound, bound]."""
-    for index, value in enumerate(values):
-        if not in_range(value, -bound, bound):
-            raise PathError.out_of_range(field, index, value, errors.in_range(-bound, bound))

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
+from popsteer.reference.limits import MAX_SPEED
 from popsteer.reference.math import saturate
-from popsteer.reference.path.view import MAX_SPEED
 
 __all__ = ["Vehicle"]
 

@@ -10,7 +10,7 @@ from popsteer.reference.vehicle.state import VehicleState
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from popsteer.reference.path.view import Point
+    from popsteer.reference.geometry import Point
 
 __all__ = [
     "advance",

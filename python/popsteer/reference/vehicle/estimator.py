@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
+from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.math import cos, exp, saturate, sin, wrap
-from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED
-from popsteer.reference.vehicle.state import MAX_YAW, VehicleState
+from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,7 +28,7 @@ __all__ = ["AdaptParams", "Corrections", "Estimate", "Estimator"]
 
 ACCELERATION_TIME = 0.1
 """Time over which the acceleration is taken [s]."""
-GAIN_PRIOR = 3e-4
+GAIN_PRIOR = 1e-4
 """Weight of the vehicle's own gain, 1, in the least squares [rad²].
 
 Larger values make the estimate slower and steadier; 3e-4 is one turn of 1°.
@@ -109,7 +109,8 @@ class Estimate:
     Attributes
     ----------
     gain : float
-        How many times more the vehicle turns than its figures say.
+        How many times more the vehicle turns than its figures say. Controllers use it where the
+        vehicle has a dead time; elsewhere it is only shown.
     steer_offset : float
         Angle of the wheels at the command 0 [rad].
     dead_time : float
@@ -144,7 +145,8 @@ class Corrections:
     Attributes
     ----------
     gain : float
-        How many times more the vehicle turns than its figures say.
+        How many times more the vehicle turns than its figures say; as a controller uses it, 1
+        without a dead time.
     steer_offset : float
         Angle of the wheels at the command 0, beyond the vehicle's `steer_offset` [rad].
     longer_dead_time : float
@@ -290,25 +292,23 @@ class Estimator:
         before = expected(self.estimate)
         measured = before + saturate(measured - before, -most, most)
         kept = exp(-dt / time)
-        turn_turn = self.turn_turn * kept + turn * turn
-        turn_offset = self.turn_offset * kept + turn * by_offset
-        offset_offset = self.offset_offset * kept + by_offset * by_offset
-        turn_measured = self.turn_measured * kept + turn * measured
-        offset_measured = self.offset_measured * kept + by_offset * measured
-
-        # The normal equations of gain and gain * offset.
-        aa, ab, bb = turn_turn + GAIN_PRIOR, turn_offset, offset_offset + OFFSET_PRIOR
-        ay, by = turn_measured + GAIN_PRIOR, offset_measured
-        determinant = aa * bb - ab * ab
+        after = replace(
+            self,
+            turn_turn=self.turn_turn * kept + turn * turn,
+            turn_offset=self.turn_offset * kept + turn * by_offset,
+            offset_offset=self.offset_offset * kept + by_offset * by_offset,
+            turn_measured=self.turn_measured * kept + turn * measured,
+            offset_measured=self.offset_measured * kept + by_offset * measured,
+        )
         estimate = self.estimate
-        if determinant > 0.0:
+        fitted = after._fitted_gain()
+        if fitted is not None:
             # Without commands in flight the gain is left to the feedback: one that is fitted
             # through a lag that is not quite right would cost it margin.
-            gain = 1.0
-            if vehicle.dead_time > 0.0:
-                gain = saturate((ay * bb - ab * by) / determinant, MIN_GAIN, MAX_GAIN)
+            gain = fitted if vehicle.dead_time > 0.0 else 1.0
             # The offset that goes with the gain, also where that is not the free one.
-            offset = (by - ab * gain) / bb / gain
+            left = after.offset_measured - after.turn_offset * gain
+            offset = left / (after.offset_offset + OFFSET_PRIOR) / gain
             offset = saturate(offset, -MAX_STEER_OFFSET, MAX_STEER_OFFSET)
             estimate = replace(estimate, gain=gain, steer_offset=offset)
 
@@ -320,16 +320,23 @@ class Estimator:
         late = saturate(left, -most, most) * change / (changes + CHANGE_PRIOR)
         late = saturate(late, -dt, dt)
         longer = saturate(estimate.longer_dead_time + late, -most_longer, most_longer)
-        return replace(
-            self,
-            turn_turn=turn_turn,
-            turn_offset=turn_offset,
-            offset_offset=offset_offset,
-            turn_measured=turn_measured,
-            offset_measured=offset_measured,
-            change=changes,
-            estimate=replace(estimate, longer_dead_time=longer),
-        )
+        estimate = replace(estimate, longer_dead_time=longer)
+        return replace(after, change=changes, estimate=estimate)
+
+    def _fitted_gain(self) -> float | None:
+        """Return the gain by the normal equations of gain and gain times steering offset."""
+        aa, ab = self.turn_turn + GAIN_PRIOR, self.turn_offset
+        bb = self.offset_offset + OFFSET_PRIOR
+        ay, by = self.turn_measured + GAIN_PRIOR, self.offset_measured
+        determinant = aa * bb - ab * ab
+        if not determinant > 0.0:
+            return None
+        return saturate((ay * bb - ab * by) / determinant, MIN_GAIN, MAX_GAIN)
+
+    def known(self) -> Corrections:
+        """Return what is known by now, with the gain also where no controller uses it."""
+        gain = self._fitted_gain()
+        return self.estimate if gain is None else replace(self.estimate, gain=gain)
 
     def observe_slip(
         self,

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from popsteer.reference.error import input_in_range
+from popsteer.reference.limits import MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT
 from popsteer.reference.math import cos, saturate, sin, wrap
-from popsteer.reference.path.view import MAX_COORDINATE, MAX_SPEED, Point
 
-__all__ = ["MAX_DT", "MAX_YAW", "MIN_DT", "VehicleState", "checked_dt"]
+if TYPE_CHECKING:
+    from popsteer.reference.geometry import Point
 
-MAX_YAW = 1e6
-"""The largest yaw [rad] that a step takes; it need not be wrapped."""
-MIN_DT = 1e-6
-"""The shortest control period [s]."""
-MAX_DT = 1e3
-"""The longest control period [s]."""
+__all__ = ["VehicleState", "checked_dt"]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
 
-use crate::Point;
+use crate::geometry::Point;
 
 /// How a step went: a set of conditions, each of which may hold beside the others. None is `OK`.
 ///

@@ -2,10 +2,11 @@
 
 use super::tracker_state::TrackerState;
 use super::{Command, LateralLaw, LateralState, Reported, Status, Tracker};
+use crate::limits::{MAX_DT, MIN_DT};
 use crate::math::saturate;
 use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
-use crate::vehicle::state::{MAX_DT, MIN_DT, checked_dt};
+use crate::vehicle::state::checked_dt;
 
 /// From a motion over more time than this nothing is learnt [s]: what happened within it is not
 /// known well enough. Larger values learn from slower loops, and more wrongly from gaps.

@@ -38,8 +38,8 @@ pub use tracker_state::{Answer, Handover, Place, Seen, TrackerState};
 
 use core::fmt;
 
-use crate::Point;
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::geometry::Point;
 use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
 use crate::vehicle::{AdaptParams, Estimate, Vehicle};
@@ -147,14 +147,9 @@ impl Tracked {
             Self::NoSlipPoint => (vehicle.no_slip(), 0.0),
         };
         Ok(Follow {
-            base,
-            reference_offset,
-            rear_axle: vehicle.rear_axle,
             search_distance: config_in_range("search_distance", search, 0.0, 1e6)?,
             lost_distance: config_in_range("lost_distance", lost, 1e-3, 1e9)?,
-            arrival_distance: 0.05 * wheelbase,
-            // 10 m at the paper's wheelbase, to the last bit.
-            opposite_distance: wheelbase * 10.0 / 3.0,
+            ..Follow::of(vehicle, base, reference_offset)
         })
     }
 }

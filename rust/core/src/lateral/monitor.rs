@@ -10,10 +10,10 @@
 use super::tracker_state::TrackerState;
 use super::{LateralLaw, Status, Tracker};
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::limits::MAX_YAW;
 use crate::math::{saturate, sqrt, wrap};
 use crate::path::follow::Located;
 use crate::vehicle::estimator::Estimator;
-use crate::vehicle::state::MAX_YAW;
 use crate::vehicle::{InFlight, Vehicle, VehicleState};
 
 /// From where on a controller says that something is wrong.
@@ -158,10 +158,9 @@ impl MonitorState {
 
     /// Takes in a `turn` [rad] within `dt` [s] in which the commands made the vehicle turn at
     /// `rate` [rad/s], a radian of steering offset at `share` [1/s]; the last command would by
-    /// `excess` [rad/s] more than in proportion to its angle. How far the turns are beyond what is
-    /// explained, noise taken off [rad].
+    /// `excess` [rad/s] more than in proportion to its angle.
     #[inline]
-    fn observe(&mut self, turn: f64, rate: f64, excess: f64, share: f64, dt: f64) -> f64 {
+    fn observe(&mut self, turn: f64, rate: f64, excess: f64, share: f64, dt: f64) {
         let expected = rate * dt;
         let residual = turn - expected;
         let kept = Self::WINDOW / (Self::WINDOW + dt);
@@ -173,7 +172,19 @@ impl MonitorState {
         self.excess = (self.excess + excess.abs() * dt) * kept;
         self.observe_noise(residual, dt);
         self.observe_offset(residual, share, dt);
+    }
 
+    /// Whether the turns are beyond what is explained by more than `tolerance` [rad].
+    ///
+    /// What is expected of the commands is itself explained, so most steps are done with that.
+    #[inline]
+    fn is_beyond(&self, tolerance: f64, share: f64) -> bool {
+        (self.measured - self.expected).abs() > tolerance && self.unexplained(share) > tolerance
+    }
+
+    /// How far the turns are beyond what is explained, noise taken off [rad]; a radian of steering
+    /// offset turns the vehicle at `share` [1/s].
+    fn unexplained(&self, share: f64) -> f64 {
         let offset = self.offset_sum / (self.offset_square + Self::OFFSET_PRIOR);
         let doubt = Self::OFFSET * Self::OFFSET_DOUBT / (Self::OFFSET_DOUBT + self.offset_square);
         let (right, left) = if offset < 0.0 {
@@ -350,8 +361,9 @@ impl Monitor {
         watched.alarm = saturate(watched.alarm - dt, 0.0, MonitorState::ALARM_TIME);
         if let Some(yaw) = watched.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
-            let beyond = watched.observe(turn, rate, excess, share, dt);
-            if beyond > self.params.turn_tolerance && watched.time >= MonitorState::LEAST_TIME {
+            watched.observe(turn, rate, excess, share, dt);
+            let is_beyond = watched.is_beyond(self.params.turn_tolerance, share);
+            if is_beyond && watched.time >= MonitorState::LEAST_TIME {
                 watched.alarm = MonitorState::ALARM_TIME;
             }
         } else {
@@ -443,7 +455,9 @@ mod tests {
         let mut most = f64::NEG_INFINITY;
         for k in 0..steps {
             let rate = 0.3 * crate::math::sin(0.1 * f64::from(k));
-            let beyond = state.observe(turn(k, rate * 0.05), rate, 0.0, 3.0, 0.05);
+            state.observe(turn(k, rate * 0.05), rate, 0.0, 3.0, 0.05);
+            let beyond = state.unexplained(3.0);
+            assert_eq!(state.is_beyond(0.01, 3.0), beyond > 0.01, "{state:?}");
             if state.time >= MonitorState::LEAST_TIME && beyond > most {
                 most = beyond;
             }

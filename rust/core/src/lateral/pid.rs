@@ -1,12 +1,13 @@
 //! PID on the cross-track error, the paper's Equation 1.
 
 use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
-use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
+use crate::geometry::Point;
+use crate::limits::MAX_COORDINATE;
 use crate::math::{cos, from_count, saturate, sin};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
-use crate::path::view::{MAX_COORDINATE, PathView};
+use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 
 /// Parameters of [`Pid`]; the paper's Table 1 by default.
@@ -299,8 +300,7 @@ impl Pid {
         let step = at.position - previous;
         let half = 0.5 * (step.x * at.heading.x + step.y * at.heading.y);
         let middle = at.foot.arc_length(path) - half;
-        let yaw = Preview::new(path, self.smoothing_length, at.foot.segment, middle, 0.0)
-            .path_yaw(middle);
+        let yaw = Preview::yaw_at(path, self.smoothing_length, at.foot.segment, middle);
         (step.y * cos(yaw) - step.x * sin(yaw)) / at.dt
     }
 }

@@ -2,11 +2,11 @@
 
 use super::search::{Search, search_of};
 use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled};
-use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, config_in_range};
+use crate::geometry::{Point, get_distance};
 use crate::math::{PI, atan2, from_count, saturate, to_count, wrap};
 use crate::path::follow::{Follow, Located};
-use crate::path::view::{PathView, get_distance};
+use crate::path::view::PathView;
 use crate::vehicle::bicycle::get_predicted_location;
 use crate::vehicle::{Vehicle, VehicleState};
 

@@ -3,9 +3,10 @@
 use super::search::{Search, search_of};
 use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled};
 use crate::error::{ConfigError, InputError};
+use crate::geometry::get_distance;
 use crate::math::{PI, acos, atan2, sin};
 use crate::path::follow::{Follow, Located};
-use crate::path::view::{PathView, get_distance};
+use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 
 /// Parameters of [`PurePursuit`].

@@ -7,13 +7,14 @@
 use super::tracker::{HANDOVER_TIME, Tracker};
 use super::tracker_state::{Handover, Place, TrackerState};
 use super::{LateralLaw, LateralState};
-use crate::Point;
+use crate::geometry::{Point, get_distance};
+use crate::limits::MIN_DT;
 use crate::math::{PI, atan2, saturate, sqrt};
 use crate::path::index::STEP_BUDGET;
-use crate::path::locate::{Foot, locate};
+use crate::path::locate::locate;
+use crate::path::projection::Foot;
 use crate::path::relocalise::relocalise_within;
-use crate::path::view::{PathView, get_distance};
-use crate::vehicle::state::MIN_DT;
+use crate::path::view::PathView;
 
 /// A path that passes the last projection farther off than this lies elsewhere, in wheelbases.
 /// Smaller values fade in more of a planner's noise; larger ones let the angle jump by more.

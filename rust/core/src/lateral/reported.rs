@@ -5,10 +5,10 @@ use super::tracker::{Tracker, command};
 use super::tracker_state::TrackerState;
 use super::{Belief, Command, LateralLaw, LateralState};
 use crate::error::{InputError, input_in_range};
+use crate::limits::MIN_DT;
 use crate::math::saturate;
 use crate::path::view::PathView;
 use crate::vehicle::past::{MAX_POSE_AGE, Past};
-use crate::vehicle::state::MIN_DT;
 use crate::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
 
 /// What a step may be told beside pose and speed.

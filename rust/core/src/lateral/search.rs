@@ -1,7 +1,7 @@
 //! The search for the lookahead point, as POP and pure pursuit share it.
 
-use crate::Point;
 use crate::error::{ConfigError, config_in_range};
+use crate::geometry::Point;
 use crate::path::follow::Located;
 use crate::path::jump::find_lookahead_point;
 use crate::path::lookahead::get_crossing;

@@ -4,8 +4,8 @@ use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, reso
 use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{atan, wrap};
 use crate::path::follow::{Follow, Located};
-use crate::path::locate::path_yaw_behind;
 use crate::path::preview::Preview;
+use crate::path::projection::path_yaw_behind;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 
@@ -149,14 +149,7 @@ impl LateralLaw for Stanley {
             path_yaw_behind(path, at.foot.nearest_waypoint(path))
         } else if self.smoothing_length > 0.0 {
             let arc_length = at.foot.arc_length(path);
-            Preview::new(
-                path,
-                self.smoothing_length,
-                at.foot.segment,
-                arc_length,
-                0.0,
-            )
-            .path_yaw(arc_length)
+            Preview::yaw_at(path, self.smoothing_length, at.foot.segment, arc_length)
         } else {
             at.foot.path_yaw()
         };

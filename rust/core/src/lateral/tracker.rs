@@ -8,15 +8,16 @@ use super::monitor::Monitor;
 use super::reported::Reported;
 use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState, check_waypoint};
 use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
-use crate::Point;
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
+use crate::geometry::Point;
+use crate::limits::{MAX_COORDINATE, MAX_DT, MIN_DT};
 use crate::math::{atan, saturate};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
 use crate::path::stop::Ahead;
-use crate::path::view::{MAX_COORDINATE, PathView};
-use crate::vehicle::state::{MAX_DT, MIN_DT, checked_dt};
+use crate::path::view::PathView;
+use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
 /// How long the difference to a driver's angle takes to fade [s].
@@ -232,9 +233,9 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// What is known of the vehicle beyond its own figures.
+    /// What is known of the vehicle beyond its own figures, its gain also where it is not used.
     pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
-        state.estimator.estimate
+        state.estimator.known()
     }
 
     #[inline]

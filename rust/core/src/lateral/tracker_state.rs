@@ -2,14 +2,14 @@
 
 use super::tracker::HANDOVER_TIME;
 use super::{LateralState, MonitorState};
-use crate::Point;
 use crate::error::{InputError, Requirement, input_in_range};
+use crate::geometry::Point;
+use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::math::{atan2, from_count, wrap};
 use crate::path::follow::Located;
 use crate::path::stop::Ahead;
-use crate::path::view::{MAX_COORDINATE, MAX_SPEED, PathView};
+use crate::path::view::PathView;
 use crate::vehicle::past::Past;
-use crate::vehicle::state::MAX_YAW;
 use crate::vehicle::{Estimator, InFlight, VehicleState};
 
 /// The difference to the angle that a law took over [rad], and how long it fades on [s].

@@ -2,7 +2,7 @@
 
 use super::Pedals;
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
-use crate::path::view::MAX_SPEED;
+use crate::limits::MAX_SPEED;
 
 /// Parameters of [`CoupledLongitudinal`]; the paper's Table 2 by default.
 #[derive(Clone, Copy, Debug, PartialEq)]

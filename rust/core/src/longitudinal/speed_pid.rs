@@ -2,8 +2,8 @@
 
 use super::Pedals;
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::limits::MAX_SPEED;
 use crate::math::saturate;
-use crate::path::view::MAX_SPEED;
 use crate::vehicle::state::checked_dt;
 
 /// Parameters of [`SpeedPid`].

@@ -7,12 +7,13 @@
 //! mirrored vehicle where the path is driven backwards, and they negate what they answer.
 
 use super::index::{Found, STEP_BUDGET};
-use super::locate::{Foot, locate};
+use super::locate::locate;
+use super::projection::Foot;
 use super::relocalise::relocalise_within;
 use super::view::PathView;
-use crate::Point;
+use crate::geometry::Point;
 use crate::math::{PI, cos, sin, sqrt};
-use crate::vehicle::VehicleState;
+use crate::vehicle::{Vehicle, VehicleState};
 
 /// Which point of the vehicle is followed, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +66,22 @@ pub struct Located {
 }
 
 impl Follow {
+    /// How the point of `vehicle` is followed that lies `ahead` [m] of `base`, itself so far ahead of
+    /// the pose's point [m]: looked for two wheelbases along the path either way, and never lost.
+    pub fn of(vehicle: &Vehicle, base: f64, ahead: f64) -> Self {
+        let wheelbase = vehicle.wheelbase;
+        Self {
+            base,
+            reference_offset: ahead,
+            rear_axle: vehicle.rear_axle,
+            search_distance: 2.0 * wheelbase,
+            lost_distance: f64::INFINITY,
+            arrival_distance: 0.05 * wheelbase,
+            // 10 m at the paper's wheelbase, to the last bit.
+            opposite_distance: wheelbase * 10.0 / 3.0,
+        }
+    }
+
     /// Finds the point of a checked vehicle that was last at `waypoint`, on the whole path where
     /// that is none.
     ///
@@ -210,37 +227,11 @@ impl Located {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixtures::{FOLLOW, at, shuttle};
     use super::*;
     use crate::Path;
     use alloc::vec;
     use alloc::vec::Vec;
-
-    const FOLLOW: Follow = Follow {
-        base: 0.0,
-        reference_offset: 3.0,
-        rear_axle: 0.0,
-        search_distance: 6.0,
-        lost_distance: 30.0,
-        arrival_distance: 0.15,
-        opposite_distance: 10.0,
-    };
-
-    /// 20 m forward along x, 10 m back, 20 m forward again.
-    fn shuttle() -> Path {
-        let x: [f64; 6] = [0.0, 10.0, 20.0, 10.0, 20.0, 30.0];
-        let path = Path::new(&x, &[0.0; 6], None, false).unwrap();
-        path.with_reverse(&[false, false, true, false, false, false])
-            .unwrap()
-    }
-
-    fn at(x: f64, y: f64, speed: f64) -> VehicleState {
-        VehicleState {
-            x,
-            y,
-            yaw: 0.0,
-            speed,
-        }
-    }
 
     #[test]
     fn test_follow_turns_round_when_the_rear_axle_has_come() {

@@ -1,29 +1,13 @@
-//! Which segments can be the closest? Bounding boxes along the path, for a search that does not
-//! visit all of it.
+//! Which segments can be the closest? A search of the boxes along a path, which does not visit all
+//! of it.
 //!
-//! Neighbours on a path are neighbours in the plane. So each run of [`RUN`] segments gets a
-//! bounding box, two of those a box around both, and so on up to the whole path: a binary tree in
-//! one flat array, in the order of the arc. A search goes down it, the nearer box first, and
-//! leaves out each box that is farther off than the best segment so far. Unless its budget runs
-//! out it finds what [`relocalise_by_scan`](super::relocalise::relocalise_by_scan), the
-//! definition, finds.
+//! It goes down the tree of [`boxes`](super::boxes), the nearer box first, and leaves out each box
+//! that is farther off than the best segment so far. Unless its budget runs out it finds what
+//! [`relocalise_by_scan`](super::relocalise::relocalise_by_scan), the definition, finds.
 
-#[cfg(feature = "alloc")]
-use alloc::{boxed::Box, vec};
-
-use super::relocalise::Search;
+use super::best::Best;
+use super::boxes::{Bounds, RUN};
 use super::view::PathView;
-use crate::Point;
-use crate::math::saturate;
-
-/// Segments in a run, which share a box. Shorter runs leave out more segments, longer ones need
-/// less memory: at 32 segments the boxes take 2 bytes per waypoint.
-const RUN: usize = 32;
-
-/// A path of at most this many segments has no index. To scan it takes no longer than a search on
-/// a long path, and a planner makes such paths many times a second.
-#[cfg(feature = "alloc")]
-const SCANNED: usize = 512;
 
 /// More levels than a tree has: each has twice the boxes of the one above.
 const LEVELS: usize = 64;
@@ -38,38 +22,6 @@ const MARGIN: f64 = 32.0 * f64::EPSILON;
 /// centre of a circle it would visit all: 2,048 boxes bound such a step at some 0.2 ms.
 pub const STEP_BUDGET: usize = 2048;
 
-/// A rectangle along the axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
-    low: Point,
-    high: Point,
-}
-
-impl Bounds {
-    /// The square of the distance from `position` to the nearest point of the box [m^2].
-    #[inline]
-    fn squared_distance(&self, position: Point) -> f64 {
-        let dx = position.x - saturate(position.x, self.low.x, self.high.x);
-        let dy = position.y - saturate(position.y, self.low.y, self.high.y);
-        dx * dx + dy * dy
-    }
-
-    /// The box around both.
-    #[cfg(feature = "alloc")]
-    fn with(self, other: Self) -> Self {
-        Self {
-            low: Point::new(
-                least(self.low.x, other.low.x),
-                least(self.low.y, other.low.y),
-            ),
-            high: Point::new(
-                largest(self.high.x, other.high.x),
-                largest(self.high.y, other.high.y),
-            ),
-        }
-    }
-}
-
 /// What a search found, and how it went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Found {
@@ -82,21 +34,18 @@ pub struct Found {
 }
 
 /// Visits the segments of `path` that can matter, until `budget` of its boxes are visited.
-///
-/// Node 1 of the tree holds the whole path and nodes 2k and 2k + 1 what node k holds. The last
-/// half of the array are the runs, one each.
 pub(super) fn search(
     path: &PathView<'_>,
     boxes: &[Bounds],
-    mut search: Search,
+    mut best: Best,
     budget: usize,
 ) -> Found {
-    let position = search.position();
+    let position = best.position();
     let runs = boxes.len() / 2;
     let first_run = runs.next_power_of_two();
     let start = path.waypoint(0);
     let size = path.length() + start.x.abs() + start.y.abs() + position.x.abs() + position.y.abs();
-    let margin = MARGIN * (size + search.opposite_distance());
+    let margin = MARGIN * (size + best.opposite_distance());
     let distance = |node: usize| {
         let found = boxes.get(node);
         found.map_or(f64::INFINITY, |found| found.squared_distance(position))
@@ -110,7 +59,7 @@ pub(super) fn search(
         if squared_distance <= limit {
             if visited == budget {
                 return Found {
-                    segment: search.segment(),
+                    segment: best.segment(),
                     is_exact: false,
                     visits: visited,
                 };
@@ -138,9 +87,9 @@ pub(super) fn search(
             };
             let first = run * RUN;
             for segment in first..path.segments().min(first + RUN) {
-                search.visit(path, segment);
+                best.visit(path, segment);
             }
-            let least = search.cost() + margin;
+            let least = best.cost() + margin;
             limit = least * least;
         }
         next = None;
@@ -150,76 +99,10 @@ pub(super) fn search(
         }
     }
     Found {
-        segment: search.segment(),
+        segment: best.segment(),
         is_exact: true,
         visits: visited,
     }
-}
-
-/// The boxes of a path with these waypoints; none where a scan is as quick.
-#[cfg(feature = "alloc")]
-pub(super) fn build(x: &[f64], y: &[f64], closed: bool) -> Option<Box<[Bounds]>> {
-    let segments = if closed {
-        x.len()
-    } else {
-        x.len().saturating_sub(1)
-    };
-    if segments <= SCANNED {
-        return None;
-    }
-    let runs = segments.div_ceil(RUN);
-    let first_run = runs.next_power_of_two();
-    let empty = Bounds {
-        low: Point::new(f64::INFINITY, f64::INFINITY),
-        high: Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
-    };
-    let mut boxes = vec![empty; 2 * runs].into_boxed_slice();
-    let columns = x.chunks(RUN).zip(y.chunks(RUN)).take(runs);
-    for (run, (x_of_run, y_of_run)) in columns.enumerate() {
-        // A run ends at the waypoint to which its last segment leads.
-        let end = RUN * (run + 1);
-        let end = if end < x.len() || !closed { end } else { 0 };
-        let (low_x, high_x) = range(x_of_run, x.get(end));
-        let (low_y, high_y) = range(y_of_run, y.get(end));
-        let node = first_run + run;
-        let node = if node < 2 * runs { node } else { node - runs };
-        if let Some(room) = boxes.get_mut(node) {
-            *room = Bounds {
-                low: Point::new(low_x, low_y),
-                high: Point::new(high_x, high_y),
-            };
-        }
-    }
-    for node in (1..runs).rev() {
-        let (Some(&left), Some(&right)) = (boxes.get(2 * node), boxes.get(2 * node + 1)) else {
-            break;
-        };
-        if let Some(room) = boxes.get_mut(node) {
-            *room = left.with(right);
-        }
-    }
-    Some(boxes)
-}
-
-/// The least and the largest of coordinates.
-#[cfg(feature = "alloc")]
-fn range(values: &[f64], end: Option<&f64>) -> (f64, f64) {
-    let all = values.iter().chain(end);
-    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-        (least(low, value), largest(high, value))
-    })
-}
-
-/// The lesser of two numbers: one instruction, where `f64::min` has to mind NaN.
-#[cfg(feature = "alloc")]
-fn least(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-/// The larger of two numbers.
-#[cfg(feature = "alloc")]
-fn largest(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }
 
 #[cfg(test)]
@@ -227,6 +110,7 @@ mod tests {
     use super::super::relocalise::{relocalise, relocalise_by_scan, relocalise_within};
     use super::*;
     use crate::Path;
+    use crate::geometry::Point;
     use crate::math::{cos, from_count, sin};
     use alloc::vec::Vec;
     use core::f64::consts::{FRAC_PI_2, TAU};
@@ -242,7 +126,10 @@ mod tests {
         let turning = path.clone().with_reverse(&backwards).unwrap();
         for path in [path, turning] {
             let view = path.view();
-            assert_eq!(view.index().is_some(), view.segments() > SCANNED);
+            assert_eq!(
+                view.index().is_some(),
+                view.segments() > crate::path::boxes::SCANNED
+            );
             for (k, &(aside_x, aside_y, yaw)) in spots.iter().enumerate() {
                 let at = view.waypoint(37 * k % xs.len());
                 let position = Point::new(at.x + aside_x, at.y + aside_y);

@@ -7,8 +7,8 @@
 //! point that the plain loop finds; `tests` below holds the two together.
 
 use super::resample::SegmentGrid;
-use super::view::{PathView, get_distance, squared_distance};
-use crate::Point;
+use super::view::PathView;
+use crate::geometry::{Point, get_distance, squared_distance};
 use crate::math::{from_count, sqrt, to_count};
 
 /// The point that [`get_lookahead_point`](super::lookahead::get_lookahead_point) finds in the

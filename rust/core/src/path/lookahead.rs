@@ -1,9 +1,9 @@
 //! Where do I aim? The paper's search for the lookahead point, and an exact one.
 
-use super::locate::Foot;
+use super::projection::Foot;
 use super::resample::Grid;
-use super::view::{PathView, get_distance, squared_distance};
-use crate::Point;
+use super::view::PathView;
+use crate::geometry::{Point, get_distance, squared_distance};
 use crate::math::{saturate, sqrt};
 
 /// What the search came back with.

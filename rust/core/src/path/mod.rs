@@ -1,19 +1,29 @@
 //! The reference path: where am I, and where do I aim?
 //!
-//! [`view`] holds the waypoints, [`locate`] finds a point beside them and [`relocalise`] finds it
-//! anew after a jump, with an [`index`] on long paths, [`follow`] takes a vehicle along them in both directions, [`preview`] tells
-//! how the path turns ahead, [`stop`] how far and how fast to go on, [`resample`] makes the fine grid of the near neighbourhood and
-//! [`lookahead`] searches it.
+//! - [`view`] holds the waypoints, which [`measure`] has checked, and [`Path`] owns them.
+//! - [`projection`] is the closest point of a segment; [`locate`] finds it along the arc around the
+//!   last one, and [`relocalise`] on the whole path after a jump, with the boxes of an index on long
+//!   paths.
+//! - [`follow`] takes a vehicle along the path in both directions.
+//! - [`preview`] tells how the path turns ahead, [`stop`] how far and how fast to go on.
+//! - [`resample`] makes the fine grid of the near neighbourhood and [`lookahead`] searches it, as
+//!   [`jump`] does faster.
 
+mod best;
+mod boxes;
+#[cfg(test)]
+mod fixtures;
 pub mod follow;
 pub(crate) mod index;
 pub mod jump;
 pub mod locate;
 pub mod lookahead;
+pub mod measure;
 mod nearby;
 #[cfg(feature = "alloc")]
 mod owned;
 pub mod preview;
+pub mod projection;
 pub mod relocalise;
 pub mod resample;
 pub mod stop;
@@ -21,8 +31,8 @@ pub mod view;
 
 pub use follow::{Follow, Located};
 pub use index::{Found, STEP_BUDGET};
-pub use locate::{Foot, Projection};
 #[cfg(feature = "alloc")]
 pub use owned::{Path, distinct_waypoints};
+pub use projection::{Foot, Projection};
 pub use stop::Ahead;
 pub use view::PathView;

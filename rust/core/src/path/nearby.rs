@@ -4,9 +4,9 @@
 //! Where none of the others can matter the answer is certain without looking at them; where that
 //! does not show, there is none, and the scan has to look.
 
-use super::locate::Foot;
-use super::view::{PathView, squared_distance};
-use crate::Point;
+use super::projection::Foot;
+use super::view::PathView;
+use crate::geometry::{Point, squared_distance};
 use crate::math::sqrt;
 
 /// More than rounding can move a foot or a waypoint within the bounds of coordinates [m].

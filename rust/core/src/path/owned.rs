@@ -4,10 +4,11 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::index::{self, Bounds};
-use super::view::{COINCIDING, Measures, PathView, get_distance, measure};
-use crate::Point;
+use super::boxes::{self, Bounds};
+use super::measure::{COINCIDING, Measures, measure};
+use super::view::PathView;
 use crate::error::PathError;
+use crate::geometry::{Point, get_distance};
 
 /// Waypoints copied once; [`Path::view`] lends them to the laws.
 ///
@@ -62,7 +63,7 @@ impl Path {
             index: None,
             ends: None,
         };
-        path.index = index::build(x, y, closed);
+        path.index = boxes::build(x, y, closed);
         path.ends = path.section_ends();
         Ok(path)
     }

@@ -1,13 +1,12 @@
 //! Where am I after a jump? The segment of least distance and heading error of all.
 //!
 //! [`relocalise_by_scan`] visits every segment and is the definition; [`relocalise`] leaves out
-//! those that the [`index`](super::index) shows to be too far off.
+//! those that the `index` shows to be too far off.
 
+use super::best::Best;
 use super::index::{self, Found};
-use super::locate::Foot;
 use super::view::PathView;
-use crate::Point;
-use crate::math::{cos, sin};
+use crate::geometry::Point;
 
 /// The segment to go on from after a jump to `position` with heading `yaw`, as
 /// [`relocalise_by_scan`] has it. On a path with an index it takes a few microseconds where few
@@ -25,11 +24,13 @@ pub fn relocalise_within(
     opposite_distance: f64,
     budget: usize,
 ) -> Found {
-    let search = Search::new(position, yaw, opposite_distance);
     match path.index() {
-        Some(boxes) => index::search(path, boxes, search, budget),
+        Some(boxes) => {
+            let best = Best::new(position, yaw, opposite_distance);
+            index::search(path, boxes, best, budget)
+        }
         None => Found {
-            segment: search.scan(path),
+            segment: relocalise_by_scan(path, position, yaw, opposite_distance),
             is_exact: true,
             visits: 0,
         },
@@ -48,91 +49,18 @@ pub fn relocalise_by_scan(
     yaw: f64,
     opposite_distance: f64,
 ) -> usize {
-    Search::new(position, yaw, opposite_distance).scan(path)
-}
-
-/// More than rounding takes off a cost, as a share of the opposite distance and of the cost.
-const ROUNDING: f64 = 1e-12;
-
-/// The best segment of those visited, in any order.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Search {
-    position: Point,
-    heading: Point,
-    opposite_distance: f64,
-    /// Cost and index, so that of several as good the first is the least.
-    best: (f64, usize),
-}
-
-impl Search {
-    /// The search before its first segment.
-    #[inline]
-    fn new(position: Point, yaw: f64, opposite_distance: f64) -> Self {
-        Self {
-            position,
-            heading: Point::new(cos(yaw), sin(yaw)),
-            opposite_distance,
-            best: (f64::INFINITY, 0),
-        }
+    let mut best = Best::new(position, yaw, opposite_distance);
+    for segment in 0..path.segments() {
+        best.visit(path, segment);
     }
-
-    fn scan(mut self, path: &PathView<'_>) -> usize {
-        for segment in 0..path.segments() {
-            self.visit(path, segment);
-        }
-        self.segment()
-    }
-
-    /// Takes segment `segment` of `path` into account.
-    #[inline]
-    pub(super) fn visit(&mut self, path: &PathView<'_>, segment: usize) {
-        let foot = Foot::within(path, segment, self.position);
-        // The heading only adds to the distance; most segments are too far off without it.
-        let most = (1.0 + ROUNDING) * self.best.0 + ROUNDING * self.opposite_distance;
-        if foot.squared_distance > most * most {
-            return;
-        }
-        let heading = if path.is_reverse(segment) {
-            -self.heading
-        } else {
-            self.heading
-        };
-        let candidate = (foot.cost(heading, self.opposite_distance), segment);
-        if candidate < self.best {
-            self.best = candidate;
-        }
-    }
-
-    /// Where it looks from [m].
-    #[inline]
-    pub(super) fn position(&self) -> Point {
-        self.position
-    }
-
-    /// How much farther off a segment counts that leads the opposite way [m].
-    #[inline]
-    pub(super) fn opposite_distance(&self) -> f64 {
-        self.opposite_distance
-    }
-
-    /// The least cost found [m].
-    #[inline]
-    pub(super) fn cost(&self) -> f64 {
-        self.best.0
-    }
-
-    /// The segment of it.
-    #[inline]
-    pub(super) fn segment(&self) -> usize {
-        self.best.1
-    }
+    best.segment()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Path;
-    use crate::math::{PI, from_count};
+    use crate::math::{PI, from_count, sin};
     use crate::path::locate::OPPOSITE;
     use alloc::vec::Vec;
     use core::f64::consts::{FRAC_PI_2, TAU};

@@ -3,9 +3,9 @@
 //! The paper's waypoints, about 1 m apart, are too sparse to steer by; those around the vehicle
 //! are joined by straight lines and cut into a grid of 0.01 m.
 
-use super::view::{PathView, get_distance};
-use crate::Point;
+use super::view::PathView;
 use crate::error::PathError;
+use crate::geometry::{Point, get_distance};
 use crate::math::{ceil_to_count, from_count};
 
 /// The most points that a grid may have where all of them are stored or visited. Ten million take

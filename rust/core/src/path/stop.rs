@@ -61,7 +61,7 @@ impl Ahead {
         };
         let reference_speed = path.speed().map(|speed| {
             let creep = Self::creep(follow);
-            let magnitude = speed_beside(path, speed, end, arc, lead, creep);
+            let magnitude = speed_beside(path, speed, (segment, end), arc, lead, creep);
             if at.reverse { -magnitude } else { magnitude }
         });
         Self {
@@ -71,8 +71,8 @@ impl Ahead {
     }
 }
 
-/// The magnitude of the reference speed at `arc` [m] in the section that ends with segment `end`;
-/// beyond the section, that at its nearer end.
+/// The magnitude of the reference speed at `arc` [m], near segment `near`, in the section that ends
+/// with segment `end`; beyond the section, that at its nearer end.
 ///
 /// Between waypoints the square of the speed is linear in the arc, as under a constant
 /// acceleration. A speed of 0 at an end of the section counts as `creep` [m/s], so that no vehicle
@@ -81,7 +81,7 @@ impl Ahead {
 fn speed_beside(
     path: &PathView<'_>,
     speed: &[f64],
-    end: Option<usize>,
+    (near, end): (usize, Option<usize>),
     arc: f64,
     lead: f64,
     creep: f64,
@@ -94,7 +94,7 @@ fn speed_beside(
     } else {
         arc
     };
-    let mut segment = path.segment_by_arc(arc);
+    let mut segment = path.segment_by_arc(arc, near);
     let mut share = (arc - path.arc(segment)) / path.segment_length(segment);
     if path.reverse().is_some() {
         // The rear axle may not have come to this section yet, or be past it.
@@ -155,13 +155,6 @@ impl PathView<'_> {
         }
     }
 
-    /// The segment at `arc` [m]: the first before the path, the last beyond it.
-    #[inline]
-    pub(crate) fn segment_by_arc(&self, arc: f64) -> usize {
-        let begun = self.s().partition_point(|&s| s <= arc);
-        self.segment_at(begun.saturating_sub(1))
-    }
-
     /// The last segment of the section that segment `index` is in: where the vehicle turns round,
     /// or the path ends. None where neither comes.
     #[inline]
@@ -201,40 +194,16 @@ impl PathView<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixtures::{FOLLOW, at, shuttle};
     use super::*;
-    use crate::vehicle::VehicleState;
-    use crate::{Path, Point};
+    use crate::Path;
+    use crate::geometry::Point;
     use alloc::vec::Vec;
     use proptest::prelude::*;
 
-    const FOLLOW: Follow = Follow {
-        base: 0.0,
-        reference_offset: 3.0,
-        rear_axle: 0.0,
-        search_distance: 6.0,
-        lost_distance: 30.0,
-        arrival_distance: 0.15,
-        opposite_distance: 10.0,
-    };
-
-    /// 20 m forward along x, 10 m back, 20 m forward again, standing at each cusp and at the end.
-    fn shuttle() -> Path {
-        let x: [f64; 6] = [0.0, 10.0, 20.0, 10.0, 20.0, 30.0];
-        let speed = [2.0, 2.0, 0.0, 0.0, 2.0, 0.0];
-        let path = Path::new(&x, &[0.0; 6], Some(&speed), false).unwrap();
-        path.with_reverse(&[false, false, true, false, false, false])
-            .unwrap()
-    }
-
     fn ahead(follow: &Follow, waypoint: usize, x: f64, speed: f64) -> Ahead {
         let path = shuttle();
-        let vehicle = VehicleState {
-            x,
-            y: 0.2,
-            yaw: 0.0,
-            speed,
-        };
-        let at = follow.locate(&path.view(), Some(waypoint), vehicle, 0.05);
+        let at = follow.locate(&path.view(), Some(waypoint), at(x, 0.2, speed), 0.05);
         Ahead::of(&path.view(), follow, &at)
     }
 
@@ -279,7 +248,7 @@ mod tests {
     #[test]
     fn test_speed_slower_than_creeping_stays_what_the_path_says() {
         let path = Path::new(&[0.0, 10.0], &[0.0; 2], Some(&[0.1, 0.0]), false).unwrap();
-        let speed = speed_beside(&path.view(), &[0.1, 0.0], Some(0), 9.0, 0.0, 0.3);
+        let speed = speed_beside(&path.view(), &[0.1, 0.0], (0, Some(0)), 9.0, 0.0, 0.3);
         assert!((speed - 0.1).abs() < 1e-12);
     }
 

@@ -1,30 +1,9 @@
 //! Waypoints as borrowed slices, validated once.
 
-use super::index::Bounds;
-use crate::Point;
-use crate::error::{PathError, Requirement, in_range};
-use crate::math::sqrt;
-
-/// The largest coordinate [m], of waypoints and vehicles alike.
-pub const MAX_COORDINATE: f64 = 1e9;
-/// The largest reference speed, and the largest speed of a vehicle [m/s].
-pub const MAX_SPEED: f64 = 1e4;
-/// Neighbouring waypoints at most this far apart [m] coincide.
-pub const COINCIDING: f64 = 1e-9;
-
-/// Euclidean distance of two points [m], the paper's Equation 4.
-#[inline]
-pub fn get_distance(a: Point, b: Point) -> f64 {
-    sqrt(squared_distance(a, b))
-}
-
-/// The square of [`get_distance`], enough where distances are only compared [m^2].
-#[inline]
-pub(crate) fn squared_distance(a: Point, b: Point) -> f64 {
-    let dx = b.x - a.x;
-    let dy = b.y - a.y;
-    dx * dx + dy * dy
-}
+use super::boxes::Bounds;
+use super::measure::{Measures, measure};
+use crate::error::PathError;
+use crate::geometry::Point;
 
 /// N waypoints, the arc length at each, and whether the last leads back to the first.
 ///
@@ -42,15 +21,6 @@ pub struct PathView<'a> {
     index: Option<&'a [Bounds]>,
     /// The segments at whose ends the vehicle turns round, where they are known.
     ends: Option<&'a [usize]>,
-}
-
-/// What is measured of a path once [m].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Measures {
-    /// Arc length of the whole path, the closing segment included.
-    pub length: f64,
-    /// Length of the longest segment.
-    pub longest: f64,
 }
 
 impl<'a> PathView<'a> {
@@ -280,6 +250,26 @@ impl<'a> PathView<'a> {
         end - self.arc(index)
     }
 
+    /// The segment that holds `arc` [m]: the last whose start does not lie beyond it, the first
+    /// before all. It is looked for on segment `near` and those beside it, then by halves.
+    #[inline]
+    pub(crate) fn segment_by_arc(&self, arc: f64, near: usize) -> usize {
+        let last = self.segments() - 1;
+        let mut segment = if near < last { near + 1 } else { last };
+        for _ in 0..5 {
+            if self.arc(segment) <= arc {
+                if segment == last || self.arc(segment + 1) > arc {
+                    return segment;
+                }
+                break;
+            }
+            segment = segment.saturating_sub(1);
+        }
+        let begun = self.s.partition_point(|&start| start <= arc);
+        let segment = begun.saturating_sub(1);
+        if segment < last { segment } else { last }
+    }
+
     /// Whether segment `index` is driven backwards.
     #[inline]
     pub fn is_reverse(&self, index: usize) -> bool {
@@ -321,87 +311,6 @@ impl<'a> PathView<'a> {
             self.waypoint(index),
             self.waypoint(self.next(index).unwrap_or(index)),
         )
-    }
-}
-
-/// Checks waypoints, writes the arc length at each into `s`, measures the path.
-pub(super) fn measure(
-    x: &[f64],
-    y: &[f64],
-    speed: Option<&[f64]>,
-    closed: bool,
-    s: &mut [f64],
-) -> Result<Measures, PathError> {
-    let waypoints = x.len();
-    let least = if closed { 3 } else { 2 };
-    if waypoints < least {
-        return Err(PathError::TooFewWaypoints {
-            count: waypoints,
-            least,
-        });
-    }
-    let lengths = [
-        ("y", y.len()),
-        ("speed", speed.map_or(waypoints, <[f64]>::len)),
-        ("s", s.len()),
-    ];
-    for (field, length) in lengths {
-        if length != waypoints {
-            return Err(PathError::LengthMismatch {
-                field,
-                length,
-                waypoints,
-            });
-        }
-    }
-    check_numbers("x", x, MAX_COORDINATE)?;
-    check_numbers("y", y, MAX_COORDINATE)?;
-    if let Some(speed) = speed {
-        check_numbers("speed", speed, MAX_SPEED)?;
-    }
-
-    let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
-    let mut length = 0.0;
-    let mut longest = 0.0;
-    for (index, ((here, next), room)) in points()
-        .zip(points().cycle().skip(1))
-        .zip(s.iter_mut())
-        .enumerate()
-    {
-        *room = length;
-        let last = index + 1 == waypoints;
-        if last && !closed {
-            break;
-        }
-        let step = get_distance(here, next);
-        if step <= COINCIDING {
-            return Err(PathError::Coinciding {
-                index,
-                next: if last { 0 } else { index + 1 },
-            });
-        }
-        let before = length;
-        length += step;
-        // As differences of arc lengths have it, which is how a segment's length is asked for.
-        if length - before > longest {
-            longest = length - before;
-        }
-    }
-    Ok(Measures { length, longest })
-}
-
-fn check_numbers(field: &'static str, values: &[f64], bound: f64) -> Result<(), PathError> {
-    match values
-        .iter()
-        .position(|&value| !in_range(value, -bound, bound))
-    {
-        None => Ok(()),
-        Some(index) => Err(PathError::OutOfRange {
-            field,
-            index,
-            value: values.get(index).copied().unwrap_or(f64::NAN),
-            requirement: Requirement::InRange(-bound, bound),
-        }),
     }
 }
 

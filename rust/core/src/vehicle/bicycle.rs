@@ -1,7 +1,7 @@
 //! Where will the vehicle be? The paper's one-step prediction, and the kinematic bicycle.
 
 use super::VehicleState;
-use crate::Point;
+use crate::geometry::Point;
 use crate::math::{cos, from_count, saturate, sin, tan, to_count};
 use nalgebra::{SMatrix, SVector, Vector2};
 

@@ -8,11 +8,10 @@
 //! is found from the position by normalised least mean squares.
 
 use super::delay::Reached;
-use super::state::MAX_YAW;
 use super::{Vehicle, VehicleState};
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::math::{cos, exp, saturate, sin, wrap};
-use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
 
 /// How fast a controller adapts to its vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +59,8 @@ impl Default for AdaptParams {
 /// What is known of the vehicle beyond its own figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// How many times more the vehicle turns than its figures say; 1 without a dead time.
+    /// How many times more the vehicle turns than its figures say; as a controller uses it, 1
+    /// without a dead time.
     pub gain: f64,
     /// Angle of the wheels at the command 0, beyond the vehicle's `steer_offset` [rad].
     pub steer_offset: f64,
@@ -131,8 +131,8 @@ impl Estimator {
     /// Time over which the acceleration is taken [s].
     const ACCELERATION_TIME: f64 = 0.1;
     /// Weight of the vehicle's own gain, 1, in the least squares [rad^2]. Larger values make the
-    /// estimate slower and steadier; 3e-4 is one turn of 1 degree.
-    const GAIN_PRIOR: f64 = 3e-4;
+    /// estimate slower and steadier; 1e-4 is one turn of 0.6 degrees.
+    const GAIN_PRIOR: f64 = 1e-4;
     /// Weight of the vehicle's own steering offset in the least squares. Larger values make the
     /// estimate slower and steadier; 0.1 are three periods in which a radian turns by 10 degrees.
     const OFFSET_PRIOR: f64 = 0.1;
@@ -238,28 +238,14 @@ impl Estimator {
         self.turn_measured = self.turn_measured * kept + turn * measured;
         self.offset_measured = self.offset_measured * kept + by_offset * measured;
 
-        // The normal equations of gain and gain * offset.
-        let (aa, ab, bb) = (
-            self.turn_turn + Self::GAIN_PRIOR,
-            self.turn_offset,
-            self.offset_offset + Self::OFFSET_PRIOR,
-        );
-        let (ay, by) = (self.turn_measured + Self::GAIN_PRIOR, self.offset_measured);
-        let determinant = aa * bb - ab * ab;
-        if determinant > 0.0 {
+        if let Some(fitted) = self.fitted_gain() {
             // Without commands in flight the gain is left to the feedback: one that is fitted
             // through a lag that is not quite right would cost it margin.
-            let gain = if vehicle.dead_time > 0.0 {
-                saturate(
-                    (ay * bb - ab * by) / determinant,
-                    Self::MIN_GAIN,
-                    Self::MAX_GAIN,
-                )
-            } else {
-                1.0
-            };
+            let gain = if vehicle.dead_time > 0.0 { fitted } else { 1.0 };
             // The offset that goes with the gain, also where that is not the free one.
-            let offset = (by - ab * gain) / bb / gain;
+            let offset = (self.offset_measured - self.turn_offset * gain)
+                / (self.offset_offset + Self::OFFSET_PRIOR)
+                / gain;
             self.estimate.gain = gain;
             self.estimate.steer_offset =
                 saturate(offset, -Self::MAX_STEER_OFFSET, Self::MAX_STEER_OFFSET);
@@ -277,6 +263,33 @@ impl Estimator {
             -most_longer,
             most_longer,
         );
+    }
+
+    /// The gain by the normal equations of gain and `gain steer_offset`.
+    #[inline]
+    fn fitted_gain(&self) -> Option<f64> {
+        let (aa, ab, bb) = (
+            self.turn_turn + Self::GAIN_PRIOR,
+            self.turn_offset,
+            self.offset_offset + Self::OFFSET_PRIOR,
+        );
+        let (ay, by) = (self.turn_measured + Self::GAIN_PRIOR, self.offset_measured);
+        let determinant = aa * bb - ab * ab;
+        (determinant > 0.0).then(|| {
+            saturate(
+                (ay * bb - ab * by) / determinant,
+                Self::MIN_GAIN,
+                Self::MAX_GAIN,
+            )
+        })
+    }
+
+    /// What is known by now, with the gain as it is fitted also where no controller uses it.
+    pub fn known(&self) -> Estimate {
+        Estimate {
+            gain: self.fitted_gain().unwrap_or(self.estimate.gain),
+            ..self.estimate
+        }
     }
 
     /// Takes in the motion since the last step, `dt` [s] ago, along a path that turns by

@@ -1,16 +1,9 @@
 //! Pose and speed of the vehicle, checked at the door of every step.
 
-use crate::Point;
 use crate::error::{InputError, input_in_range};
+use crate::geometry::Point;
+use crate::limits::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use crate::math::{cos, saturate, sin, wrap};
-use crate::path::view::{MAX_COORDINATE, MAX_SPEED};
-
-/// The largest yaw [rad] that a step takes; it need not be wrapped.
-pub const MAX_YAW: f64 = 1e6;
-/// The shortest control period [s].
-pub const MIN_DT: f64 = 1e-6;
-/// The longest control period [s].
-pub const MAX_DT: f64 = 1e3;
 
 /// Pose of the vehicle's point, and speed.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -451,25 +451,13 @@ macro_rules! controller {
             /// How the controller adapts to its vehicle; None where it does not.
             #[getter]
             fn adapt(&self, py: Python<'_>) -> PyResult<Option<Py<PyAdaptParams>>> {
-                match (&self.adapt, self.law.adapt()) {
-                    (Adapt::Told(told), _) => Ok(told.as_ref().map(|params| params.clone_ref(py))),
-                    (Adapt::Usual, None) => Ok(None),
-                    (Adapt::Usual, Some(&usual)) => Py::new(py, PyAdaptParams(usual)).map(Some),
-                }
+                self.adapt.or(py, self.law.adapt().copied().map(PyAdaptParams))
             }
 
             /// From where on a step says that something is wrong; None where it never does.
             #[getter]
             fn monitor(&self, py: Python<'_>) -> PyResult<Option<Py<PyMonitorParams>>> {
-                match (&self.monitor, self.law.monitor()) {
-                    (Monitored::Told(told), _) => {
-                        Ok(told.as_ref().map(|params| params.clone_ref(py)))
-                    }
-                    (Monitored::Usual, None) => Ok(None),
-                    (Monitored::Usual, Some(&usual)) => {
-                        Py::new(py, PyMonitorParams(usual)).map(Some)
-                    }
-                }
+                self.monitor.or(py, self.law.monitor().copied().map(PyMonitorParams))
             }
 
             /// What the controller knows of its vehicle by now, with what it was told.
@@ -495,16 +483,8 @@ macro_rules! controller {
                 let path = self.owner.bind(py).repr()?;
                 let vehicle = self.vehicle.bind(py).repr()?;
                 let params = self.params.bind(py).repr()?;
-                let adapt = match &self.adapt {
-                    Adapt::Usual => String::new(),
-                    Adapt::Told(told) => format!(", adapt={}", told.into_pyobject(py)?.repr()?),
-                };
-                let monitor = match &self.monitor {
-                    Monitored::Usual => String::new(),
-                    Monitored::Told(told) => {
-                        format!(", monitor={}", told.into_pyobject(py)?.repr()?)
-                    }
-                };
+                let adapt = self.adapt.repr(py, "adapt")?;
+                let monitor = self.monitor.repr(py, "monitor")?;
                 Ok(format!("{}({path}, {vehicle}, {params}{adapt}{monitor})", $name))
             }
 
@@ -515,12 +495,8 @@ macro_rules! controller {
             ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
                 let vehicle = self.vehicle_given.then_some(&self.vehicle);
                 let options = PyDict::new(py);
-                if let Adapt::Told(told) = &self.adapt {
-                    options.set_item("adapt", told)?;
-                }
-                if let Monitored::Told(told) = &self.monitor {
-                    options.set_item("monitor", told)?;
-                }
+                self.adapt.put(&options, "adapt")?;
+                self.monitor.put(&options, "monitor")?;
                 Ok(((&self.owner, vehicle, &self.params).into_pyobject(py)?, options))
             }
 

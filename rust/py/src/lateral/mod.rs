@@ -5,6 +5,7 @@ mod monitor;
 mod params;
 mod prediction;
 mod state;
+mod state_class;
 mod tail;
 
 pub(crate) use monitor::PyMonitorParams;

@@ -1,10 +1,10 @@
 //! How a controller watches its vehicle.
 
 use popsteer_core::lateral::MonitorParams;
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyDict, PyTuple};
 
+use crate::choice::{Choice, Chosen};
 use crate::params::params;
 
 params! {
@@ -40,28 +40,9 @@ params! {
     }
 }
 
+impl Chosen for PyMonitorParams {
+    const REQUIRED: &'static str = "monitor must be MonitorParams, None or 'auto'";
+}
+
 /// How a controller was told to watch.
-#[derive(Debug)]
-pub(crate) enum Monitored {
-    /// "auto": as all controllers do.
-    Usual,
-    /// So, or not at all.
-    Told(Option<Py<PyMonitorParams>>),
-}
-
-impl<'py> FromPyObject<'_, 'py> for Monitored {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        if object.cast::<PyString>().is_ok_and(|text| text == "auto") {
-            return Ok(Self::Usual);
-        }
-        let told = object.extract().map_err(|_| {
-            let given = object.get_type();
-            PyTypeError::new_err(format!(
-                "monitor must be MonitorParams, None or 'auto', got {given}"
-            ))
-        })?;
-        Ok(Self::Told(told))
-    }
-}
+pub(crate) type Monitored = Choice<PyMonitorParams>;

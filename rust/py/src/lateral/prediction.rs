@@ -4,8 +4,9 @@ use numpy::PyArray1;
 use popsteer_core::InputError;
 use popsteer_core::error::{Requirement, input_in_range};
 use popsteer_core::lateral::Predicted;
+use popsteer_core::limits::MAX_DT;
 use popsteer_core::math::{from_count, to_count};
-use popsteer_core::vehicle::state::{MAX_DT, checked_dt};
+use popsteer_core::vehicle::state::checked_dt;
 use pyo3::prelude::*;
 
 use crate::errors::argument_error;

@@ -36,7 +36,7 @@ type Evidence = (f64, f64, f64, f64);
 pub(super) type Watched = (Turned, Turns, Evidence, f64, bool);
 
 /// What all states remember beside the controller's own.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Tail {
     pub(super) waypoint: Option<Count>,
     pub(super) measured_waypoint: Option<Count>,
@@ -52,6 +52,8 @@ pub(crate) struct Tail {
     pub(super) past_angles: Pairs,
     pub(super) past_wheel: Option<f64>,
     pub(super) past_since: f64,
+    /// Where the no-slip point was last seen, which the estimator beside it does not know here.
+    pub(super) seen: Option<Motion>,
     pub(super) estimator: Estimator,
     pub(super) answer: Option<Answered>,
     pub(super) monitor: Option<Watched>,
@@ -175,7 +177,14 @@ impl Tail {
             ),
             past_wheel: state.past.as_ref().map(Past::wheel),
             past_since: state.past.as_ref().map_or(0.0, Past::since),
-            estimator: state.estimator,
+            seen: state
+                .estimator
+                .seen
+                .map(|seen| (seen.x, seen.y, seen.yaw, seen.speed)),
+            estimator: Estimator {
+                seen: None,
+                ..state.estimator
+            },
             answer: state.answer.map(|answer| {
                 let (measured, predicted) =
                     (from_seen(answer.measured), from_seen(answer.predicted));
@@ -235,14 +244,19 @@ impl Tail {
             answer: self.answer.map(to_answer),
             in_flight,
             past,
-            estimator: self.estimator,
+            estimator: Estimator {
+                seen: self
+                    .seen
+                    .map(|(x, y, yaw, speed)| VehicleState { x, y, yaw, speed }),
+                ..self.estimator
+            },
             monitor: self.monitor.map(to_monitor),
         })
     }
 }
 
 /// Pairs of numbers that Python sees as a tuple of tuples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Pairs(pub(super) Vec<(f64, f64)>);
 
 impl<'py> FromPyObject<'_, 'py> for Pairs {

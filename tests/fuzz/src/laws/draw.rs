@@ -4,8 +4,7 @@ use crate::bytes::Bytes;
 use crate::scene::symmetric;
 use popsteer_core::Point;
 use popsteer_core::lateral::{MonitorState, Seen};
-use popsteer_core::path::view::MAX_COORDINATE;
-use popsteer_core::vehicle::state::MAX_YAW;
+use popsteer_core::limits::{MAX_COORDINATE, MAX_YAW};
 
 pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
     if bytes.byte() < 150 {

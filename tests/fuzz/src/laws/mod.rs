@@ -3,6 +3,7 @@
 
 mod draw;
 mod plain;
+mod reported;
 
 use self::draw::{draw_monitor, draw_seen};
 use crate::backwards::check_backwards;
@@ -16,10 +17,10 @@ use popsteer_core::lateral::tracker::HANDOVER_TIME;
 use popsteer_core::lateral::{
     BangBang, Handover, Pid, Place, Pop, PreviewPop, PurePursuit, Stanley, TrackerState,
 };
+use popsteer_core::limits::{MAX_COORDINATE, MAX_DT};
 use popsteer_core::path::Ahead;
-use popsteer_core::path::view::MAX_COORDINATE;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::vehicle::state::{MAX_DT, checked_dt};
+use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::vehicle::{Estimate, InFlight};
 use popsteer_core::{
     Command, ConfigError, LateralLaw, Path, Point, Status, Tracker, Vehicle, VehicleState,
@@ -134,13 +135,14 @@ impl<L: Subject> Life<L> {
                     kinematic_bicycle(self.vehicle, steer, bytes.within(-3.0, 3.0), 3.0, 0.05);
                 self.step(self.vehicle, 0.05);
             }
-            80..=149 => {
+            80..=129 => {
                 let vehicle = vehicle(bytes, &self.path.view());
                 let refused = self.step(vehicle, dt(bytes));
                 if !refused {
                     self.vehicle = vehicle;
                 }
             }
+            130..=149 => self.step_reported(bytes),
             150..=174 => {
                 let vehicle = vehicle(bytes, &self.path.view());
                 self.step_or_hold(vehicle, dt(bytes), bytes.below(3));
@@ -181,15 +183,18 @@ impl<L: Subject> Life<L> {
                 assert_eq!(command.steer.to_bits(), steer.to_bits());
                 self.check_command(&command);
                 self.check_limits(&before, &command, dt);
-                plain::check_step(
-                    &self.tracker,
-                    &path,
-                    &before,
-                    &self.state,
-                    &command,
-                    vehicle,
-                    dt,
-                );
+                // Where a pose was old once, the commands since are kept, and timed, apart.
+                if before.past.is_none() {
+                    plain::check_step(
+                        &self.tracker,
+                        &path,
+                        &before,
+                        &self.state,
+                        &command,
+                        vehicle,
+                        dt,
+                    );
+                }
                 assert_eq!(self.tracker.check_state(&path, &self.state), Ok(()));
                 false
             }

@@ -5,8 +5,8 @@ use crate::subject::Subject;
 use popsteer_core::lateral::missed::LEARNING_GAP;
 use popsteer_core::lateral::tracker::HANDOVER_TIME;
 use popsteer_core::lateral::{Belief, Decision, Handover, TrackerState};
+use popsteer_core::limits::MAX_DT;
 use popsteer_core::path::Located;
-use popsteer_core::vehicle::state::MAX_DT;
 use popsteer_core::vehicle::{Estimate, Estimator, InFlight};
 use popsteer_core::{Command, LateralState, PathView, Status, Tracker, VehicleState};
 

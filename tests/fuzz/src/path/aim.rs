@@ -2,6 +2,7 @@
 
 use super::{along, following, slack, waypoint};
 use crate::bytes::Bytes;
+use popsteer_core::geometry::get_distance;
 use popsteer_core::math::wrap;
 use popsteer_core::path::Foot;
 use popsteer_core::path::jump::find_lookahead_point;
@@ -10,7 +11,6 @@ use popsteer_core::path::lookahead::{
 };
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::resample::{Grid, window};
-use popsteer_core::path::view::get_distance;
 use popsteer_core::{PathView, Point};
 use std::f64::consts::PI;
 

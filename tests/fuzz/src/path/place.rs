@@ -3,12 +3,12 @@
 use super::{along, following, preceding, slack, waypoint};
 use crate::bytes::Bytes;
 use crate::scene::dt;
-use popsteer_core::path::locate::{
-    Foot, OPPOSITE, locate, locate_by_scan, nearest_waypoint, path_yaw_behind, project,
-    reference_speed,
+use popsteer_core::geometry::get_distance;
+use popsteer_core::path::locate::{OPPOSITE, locate, locate_by_scan};
+use popsteer_core::path::projection::{
+    Foot, nearest_waypoint, path_yaw_behind, project, reference_speed,
 };
 use popsteer_core::path::relocalise::relocalise;
-use popsteer_core::path::view::get_distance;
 use popsteer_core::path::{Follow, Located};
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{PathView, Point, VehicleState};

@@ -1,0 +1,245 @@
+"""The closest point of a segment, and what the path says there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign, inf
+from typing import TYPE_CHECKING
+
+from popsteer.reference.geometry import squared_distance
+from popsteer.reference.math import atan2, saturate, sqrt
+
+if TYPE_CHECKING:
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.view import PathView
+
+__all__ = [
+    "Foot",
+    "Projection",
+    "find_foot",
+    "find_foot_between",
+    "nearest_waypoint",
+    "path_yaw_behind",
+    "project",
+    "reference_speed",
+]
+
+
+@dataclass(frozen=True)
+class Projection:
+    """The foot of a position on the path.
+
+    Attributes
+    ----------
+    segment : int
+        The segment that carries the foot.
+    fraction : float
+        Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+    point : tuple of float
+        The foot, (x, y) [m].
+    arc_length : float
+        Arc length at the foot [m].
+    cross_track_error : float
+        Signed distance to the foot [m], positive left of the path.
+    path_yaw : float
+        Direction of the segment [rad].
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> Path([(0.0, 0.0), (10.0, 0.0)]).project(4.0, 1.5).cross_track_error
+    1.5
+    """
+
+    segment: int
+    fraction: float
+    point: Point
+    arc_length: float
+    cross_track_error: float
+    path_yaw: float
+
+
+def nearest_waypoint(path: PathView, position: Point) -> int:
+    """Find the waypoint nearest to `position` of all; the first of several.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> nearest_waypoint(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]), (14.0, 3.0))
+    1
+    """
+    nearest = 0
+    least = inf
+    for index, waypoint in enumerate(zip(path.x, path.y, strict=True)):
+        distance = squared_distance(position, waypoint)
+        if distance < least:
+            least = distance
+            nearest = index
+    return nearest
+
+
+@dataclass(frozen=True)
+class Foot:
+    """The foot of a position on one segment: what is needed to choose between several.
+
+    Attributes
+    ----------
+    segment : int
+        The segment that carries the foot.
+    fraction : float
+        Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+    point : tuple of float
+        The foot [m].
+    squared_distance : float
+        Square of the distance to the foot [m²].
+    along : tuple of float
+        From the start of the segment to its end [m].
+    squared_length : float
+        Square of the segment's length [m²].
+    side : float
+        Positive where the position is left of the segment.
+    """
+
+    segment: int
+    fraction: float
+    point: Point
+    squared_distance: float
+    along: Point
+    squared_length: float
+    side: float
+
+    def projection(self, path: PathView) -> Projection:
+        """Tell all about the foot."""
+        return Projection(
+            segment=self.segment,
+            fraction=self.fraction,
+            point=self.point,
+            arc_length=self.arc_length(path),
+            cross_track_error=self.cross_track_error(),
+            path_yaw=self.path_yaw(),
+        )
+
+    def arc_length(self, path: PathView) -> float:
+        """Return the arc length at the foot [m]."""
+        return path.s[self.segment] + self.fraction * sqrt(self.squared_length)
+
+    def cross_track_error(self) -> float:
+        """Return the signed distance to the foot [m], positive left of the path."""
+        return copysign(sqrt(self.squared_distance), self.side)
+
+    def path_yaw(self) -> float:
+        """Return the direction of the segment [rad]."""
+        return atan2(self.along[1], self.along[0])
+
+    def nearest_waypoint(self, path: PathView) -> int:
+        """Return the end of the segment nearer to the foot; its start where both are as near."""
+        following = path.next(self.segment)
+        return following if self.fraction > 0.5 and following is not None else self.segment
+
+    def cost(self, heading: Point, opposite_distance: float) -> float:
+        """Return the distance [m], plus up to `opposite_distance` where the path leads against."""
+        along = (heading[0] * self.along[0] + heading[1] * self.along[1]) / sqrt(
+            self.squared_length
+        )
+        return sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
+
+
+def find_foot(path: PathView, segment: int, position: Point) -> Foot:
+    """Find the foot of `position` on one segment.
+
+    Where the path ends, or turns round for the vehicle to go on the other way, the segment goes
+    on as a straight line.
+    """
+    low = -inf if path.preceding(segment) is None else 0.0
+    high = inf if path.following(segment) is None else 1.0
+    return find_foot_between(path, segment, position, low, high)
+
+
+def find_foot_between(
+    path: PathView, segment: int, position: Point, low: float, high: float
+) -> Foot:
+    """Find the foot of `position` on what lies between two fractions of a segment."""
+    start, end = path.segment(segment)
+    along = (end[0] - start[0], end[1] - start[1])
+    to = (position[0] - start[0], position[1] - start[1])
+    squared_length = along[0] * along[0] + along[1] * along[1]
+    fraction = saturate(
+        (to[0] * along[0] + to[1] * along[1]) / squared_length,
+        low,
+        high,
+    )
+    point = (start[0] + fraction * along[0], start[1] + fraction * along[1])
+    return Foot(
+        segment=segment,
+        fraction=fraction,
+        point=point,
+        squared_distance=squared_distance(position, point),
+        along=along,
+        squared_length=squared_length,
+        side=along[0] * to[1] - along[1] * to[0],
+    )
+
+
+def project(path: PathView, nearest: int, position: Point) -> Projection:
+    """Project `position` exactly onto the two segments at waypoint `nearest`.
+
+    The nearer foot counts, the segment ahead where both are as near. Before the first and beyond
+    the last waypoint of an open path the end segments go on as straight lines, so the
+    cross-track error stays the offset to the side.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> path = Path([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)])
+    >>> foot = project(path, 1, (12.0, 5.0))
+    >>> foot.segment, foot.point, foot.arc_length, foot.cross_track_error
+    (1, (10.0, 5.0), 15.0, -2.0)
+    """
+    incoming = path.previous(nearest)
+    outgoing = None if path.next(nearest) is None else nearest
+    if incoming is not None and outgoing is not None:
+        behind = find_foot(path, incoming, position)
+        ahead = find_foot(path, outgoing, position)
+        foot = behind if behind.squared_distance < ahead.squared_distance else ahead
+    else:
+        foot = find_foot(path, nearest if incoming is None else incoming, position)
+    return foot.projection(path)
+
+
+def path_yaw_behind(path: PathView, nearest: int) -> float:
+    """Give the direction of the segment that leads to waypoint `nearest` [rad].
+
+    Of the one that leaves it where none does. The path's heading as the published code takes
+    it, up to a waypoint and a half behind the foot.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> path_yaw_behind(Path([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)]), 1)
+    0.0
+    """
+    previous = path.previous(nearest)
+    start, end = path.segment(nearest if previous is None else previous)
+    return atan2(end[1] - start[1], end[0] - start[0])
+
+
+def reference_speed(path: PathView, projection: Projection) -> float | None:
+    """Interpolate the waypoints' reference speeds at a projection [m/s].
+
+    Their magnitudes linearly; negative where the path is driven backwards, None where it has no
+    speeds.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> path = Path([(0.0, 0.0), (10.0, 0.0)], speed=[2.0, 4.0])
+    >>> reference_speed(path, project(path, 0, (5.0, 1.0)))
+    3.0
+    """
+    following = path.next(projection.segment)
+    if path.speed is None or following is None:
+        return None
+    here = abs(path.speed[projection.segment])
+    there = abs(path.speed[following])
+    magnitude = here + saturate(projection.fraction, 0.0, 1.0) * (there - here)
+    return -magnitude if path.is_reverse(projection.segment) else magnitude

@@ -1,0 +1,76 @@
+//! The best of several segments by distance and heading, for a vehicle that may be anywhere.
+
+use super::projection::Foot;
+use super::view::PathView;
+use crate::geometry::Point;
+use crate::math::{cos, sin};
+
+/// More than rounding takes off a cost, as a share of the opposite distance and of the cost.
+const ROUNDING: f64 = 1e-12;
+
+/// The best segment of those visited, in any order.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Best {
+    position: Point,
+    heading: Point,
+    opposite_distance: f64,
+    /// Cost and index, so that of several as good the first is the least.
+    least: (f64, usize),
+}
+
+impl Best {
+    /// The search before its first segment.
+    #[inline]
+    pub(super) fn new(position: Point, yaw: f64, opposite_distance: f64) -> Self {
+        Self {
+            position,
+            heading: Point::new(cos(yaw), sin(yaw)),
+            opposite_distance,
+            least: (f64::INFINITY, 0),
+        }
+    }
+
+    /// Takes segment `segment` of `path` into account.
+    #[inline]
+    pub(super) fn visit(&mut self, path: &PathView<'_>, segment: usize) {
+        let foot = Foot::within(path, segment, self.position);
+        // The heading only adds to the distance; most segments are too far off without it.
+        let most = (1.0 + ROUNDING) * self.least.0 + ROUNDING * self.opposite_distance;
+        if foot.squared_distance > most * most {
+            return;
+        }
+        let heading = if path.is_reverse(segment) {
+            -self.heading
+        } else {
+            self.heading
+        };
+        let candidate = (foot.cost(heading, self.opposite_distance), segment);
+        if candidate < self.least {
+            self.least = candidate;
+        }
+    }
+
+    /// Where it looks from [m].
+    #[inline]
+    pub(super) fn position(&self) -> Point {
+        self.position
+    }
+
+    /// How much farther off a segment counts that leads the opposite way [m].
+    #[inline]
+    pub(super) fn opposite_distance(&self) -> f64 {
+        self.opposite_distance
+    }
+
+    /// The least cost found [m].
+    #[inline]
+    pub(super) fn cost(&self) -> f64 {
+        self.least.0
+    }
+
+    /// The segment of it.
+    #[inline]
+    pub(super) fn segment(&self) -> usize {
+        self.least.1
+    }
+}

@@ -1,0 +1,236 @@
+//! The closest point of a segment, and what the path says there.
+
+use super::view::PathView;
+use crate::geometry::{Point, squared_distance};
+use crate::math::{atan2, saturate, sqrt};
+
+/// The foot of a position on the path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// The segment that carries the foot.
+    pub segment: usize,
+    /// Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+    pub fraction: f64,
+    /// The foot [m].
+    pub point: Point,
+    /// Arc length at the foot [m].
+    pub arc_length: f64,
+    /// Signed distance to the foot [m], positive left of the path.
+    pub cross_track_error: f64,
+    /// Direction of the segment [rad].
+    pub path_yaw: f64,
+}
+
+/// The waypoint nearest to `position` of all; the first of several. Visits every waypoint.
+pub fn nearest_waypoint(path: &PathView<'_>, position: Point) -> usize {
+    let mut nearest = 0;
+    let mut least = f64::INFINITY;
+    for (index, (&x, &y)) in path.x().iter().zip(path.y()).enumerate() {
+        let distance = squared_distance(position, Point::new(x, y));
+        if distance < least {
+            least = distance;
+            nearest = index;
+        }
+    }
+    nearest
+}
+
+/// Projects `position` exactly onto the two segments at waypoint `nearest`; the nearer foot
+/// counts, the segment ahead where both are as near.
+///
+/// Before the first and beyond the last waypoint of an open path the end segments go on as
+/// straight lines, so the cross-track error stays the offset to the side.
+#[inline]
+pub fn project(path: &PathView<'_>, nearest: usize, position: Point) -> Projection {
+    let incoming = path.previous(nearest);
+    let outgoing = path.next(nearest).map(|_| nearest);
+    let foot = match (incoming, outgoing) {
+        (Some(incoming), Some(outgoing)) => {
+            let behind = Foot::new(path, incoming, position);
+            let ahead = Foot::new(path, outgoing, position);
+            if behind.squared_distance < ahead.squared_distance {
+                behind
+            } else {
+                ahead
+            }
+        }
+        (Some(only), None) | (None, Some(only)) => Foot::new(path, only, position),
+        (None, None) => Foot::new(path, nearest, position),
+    };
+    foot.projection(path)
+}
+
+/// The foot of a position on one segment: what is needed to choose between several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// The segment that carries the foot.
+    pub segment: usize,
+    /// Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+    pub fraction: f64,
+    /// The foot [m].
+    pub point: Point,
+    /// Square of the distance to the foot [m^2].
+    pub squared_distance: f64,
+    along: Point,
+    squared_length: f64,
+    side: f64,
+}
+
+impl Foot {
+    /// The foot of `position` on segment `segment`. Where the path ends, or turns round for the
+    /// vehicle to go on the other way, the segment goes on as a straight line.
+    #[inline]
+    pub fn new(path: &PathView<'_>, segment: usize, position: Point) -> Self {
+        let low = match path.preceding(segment) {
+            Some(_) => 0.0,
+            None => f64::NEG_INFINITY,
+        };
+        let high = match path.following(segment) {
+            Some(_) => 1.0,
+            None => f64::INFINITY,
+        };
+        Self::between(path, segment, position, low, high)
+    }
+
+    /// The foot of `position` on what lies between both ends of the segment.
+    #[inline]
+    pub(super) fn within(path: &PathView<'_>, segment: usize, position: Point) -> Self {
+        Self::between(path, segment, position, 0.0, 1.0)
+    }
+
+    #[inline]
+    fn between(path: &PathView<'_>, segment: usize, position: Point, low: f64, high: f64) -> Self {
+        let (start, end) = path.segment(segment);
+        let along = end - start;
+        let to = position - start;
+        let squared_length = along.x * along.x + along.y * along.y;
+        let fraction = saturate(
+            (to.x * along.x + to.y * along.y) / squared_length,
+            low,
+            high,
+        );
+        let point = Point::new(start.x + fraction * along.x, start.y + fraction * along.y);
+        Self {
+            segment,
+            fraction,
+            point,
+            along,
+            squared_length,
+            squared_distance: squared_distance(position, point),
+            side: along.x * to.y - along.y * to.x,
+        }
+    }
+
+    /// All about the foot.
+    #[inline]
+    pub fn projection(&self, path: &PathView<'_>) -> Projection {
+        Projection {
+            segment: self.segment,
+            fraction: self.fraction,
+            point: self.point,
+            arc_length: self.arc_length(path),
+            cross_track_error: self.cross_track_error(),
+            path_yaw: self.path_yaw(),
+        }
+    }
+
+    /// Arc length at the foot [m].
+    #[inline]
+    pub fn arc_length(&self, path: &PathView<'_>) -> f64 {
+        path.arc(self.segment) + self.fraction * sqrt(self.squared_length)
+    }
+
+    /// Signed distance to the foot [m], positive left of the path.
+    #[inline]
+    pub fn cross_track_error(&self) -> f64 {
+        sqrt(self.squared_distance).copysign(self.side)
+    }
+
+    /// Direction of the segment [rad].
+    #[inline]
+    pub fn path_yaw(&self) -> f64 {
+        atan2(self.along.y, self.along.x)
+    }
+
+    /// From the start of the segment to its end [m].
+    #[inline]
+    pub fn along(&self) -> Point {
+        self.along
+    }
+
+    /// The end of the segment that is nearer to the foot; its start where both are as near.
+    #[inline]
+    pub fn nearest_waypoint(&self, path: &PathView<'_>) -> usize {
+        if self.fraction > 0.5 {
+            path.next(self.segment).unwrap_or(self.segment)
+        } else {
+            self.segment
+        }
+    }
+
+    /// Distance [m], and up to `opposite_distance` [m] more the less the path leads along the unit
+    /// vector `heading`.
+    #[inline]
+    pub(super) fn cost(&self, heading: Point, opposite_distance: f64) -> f64 {
+        let along =
+            (heading.x * self.along.x + heading.y * self.along.y) / sqrt(self.squared_length);
+        sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
+    }
+}
+
+/// Direction of the segment that leads to waypoint `nearest` [rad], of the one that leaves it
+/// where none does: the path's heading as the published code takes it, up to a waypoint and a
+/// half behind the foot.
+pub fn path_yaw_behind(path: &PathView<'_>, nearest: usize) -> f64 {
+    let (start, end) = path.segment(path.previous(nearest).unwrap_or(nearest));
+    atan2(end.y - start.y, end.x - start.x)
+}
+
+/// The reference speed at a projection [m/s], negative where the path is driven backwards; the
+/// magnitudes are taken linearly between the waypoints'. None where the path has no speeds.
+pub fn reference_speed(path: &PathView<'_>, projection: &Projection) -> Option<f64> {
+    let speed = path.speed()?;
+    let here = speed.get(projection.segment)?.abs();
+    let next = speed.get(path.next(projection.segment)?)?.abs();
+    let magnitude = here + saturate(projection.fraction, 0.0, 1.0) * (next - here);
+    Some(if path.is_reverse(projection.segment) {
+        -magnitude
+    } else {
+        magnitude
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Path;
+
+    fn bent() -> Path {
+        Path::new(
+            &[0.0, 10.0, 10.0],
+            &[0.0, 0.0, 10.0],
+            Some(&[1.0, 2.0, 4.0]),
+            false,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn test_project_either_side_signs_the_error() {
+        let path = bent();
+        let left = project(&path.view(), 0, Point::new(4.0, 1.5));
+        assert_eq!((left.segment, left.cross_track_error), (0, 1.5));
+        assert!((left.fraction - 0.4).abs() < 1e-15);
+        let right = project(&path.view(), 1, Point::new(12.0, 5.0));
+        assert_eq!((right.segment, right.cross_track_error), (1, -2.0));
+        assert_eq!(reference_speed(&path.view(), &right), Some(3.0));
+    }
+
+    #[test]
+    fn test_project_beyond_the_end_measures_to_the_side() {
+        let path = bent();
+        let beyond = project(&path.view(), 2, Point::new(9.0, 14.0));
+        assert_eq!(beyond.cross_track_error, 1.0);
+        assert_eq!(reference_speed(&path.view(), &beyond), Some(4.0));
+    }
+}

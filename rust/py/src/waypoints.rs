@@ -1,0 +1,121 @@
+//! Waypoints as Python gives them: arrays in, columns out.
+
+use numpy::ndarray::{ArrayView1, ArrayView2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use popsteer_core::path::distinct_waypoints;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::errors::path_error;
+
+/// A column for each quantity, as far as it was given.
+#[derive(Clone, Debug)]
+pub(crate) struct Waypoints {
+    pub(crate) x: Vec<f64>,
+    pub(crate) y: Vec<f64>,
+    pub(crate) speed: Option<Vec<f64>>,
+    pub(crate) reverse: Option<Vec<bool>>,
+}
+
+impl Waypoints {
+    /// Copies arrays of the right shapes, or a `PathError` that says what is wrong with one.
+    pub(crate) fn read(
+        py: Python<'_>,
+        xy: &Bound<'_, PyAny>,
+        speed: Option<&Bound<'_, PyAny>>,
+        reverse: Option<Vec<bool>>,
+    ) -> PyResult<Self> {
+        let xy = as_array(xy, "xy", "(N, 2)")?;
+        let waypoints = xy
+            .cast::<PyArray2<f64>>()
+            .ok()
+            .filter(|waypoints| waypoints.shape().get(1) == Some(&2))
+            .ok_or_else(|| wrong_shape(py, "xy", "(N, 2)", &xy))?
+            .try_readonly()?;
+        let waypoints: ArrayView2<'_, f64> = waypoints.as_array();
+        let (x, y) = (waypoints.column(0).to_vec(), waypoints.column(1).to_vec());
+        let speed = match speed {
+            None => None,
+            Some(speed) => {
+                let speed = as_array(speed, "speed", "(N,)")?;
+                let speed = speed
+                    .cast::<PyArray1<f64>>()
+                    .map_err(|_| wrong_shape(py, "speed", "(N,)", &speed))?
+                    .try_readonly()?;
+                let speed: ArrayView1<'_, f64> = speed.as_array();
+                Some(speed.to_vec())
+            }
+        };
+        Ok(Self {
+            x,
+            y,
+            speed,
+            reverse,
+        })
+    }
+
+    /// The same without neighbours that coincide: of several at one place the last. A column of
+    /// another length stays as it is, for the path to refuse.
+    pub(crate) fn distinct(self, closed: bool) -> Self {
+        let kept = distinct_waypoints(&self.x, &self.y, closed);
+        let count = self.x.len();
+        Self {
+            speed: self.speed.map(|speed| pick(speed, &kept, count)),
+            reverse: self.reverse.map(|reverse| pick(reverse, &kept, count)),
+            x: pick(self.x, &kept, count),
+            y: pick(self.y, &kept, count),
+        }
+    }
+}
+
+/// The entries at these places of a column, where it has `count`.
+fn pick<T: Copy>(column: Vec<T>, kept: &[usize], count: usize) -> Vec<T> {
+    if column.len() != count {
+        return column;
+    }
+    kept.iter()
+        .filter_map(|&index| column.get(index).copied())
+        .collect()
+}
+
+fn wrong_shape(py: Python<'_>, name: &str, required: &str, array: &Bound<'_, PyAny>) -> PyErr {
+    let shape = PyTuple::new(py, shape_of(array))
+        .and_then(|shape| shape.repr())
+        .map(|shape| shape.to_string());
+    path_error(
+        py,
+        format!(
+            "{name} must have shape {required}, got {}",
+            shape.unwrap_or_default()
+        ),
+    )
+}
+
+/// `object` as an array of floats, or a `PathError` that says why not.
+fn as_array<'py>(
+    object: &Bound<'py, PyAny>,
+    name: &str,
+    shape: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = object.py();
+    let options = PyDict::new(py);
+    options.set_item("dtype", "float64")?;
+    py.import("numpy")?
+        .call_method("asarray", (object,), Some(&options))
+        .map_err(|error| {
+            path_error(
+                py,
+                format!(
+                    "{name} must be an array of numbers of shape {shape}: {}",
+                    error.value(py)
+                ),
+            )
+        })
+}
+
+fn shape_of(array: &Bound<'_, PyAny>) -> Vec<usize> {
+    array
+        .getattr("shape")
+        .and_then(|shape| shape.extract())
+        .unwrap_or_default()
+}

@@ -1,0 +1,117 @@
+//! One vehicle of a batch, and its step.
+
+use std::sync::Arc;
+
+use popsteer_core::lateral::{Answer, Reported, TrackerState};
+use popsteer_core::{Command, LateralLaw, Path, Point, Status, Tracker, VehicleState};
+
+use super::state::KeptState;
+
+/// One vehicle of a batch: who steers it, along which path, and what is remembered of it.
+#[derive(Clone, Debug)]
+pub struct Member<L: LateralLaw> {
+    /// Who steers.
+    pub tracker: Tracker<L>,
+    /// Along which path.
+    pub path: Arc<Path>,
+    /// What is remembered; a state that [`Tracker::check_state`] accepts.
+    pub state: TrackerState<L::State>,
+}
+
+/// What an input that is refused leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnError {
+    /// An error; no vehicle has moved then.
+    Raise,
+    /// No angle, and no numbers, for its vehicle, which keeps its state but for the time that
+    /// passes; the others go on. A bad `dt` is an error.
+    Mark,
+    /// The last command of its vehicle, as [`Tracker::step_or_hold`] with this limit; the others
+    /// go on. A bad `dt` holds all of them.
+    Hold(usize),
+}
+
+/// A member as a batch keeps it: 10,000,000 of them are to fit the memory.
+#[derive(Clone, Debug)]
+pub(super) struct Kept<L: LateralLaw> {
+    pub(super) tracker: Tracker<L>,
+    pub(super) path: Arc<Path>,
+    pub(super) state: KeptState<L::State>,
+}
+
+impl<L: LateralLaw> Kept<L> {
+    pub(super) fn new(member: Member<L>) -> Self {
+        let Member {
+            tracker,
+            path,
+            state,
+        } = member;
+        let state = KeptState::new(state);
+        Self {
+            tracker,
+            path,
+            state,
+        }
+    }
+
+    /// One step. The command of a refused input has no numbers, and the direction of the last one.
+    pub(super) fn step(
+        &mut self,
+        input: VehicleState,
+        dt: f64,
+        on_error: OnError,
+        reported: Reported,
+    ) -> Command {
+        let (tracker, path) = (&self.tracker, self.path.view());
+        if let OnError::Hold(limit) = on_error {
+            return self.state.with(|state| {
+                tracker.step_or_hold_reported(&path, state, input, dt, limit, reported)
+            });
+        }
+        self.state.with(|state| {
+            let answer = tracker.step_reported(&path, state, input, dt, reported);
+            answer.unwrap_or_else(|_| {
+                state.miss(dt);
+                marked(state.answer)
+            })
+        })
+    }
+
+    /// The angle of [`step`](Self::step).
+    pub(super) fn steer(
+        &mut self,
+        input: VehicleState,
+        dt: f64,
+        on_error: OnError,
+        reported: Reported,
+    ) -> f64 {
+        if matches!(on_error, OnError::Hold(_)) {
+            return self.step(input, dt, on_error, reported).steer;
+        }
+        let (tracker, path) = (&self.tracker, self.path.view());
+        self.state.with(|state| {
+            let answer = tracker.steer_reported(&path, state, input, dt, reported);
+            answer.unwrap_or_else(|_| {
+                state.miss(dt);
+                f64::NAN
+            })
+        })
+    }
+}
+
+/// The command of a refused input after this answer.
+fn marked(last: Option<Answer>) -> Command {
+    let nan = f64::NAN;
+    Command {
+        steer: nan,
+        cross_track_error: nan,
+        heading_error: nan,
+        predicted_cross_track_error: nan,
+        predicted_heading_error: nan,
+        target: Point::new(nan, nan),
+        reverse: last.is_some_and(|answer| answer.reverse),
+        reference_speed: None,
+        distance_to_stop: nan,
+        status: Status::INPUT_HELD,
+    }
+}

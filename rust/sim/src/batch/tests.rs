@@ -1,0 +1,135 @@
+//! Batches against single vehicles.
+
+use super::*;
+use popsteer_core::lateral::{Pop, PopParams};
+use popsteer_core::{Status, Tracker, Vehicle};
+
+fn batch(count: usize) -> (Batch<Pop>, Tracker<Pop>, Arc<Path>) {
+    let x: Vec<f64> = (0..300).map(f64::from).collect();
+    let y: Vec<f64> = x.iter().map(|x| 5.0 * (x / 20.0).sin()).collect();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let reverse: Vec<bool> = (0..300).map(|k| k > 200).collect();
+    let path = Arc::new(path.with_reverse(&reverse).unwrap());
+    let tracker = Tracker::of(Pop::new(Vehicle::DEFAULT, PopParams::default()).unwrap());
+    let member = || Member {
+        tracker,
+        path: Arc::clone(&path),
+        state: tracker.initial_state(),
+    };
+    let batch = Batch::new(std::iter::repeat_with(member).take(count));
+    (batch, tracker, path)
+}
+
+fn inputs(count: u32) -> Vec<VehicleState> {
+    let vehicle = |k| VehicleState {
+        x: f64::from(k % 250),
+        y: f64::from(k % 7) - 3.0,
+        yaw: 0.01 * f64::from(k % 40),
+        speed: f64::from(k % 20),
+    };
+    (0..count).map(vehicle).collect()
+}
+
+#[test]
+fn test_batch_steps_are_single_steps_bit_for_bit() {
+    let (mut batch, tracker, path) = batch(600);
+    let inputs = inputs(600);
+    let mut angles = vec![0.0; 600];
+    let mut states: Vec<_> = (0..600).map(|_| tracker.initial_state()).collect();
+    for _ in 0..5 {
+        batch
+            .steer(&inputs, 0.05, OnError::Raise, &[], &mut angles)
+            .unwrap();
+        for ((state, &input), angle) in states.iter_mut().zip(&inputs).zip(&angles) {
+            let single = tracker.steer(&path.view(), state, input, 0.05).unwrap();
+            assert_eq!(single.to_bits(), angle.to_bits());
+        }
+    }
+    assert!(batch.states().eq(states));
+}
+
+#[test]
+fn test_batch_keeps_little_of_a_vehicle_that_is_not_modelled() {
+    assert!(size_of::<Kept<Pop>>() < 1024, "{}", size_of::<Kept<Pop>>());
+    let (mut batch, tracker, path) = batch(2);
+    let late = Vehicle {
+        dead_time: 0.1,
+        ..Vehicle::DEFAULT
+    };
+    let late = Tracker::of(Pop::new(late, PopParams::default()).unwrap());
+    let member = |tracker: Tracker<Pop>| Member {
+        tracker,
+        path: Arc::clone(&path),
+        state: tracker.initial_state(),
+    };
+    let mut mixed = Batch::new([member(tracker), member(late)]);
+    let (mut angles, mut others) = ([0.0_f64; 2], [0.0_f64; 2]);
+    let step = |batch: &mut Batch<Pop>, angles: &mut [f64]| {
+        batch
+            .steer(&inputs(2), 0.05, OnError::Raise, &[], angles)
+            .unwrap();
+    };
+    step(&mut mixed, &mut angles);
+    step(&mut batch, &mut others);
+    assert_eq!(angles[0].to_bits(), others[0].to_bits());
+    let states: Vec<_> = mixed.states().collect();
+    assert!(states[0].in_flight.is_none() && states[1].in_flight.is_some());
+    step(&mut mixed, &mut angles);
+    mixed.set_states(states.clone());
+    assert!(mixed.states().eq(states.clone()));
+    mixed.reset();
+    assert!(!mixed.states().eq(states));
+}
+
+#[test]
+fn test_batch_one_bad_vehicle_refuses_all_or_is_marked() {
+    let (mut batch, ..) = batch(5);
+    let mut inputs = inputs(5);
+    inputs[3].speed = f64::NAN;
+    let mut angles = vec![0.0; 5];
+    let before: Vec<_> = batch.states().collect();
+    let refused = batch
+        .steer(&inputs, 0.05, OnError::Raise, &[], &mut angles)
+        .unwrap_err();
+    assert_eq!((refused.vehicle, refused.error.field), (Some(3), "speed"));
+    assert!(batch.states().eq(before));
+    batch
+        .steer(&inputs, 0.05, OnError::Mark, &[], &mut angles)
+        .unwrap();
+    let nan: Vec<bool> = angles.iter().map(|angle| angle.is_nan()).collect();
+    assert_eq!(nan, [false, false, false, true, false]);
+    let bad_dt = batch.steer(&inputs, -1.0, OnError::Mark, &[], &mut angles);
+    assert!(bad_dt.is_err());
+}
+
+#[test]
+fn test_batch_refused_vehicle_keeps_its_direction_or_all_of_its_command() {
+    let (mut batch, ..) = batch(2);
+    let good = VehicleState {
+        x: 230.0,
+        y: -4.0,
+        yaw: std::f64::consts::PI,
+        speed: -3.0,
+    };
+    let bad = VehicleState {
+        x: f64::NAN,
+        ..good
+    };
+    let mut step = |input, on_error| {
+        let mut out = [None; 2];
+        let write = |place: &mut Option<Command>, command| *place = Some(command);
+        batch
+            .step(&[good, input], 0.05, on_error, &[], &mut out, write)
+            .unwrap();
+        out.map(Option::unwrap)
+    };
+    let [_, last] = step(good, OnError::Raise);
+    assert!(last.reverse && last.status != Status::INPUT_HELD);
+    let [other, marked] = step(bad, OnError::Mark);
+    assert!(marked.steer.is_nan() && marked.reverse && !other.steer.is_nan());
+    assert_eq!(marked.status, Status::INPUT_HELD);
+    for status in [Status::INPUT_HELD, Status::INPUT_LOST] {
+        let [_, held] = step(bad, OnError::Hold(1));
+        assert_eq!(held, Command { status, ..last });
+    }
+}

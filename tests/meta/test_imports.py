@@ -1,0 +1,196 @@
+"""Nothing lower knows anything higher, and no files know each other in a circle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.helpers import ROOT
+from tests.meta.imports import circles, python_graph, rust_graph, sources, upward
+
+if TYPE_CHECKING:
+    from tests.meta.imports import Graph
+
+# What each part may import, beside itself. A part is a module with all below it; of several that
+# hold a module the longest counts. Another package or crate is added with its parts here.
+_GROUND = ("math", "geometry", "limits", "error")
+
+
+def _core(root: str) -> dict[str, set[str]]:
+    """Say what the parts of the core may know, and alike those of its reference."""
+    layers = {
+        "math": (),
+        "limits": (),
+        "error": (),
+        "geometry": ("math",),
+        "vehicle": _GROUND,
+        "path": (*_GROUND, "vehicle"),
+        "lateral": (*_GROUND, "vehicle", "path"),
+        "longitudinal": (*_GROUND, "vehicle"),
+    }
+    allowed = {
+        f"{root}.{part}": {f"{root}.{other}" for other in known} for part, known in layers.items()
+    }
+    return {**allowed, root: set(allowed)}
+
+
+_CORE = _core("popsteer_core")
+_SIM = {
+    "popsteer_sim": {*_CORE, "popsteer_sim.plant"},
+    # A plant knows the vehicle, and nothing of paths and controllers.
+    "popsteer_sim.plant": {f"popsteer_core.{part}" for part in (*_GROUND, "vehicle")},
+}
+_BINDING = {"popsteer_py": {*_CORE, *_SIM}}
+_REFERENCE = _core("popsteer.reference")
+
+RUST = {**_CORE, **_SIM, **_BINDING}
+PYTHON = {**_REFERENCE}
+
+# Circles that are left, until someone takes them apart: nothing else may come to one of them.
+_LATERAL = ("monitor", "reported", "tracker", "tracker_state")
+RUST_CIRCLES = [
+    {"popsteer_core.lateral.approach", "popsteer_core.lateral.preview_pop"},
+    {"popsteer_core.vehicle.delay", "popsteer_core.vehicle.estimator"},
+    {f"popsteer_core.lateral.{name}" for name in _LATERAL},
+]
+PYTHON_CIRCLES = [
+    {"popsteer.reference.vehicle.delay", "popsteer.reference.vehicle.estimator"},
+    {"popsteer.reference.lateral.monitor", "popsteer.reference.lateral.tracker_state"},
+]
+
+
+def _rust() -> dict[str, str]:
+    crates = {}
+    for crate in ("core", "sim", "py"):
+        crates.update(sources(ROOT / "rust" / crate / "src", f"popsteer_{crate}"))
+    return crates
+
+
+def _python() -> dict[str, str]:
+    return sources(ROOT / "python" / "popsteer" / "reference", "popsteer.reference")
+
+
+def _new(graph: Graph, left: list[set[str]]) -> list[list[str]]:
+    return [circle for circle in circles(graph) if not any(set(circle) <= old for old in left)]
+
+
+def test_rust_imports_lead_down() -> None:
+    graph = rust_graph(_rust())
+    assert len(graph) > 60
+    assert sum(map(len, graph.values())) > 200
+    assert upward(graph, RUST) == []
+
+
+def test_rust_files_know_each_other_in_no_circle() -> None:
+    assert _new(rust_graph(_rust()), RUST_CIRCLES) == []
+
+
+def test_python_imports_lead_down() -> None:
+    graph = python_graph(_python())
+    assert len(graph) > 35
+    assert sum(map(len, graph.values())) > 150
+    assert upward(graph, PYTHON) == []
+
+
+def test_python_files_know_each_other_in_no_circle() -> None:
+    assert _new(python_graph(_python()), PYTHON_CIRCLES) == []
+
+
+# A core as small as can be, to plant imports in: `path.near` knows nothing of `path.locate`, and
+# `path` nothing of `lateral`.
+_SMALL_CORE = {
+    "popsteer_core": "pub mod lateral;\npub mod path;\npub use lateral::{Command, Status};",
+    "popsteer_core.math": "",
+    "popsteer_core.path": "pub mod locate;\nmod near;\npub use locate::locate;",
+    "popsteer_core.path.locate": "use super::near::near;\npub fn locate() {}",
+    "popsteer_core.path.near": "pub(super) fn near() {}",
+    "popsteer_core.lateral": "pub mod command;\npub use command::{Command, Status};",
+    "popsteer_core.lateral.command": "use crate::path::locate;\npub struct Command;",
+}
+_SMALL_REFERENCE = {
+    "popsteer.reference": "from popsteer.reference.lateral.command import Command",
+    "popsteer.reference.path": "",
+    "popsteer.reference.path.locate": "from popsteer.reference.path.near import near",
+    "popsteer.reference.path.near": "import math",
+    "popsteer.reference.lateral": "",
+    "popsteer.reference.lateral.command": "from popsteer.reference.path.locate import locate",
+}
+
+
+def _with(sources: dict[str, str], module: str, planted: str) -> dict[str, str]:
+    return {**sources, module: f"{sources[module]}\n{planted}\n"}
+
+
+@pytest.mark.parametrize(
+    "planted",
+    [
+        "use crate::lateral::Command;",
+        "use crate::{\n    math::sin,\n    lateral::{Command, Status},\n};",
+        "pub use super::super::lateral::Status;",
+        "fn f() -> crate::lateral::Status { todo!() }",
+        "macro_rules! m { () => { $crate::lateral::Command } }",
+        "use crate::Status;",
+    ],
+)
+def test_rust_import_upward_is_found(planted: str) -> None:
+    assert upward(rust_graph(_SMALL_CORE), RUST) == []
+    graph = rust_graph(_with(_SMALL_CORE, "popsteer_core.path.locate", planted))
+    found = "popsteer_core.path.locate imports popsteer_core.lateral.command"
+    assert upward(graph, RUST) == [
+        f"{found}: popsteer_core.path may not know popsteer_core.lateral"
+    ]
+
+
+@pytest.mark.parametrize(
+    "planted",
+    [
+        "// use crate::lateral::Command;",
+        "/// See [`Command`](crate::lateral::Command).\nfn f() {}",
+        "#[cfg(test)]\nmod tests {\n    use crate::lateral::Command;\n}",
+    ],
+)
+def test_rust_words_and_tests_import_nothing(planted: str) -> None:
+    graph = rust_graph(_with(_SMALL_CORE, "popsteer_core.path.locate", planted))
+    assert graph == rust_graph(_SMALL_CORE)
+
+
+@pytest.mark.parametrize(
+    "planted",
+    ["use super::locate::locate;", "use super::{locate::OPPOSITE};", "use super::locate;"],
+)
+def test_rust_circle_is_found(planted: str) -> None:
+    assert circles(rust_graph(_SMALL_CORE)) == []
+    graph = rust_graph(_with(_SMALL_CORE, "popsteer_core.path.near", planted))
+    assert circles(graph) == [["popsteer_core.path.locate", "popsteer_core.path.near"]]
+
+
+@pytest.mark.parametrize(
+    "planted",
+    [
+        "from popsteer.reference.lateral.command import Command",
+        "import popsteer.reference.lateral.command",
+        "def f():\n    from popsteer.reference.lateral import command",
+        "if TYPE_CHECKING:\n    from popsteer.reference.lateral.command import Command",
+        "from popsteer.reference import Command",
+    ],
+)
+def test_python_import_upward_is_found(planted: str) -> None:
+    assert upward(python_graph(_SMALL_REFERENCE), PYTHON) == []
+    module = "popsteer.reference.path.locate"
+    graph = python_graph(_with(_SMALL_REFERENCE, module, planted))
+    found = f"{module} imports popsteer.reference.lateral.command"
+    parts = ("popsteer.reference.path", "popsteer.reference.lateral")
+    assert upward(graph, PYTHON) == [f"{found}: {parts[0]} may not know {parts[1]}"]
+
+
+def test_python_circle_is_found() -> None:
+    assert circles(python_graph(_SMALL_REFERENCE)) == []
+    planted = "from popsteer.reference.path import locate"
+    graph = python_graph(_with(_SMALL_REFERENCE, "popsteer.reference.path.near", planted))
+    assert circles(graph) == [["popsteer.reference.path.locate", "popsteer.reference.path.near"]]
+
+
+def test_module_beside_the_table_is_found() -> None:
+    graph: Graph = {"popsteer_new.thing": set()}
+    assert upward(graph, RUST) == ["popsteer_new.thing is in no part of the table"]
