@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -108,8 +109,10 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 def _with_new_name(message: str) -> str:
     """Add what an option or a command of 0.1.0 is called now."""
-    former = message.split("(")[0].rstrip(" .").rpartition(" ")[2].strip("'")
-    return f"{message.rstrip('.')}; it is {_NOW[former]} now" if former in _NOW else message
+    found = re.match(r"No such (?:option|command):? '?([\w-]+)'?", message)
+    if found is None or found[1] not in _NOW:
+        return message
+    return f"{found[0]}; it is {_NOW[found[1]]} now"
 
 
 def _refuse(message: str) -> int:
