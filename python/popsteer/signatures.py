@@ -2,10 +2,29 @@
 
 from __future__ import annotations
 
-from inspect import Parameter, Signature
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from inspect import Signature
 
 __all__ = ["spell_out"]
+
+
+class _Shown:
+    """The signature of a class, made when it is asked for: importing inspect takes its time."""
+
+    def __get__(self, _: object, kind: type[Any]) -> Signature:
+        from inspect import Parameter, Signature
+
+        return Signature(
+            [
+                # Left out, the vehicle is that of the plant, of which the class tells.
+                Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=None)
+                if name == "vehicle"
+                else Parameter(name, Parameter.KEYWORD_ONLY, default=value)
+                for name, value in kind().as_dict().items()
+            ]
+        )
 
 
 def spell_out(*classes: type[Any]) -> None:
@@ -28,12 +47,4 @@ def spell_out(*classes: type[Any]) -> None:
     ()
     """
     for kind in classes:
-        kind.__signature__ = Signature(
-            [
-                # Left out, the vehicle is that of the plant, of which the class tells.
-                Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=None)
-                if name == "vehicle"
-                else Parameter(name, Parameter.KEYWORD_ONLY, default=value)
-                for name, value in kind().as_dict().items()
-            ]
-        )
+        kind.__signature__ = _Shown()

@@ -100,7 +100,7 @@ def test_dead_time_of_another_plant_is_added_to_its_own_vehicle() -> None:
 
 def test_dead_time_of_nothing_or_too_little_is_refused() -> None:
     path = track("straight")
-    with pytest.raises(ConfigError, match="laws must be at least one"):
+    with pytest.raises(ConfigError, match="controllers must be at least one"):
         delay.run(path, [])
     with pytest.raises(ConfigError, match="dead_time"):
         delay.run(path, dead_time=0.01)

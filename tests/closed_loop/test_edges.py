@@ -141,7 +141,7 @@ def test_page_table_of_edges_is_what_is_driven(runs: Runs) -> None:
 
 
 def test_edges_of_nothing_or_of_an_unknown_law_is_refused() -> None:
-    with pytest.raises(ConfigError, match="laws must be at least one"):
+    with pytest.raises(ConfigError, match="controllers must be at least one"):
         edges.run([])
     with pytest.raises(ConfigError, match="tracks must be at least one"):
         edges.run(tracks=[])
