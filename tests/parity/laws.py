@@ -43,7 +43,7 @@ class Law:
         for name in self.flags:
             drawn[name] = st.booleans()
         if "buffer_length" in self.counts:
-            drawn["buffer_length"] = st.integers(1, 12) | st.integers(1, 1000)
+            drawn["buffer_length"] = st.integers(1, 12) | st.integers(1, 500)
         if "candidate_count" in self.counts:
             drawn["candidate_count"] = st.integers(1, 50).map(lambda half: 2 * half + 1)
         return st.fixed_dictionaries({}, optional=drawn)
@@ -98,7 +98,7 @@ PID = Law(
         "smoothing_length": ((0.0, 1e4), (0.0, 10.0)),
         **_FOLLOW,
     },
-    counts={"buffer_length": (1, 1000)},
+    counts={"buffer_length": (1, 500)},
     flags=("integral_with_dt",),
     optional=("kp", "ki", "kd", "smoothing_length", *_FOLLOW),
 )

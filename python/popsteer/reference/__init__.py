@@ -39,11 +39,8 @@ from popsteer.reference.lateral.command import Command
 from popsteer.reference.lateral.monitor import MonitorParams
 from popsteer.reference.lateral.pid import Pid, PidParams, PidState
 from popsteer.reference.lateral.pop import Pop, PopParams, PopState
-from popsteer.reference.lateral.preview_pop import (
-    PreviewPop,
-    PreviewPopParams,
-    PreviewPopState,
-)
+from popsteer.reference.lateral.preview_params import PreviewPopParams
+from popsteer.reference.lateral.preview_pop import PreviewPop, PreviewPopState
 from popsteer.reference.lateral.pure_pursuit import (
     PurePursuit,
     PurePursuitParams,

@@ -9,7 +9,7 @@
 use core::ffi::{c_char, c_int};
 use core::hint::black_box;
 
-use popsteer_core::lateral::pid::ErrorBuffer;
+use popsteer_core::lateral::error_buffer::ErrorBuffer;
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams, Tracker,

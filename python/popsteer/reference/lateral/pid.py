@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import operator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from popsteer import errors
 from popsteer.reference.error import config_count, config_optional, input_in_range
 from popsteer.reference.lateral import (
     Belief,
@@ -17,6 +15,7 @@ from popsteer.reference.lateral import (
     or_scaled,
     resolved,
 )
+from popsteer.reference.lateral.error_buffer import BOUND, CAPACITY, push, restore
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.limits import MAX_COORDINATE
@@ -32,11 +31,6 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["Pid", "PidParams", "PidState"]
-
-CAPACITY = 1000
-"""The longest buffer."""
-BOUND = 1e16
-"""More than any error, term or sum of them can come to [m], [m s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +48,7 @@ class PidParams:
     kd : float or None
         Derivative gain k_D [rad s/m]; None is 0.2 at the paper's wheelbase.
     buffer_length : int
-        How many of the last errors the integral sums, against wind-up.
+        How many of the last errors the integral sums, against wind-up: 1 to 500.
     integral_with_dt : bool
         Whether the integral weighs each error with its Δt, as the published code does; the
         paper's equation sums the bare errors.
@@ -78,7 +72,7 @@ class PidParams:
     --------
     >>> PidParams(buffer_length=0)
     Traceback (most recent call last):
-    popsteer.errors.ConfigError: buffer_length must be a count in [1, 1000], got 0
+    popsteer.errors.ConfigError: buffer_length must be a count in [1, 500], got 0
     """
 
     kp: float | None = None
@@ -150,36 +144,6 @@ class PidState(TrackerState):
     sum: float = 0.0
 
 
-def push(state: PidState, term: float, length: int) -> PidState:
-    """Take a term into the buffer of a state; the oldest leaves a buffer that is full.
-
-    The sum is carried along, and taken anew each time the buffer comes round, so that rounding
-    cannot build up over a long run.
-
-    Examples
-    --------
-    >>> state = PidState()
-    >>> for term in (1.0, 2.0, 4.0, 8.0):
-    ...     state = push(state, term, length=3)
-    >>> state.terms, state.next, state.sum
-    ((2.0, 4.0, 8.0), 1, 14.0)
-    """
-    if len(state.terms) == length:
-        total = state.sum - state.terms[0] + term
-        terms = (*state.terms[1:], term)
-    else:
-        total = state.sum + term
-        terms = (*state.terms, term)
-    following = state.next + 1
-    if following == length:
-        following = 0
-        # No sum(), which compensates its rounding from Python 3.12 on.
-        total = 0.0
-        for held in terms:
-            total += held
-    return replace(state, terms=terms, next=following, sum=total)
-
-
 class Pid(Tracker[PidParams, PidState]):
     """PID on the cross-track error e at the front axle: Equation 1.
 
@@ -239,7 +203,9 @@ class Pid(Tracker[PidParams, PidState]):
         # At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0:
             term = error * at.dt if self.params.integral_with_dt else error
-            state = push(state, term, self.params.buffer_length)
+            length = self.params.buffer_length
+            terms, following, total = push(state.terms, state.next, state.sum, term, length)
+            state = replace(state, terms=terms, next=following, sum=total)
         position = None
         rate = 0.0
         if self._smoothing_length > 0.0:
@@ -281,16 +247,7 @@ class Pid(Tracker[PidParams, PidState]):
     def restore(self, state: PidState) -> PidState:
         """Return `state`, where a buffer of this law could hold its terms so."""
         length = self.params.buffer_length
-        held = len(state.terms)
-        if held > length:
-            raise errors.InputError("terms", held, errors.count_in_range(0, length))
-        # Until the buffer is full, the next term goes behind the last.
-        low, high = (held, held) if held < length else (0, length - 1)
-        following = operator.index(state.next)
-        if not low <= following <= high:
-            raise errors.InputError("next", following, errors.count_in_range(low, high))
-        terms = tuple(input_in_range("terms", term, -BOUND, BOUND) for term in state.terms)
-        total = input_in_range("sum", state.sum, -BOUND, BOUND)
+        terms, following, total = restore(length, state.terms, state.next, state.sum)
         return replace(state, terms=terms, next=following, sum=total)
 
     def check_law_state(self, state: PidState) -> PidState:

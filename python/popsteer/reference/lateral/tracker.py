@@ -14,18 +14,25 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Literal, TypeVar
 
 from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral import (
-    Belief,
     Command,
     LateralLaw,
     Params,
     Tracked,
     check_steer,
 )
+from popsteer.reference.lateral.command_limits import limit, widest_offset
 from popsteer.reference.lateral.missed import Holding, elapse
-from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams, MonitorState
+from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams
+from popsteer.reference.lateral.monitor_state import MonitorState
 from popsteer.reference.lateral.predict import Predicting
 from popsteer.reference.lateral.replan import carry_over
-from popsteer.reference.lateral.reported import Reported, Sight, sight_aged
+from popsteer.reference.lateral.reported import Reported
+from popsteer.reference.lateral.sight import (
+    Sight,
+    observe_slip,
+    predict_now,
+    sight_aged,
+)
 from popsteer.reference.lateral.tracker_state import (
     HANDOVER_TIME,
     Answer,
@@ -42,26 +49,17 @@ from popsteer.reference.lateral.tracker_state import (
     with_past,
 )
 from popsteer.reference.limits import MAX_DT, MIN_DT
-from popsteer.reference.math import atan, divide, saturate
-from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.relocalise import relocalise
 from popsteer.reference.path.stop import Ahead
 from popsteer.reference.vehicle import Vehicle
 from popsteer.reference.vehicle.delay import InFlight
-from popsteer.reference.vehicle.estimator import (
-    MAX_STEER_OFFSET,
-    AdaptParams,
-    Corrections,
-    Estimate,
-    Estimator,
-)
 from popsteer.reference.vehicle.past import Past
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle.estimator import AdaptParams, Estimate
 
 __all__ = ["HANDOVER_TIME", "Tracker"]
 
@@ -237,7 +235,6 @@ class Tracker(
         self._state, dt = elapse(self._state, dt)
         now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
 
-        is_anew = self._state.waypoint is None
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
         self._state = replace(self._state, waypoint=at.foot.segment)
         here = at
@@ -251,13 +248,15 @@ class Tracker(
             estimator = estimator_of(self._state)
             # A pose that was given before shows nothing new.
             if observed >= MIN_DT:
-                estimator = self._observe_slip(self._adapt, here, vehicle, observed, travel)
+                since = (observed, travel)
+                follow, adapt = self._follow, self._adapt
+                estimator = observe_slip(self, follow, adapt, estimator, here, vehicle, since)
             self._state = with_estimator(self._state, estimator)
             belief = replace(belief, estimate=estimator.estimate)
 
         fault = Status.OK
         if self._monitor is not None:
-            measured = Measured(here, now, is_anew, dt)
+            measured = Measured(here, now, dt)
             self._state, fault = self._monitor.watch(self._state, measured, models=self._models)
 
         if not self._bare:
@@ -272,7 +271,9 @@ class Tracker(
         if self._bare and not hands_over(self._state):
             self._state = replace(self._state, steer=steer)
         else:
-            limited = self._limit(steer, at.vehicle.speed, dt, belief.estimate)
+            self._state, limited = limit(
+                self, self._state, steer, at.vehicle.speed, dt, belief.estimate
+            )
         ahead = Ahead.of(self._path, self._follow, here)
         pose = (now.x, now.y, now.yaw, now.speed)
         answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse, ahead, pose)
@@ -300,31 +301,6 @@ class Tracker(
         left = 0.0 if goes_on else HANDOVER_TIME
         return replace(state, steer=steer, handover_offset=None, handover_left=left)
 
-    def _predict(self, vehicle: VehicleState, dt: float) -> tuple[VehicleState, Belief]:
-        """Return the vehicle as the law is to see it.
-
-        Before, its motion since the last step is observed, and the last command takes flight.
-        """
-        car, state = self._vehicle, self._state
-        in_flight = in_flight_of(state)
-        if in_flight is None:
-            return vehicle, Belief(state.steer, Corrections())
-        estimator = estimator_of(state)
-        now = vehicle.ahead(car.no_slip)
-        before = estimator.estimate.longer_dead_time
-        if self._adapt is not None:
-            reached = in_flight.reaching(car, state.steer, dt)
-            estimator = estimator.observe_turn(self._adapt, car, now, reached, dt)
-        estimate = estimator.estimate
-        in_flight = in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before)
-        self._state = with_in_flight(with_estimator(state, estimator), in_flight)
-        if car.dead_time > 0.0:
-            predicted, wheel = in_flight.predict(car, now, estimate)
-            # What was given is good, so what comes of it is not refused.
-            seen = predicted.bounded().ahead(-car.no_slip).bounded()
-            return seen, Belief(wheel, estimate)
-        return vehicle, Belief(in_flight.wheel, estimate)
-
     def _sight(self, vehicle: VehicleState, dt: float, reported: Reported) -> Sight:
         """Return the vehicle now, and as the law is to see it, after all that is `reported`."""
         applied, age = reported
@@ -336,80 +312,10 @@ class Tracker(
                 self._vehicle, self._adapt, self._state, vehicle, dt, age, models=self._models
             )
             return sight
-        seen, belief = self._predict(vehicle, dt)
+        self._state, seen, belief = predict_now(
+            self._vehicle, self._adapt, self._state, vehicle, dt
+        )
         return Sight(vehicle, seen, belief, observed=dt, travel=0.0)
-
-    def _observe_slip(
-        self, adapt: AdaptParams, here: Located, vehicle: VehicleState, dt: float, since: float
-    ) -> Estimator:
-        """Observe the slip of a vehicle that is at `here`.
-
-        It was seen at `vehicle`, `dt` [s] after the last time, and since then has come `since` [m].
-        Nothing is learnt across a change of the direction.
-        """
-        car, path = self._vehicle, self._path
-        estimator = estimator_of(self._state)
-        now = vehicle.ahead(car.no_slip)
-        if here.turned or here.vehicle.speed <= 0.0:
-            return replace(estimator, seen=now)
-
-        def curvature(travel: float) -> float:
-            travel = abs(travel)
-            # The tracked point lies ahead of the one that slips by about this much.
-            start = here.foot.arc_length(path) - self._follow.reference_offset - travel
-            start -= abs(since)
-            smoothing = 2.0 / 3.0 * car.wheelbase
-            preview = Preview(path, smoothing, here.foot.segment, start, travel)
-            _, (turn,) = preview.turns(start, travel, 1)
-            return here.turn(turn / travel)
-
-        estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
-        return replace(estimator, seen=now)
-
-    def _limit(self, wanted: float, speed: float, dt: float, estimate: Corrections) -> bool:
-        """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
-
-        Tells whether it had to be limited.
-        """
-        car, before = self._vehicle, self._state.steer
-        offset = car.steer_offset + estimate.steer_offset
-        wanted = self._fade(wanted - offset, dt)
-        wheel = car.at_wheels(wanted + offset)
-        wheel = _limit_lateral_acceleration(car, wheel, speed, estimate.gain)
-        steer = saturate(wheel - offset, -car.max_steer, car.max_steer)
-        if car.max_steer_rate is not None:
-            reach = car.max_steer_rate * dt
-            steer = saturate(steer, before - reach, before + reach)
-        state, _ = self.set_steer(self._state, car.at_wheels(steer + offset))
-        self._state = replace(state, steer=steer)
-        # The offset is put off and on again, which rounds.
-        return abs(steer - wanted) > 1e-12
-
-    def _fade(self, wanted: float, dt: float) -> float:
-        """Return the command of a hand-over: the difference to the last one fades."""
-        state = self._state
-        if not hands_over(state):
-            return wanted
-        offset, before = state.handover_offset, state.handover_left
-        left = before
-        if offset is None and before >= HANDOVER_TIME:
-            offset = state.steer - wanted
-        elif offset is None:
-            # The path changed again on the way: the difference fades in the time that is left.
-            left -= dt
-            share = before / HANDOVER_TIME
-            offset = 0.0
-            if left > 0.0:
-                widest = _widest_offset(self._vehicle)
-                offset = saturate((state.steer - wanted) / share, -widest, widest)
-        else:
-            left -= dt
-        share = saturate(left / HANDOVER_TIME, 0.0, 1.0)
-        if left <= 0.0:
-            self._state = replace(state, handover_offset=None, handover_left=0.0)
-        else:
-            self._state = replace(state, handover_offset=offset, handover_left=left)
-        return wanted + share * offset
 
     def _checked(self, state: StateT) -> StateT:
         """Return `state`, where it is one that this tracker could have on its path.
@@ -433,7 +339,7 @@ class Tracker(
         # No offset and no time left is no hand-over; NaN is one, and refused.
         if hands_over(state):
             if offset is not None:
-                offset = check_steer("handover_offset", offset, _widest_offset(car))
+                offset = check_steer("handover_offset", offset, widest_offset(car))
             left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
         else:
             left = 0.0
@@ -471,24 +377,3 @@ class Tracker(
             return InFlight.settled(self._vehicle, state.steer)
         longer = state.longer_dead_time
         return InFlight.restore(self._vehicle, in_flight.commands, in_flight.wheel, longer)
-
-
-# A state is flat, as the binding shows it; what goes together in it is taken out and put back here.
-
-
-def _widest_offset(car: Vehicle) -> float:
-    """Return the widest offset of a hand-over: from one end of the wheels to the other [rad]."""
-    return 2.0 * car.max_steer + (abs(car.steer_offset) + MAX_STEER_OFFSET)
-
-
-def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:
-    """Bring the angle `wheel` [rad] within `max_lateral_acceleration` at `speed` [m/s].
-
-    For a vehicle that turns `gain` times more than its figures say.
-    """
-    most = car.max_lateral_acceleration
-    if most is None:
-        return wheel
-    square, length = speed * speed * gain, car.turning_length(speed)
-    widest = atan(divide(most * length, square))
-    return saturate(wheel, -widest, widest)

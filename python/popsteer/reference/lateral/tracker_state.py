@@ -11,16 +11,17 @@ from popsteer.reference.lateral.command import Command
 from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.math import atan2, wrap
 from popsteer.reference.path.stop import Ahead
-from popsteer.reference.vehicle.delay import Commands, InFlight
+from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimator import Corrections, Estimator
 from popsteer.reference.vehicle.past import Past
 from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.lateral.monitor import MonitorState
+    from popsteer.reference.lateral.monitor_state import MonitorState
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle.timed import Timed
     from popsteer.status import Status
 
 __all__ = [
@@ -246,8 +247,8 @@ class TrackerState:
     held_time: float = 0.0
     period: float = 0.0
     wheel: float | None = None
-    commands_in_flight: Commands = ()
-    past_angles: Commands = ()
+    commands_in_flight: Timed = ()
+    past_angles: Timed = ()
     past_wheel: float | None = None
     past_since: float = 0.0
     seen: tuple[float, float, float, float] | None = None

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.delay import Reached
+    from popsteer.reference.vehicle.wheels import Reached
 
 __all__ = ["AdaptParams", "Corrections", "Estimate", "Estimator"]
 
@@ -222,7 +222,7 @@ class Estimator:
     The motion over 0.1 s of a vehicle whose figures say that it goes straight on:
 
     >>> from popsteer.reference.vehicle import Vehicle
-    >>> from popsteer.reference.vehicle.delay import Reached
+    >>> from popsteer.reference.vehicle.wheels import Reached
     >>> estimator = Estimator(seen=VehicleState(0.0, 0.0, 0.0, 10.0))
     >>> now = VehicleState(1.0, 0.0, 0.01, 10.0)
     >>> for _ in range(100):
@@ -301,7 +301,7 @@ class Estimator:
             offset_measured=self.offset_measured * kept + by_offset * measured,
         )
         estimate = self.estimate
-        fitted = after._fitted_gain()
+        fitted = after.fitted_gain()
         if fitted is not None:
             # Without commands in flight the gain is left to the feedback: one that is fitted
             # through a lag that is not quite right would cost it margin.
@@ -323,7 +323,7 @@ class Estimator:
         estimate = replace(estimate, longer_dead_time=longer)
         return replace(after, change=changes, estimate=estimate)
 
-    def _fitted_gain(self) -> float | None:
+    def fitted_gain(self) -> float | None:
         """Return the gain by the normal equations of gain and gain times steering offset."""
         aa, ab = self.turn_turn + GAIN_PRIOR, self.turn_offset
         bb = self.offset_offset + OFFSET_PRIOR
@@ -335,7 +335,7 @@ class Estimator:
 
     def known(self) -> Corrections:
         """Return what is known by now, with the gain also where no controller uses it."""
-        gain = self._fitted_gain()
+        gain = self.fitted_gain()
         return self.estimate if gain is None else replace(self.estimate, gain=gain)
 
     def observe_slip(

@@ -1,19 +1,18 @@
 //! How preview POP approaches a path: how far it looks ahead, how fast its wheels turn, and how
 //! steeply it comes, which is no steeper than the vehicle can straighten on what remains of the way.
 
-use super::preview_pop::PreviewPop;
 use crate::math::sqrt;
 
 /// How many lags of the wheels the prediction sees through, where their rate is told. With fewer,
 /// wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
-const LAGS: f64 = 3.0;
+pub(super) const LAGS: f64 = 3.0;
 
 /// And how many halves of the shortest time in which the wheels turn the vehicle by the approach
 /// angle: 2 are that time; less is needed, as the vehicle is not turned that far at once.
-const TURNS: f64 = 1.5;
+pub(super) const TURNS: f64 = 1.5;
 
 /// The longest prediction, in horizons: its steps get longer with it, and its commands coarser.
-const MOST_HORIZONS: f64 = 2.0;
+pub(super) const MOST_HORIZONS: f64 = 2.0;
 
 /// From this share of `min_speed` on, wheels whose rate is told turn at all of it. Smaller: a
 /// vehicle that creeps joins its path sooner, and turns its wheels more in noise.
@@ -70,81 +69,6 @@ impl Straightening {
             angle
         } else {
             approach_angle
-        }
-    }
-}
-
-impl PreviewPop {
-    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
-    /// longer to straighten a vehicle that approaches the path.
-    #[inline]
-    pub(super) fn horizon_at(&self, pace: f64) -> f64 {
-        if !self.rate_is_the_vehicles {
-            return self.horizon;
-        }
-        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
-        let length = self.vehicle.turning_length(pace);
-        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
-        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
-        let most = MOST_HORIZONS * self.horizon;
-        let needed = if needed < most { needed } else { most };
-        if needed > self.horizon {
-            needed
-        } else {
-            self.horizon
-        }
-    }
-
-    /// The rate of the wheels that is planned with [rad/s], and how far they turn in a control
-    /// period `dt` [rad]. Below `min_speed` they turn in proportion to the distance, where the
-    /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
-    /// time at `min_speed`.
-    #[inline]
-    pub(super) fn turned(&self, speed: f64, dt: f64) -> (f64, f64) {
-        let rate = self.steer_span_rate;
-        if speed >= self.min_speed {
-            return (rate, rate * dt);
-        }
-        let slow = speed / self.min_speed;
-        if !self.rate_is_the_vehicles {
-            (rate, rate * dt * slow)
-        } else if slow < FULL_RATE {
-            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
-        } else {
-            (rate / slow, rate * dt)
-        }
-    }
-
-    /// How fast the tangent of the wheels' angle is planned to change, per radian, when it is
-    /// `tangent`. It changes faster where the wheels stand wide. With the vehicle's own rate that
-    /// is not counted on, as the wheels have to be straight again in time.
-    #[inline]
-    pub(super) fn steepness(&self, tangent: f64) -> f64 {
-        if self.rate_is_the_vehicles {
-            1.0
-        } else {
-            1.0 + tangent * tangent
-        }
-    }
-
-    /// The heading at which a path is approached that is `error` away [rad]. The neighbourhood of a
-    /// vehicle without limits of its own is a choice, and bounds no approach.
-    #[inline]
-    pub(super) fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
-        if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
-            straightening.steepest(self.approach_angle, error.abs())
-        } else {
-            self.approach_angle
-        }
-    }
-
-    /// The largest curvature that the vehicle drives at a speed [1/m].
-    #[inline]
-    pub(super) fn widest(&self, pace: f64, length: f64) -> f64 {
-        let steered = self.max_tangent / length;
-        match self.vehicle.max_lateral_acceleration {
-            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
-            _ => steered,
         }
     }
 }

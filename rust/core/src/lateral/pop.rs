@@ -392,23 +392,4 @@ mod tests {
         }
         assert!(decided > 990);
     }
-
-    #[test]
-    fn test_pop_at_rest_keeps_its_angle() {
-        let law = crate::Tracker::of(law(3.0_f64.to_radians(), 10, 1.22));
-        let path = crate::Path::new(&[0.0, 10.0, 20.0], &[0.0, 3.0, 0.0], None, false).unwrap();
-        let mut state = law.state_from(0.125).unwrap();
-        let vehicle = VehicleState {
-            x: 0.0,
-            y: 1.0,
-            yaw: 0.3,
-            speed: 0.0,
-        };
-        for _ in 0..100 {
-            assert_eq!(
-                law.steer(&path.view(), &mut state, vehicle, 0.05),
-                Ok(0.125)
-            );
-        }
-    }
 }

@@ -3,9 +3,8 @@
 use super::approach::{FULL_RATE, Straightening};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::limited::{Horizon, Limits, Reached, ReachedLimits};
-use super::{
-    Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
-};
+use super::preview_params::PreviewPopParams;
+use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, resolved};
 use crate::error::{ConfigError, InputError, config_in_range};
 use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
 use crate::path::follow::{Follow, Located};
@@ -13,81 +12,6 @@ use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 use crate::vehicle::bicycle::{MAX_STEPS, steps};
-
-/// Parameters of [`PreviewPop`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PreviewPopParams {
-    /// Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most this
-    /// times `dt` from the last one. The vehicle's `max_steer_rate` by default; 60 degrees/s, the
-    /// paper's 3 degrees in 50 ms, where it has none.
-    pub steer_span_rate: Option<f64>,
-    /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
-    /// seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
-    /// Up to twice as long where the vehicle's `max_steer_rate` is told and its wheels need it.
-    pub horizon: f64,
-    /// How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a
-    /// wheelbase by default. More: the path is joined more gently, and offsets take longer to
-    /// vanish.
-    pub heading_cost: Option<f64>,
-    /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad];
-    /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
-    /// bends where the model is wrong.
-    pub steer_rate_cost: Option<f64>,
-    /// Heading at which the path is approached from afar [rad]; less where the vehicle's limits
-    /// would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
-    pub approach_angle: f64,
-    /// Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-    /// prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's
-    /// `max_steer_rate` is told, they turn at all of it down to half this speed. By default 5/3
-    /// wheelbases a second.
-    pub min_speed: Option<f64>,
-    /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
-    /// More: less of the waypoints' noise is steered, and bends shorter than this are cut.
-    pub smoothing_length: Option<f64>,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; two wheelbases by default.
-    pub search_distance: Option<f64>,
-    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
-    /// [m]; ten wheelbases by default.
-    pub lost_distance: Option<f64>,
-}
-
-impl PreviewPopParams {
-    /// The defaults: the neighbourhood of POP, and a middling car.
-    pub const DEFAULT: Self = Self {
-        steer_span_rate: None,
-        horizon: 1.0,
-        heading_cost: None,
-        steer_rate_cost: None,
-        approach_angle: 0.25,
-        min_speed: None,
-        smoothing_length: None,
-        search_distance: None,
-        lost_distance: None,
-    };
-
-    /// The parameters with the defaults that scale with `vehicle` filled in.
-    pub fn resolved(self, vehicle: &Vehicle) -> Self {
-        let wheelbase = vehicle.wheelbase;
-        let rate = vehicle.max_steer_rate.unwrap_or(60.0 * (PI / 180.0));
-        Self {
-            steer_span_rate: or_scaled(self.steer_span_rate, rate),
-            heading_cost: or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 12.0),
-            min_speed: or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
-            smoothing_length: or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
-            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
-            ..self
-        }
-    }
-}
-
-impl Default for PreviewPopParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
 
 /// What [`PreviewPop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -446,86 +370,5 @@ impl LateralLaw for PreviewPop {
             state.previous_steer,
             self.vehicle.max_steer,
         )
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Path;
-    use crate::lateral::Tracker;
-    use crate::vehicle::{AdaptParams, VehicleState};
-    use proptest::prelude::*;
-
-    /// Usual values, and those towards the ends of a range.
-    fn within(low: f64, high: f64, usual: f64) -> impl Strategy<Value = f64> {
-        prop_oneof![
-            Just(usual),
-            Just(low),
-            Just(high),
-            (0.0..1.0).prop_map(move |share: f64| low + share * (high - low)),
-            (0.0..1.0).prop_map(move |share: f64| low + share.powi(9) * (high - low)),
-        ]
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
-
-        #[test]
-        fn test_preview_pop_of_any_parameters_answers_numbers_within_the_limit(
-            costs in (within(0.0, 1e3, 3.0), within(1e-3, 1e3, 0.25), within(1e-3, 1.5, 0.25)),
-            times in (within(0.05, 100.0, 1.0), within(0.0, 1e6, 0.5), within(0.0, 10.0, 0.1)),
-            car in (within(1e-3, 1e3, 3.0), within(0.0, 1e3, 0.0), within(-1e3, 1e3, 0.0)),
-            limits in (within(1e-3, 1.57, 1.22), within(1e-3, 1e6, 15.0), within(0.1, 1e3, 5.0)),
-            delay in (within(0.0, 10.0, 0.0), within(-0.5, 0.5, 0.0), within(1e-3, 1e6, 0.5)),
-            speeds in proptest::collection::vec(within(-1e4, 1e4, 12.0), 6),
-            spots in proptest::collection::vec(
-                (within(-1e9, 1e9, 30.0), within(-1e9, 1e9, 2.0), within(-1e6, 1e6, 0.1)),
-                6,
-            ),
-            periods in proptest::collection::vec(within(1e-6, 1e3, 0.05), 6),
-            smoothing in within(0.0, 1e3, 2.0),
-            closed: bool,
-        ) {
-            let car = Vehicle {
-                wheelbase: car.0,
-                understeer: car.1,
-                no_slip_point: Some(car.2),
-                steer_lag: times.2,
-                dead_time: delay.0,
-                steer_offset: delay.1,
-                max_steer_rate: Some(delay.2),
-                max_steer: limits.0,
-                max_lateral_acceleration: Some(limits.1),
-                ..Vehicle::DEFAULT
-            };
-            let law = PreviewPop::new(car, PreviewPopParams {
-                heading_cost: Some(costs.0),
-                steer_rate_cost: Some(costs.1),
-                approach_angle: costs.2,
-                horizon: times.0,
-                min_speed: Some(limits.2),
-                smoothing_length: Some(smoothing),
-                ..PreviewPopParams::DEFAULT
-            }).unwrap();
-            let adapt = AdaptParams {
-                turn_time: times.1,
-                slip_time: times.1,
-                min_speed: Some(limits.2),
-            };
-            let law = Tracker::new(law, Some(adapt)).unwrap();
-            let (x, y) = ([0.0, 30.0, 60.0, 61.0, 20.0], [0.0, 2.0, 0.0, 20.0, 20.0]);
-            let path = Path::new(&x, &y, None, closed).unwrap();
-            let view = path.view();
-            let mut state = law.initial_state();
-            for ((&speed, &(x, y, yaw)), &dt) in speeds.iter().zip(&spots).zip(&periods) {
-                let vehicle = VehicleState { x, y, yaw, speed };
-                let command = law.step(&view, &mut state, vehicle, dt).unwrap();
-                prop_assert!(command.steer.abs() <= limits.0, "{command:?}");
-                prop_assert!(command.cross_track_error.is_finite(), "{command:?}");
-                prop_assert!(command.predicted_cross_track_error.is_finite(), "{command:?}");
-                prop_assert_eq!(law.check_state(&view, &state), Ok(()));
-            }
-        }
     }
 }

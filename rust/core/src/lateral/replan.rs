@@ -4,8 +4,8 @@
 //! the place on the new path is that of the last projection, and only a path that lies elsewhere
 //! makes a hand-over.
 
-use super::tracker::{HANDOVER_TIME, Tracker};
-use super::tracker_state::{Handover, Place, TrackerState};
+use super::tracker::Tracker;
+use super::tracker_state::{HANDOVER_TIME, Handover, Place, TrackerState};
 use super::{LateralLaw, LateralState};
 use crate::geometry::{Point, get_distance};
 use crate::limits::MIN_DT;

@@ -1,7 +1,7 @@
 //! What a tracker remembers.
 
-use super::tracker::HANDOVER_TIME;
-use super::{LateralState, MonitorState};
+use super::LateralState;
+use super::monitor_state::MonitorState;
 use crate::error::{InputError, Requirement, input_in_range};
 use crate::geometry::Point;
 use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
@@ -10,7 +10,10 @@ use crate::path::follow::Located;
 use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::vehicle::past::Past;
-use crate::vehicle::{Estimator, InFlight, VehicleState};
+use crate::vehicle::{Estimator, InFlight, Vehicle, VehicleState};
+
+/// How long the difference to a driver's angle takes to fade [s].
+pub const HANDOVER_TIME: f64 = 1.0;
 
 /// The difference to the angle that a law took over [rad], and how long it fades on [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -223,4 +226,10 @@ pub(super) fn check_waypoint(
         }),
         _ => Ok(()),
     }
+}
+
+/// The widest offset of a hand-over: from one end of the wheels to the other [rad].
+pub(super) fn widest_offset(vehicle: &Vehicle) -> f64 {
+    let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
+    2.0 * vehicle.max_steer + offsets
 }

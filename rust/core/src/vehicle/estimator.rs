@@ -7,7 +7,7 @@
 //! the rate at which the expected turn changes. The slip, the angle of the motion to the heading,
 //! is found from the position by normalised least mean squares.
 
-use super::delay::Reached;
+use super::wheels::Reached;
 use super::{Vehicle, VehicleState};
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
 use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};

@@ -120,7 +120,7 @@ tuning! {
     kd: Option<f64>, "float, optional",
         "Derivative gain k_D [rad s/m]; by default 0.2 at the paper's wheelbase.";
     buffer_length: usize, "int, default 500",
-        "How many of the last errors the integral sums, against wind-up.";
+        "How many of the last errors the integral sums, against wind-up; at most 500.";
     integral_with_dt: bool, "bool, default True",
         "Whether the integral weighs each error with its dt; the paper's equation does not.";
     smoothing_length: Option<f64>, "float, optional",

@@ -2,7 +2,7 @@
 
 use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
-    PurePursuit, PurePursuitState, Stanley, StanleyState, pid::ErrorBuffer,
+    PurePursuit, PurePursuitState, Stanley, StanleyState, error_buffer::ErrorBuffer,
 };
 use popsteer_core::lateral::{Tracker, TrackerState};
 use popsteer_core::{InputError, LateralLaw, Point};

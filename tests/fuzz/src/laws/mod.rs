@@ -13,7 +13,7 @@ use crate::subject::{Subject, waypoint};
 use popsteer_core::error::Requirement;
 use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::command::Level;
-use popsteer_core::lateral::tracker::HANDOVER_TIME;
+use popsteer_core::lateral::tracker_state::HANDOVER_TIME;
 use popsteer_core::lateral::{
     BangBang, Handover, Pid, Place, Pop, PreviewPop, PurePursuit, Stanley, TrackerState,
 };

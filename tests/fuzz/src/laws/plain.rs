@@ -3,7 +3,7 @@
 use super::State;
 use crate::subject::Subject;
 use popsteer_core::lateral::missed::LEARNING_GAP;
-use popsteer_core::lateral::tracker::HANDOVER_TIME;
+use popsteer_core::lateral::tracker_state::HANDOVER_TIME;
 use popsteer_core::lateral::{Belief, Decision, Handover, TrackerState};
 use popsteer_core::limits::MAX_DT;
 use popsteer_core::path::Located;
