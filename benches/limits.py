@@ -60,7 +60,7 @@ class Slalom(NamedTuple):
         path = popsteer.Path(tracks.get("slalom").xy)
         plant = self.make()
         if controller == "mpc":
-            from popsteer.baselines.mpc import Mpc
+            from popsteer.lab.baselines.mpc import Mpc
 
             mpc = Mpc(path, plant.vehicle)
             return sim.run(mpc, plant, path=path, constant_speed=self.speed).metrics

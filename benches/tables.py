@@ -18,9 +18,9 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from popsteer.bench.laws import EMPTY_CALL, LABELS, POP_STEP
-from popsteer.bench.layout import digits, duration
 from popsteer.files import write_text_atomic
+from popsteer.lab.bench.calls import EMPTY_CALL, LABELS, POP_STEP
+from popsteer.lab.bench.table import digits, duration
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

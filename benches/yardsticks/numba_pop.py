@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 import numba
 import numpy as np
 
-from popsteer.bench.laws import Driver
+from popsteer.lab.common.timing import Driver
 from popsteer.reference import PopParams, Vehicle
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from popsteer.bench.states import Drive
+    from popsteer.lab.common.timing import Drive
 
     _Array: TypeAlias = NDArray[np.float64]
     # Abscissas, ordinates, arc lengths, whether it is closed, its length.

@@ -16,14 +16,14 @@ True
 "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal Predictive
 Control Algorithm for Path Tracking of Self-Driving Cars*.
 
-Modules: `popsteer.vehicles` (vehicles by name), `popsteer.sim` (plants and the closed loop),
-`popsteer.tracks`, `popsteer.laws` and `popsteer.presets` (the controllers and their parameter sets
-by name), `popsteer.study` (comparisons), `popsteer.report` (tables, figures, files),
-`popsteer.bench`, and `popsteer.reference` (the same controllers in plain Python, to read and to
-compare with).
+For a vehicle: `popsteer.vehicles` (vehicles by name), `popsteer.controllers` and `popsteer.presets`
+(the controllers and their parameter sets by name), `popsteer.sim` (plants and the closed loop),
+`popsteer.plants` and `popsteer.tracks`. To read beside the paper: `popsteer.paper` (its functions)
+and `popsteer.reference` (the same controllers in plain Python). To look at: `popsteer.lab`
+(comparisons, margins, benchmarks, their tables and figures).
 """
 
-from popsteer import vehicles
+from popsteer import _core, paper, vehicles
 from popsteer._core import (
     AdaptParams,
     BangBang,
@@ -60,15 +60,10 @@ from popsteer._core import (
     Vehicle,
     __version__,
     build_profile,
-    get_distance,
-    get_predicted_location,
-    kinematic_bicycle,
-    saturate,
-    state_transition,
-    wrap,
 )
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.prediction import Prediction
+from popsteer.signatures import spell_out
 from popsteer.status import Status
 
 __all__ = [
@@ -113,11 +108,9 @@ __all__ = [
     "Vehicle",
     "__version__",
     "build_profile",
-    "get_distance",
-    "get_predicted_location",
-    "kinematic_bicycle",
-    "saturate",
-    "state_transition",
+    "paper",
     "vehicles",
-    "wrap",
 ]
+
+spell_out(BangBangState, PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
+spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Settings)

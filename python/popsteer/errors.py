@@ -156,8 +156,8 @@ class ConfigError(_FieldError):
 
         Examples
         --------
-        >>> print(ConfigError.unknown("law", "foo", ["bang-bang", "pid"]))
-        unknown law 'foo'; known: bang-bang, pid
+        >>> print(ConfigError.unknown("controller", "foo", ["bang-bang", "pid"]))
+        unknown controller 'foo'; known: bang-bang, pid
         """
         listed = ", ".join(known)
         error = cls(what, name, f"one of {listed}")

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 import popsteer
-from popsteer import AdaptParams, laws
+from popsteer import AdaptParams, controllers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from popsteer.laws import Params
+    from popsteer.controllers import Params
 
 _SUBSTEPS = 4
 _SMALL = 5e-5  # change of the angle in a step that the grid of the candidates may cause [rad]
@@ -40,7 +40,7 @@ def straight_path(length: float) -> popsteer.Path:
 
 
 def roll(
-    law: laws.Controller,
+    law: controllers.Controller,
     car: Car,
     speed: float,
     pose: tuple[float, float, float],
@@ -94,8 +94,8 @@ class Told(NamedTuple):
         adapt = None if adapt is None else adapt.replace(turn_time=0.0)
         return self._replace(params=params, vehicle=vehicle, adapt=adapt)
 
-    def on(self, path: popsteer.Path) -> laws.Controller:
-        make: Callable[..., laws.Controller] = laws.get(self.name).controller
+    def on(self, path: popsteer.Path) -> controllers.Controller:
+        make: Callable[..., controllers.Controller] = controllers.get(self.name).controller
         return make(path, self.vehicle, self.params, adapt=self.adapt)
 
 

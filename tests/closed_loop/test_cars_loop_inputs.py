@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import Status, laws
+from popsteer import Status, controllers
 from tests.closed_loop.replanning import CAR, DT, SPEED, drive
 from tests.closed_loop.replanning_page import (
     COURSE,
@@ -24,7 +24,7 @@ from tests.closed_loop.replanning_page import (
 )
 from tests.pages.layout import line, table
 
-NAMES = laws.names()
+NAMES = controllers.names()
 PATTERNS = {"every second": every_second, "gaps": gaps}
 
 each_law = pytest.mark.parametrize("name", NAMES)

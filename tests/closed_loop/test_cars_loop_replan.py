@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import PathError, laws
+from popsteer import PathError, controllers
 from tests.closed_loop.replanning import CAR, DT, SPEED, Planner, drive
 from tests.closed_loop.replanning_page import (
     COURSE,
@@ -25,7 +25,7 @@ from tests.closed_loop.replanning_page import (
 )
 from tests.pages.layout import line, table
 
-NAMES = laws.names()
+NAMES = controllers.names()
 FADING = ("pid", "pure-pursuit", "stanley", "bang-bang")
 
 each_law = pytest.mark.parametrize("name", NAMES)
@@ -33,7 +33,7 @@ each_tracking = pytest.mark.parametrize("name", TRACKING)
 
 
 def _make(name: str, path: popsteer.Path, car: popsteer.Vehicle = CAR, **options: Any) -> Any:
-    return laws.get(name).controller(path, car, **options)
+    return controllers.get(name).controller(path, car, **options)
 
 
 def _copied(path: popsteer.Path) -> popsteer.Path:
@@ -72,7 +72,7 @@ def test_same_path_at_every_step_changes_nothing(
         a, b = still.step_or_hold(*pose, DT), swapped.step_or_hold(*pose, DT)
         assert a == b, k
         assert still.state == swapped.state
-        x, y, yaw, speed = popsteer.kinematic_bicycle(x, y, yaw, speed, a.steer, 0.0, 2.7, DT)
+        x, y, yaw, speed = popsteer.paper.kinematic_bicycle(x, y, yaw, speed, a.steer, 0.0, 2.7, DT)
         speed += 0.2 * ((-4.0 if a.reverse else 4.0) - speed)
 
 

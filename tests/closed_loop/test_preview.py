@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import AdaptParams, PreviewPop, Vehicle, baselines, sim, tracks
+from popsteer import AdaptParams, PreviewPop, Vehicle, sim, tracks
+from popsteer.lab import baselines
 from popsteer.sim import CarlaIdentified, Noise, Settings
 from tests.helpers import authors_data
 from tests.pages.layout import table

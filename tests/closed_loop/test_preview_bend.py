@@ -7,8 +7,8 @@ import pytest
 import popsteer
 from popsteer import AdaptParams, PreviewPopParams, Vehicle
 from popsteer.errors import ConfigError
-from popsteer.study import carrot_offset, margins, preview_offset
-from popsteer.study.preview_bend import choice
+from popsteer.lab.stability import carrot_offset, margins, preview_offset
+from popsteer.lab.stability.preview_bend import choice
 from tests.closed_loop.rolling import Car, Told, driven_preview_offset
 
 VEHICLE = Vehicle(max_lateral_acceleration=None)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import laws, presets, sim
+from popsteer import controllers, presets, sim
 from popsteer.errors import ConfigError, InputError, PathError
 from tests.closed_loop.paths import line, track
 from tests.closed_loop.python_bicycle import Bicycle
@@ -22,7 +22,7 @@ SPEED = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
 
 def _law(name: str, path: popsteer.Path, plant: str) -> Any:
     params = presets.get(name, "reproduction")
-    return laws.get(name).controller(path, sim.vehicle_of(plant), params)  # type: ignore[arg-type]
+    return controllers.get(name).controller(path, sim.vehicle_of(plant), params)  # type: ignore[arg-type]
 
 
 def _same(left: Run, right: Run) -> bool:
@@ -85,7 +85,7 @@ def test_run_on_closed_track_goes_round_once(name: str) -> None:
 
 @pytest.mark.parametrize("longitudinal", [None, popsteer.SpeedPid()], ids=["coupled", "speed"])
 @pytest.mark.parametrize("plant", PLANTS)
-@pytest.mark.parametrize("name", laws.names())
+@pytest.mark.parametrize("name", controllers.names())
 def test_own_law_driven_step_by_step_gives_the_same_bits(
     name: str, plant: str, longitudinal: Any
 ) -> None:
@@ -121,13 +121,13 @@ def test_run_leaves_the_state_of_the_law_alone() -> None:
 
 
 @pytest.mark.parametrize("plant", PLANTS)
-@pytest.mark.parametrize("name", laws.names())
+@pytest.mark.parametrize("name", controllers.names())
 def test_run_of_controller_without_vehicle_takes_the_plants(name: str, plant: str) -> None:
     path = track("straight")
     car = sim.vehicle_of(plant)
     settings = sim.Settings(time_limit=2.0)
-    told = sim.run(laws.get(name).controller(path, car), plant, settings=settings)
-    left = sim.run(laws.get(name).controller(path), plant, settings=settings)
+    told = sim.run(controllers.get(name).controller(path, car), plant, settings=settings)
+    left = sim.run(controllers.get(name).controller(path), plant, settings=settings)
     assert _same(told, left)
     assert left.vehicle == left.plant_vehicle == car
     slips = car.rear_axle if car.no_slip_point is None else car.no_slip_point

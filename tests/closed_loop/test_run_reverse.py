@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import laws, sim
+from popsteer import controllers, sim
 from popsteer.errors import PathError
 from tests.closed_loop.paths import cusps, shuttle
 from tests.closed_loop.test_run import PLANTS, SPEED, Constant, Own
@@ -18,7 +18,7 @@ from tests.closed_loop.test_run import PLANTS, SPEED, Constant, Own
 def test_own_law_on_a_path_with_cusps_gives_the_same_bits(name: str) -> None:
     """With its gear from the answer; `shuttle` and `cusps` turn round twice."""
     for path in (shuttle(), cusps("parking")):
-        law = laws.get(name).controller(path, sim.vehicle_of(PLANTS[1]))
+        law = controllers.get(name).controller(path, sim.vehicle_of(PLANTS[1]))
         core = sim.run(law, PLANTS[1], longitudinal=SPEED)
         stepped = sim.run(Own(law), PLANTS[1], path=path, longitudinal=SPEED)
         assert core.ending == "finished"

@@ -1,4 +1,4 @@
-"""The margins of `popsteer.study.stability` against cars that are driven to the edge."""
+"""The margins of `popsteer.lab.stability.runs` against cars that are driven to the edge."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import pytest
 
 import popsteer
 from popsteer import AdaptParams, Vehicle, presets, vehicles
-from popsteer.study import LINEAR_LAWS, margins
+from popsteer.lab.stability import margins
+from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.closed_loop.rolling import (
     Car,
     Told,
@@ -27,7 +28,7 @@ def _told(name: str, vehicle: Vehicle, adapt: Any = "auto", **changes: Any) -> T
     return Told(name, params, vehicle, adapt).in_small_signals()
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 @pytest.mark.parametrize("speed", [5.0, 10.0, 15.0, 20.0])
 @pytest.mark.parametrize("lag", [0.1, 0.2])
 def test_dead_time_margin_is_where_the_driven_loop_begins_to_grow(
@@ -51,7 +52,7 @@ def test_dead_time_margin_without_lag_and_at_another_rate_is_that_of_the_driven_
     assert driven == pytest.approx(computed, rel=0.01)
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 @pytest.mark.parametrize("dead_time", [0.04, 0.13])
 @pytest.mark.parametrize("speed", [6.0, 12.0])
 def test_dead_time_margin_of_a_controller_that_predicts_is_that_of_the_driven_loop(
@@ -66,7 +67,7 @@ def test_dead_time_margin_of_a_controller_that_predicts_is_that_of_the_driven_lo
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 def test_dead_time_margin_shrinks_by_the_dead_time_that_nobody_tells(name: str) -> None:
     params = presets.get(name, "default")
     free = margins(params, CAR, 8.0).dead_time
@@ -112,7 +113,7 @@ def test_dead_time_margin_of_a_preview_that_adapts_is_hardly_less(
     assert driven >= 0.85 * computed
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 @pytest.mark.parametrize("speed", [6.0, 12.0])
 def test_gain_margin_is_by_how_much_more_a_car_may_turn_than_the_controller_is_told(
     name: str, speed: float

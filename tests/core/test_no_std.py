@@ -53,7 +53,7 @@ def drive(controller: popsteer.Pop | popsteer.PreviewPop) -> list[float]:
     angles = []
     for _ in range(1000):
         angles.append(controller.steer(*vehicle, 0.05))
-        vehicle = popsteer.kinematic_bicycle(*vehicle, angles[-1], 0.0, 3.0, 0.05)
+        vehicle = popsteer.paper.kinematic_bicycle(*vehicle, angles[-1], 0.0, 3.0, 0.05)
     return angles
 
 

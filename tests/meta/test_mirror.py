@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import popsteer
-from popsteer import _core, reference, sim
+from popsteer import _core, paper, reference, sim
 from popsteer.reference.lateral.tracker_state import TrackerState
 from tests.helpers import ROOT
 from tests.parity.laws import ALL, LATERAL
@@ -88,14 +88,14 @@ def test_public_names_are_sorted_and_all_of_the_extension() -> None:
     exported = {name for name in dir(_core) if not name.startswith("_")} | {"__version__"}
     # The five laws and their parts alone are fifteen.
     assert len(exported) > 30
-    assert exported - {"plants"} <= {*popsteer.__all__, *sim.__all__}
+    assert exported - {"plants"} <= {*popsteer.__all__, *paper.__all__, *sim.__all__}
     for name in popsteer.__all__:
         assert getattr(popsteer, name) is not None
 
 
 def test_reference_answers_to_the_public_names() -> None:
     alone = {"ConfigError", "InputError", "PathError", "PopsteerError", "__version__", "vehicles"}
-    ours = set(popsteer.__all__) - alone - {"build_profile"}
+    ours = {*popsteer.__all__, *paper.__all__} - alone - {"build_profile", "paper"}
     # What takes many vehicles at once has one vehicle's law for its reference.
     missing = ours - set(reference.__all__)
     assert missing <= {name for name in ours if name.endswith("Batch")}

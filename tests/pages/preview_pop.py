@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer import AdaptParams, PreviewPop, baselines, sim, vehicles
+from popsteer import AdaptParams, PreviewPop, sim, vehicles
+from popsteer.lab import baselines
 from popsteer.sim import CarlaIdentified, Noise
 from tests.helpers import authors_data
 from tests.pages.layout import line

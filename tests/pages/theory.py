@@ -6,8 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 import popsteer
-from popsteer import laws, presets, sim, tracks, vehicles
-from popsteer.study import LINEAR_LAWS, carrot_offset, driven_offset, margins, preview_offset
+from popsteer import controllers, presets, sim, tracks, vehicles
+from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
+from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.closed_loop.rolling import Car, Told, critical_dead_time, driven_preview_offset
 from tests.pages.layout import line
 
@@ -31,8 +32,11 @@ def margins_of(name: str) -> list[tuple[float, float]]:
 
 def margin_lines() -> list[str]:
     return [
-        line(laws.get(name).title, *(f"{each:.1f}" for pair in margins_of(name) for each in pair))
-        for name in LINEAR_LAWS
+        line(
+            controllers.get(name).title,
+            *(f"{each:.1f}" for pair in margins_of(name) for each in pair),
+        )
+        for name in LINEAR_CONTROLLERS
     ]
 
 
@@ -51,7 +55,7 @@ def carrot_lines() -> list[str]:
 class _Late:
     """A controller whose commands are held back by some steps."""
 
-    def __init__(self, law: laws.Controller, steps: int) -> None:
+    def __init__(self, law: controllers.Controller, steps: int) -> None:
         self.path = law.path
         self.tracked_point = law.tracked_point
         self._law = law
@@ -73,7 +77,7 @@ def late_line(name: str) -> str:
         metrics = sim.run(late, path=path).metrics
         error = f"{metrics.settled_mean_abs_cross_track_error:.3f}"
         cells.append(error if metrics.finished else "off the road")
-    return line(laws.get(name).title, *cells)
+    return line(controllers.get(name).title, *cells)
 
 
 def choice_lines() -> list[str]:

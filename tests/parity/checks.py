@@ -322,8 +322,8 @@ def check_rollout(
             steer = angle.rust
         if k % 40 == 39:
             pair.get("state")
-        x, y, yaw, _ = popsteer.kinematic_bicycle(
-            x, y, yaw, speed, popsteer.saturate(steer, -1.2, 1.2), 0.0, wheelbase, dt
+        x, y, yaw, _ = popsteer.paper.kinematic_bicycle(
+            x, y, yaw, speed, popsteer.paper.saturate(steer, -1.2, 1.2), 0.0, wheelbase, dt
         )
         x += drive.rough * rng.gauss(0.0, 0.1)
         y += drive.rough * rng.gauss(0.0, 0.1)

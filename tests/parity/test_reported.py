@@ -78,7 +78,7 @@ def test_reports_and_predictions_match_reference_rollout(
             assert pair.rust.state == before
             assert pair.set_state(pair.get("state"))
         gear = -1.0 if command.rust.reverse else 1.0
-        pose = popsteer.kinematic_bicycle(
+        pose = popsteer.paper.kinematic_bicycle(
             x, y, yaw, gear * 4.0, command.rust.steer, 0.0, 3.0, min(dt, 0.1)
         )
         poses.append(pose)

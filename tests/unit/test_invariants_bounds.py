@@ -61,7 +61,7 @@ def _limits_reached(controller: Any, before: float, speed: float, dt: float) -> 
     """How near to each limit of the vehicle the command is: 0 where it is there."""
     car, state = controller.vehicle, controller.state
     steer = state.steer
-    wheel = popsteer.saturate(
+    wheel = popsteer.paper.saturate(
         steer + (car.steer_offset + state.steer_offset), -car.max_steer, car.max_steer
     )
     left = [car.max_steer - abs(steer), car.max_steer - abs(wheel)]

@@ -154,7 +154,7 @@ def test_path_moved_locates_the_same(shape: Shape, motion: Motion, spot: Spot) -
     slack = SLACK * _lever(ours, foot.segment, here)
     assert math.dist(moved.point, motion.point(*foot.point)) <= slack
     assert abs(moved.arc_length - foot.arc_length) <= slack * len(path.xy)
-    assert abs(popsteer.wrap(moved.path_yaw - foot.path_yaw - motion.turn)) <= ANGLE_SLACK
+    assert abs(popsteer.paper.wrap(moved.path_yaw - foot.path_yaw - motion.turn)) <= ANGLE_SLACK
     assert abs(abs(moved.cross_track_error) - abs(foot.cross_track_error)) <= slack
     if abs(_side(path, foot.segment, *here)) > slack:
         assert (moved.cross_track_error > 0.0) == (foot.cross_track_error > 0.0)
@@ -306,7 +306,7 @@ def _is_seen_the_same(
         return False
     # Straight ahead of the end of a segment, far from it, the sign of the error is rounding's.
     assume(abs(_side(path, segment, *here)) > slack)
-    assert abs(popsteer.wrap(moved_askew - askew)) <= ANGLE_SLACK
+    assert abs(popsteer.paper.wrap(moved_askew - askew)) <= ANGLE_SLACK
     assert abs(moved_off - off) <= slack
     return True
 
@@ -366,7 +366,9 @@ def _check_aim(law: Law, shown: tuple[Any, Any], moved_shown: tuple[Any, Any]) -
     assert moved.status == decision.status
     yaw, speed, dt = at.vehicle.yaw, max(at.vehicle.speed, 0.0), at.dt
     distances = [
-        popsteer.get_distance(popsteer.get_predicted_location(0.0, 0.0, yaw, speed, steer, dt), to)
+        popsteer.paper.get_distance(
+            popsteer.paper.get_predicted_location(0.0, 0.0, yaw, speed, steer, dt), to
+        )
         for steer in (decision.steer, moved.steer)
     ]
     assert abs(distances[0] - distances[1]) <= SLACK

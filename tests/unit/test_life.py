@@ -130,7 +130,7 @@ class Life(RuleBasedStateMachine):
     def drive_on(self, steps: int, acceleration: float) -> None:
         wheelbase = self.pair.rust.vehicle.wheelbase
         for _ in range(steps):
-            x, y, yaw, speed = popsteer.kinematic_bicycle(
+            x, y, yaw, speed = popsteer.paper.kinematic_bicycle(
                 *self.there, self.angle, acceleration, wheelbase, 0.05
             )
             bounds = ((x, 1e9), (y, 1e9), (yaw, 1e6), (speed, 1e4))

@@ -139,7 +139,7 @@ def test_preview_pop_on_a_circle_holds_the_angle_of_the_circle() -> None:
     x, y, yaw = 40.0, 0.0, 0.5 * math.pi
     for _ in range(300):
         steer = law.steer(x, y, yaw, 10.0, DT)
-        x, y, yaw, _ = popsteer.kinematic_bicycle(x, y, yaw, 10.0, steer, 0.0, 2.7, DT)
+        x, y, yaw, _ = popsteer.paper.kinematic_bicycle(x, y, yaw, 10.0, steer, 0.0, 2.7, DT)
     assert steer == pytest.approx(math.atan(2.7 / 40.0), rel=0.01)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from popsteer import laws
+from popsteer import controllers
 from popsteer._core import Vehicle
 from popsteer.errors import ConfigError
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["believed", "informed"]
 
-_C = TypeVar("_C", bound="laws.Controller | OwnController")
+_C = TypeVar("_C", bound="controllers.Controller | OwnController")
 
 
 def informed(controller: _C, plant: Vehicle) -> _C:
@@ -51,7 +51,7 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     """
     if getattr(controller, "vehicle_given", True) is False:
         given: Any = controller
-        if not isinstance(controller, laws.CONTROLLERS):
+        if not isinstance(controller, controllers.CONTROLLERS):
             return cast("_C", given.with_vehicle(plant))
         # What makes an equal controller: adapting as it was told to, or as its kind does.
         (path, _, params), options = given.__getnewargs_ex__()
@@ -62,7 +62,7 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     return controller
 
 
-def believed(controller: laws.Controller | OwnController) -> Vehicle | None:
+def believed(controller: controllers.Controller | OwnController) -> Vehicle | None:
     """Tell which vehicle a controller believes to steer.
 
     Parameters
