@@ -23,6 +23,7 @@ by name), `popsteer.study` (comparisons), `popsteer.report` (tables, figures, fi
 compare with).
 """
 
+from popsteer import planning as planning
 from popsteer import vehicles
 from popsteer._core import (
     AdaptParams,

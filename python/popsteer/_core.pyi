@@ -2053,3 +2053,24 @@ class Simulation:
     @staticmethod
     def _restored(begin: tuple[Any, ...], state: tuple[Any, ...]) -> Simulation: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
+
+_Floats = NDArray[np.float64]
+
+def _path_curvature(path: Path, smoothing_length: float) -> _Floats: ...
+def _plan_speeds(
+    curvature: _Floats,
+    spacing: _Floats,
+    *,
+    closed: bool,
+    cusps: NDArray[np.bool_] | None,
+    speed_limits: _Floats | None,
+    start_speed: float | None,
+    end_speed: float | None,
+    max_speed: float,
+    max_lateral_acceleration: float,
+    acceleration: tuple[_Floats, _Floats],
+    deceleration: tuple[_Floats, _Floats],
+    longitudinal_grip: float | None,
+    exponent: float,
+    vehicle: Vehicle,
+) -> tuple[_Floats, NDArray[np.uint8]]: ...

@@ -67,6 +67,8 @@ pub mod lateral;
 pub mod longitudinal;
 pub mod math;
 pub mod path;
+#[cfg(feature = "alloc")]
+pub mod planning;
 pub mod vehicle;
 
 pub use error::{ConfigError, InputError, PathError};

@@ -21,6 +21,7 @@ mod many;
 mod metrics;
 mod params;
 mod path;
+mod planning;
 mod plants;
 mod pool;
 mod projection;
@@ -64,6 +65,8 @@ mod _core {
     use crate::many::{PyNoise, run_many};
     #[pymodule_export]
     use crate::path::PyPath;
+    #[pymodule_export]
+    use crate::planning::{path_curvature, plan_speeds};
     #[pymodule_export]
     use crate::plants::{PyCarlaIdentified, PyKinematicBicycle, plants};
     #[pymodule_export]

@@ -1,0 +1,648 @@
+//! The greatest speeds along a path that a vehicle's limits allow.
+//!
+//! The square of the speed is linear in the arc between waypoints, so that the acceleration is
+//! constant there. Bounds at the waypoints come first: top speed, speed limits, the lateral
+//! acceleration in the bend, the steering. A pass forward then lowers what driving cannot reach,
+//! and a pass backward what braking cannot come down from (the forward-backward solver of A.
+//! Heilmeier et al., *Minimum curvature trajectory planning and control for an autonomous race
+//! car*, Vehicle System Dynamics 58, 2020). An acceleration holds at both ends of its segment.
+
+use crate::error::{ConfigError, config_in_range};
+use crate::math::{powf, sqrt, tan};
+use crate::vehicle::Vehicle;
+
+/// What a limit of the acceleration is at a speed: straight between points, constant beyond them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverSpeed<'a> {
+    /// Speeds [m/s], increasing.
+    pub speeds: &'a [f64],
+    /// The limit at each [m/s^2].
+    pub values: &'a [f64],
+}
+
+impl OverSpeed<'_> {
+    /// The limit at the square `squared` of a speed [m^2/s^2].
+    #[inline]
+    fn at(&self, squared: f64) -> f64 {
+        let last = self.values.last().copied().unwrap_or(0.0);
+        if self.values.len() < 2 {
+            return last;
+        }
+        let speed = sqrt(squared);
+        let next = self.speeds.partition_point(|&known| known <= speed);
+        let point = |index: usize| (self.speeds.get(index), self.values.get(index));
+        match (next, point(next.saturating_sub(1)), point(next)) {
+            (0, (_, Some(&first)), _) => first,
+            (_, (Some(&low), Some(&before)), (Some(&high), Some(&after))) => {
+                before + (speed - low) / (high - low) * (after - before)
+            }
+            _ => last,
+        }
+    }
+
+    /// The largest value [m/s^2].
+    fn most(&self) -> f64 {
+        let mut most = 0.0;
+        for &value in self.values {
+            if value > most {
+                most = value;
+            }
+        }
+        most
+    }
+
+    fn checked(&self, field: &'static str) -> Result<(), ConfigError> {
+        let mut before = -1.0;
+        for &speed in self.speeds {
+            config_in_range(field, speed, 0.0, 1e4)?;
+            // Speeds that do not increase are refused by the least that would do.
+            config_in_range(field, speed, f64::max(0.0, before + 1e-6), 1e4)?;
+            before = speed;
+        }
+        for &value in self.values {
+            config_in_range(field, value, 1e-3, 1e3)?;
+        }
+        config_in_range(field, self.most(), 1e-3, 1e3)?;
+        Ok(())
+    }
+}
+
+/// What limits the speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits<'a> {
+    /// Top speed [m/s].
+    pub max_speed: f64,
+    /// Largest lateral acceleration [m/s^2].
+    pub max_lateral_acceleration: f64,
+    /// Largest driving acceleration [m/s^2].
+    pub acceleration: OverSpeed<'a>,
+    /// Largest braking deceleration [m/s^2].
+    pub deceleration: OverSpeed<'a>,
+    /// What the tyres hold along the vehicle [m/s^2]: the half axis of the friction ellipse, with
+    /// the lateral acceleration as the other. None: each of the two limits above is its own.
+    pub longitudinal_grip: Option<f64>,
+    /// Exponent `p` of the ellipse `(a_x / grip)^p + (a_y / max_lateral_acceleration)^p <= 1`: 2 an
+    /// ellipse, 1 a rhombus, infinite a rectangle.
+    pub exponent: f64,
+    /// The vehicle, whose wheels have to turn in time for the bends.
+    pub vehicle: Vehicle,
+}
+
+impl Limits<'_> {
+    /// The limits themselves where every number is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the field that is not.
+    pub fn checked(&self) -> Result<(), ConfigError> {
+        config_in_range("max_speed", self.max_speed, 1e-3, 1e4)?;
+        config_in_range(
+            "max_lateral_acceleration",
+            self.max_lateral_acceleration,
+            1e-3,
+            1e3,
+        )?;
+        self.acceleration.checked("max_acceleration")?;
+        self.deceleration.checked("max_deceleration")?;
+        if let Some(grip) = self.longitudinal_grip {
+            config_in_range("longitudinal_grip", grip, 1e-3, 1e3)?;
+        }
+        config_in_range("exponent", self.exponent, 1.0, f64::INFINITY)?;
+        self.vehicle.checked()?;
+        Ok(())
+    }
+
+    /// Largest acceleration along the path within `over` at the square `squared` of the speed
+    /// [m^2/s^2], where the path has this curvature [1/m].
+    #[inline]
+    #[expect(
+        clippy::float_cmp,
+        reason = "the exponents that have a root of their own are exactly these"
+    )]
+    fn available(&self, over: &OverSpeed<'_>, squared: f64, curvature: f64) -> f64 {
+        let most = over.at(squared);
+        let used = squared * curvature.abs() / self.max_lateral_acceleration;
+        let share = if self.exponent == f64::INFINITY || used <= 0.0 {
+            1.0
+        } else if used >= 1.0 {
+            0.0
+        } else if self.exponent == 2.0 {
+            sqrt(1.0 - used * used)
+        } else if self.exponent == 1.0 {
+            1.0 - used
+        } else {
+            powf(1.0 - powf(used, self.exponent), 1.0 / self.exponent)
+        };
+        match self.longitudinal_grip {
+            None => most * share,
+            Some(grip) => {
+                let held = grip * share;
+                if held < most { held } else { most }
+            }
+        }
+    }
+
+    /// The largest square of the speed, at most `bound`, that is reached over `length` [m] from
+    /// the square `squared`; curvature and acceleration hold at both ends.
+    #[inline]
+    fn reach(&self, over: &OverSpeed<'_>, from: Place, to: Place, length: f64) -> f64 {
+        let Place { squared, curvature } = from;
+        let bound = to.squared;
+        if bound <= squared {
+            return bound;
+        }
+        let room = 2.0 * self.available(over, squared, curvature) * length;
+        let mut high = squared + room;
+        if high > bound {
+            high = bound;
+        }
+        // How far an end lies beyond what its own limit allows.
+        let beyond =
+            |end: f64| end - squared - 2.0 * self.available(over, end, to.curvature) * length;
+        let mut above = beyond(high);
+        if above <= 0.0 {
+            return high;
+        }
+        // The Illinois variant of false position. `low` always holds.
+        let mut low = squared;
+        let mut below = beyond(low);
+        let mut side = 0_i8;
+        for _ in 0..ROOT_STEPS {
+            if high - low <= ROOT_TOLERANCE * high || below >= 0.0 {
+                break;
+            }
+            let middle = high - above * (high - low) / (above - below);
+            let value = beyond(middle);
+            if value <= 0.0 {
+                low = middle;
+                below = value;
+                if side < 0 {
+                    above *= 0.5;
+                }
+                side = -1;
+            } else {
+                high = middle;
+                above = value;
+                if side > 0 {
+                    below *= 0.5;
+                }
+                side = 1;
+            }
+        }
+        low
+    }
+
+    /// The largest speed at which the wheels turn in time for a segment [m/s], `most` where that is
+    /// no limit: `wheel' = v (k' L(v) + k L'(v) a) / (1 + (k L)^2)` with the curvature `k` and the
+    /// turning length `L(v)`, bounded from above over the segment and over the acceleration.
+    fn in_time(&self, from: f64, to: f64, length: f64, most: f64) -> f64 {
+        let Some(rate) = self.vehicle.max_steer_rate else {
+            return most;
+        };
+        let base = self.vehicle.turning_length(0.0);
+        let bend = (to - from).abs() / length;
+        let (one, other) = (from.abs(), to.abs());
+        let (least, largest) = if one < other {
+            (one, other)
+        } else {
+            (other, one)
+        };
+        let least = if from * to > 0.0 { least } else { 0.0 };
+        let easing = 1.0 + least * base * least * base;
+        let understeer = self.vehicle.understeer;
+        let (driving, braking) = (self.acceleration.most(), self.deceleration.most());
+        let strongest = if driving > braking { driving } else { braking };
+        let shift = 2.0 * understeer * strongest * largest;
+        let turns =
+            |speed: f64| speed * (bend * (base + understeer * speed * speed) + shift) / easing;
+        if turns(most) <= rate {
+            return most;
+        }
+        let (mut low, mut high) = (0.0, most);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if turns(middle) <= rate {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+}
+
+/// The most steps towards a root; a double has no more digits after a dozen.
+const ROOT_STEPS: usize = 60;
+/// How near to a root is near enough, as a share of the square of the speed.
+const ROOT_TOLERANCE: f64 = 1e-13;
+/// What is lowered less than to this share still counts as limited by what it was: where a bend
+/// begins and ends, rounding alone lowers the speed.
+const SLIGHTLY: f64 = 0.999;
+/// Halvings of a speed: to 1e-12 of it.
+const BISECTIONS: usize = 40;
+/// Passes forward and backward until nothing is lowered any more. One does where the limits do not
+/// depend on the speed.
+const ROUNDS: usize = 50;
+
+/// A waypoint: the square of the speed there [m^2/s^2], and the curvature [1/m].
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    squared: f64,
+    curvature: f64,
+}
+
+/// What limits the speed at a waypoint.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
+pub enum Limit {
+    /// The top speed.
+    #[default]
+    TopSpeed,
+    /// The speed limit there.
+    SpeedLimit,
+    /// The lateral acceleration.
+    Lateral,
+    /// The angle of the wheels, with the understeer.
+    SteerAngle,
+    /// The rate of the wheels.
+    SteerRate,
+    /// The start, a cusp or the end.
+    Stop,
+    /// The driving acceleration.
+    Driving,
+    /// The braking deceleration.
+    Braking,
+}
+
+impl Limit {
+    /// The number that stands for it in arrays.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        match self {
+            Self::TopSpeed => 0,
+            Self::SpeedLimit => 1,
+            Self::Lateral => 2,
+            Self::SteerAngle => 3,
+            Self::SteerRate => 4,
+            Self::Stop => 5,
+            Self::Driving => 6,
+            Self::Braking => 7,
+        }
+    }
+}
+
+/// What is to be driven: N waypoints.
+#[derive(Clone, Copy, Debug)]
+pub struct Course<'a> {
+    /// Curvature at each waypoint [1/m].
+    pub curvature: &'a [f64],
+    /// Length of each segment [m]: N - 1 of an open path, N of a closed one.
+    pub spacing: &'a [f64],
+    /// Whether the last waypoint leads back to the first: the speeds are the same in each lap.
+    pub closed: bool,
+    /// Whether the vehicle turns round at each waypoint; nowhere without.
+    pub cusps: Option<&'a [bool]>,
+    /// The speed limit at each waypoint [m/s]; none without.
+    pub speed_limits: Option<&'a [f64]>,
+    /// Largest speed at the first waypoint of an open path [m/s].
+    pub start_speed: Option<f64>,
+    /// Largest speed at its last waypoint [m/s].
+    pub end_speed: Option<f64>,
+}
+
+impl Course<'_> {
+    fn curvature_at(&self, index: usize) -> f64 {
+        self.curvature.get(index).copied().unwrap_or(0.0)
+    }
+
+    fn spacing_at(&self, index: usize) -> f64 {
+        self.spacing.get(index).copied().unwrap_or(1.0)
+    }
+
+    fn is_cusp(&self, index: usize) -> bool {
+        self.cusps
+            .and_then(|cusps| cusps.get(index).copied())
+            .unwrap_or(false)
+    }
+
+    fn next(&self, index: usize) -> usize {
+        if index + 1 < self.curvature.len() {
+            index + 1
+        } else {
+            0
+        }
+    }
+}
+
+/// The greatest speed at each waypoint of `course` within `limits` [m/s], into `speed`, and what
+/// limits it there, into `limit`: both have room for N.
+///
+/// # Errors
+///
+/// [`ConfigError`], naming the limit that is out of its range.
+pub fn plan_speeds(
+    course: &Course<'_>,
+    limits: &Limits<'_>,
+    speed: &mut [f64],
+    limit: &mut [Limit],
+) -> Result<(), ConfigError> {
+    limits.checked()?;
+    bound(course, limits, speed, limit);
+    let count = speed.len();
+    let segments = course.spacing.len();
+    let mut start = 0;
+    if course.closed {
+        // At the slowest waypoint a lap neither drives nor brakes, so it can be cut open there.
+        let mut slowest = f64::INFINITY;
+        for (index, &squared) in speed.iter().enumerate() {
+            if squared < slowest {
+                slowest = squared;
+                start = index;
+            }
+        }
+    }
+    let varies = limits.acceleration.values.len() > 1 || limits.deceleration.values.len() > 1;
+    let rounds = if varies { ROUNDS } else { 1 };
+    for _ in 0..rounds {
+        let mut lowered = false;
+        for step in 0..segments {
+            let index = (start + step) % count;
+            let over = &limits.acceleration;
+            let reached = (index, course.next(index), index, Limit::Driving);
+            lowered |= lower(course, limits, over, reached, speed, limit);
+        }
+        for step in (0..segments).rev() {
+            let index = (start + step) % count;
+            let over = &limits.deceleration;
+            let reached = (course.next(index), index, index, Limit::Braking);
+            lowered |= lower(course, limits, over, reached, speed, limit);
+        }
+        if !lowered {
+            break;
+        }
+    }
+    for value in speed.iter_mut() {
+        *value = sqrt(*value);
+    }
+    Ok(())
+}
+
+/// Lowers the square of the speed at the second waypoint to what can be reached from the first over
+/// a segment; the last entry says by which limit.
+fn lower(
+    course: &Course<'_>,
+    limits: &Limits<'_>,
+    over: &OverSpeed<'_>,
+    (from, to, segment, by): (usize, usize, usize, Limit),
+    squared: &mut [f64],
+    limit: &mut [Limit],
+) -> bool {
+    let place = |index: usize| Place {
+        squared: squared.get(index).copied().unwrap_or(0.0),
+        curvature: course.curvature_at(index),
+    };
+    let (start, end) = (place(from), place(to));
+    if end.squared <= start.squared {
+        return false;
+    }
+    let reached = limits.reach(over, start, end, course.spacing_at(segment));
+    if reached >= end.squared {
+        return false;
+    }
+    if let (Some(value), Some(limit)) = (squared.get_mut(to), limit.get_mut(to)) {
+        *value = reached;
+        if reached < SLIGHTLY * end.squared {
+            *limit = by;
+        }
+    }
+    true
+}
+
+/// The square of the speed that each waypoint allows by itself, and what it is limited by.
+fn bound(course: &Course<'_>, limits: &Limits<'_>, squared: &mut [f64], limit: &mut [Limit]) {
+    let car = &limits.vehicle;
+    let base = car.turning_length(0.0);
+    let last = squared.len().saturating_sub(1);
+    let locked = tan(car.max_steer);
+    for (index, (value, by)) in squared.iter_mut().zip(limit.iter_mut()).enumerate() {
+        (*value, *by) = (limits.max_speed * limits.max_speed, Limit::TopSpeed);
+        let mut at_most = |bound: f64, cause: Limit| {
+            if bound < *value {
+                (*value, *by) = (bound, cause);
+            }
+        };
+        if let Some(&most) = course.speed_limits.and_then(|all| all.get(index)) {
+            at_most(most * most, Limit::SpeedLimit);
+        }
+        let bend = course.curvature_at(index).abs();
+        if bend > 0.0 {
+            at_most(limits.max_lateral_acceleration / bend, Limit::Lateral);
+            let room = locked / bend - base;
+            if car.understeer > 0.0 && room > 0.0 {
+                at_most(room / car.understeer, Limit::SteerAngle);
+            }
+        }
+        if course.is_cusp(index) {
+            at_most(0.0, Limit::Stop);
+        }
+        if !course.closed {
+            if let (0, Some(most)) = (index, course.start_speed) {
+                at_most(most * most, Limit::Stop);
+            }
+            if let (true, Some(most)) = (index == last, course.end_speed) {
+                at_most(most * most, Limit::Stop);
+            }
+        }
+    }
+    if car.max_steer_rate.is_none() {
+        return;
+    }
+    for (segment, &length) in course.spacing.iter().enumerate() {
+        let next = course.next(segment);
+        if course.is_cusp(next) {
+            continue; // the curvature there is that of the way on
+        }
+        let (from, to) = (course.curvature_at(segment), course.curvature_at(next));
+        let speed = limits.in_time(from, to, length, limits.max_speed);
+        for index in [segment, next] {
+            if let (Some(value), Some(by)) = (squared.get_mut(index), limit.get_mut(index))
+                && speed * speed < *value
+            {
+                (*value, *by) = (speed * speed, Limit::SteerRate);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+    use alloc::vec::Vec;
+
+    const TWO: OverSpeed<'static> = OverSpeed {
+        speeds: &[0.0],
+        values: &[2.0],
+    };
+    const LIMITS: Limits<'static> = Limits {
+        max_speed: 20.0,
+        max_lateral_acceleration: 4.0,
+        acceleration: TWO,
+        deceleration: TWO,
+        longitudinal_grip: None,
+        exponent: 2.0,
+        vehicle: Vehicle::DEFAULT,
+    };
+
+    fn plan(course: &Course<'_>, limits: &Limits<'_>) -> (Vec<f64>, Vec<Limit>) {
+        let mut speed = vec![0.0; course.curvature.len()];
+        let mut limit = vec![Limit::default(); speed.len()];
+        plan_speeds(course, limits, &mut speed, &mut limit).unwrap();
+        (speed, limit)
+    }
+
+    const STRAIGHT: Course<'static> = Course {
+        curvature: &[0.0; 5],
+        spacing: &[1.0; 4],
+        closed: false,
+        cusps: None,
+        speed_limits: None,
+        start_speed: Some(0.0),
+        end_speed: Some(0.0),
+    };
+
+    #[test]
+    fn test_straight_from_rest_to_rest_drives_then_brakes() {
+        let (speed, limit) = plan(&STRAIGHT, &LIMITS);
+        assert_eq!(speed, [0.0, 2.0, sqrt(8.0), 2.0, 0.0]);
+        assert_eq!(limit[1], Limit::Driving);
+        assert_eq!(limit[3], Limit::Braking);
+        assert_eq!(limit[4], Limit::Stop);
+    }
+
+    #[test]
+    fn test_acceleration_holds_at_both_ends_of_each_segment() {
+        let curvature: Vec<f64> = (0..200)
+            .map(|k: u32| 0.1 * crate::math::sin(0.07 * f64::from(k)))
+            .collect();
+        let table = OverSpeed {
+            speeds: &[0.0, 5.0, 15.0],
+            values: &[1.0, 4.0, 0.5],
+        };
+        for acceleration in [TWO, table] {
+            for exponent in [1.0, 1.5, 2.0, f64::INFINITY] {
+                let limits = Limits {
+                    exponent,
+                    acceleration,
+                    ..LIMITS
+                };
+                let course = Course {
+                    curvature: &curvature,
+                    spacing: &[0.5; 199],
+                    ..STRAIGHT
+                };
+                let (speed, _) = plan(&course, &limits);
+                for k in 0..199 {
+                    let (v, w) = (speed[k] * speed[k], speed[k + 1] * speed[k + 1]);
+                    let along = w - v; // over 0.5 m: the acceleration
+                    for (end, bend) in [(v, curvature[k]), (w, curvature[k + 1])] {
+                        let up = limits.available(&limits.acceleration, end, bend);
+                        let down = limits.available(&limits.deceleration, end, bend);
+                        assert!(along <= up + 1e-9 && -along <= down + 1e-9, "{k} {along}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn test_closed_lap_is_the_same_wherever_it_begins() {
+        let curvature: Vec<f64> = (0..100)
+            .map(|k: u32| 0.1 * crate::math::sin(0.062_831_853 * f64::from(k)))
+            .collect();
+        let lap = |shift: usize| {
+            let mut curvature = curvature.clone();
+            curvature.rotate_left(shift);
+            let course = Course {
+                curvature: &curvature,
+                spacing: &[1.0; 100],
+                closed: true,
+                start_speed: None,
+                end_speed: None,
+                ..STRAIGHT
+            };
+            let mut speed = plan(&course, &LIMITS).0;
+            speed.rotate_right(shift);
+            speed
+        };
+        assert_eq!(lap(0), lap(37));
+    }
+
+    #[test]
+    fn test_wheels_turn_no_faster_than_their_rate() {
+        let curvature: Vec<f64> = (0..60)
+            .map(|k: u32| 0.15 * crate::math::sin(0.2 * f64::from(k)))
+            .collect();
+        for understeer in [0.0, 0.004] {
+            let vehicle = Vehicle {
+                max_steer_rate: Some(0.3),
+                understeer,
+                ..Vehicle::DEFAULT
+            };
+            let limits = Limits { vehicle, ..LIMITS };
+            let course = Course {
+                curvature: &curvature,
+                spacing: &[1.0; 59],
+                ..STRAIGHT
+            };
+            let (speed, limit) = plan(&course, &limits);
+            assert!(limit.contains(&Limit::SteerRate));
+            let wheel =
+                |k: usize| crate::math::atan(curvature[k] * vehicle.turning_length(speed[k]));
+            for k in 0..59 {
+                let time = 2.0 / (speed[k] + speed[k + 1]);
+                assert!((wheel(k + 1) - wheel(k)).abs() <= 0.3 * time + 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn test_bad_limit_is_named() {
+        let falling = OverSpeed {
+            speeds: &[0.0, 5.0, 5.0],
+            values: &[1.0; 3],
+        };
+        let bad = [
+            (
+                Limits {
+                    max_speed: 0.0,
+                    ..LIMITS
+                },
+                "max_speed",
+            ),
+            (
+                Limits {
+                    exponent: 0.5,
+                    ..LIMITS
+                },
+                "exponent",
+            ),
+            (
+                Limits {
+                    acceleration: falling,
+                    ..LIMITS
+                },
+                "max_acceleration",
+            ),
+            (
+                Limits {
+                    longitudinal_grip: Some(f64::NAN),
+                    ..LIMITS
+                },
+                "longitudinal_grip",
+            ),
+        ];
+        for (limits, field) in bad {
+            assert_eq!(limits.checked().unwrap_err().field, field);
+        }
+    }
+}
