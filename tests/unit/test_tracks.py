@@ -10,7 +10,7 @@ from popsteer import tracks
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError, PathError
 from popsteer.tracks import Track
-from popsteer.tracks import speed_profile as limits
+from popsteer.tracks.build import FIRST_SPEED, LIMITS
 from popsteer.tracks.catalogue import _MAKERS
 
 if TYPE_CHECKING:
@@ -113,19 +113,19 @@ def test_track_speeds_stay_within_the_limits_of_the_car(track: Track) -> None:
     curvature = _curvature(track)
     speed = track.speed if track.closed else track.speed[1:-1]
     assert track.speed.min() > 0
-    assert track.speed.max() <= limits.TOP_SPEED
-    assert (np.abs(curvature) * speed * speed).max() <= limits.LATERAL * 1.001
+    assert track.speed.max() <= LIMITS.max_speed
+    assert (np.abs(curvature) * speed * speed).max() <= LIMITS.max_lateral_acceleration * 1.001
 
     following = np.append(track.speed, track.speed[0]) if track.closed else track.speed
     along = np.diff(following**2) / (2.0 * np.hypot(*_steps(track).T))
-    assert along.max() <= limits.DRIVING * 1.002
-    assert along.min() >= -limits.BRAKING * 1.002
+    assert along.max() <= LIMITS.max_acceleration * 1.002
+    assert along.min() >= -LIMITS.max_deceleration * 1.002
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n not in ("circle", "figure-eight")])
 def test_track_open_path_sets_off_slowly(name: str) -> None:
     track = tracks.get(name)
-    assert track.speed[0] == limits.FIRST_SPEED
+    assert track.speed[0] == FIRST_SPEED
     assert (np.diff(track.speed[:20]) > 0).all()
 
 

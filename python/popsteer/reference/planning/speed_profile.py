@@ -167,7 +167,7 @@ class Limits(NamedTuple):
             return end - squared - 2.0 * self.available(over, end, at_end) * length
 
         above = beyond(high)
-        if above <= 0.0:
+        if above <= ROOT_TOLERANCE * high:
             return high
         # The Illinois variant of false position. `low` always holds.
         low = squared

@@ -160,7 +160,7 @@ impl Limits<'_> {
         let beyond =
             |end: f64| end - squared - 2.0 * self.available(over, end, to.curvature) * length;
         let mut above = beyond(high);
-        if above <= 0.0 {
+        if above <= ROOT_TOLERANCE * high {
             return high;
         }
         // The Illinois variant of false position. `low` always holds.
