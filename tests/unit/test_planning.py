@@ -13,7 +13,7 @@ import popsteer
 from popsteer import ConfigError, Path, PathError, Vehicle, planning, sim, tracks
 from popsteer.planning import SpeedLimits, speed_profile, speeds_along
 from popsteer.tracks import edges
-from tests.planned import closed_spline, excess, random_course
+from tests.planned import closed_spline, excess, random_course, spacing_of
 
 TABLE = ((0.0, 3.0), (8.0, 2.0), (20.0, 0.5))
 RISING = ((0.0, 0.5), (5.0, 3.0), (9.0, 1.0))
@@ -211,3 +211,20 @@ def test_too_sharp_a_bend_is_told() -> None:
     assert profile.too_sharp.size > 0
     assert abs(profile.too_sharp.mean() - 19) < 3
     assert not speed_profile(STRAIGHT).too_sharp.size
+
+
+@pytest.mark.parametrize("name", ["straight", "slalom", "figure-eight", "double-lane-change"])
+@pytest.mark.parametrize("most", [1.0, 5.0])
+def test_jerk_stays_within_its_limit(name: str, most: float) -> None:
+    track = tracks.get(name)
+    path = Path(track.xy, closed=track.closed)
+    free = speed_profile(path)
+    profile = speed_profile(path, SpeedLimits(max_jerk=most))
+    spacing = spacing_of(path)
+    between = 0.5 * (spacing[1:] + spacing[:-1])
+    speed = profile.speed[1 : spacing.size]
+    jerk = np.diff(profile.acceleration) * speed / between
+    assert np.abs(jerk).max() <= most * (1.0 + 1e-6)
+    assert free.time <= profile.time < 1.25 * free.time
+    assert max(excess(profile).values()) <= 1e-6
+    assert "jerk" in profile.shares()

@@ -13,6 +13,7 @@ Examples
 
 from popsteer.planning.limits import SpeedLimits
 from popsteer.planning.profile import LIMITS, SpeedProfile
+from popsteer.planning.smooth import smooth
 from popsteer.planning.speed_profile import curvature, speed_profile, speeds_along
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "SpeedLimits",
     "SpeedProfile",
     "curvature",
+    "smooth",
     "speed_profile",
     "speeds_along",
 ]
