@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer import Path
 from popsteer.planning.speed_profile import table_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from popsteer import Path
     from popsteer.planning import SpeedProfile
 
 

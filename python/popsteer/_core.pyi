@@ -2054,23 +2054,21 @@ class Simulation:
     def _restored(begin: tuple[Any, ...], state: tuple[Any, ...]) -> Simulation: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
-_Floats = NDArray[np.float64]
-
-def _path_curvature(path: Path, smoothing_length: float) -> _Floats: ...
+def _path_curvature(path: Path, smoothing_length: float) -> NDArray[np.float64]: ...
 def _plan_speeds(
-    curvature: _Floats,
-    spacing: _Floats,
+    curvature: NDArray[np.float64],
+    spacing: NDArray[np.float64],
     *,
     closed: bool,
     cusps: NDArray[np.bool_] | None,
-    speed_limits: _Floats | None,
+    speed_limits: NDArray[np.float64] | None,
     start_speed: float | None,
     end_speed: float | None,
     max_speed: float,
     max_lateral_acceleration: float,
-    acceleration: tuple[_Floats, _Floats],
-    deceleration: tuple[_Floats, _Floats],
+    acceleration: tuple[NDArray[np.float64], NDArray[np.float64]],
+    deceleration: tuple[NDArray[np.float64], NDArray[np.float64]],
     longitudinal_grip: float | None,
     exponent: float,
     vehicle: Vehicle,
-) -> tuple[_Floats, NDArray[np.uint8]]: ...
+) -> tuple[NDArray[np.float64], NDArray[np.uint8]]: ...

@@ -20,6 +20,7 @@ _COMMANDS = (
     "matrix",
     "edges",
     "dead-time",
+    "plan",
     "stability",
     "bench",
     "tracks",

@@ -23,7 +23,7 @@ RISING = ((1.0, 0.5), (5.0, 3.0), (9.0, 1.0))
 
 
 def test_limits_have_the_same_numbers() -> None:
-    assert THEIRS == LIMITS[: len(THEIRS)]
+    assert LIMITS[: len(THEIRS)] == THEIRS
 
 
 @given(shape=shapes(), length=st.floats(0.05, 20.0))
@@ -55,10 +55,10 @@ def test_path_curvature_of_cusps_matches_reference(make: Any, closed: bool) -> N
         {"understeer": st.sampled_from([0.0, 0.004])},
         optional={"max_steer_rate": st.floats(0.05, 1.0), "max_steer": st.floats(0.2, 1.2)},
     ),
-    ends=st.tuples(st.none() | st.floats(0.0, 9.0), st.none() | st.floats(0.0, 9.0)),
+    ends=st.tuples(*[st.none() | st.floats(0.0, 9.0)] * 2),
     limited=st.booleans(),
 )
-def test_plan_speeds_matches_reference_random(
+def test_plan_speeds_matches_reference_random(  # noqa: PLR0917 - drawn
     seed: int,
     closed: bool,
     acceleration: Any,

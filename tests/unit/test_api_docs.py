@@ -23,7 +23,7 @@ import popsteer
 from popsteer import _core
 from popsteer.reference.lateral.tracker_state import TrackerState
 
-MODULES = ["popsteer", "popsteer.plants", "popsteer.reference", "popsteer.sim"]
+MODULES = ["popsteer", "popsteer.planning", "popsteer.plants", "popsteer.reference", "popsteer.sim"]
 # What a module needs that neither popsteer nor its extra `test` brings.
 OF_EXTRAS = {
     "popsteer.plants.commonroad": "vehiclemodels",

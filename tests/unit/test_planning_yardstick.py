@@ -69,9 +69,7 @@ def _compare(solve: Any, path: Path, exponent: float, driving: float) -> float:
         longitudinal_grip=BRAKING,
         exponent=exponent,
     )
-    ours = speeds_along(
-        bends, spacing, limits, closed=path.closed, start_speed=1.0, end_speed=1.0
-    )
+    ours = speeds_along(bends, spacing, limits, closed=path.closed, start_speed=1.0, end_speed=1.0)
     other = _their_speeds(solve, bends, spacing, path.closed, exponent, driving)
     assert math.isfinite(other.sum())
     return _time(ours, spacing) / _time(other, spacing)

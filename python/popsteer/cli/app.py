@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, dead_time, edges, matrix, simulate, stability, tracks
+from popsteer.cli import bench, compare, dead_time, edges, matrix, plan, simulate, stability, tracks
 
 __all__ = ["app"]
 
@@ -28,6 +28,7 @@ Examples:
                                          writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
   popsteer matrix --out out              controllers × plants × tracks: error against step time
+  popsteer plan waypoints.csv --vehicle car.toml --out course.csv
   popsteer tracks export racetrack racetrack.csv
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
   popsteer edges                         crossings, cusps, odd spacings and starts
@@ -81,6 +82,7 @@ def _popsteer(
 
 app.command("compare", help=compare.HELP)(compare.compare)
 app.command("simulate", help=simulate.HELP)(simulate.simulate)
+app.command("plan", help=plan.HELP)(plan.plan)
 app.command("stability", help=stability.HELP)(stability.stability)
 app.command("matrix", help=matrix.HELP)(matrix.matrix)
 app.command("edges", help=edges.HELP)(edges.edges)

@@ -1,4 +1,4 @@
-"""How fast may a path be driven, and how do recorded waypoints become a path?
+"""Planning: the fastest speeds along a path, and a path from recorded waypoints.
 
 Examples
 --------

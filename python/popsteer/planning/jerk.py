@@ -13,8 +13,6 @@ from popsteer.planning.profile import LIMITS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer.planning.limits import SpeedLimits
-
     Floats = NDArray[np.float64]
 
 __all__ = ["scipy_extra", "within_jerk"]
@@ -32,7 +30,7 @@ def within_jerk(
     limit: NDArray[np.uint8],
     curvature: Floats,
     spacing: Floats,
-    limits: SpeedLimits,
+    limits: Any,  # noqa: ANN401 - a SpeedLimits with all of them filled in
     *,
     closed: bool,
 ) -> tuple[Floats, NDArray[np.uint8]]:
@@ -83,7 +81,6 @@ def within_jerk(
     between = 0.5 * (spacing[inner % segments] + spacing[inner - 1])
     driving = _ends(limits.max_acceleration, squared, curvature, limits, after)
     braking = _ends(limits.max_deceleration, squared, curvature, limits, after)
-    assert limits.max_jerk is not None
     # From rest the acceleration a builds up over half a segment, in the time √(spacing / a).
     first = (limits.max_jerk**2 * spacing) ** (1.0 / 3.0)
     driving = np.where(squared[:segments] > 0.0, driving, np.minimum(driving, first))
@@ -120,18 +117,19 @@ def scipy_extra(what: str) -> None:
     try:
         import scipy  # noqa: F401
     except ModuleNotFoundError:
-        raise PopsteerError(f'{what} needs the extra "plan": pip install "popsteer[plan]"') from None
+        raise PopsteerError(
+            f'{what} needs the extra "plan": pip install "popsteer[plan]"'
+        ) from None
 
 
 def _ends(
     limit: Any,  # noqa: ANN401 - a number or a table
     squared: Floats,
     curvature: Floats,
-    limits: SpeedLimits,
+    limits: Any,  # noqa: ANN401 - as above
     after: NDArray[np.intp],
 ) -> Floats:
     """Bound the acceleration of each segment by both of its ends, at any lower speed."""
-    assert limits.max_lateral_acceleration is not None
     used = np.clip(squared * np.abs(curvature) / limits.max_lateral_acceleration, 0.0, 1.0)
     if math.isinf(limits.exponent):
         share = np.ones_like(used)

@@ -145,11 +145,29 @@ class SpeedProfile:
         most = math.tan(self.vehicle.max_steer) / self.vehicle.turning_length(0.0)
         return np.flatnonzero(np.abs(self.curvature) > most)
 
+    def as_csv(self) -> str:
+        """Word the course as the text of a CSV file.
+
+        Returns
+        -------
+        str
+            Rows of x [m], y [m] and speed [m/s], negative where the path is driven backwards, as
+            `Path.from_csv` reads them.
+        """
+        kind = "closed" if self.path.closed else "open"
+        lines = [
+            f"# {kind} path, {len(self.path)} waypoints, planned time {self.time:.2f} s",
+            "# x [m], y [m], speed [m/s]",
+        ]
+        speed = self.path.speed
+        table = np.column_stack((self.path.x, self.path.y, self.speed if speed is None else speed))
+        lines += [f"{x!r},{y!r},{speed!r}" for x, y, speed in (table + 0.0).tolist()]
+        return "\n".join(lines) + "\n"
+
     def to_csv(self, file: str | os.PathLike[str]) -> None:
         r"""Write the course as a CSV file, whole or not at all.
 
-        The columns are x [m], y [m] and speed [m/s], negative where the path is driven backwards,
-        as `Path.from_csv` reads them.
+        The text is that of `as_csv`.
 
         Parameters
         ----------
@@ -172,15 +190,7 @@ class SpeedProfile:
         ...     print(file.read_text(encoding="utf-8").splitlines()[-2])
         8.0,0.0,5.656854249492381
         """
-        kind = "closed" if self.path.closed else "open"
-        lines = [
-            f"# {kind} path, {len(self.path)} waypoints, planned time {self.time:.2f} s",
-            "# x [m], y [m], speed [m/s]",
-        ]
-        speed = self.path.speed
-        table = np.column_stack((self.path.x, self.path.y, self.speed if speed is None else speed))
-        lines += [f"{x!r},{y!r},{speed!r}" for x, y, speed in (table + 0.0).tolist()]
-        write_text_atomic(file, "\n".join(lines) + "\n")
+        write_text_atomic(file, self.as_csv())
 
 
 def _spacing(path: Path) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -76,9 +77,9 @@ def smooth(
 
     Notes
     -----
-    The spline is `scipy.interpolate.make_smoothing_spline` (P. Craven and G. Wahba, *Smoothing noisy
-    data with spline functions*, Numerische Mathematik 31, 1979); the weight of its roughness is
-    found by bisection.
+    The spline is `scipy.interpolate.make_smoothing_spline` (P. Craven and G. Wahba, *Smoothing
+    noisy data with spline functions*, Numerische Mathematik 31, 1979); the weight of its roughness
+    is found by bisection.
 
     Examples
     --------
@@ -105,9 +106,10 @@ def smooth(
         return Path(made, closed=path.closed)
     if path.closed:
         raise PathError("a closed path that is driven in both directions is not smoothed")
-    pieces, backwards = [], []
+    pieces: list[Floats] = []
+    backwards: list[bool] = []
     ends = [0, *(np.flatnonzero(reverse[1:-1] != reverse[:-2]) + 1).tolist(), len(xy) - 1]
-    for first, last in zip(ends[:-1], ends[1:], strict=True):
+    for first, last in pairwise(ends):
         piece = _smoothed(xy[first : last + 1], tolerance, spacing, closed=False, first=first)
         if pieces:
             piece[0] = pieces[-1][-1]  # one cusp for both sections
@@ -210,7 +212,7 @@ def _distance(xy: Floats, tolerance: float) -> Floats:
     return np.append(0.0, np.cumsum(np.maximum(steps, 0.1 * tolerance)))
 
 
-def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN401 - a spline of scipy
+def _smoothest(along: Floats, xy: Floats, tolerance: float) -> Any:  # noqa: ANN401 - of scipy
     """Find the smoothest spline within the tolerance."""
     from scipy.interpolate import make_smoothing_spline
 

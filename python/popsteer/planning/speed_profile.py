@@ -29,10 +29,10 @@ def speed_profile(
     """Find the fastest speeds along a path that vehicle and limits allow.
 
     At a waypoint with the curvature κ the speed v stays within the top speed, a speed limit there,
-    v² κ within the lateral acceleration, and the wheels, whose angle is that of the vehicle's chain,
-    tan(wheel) = κ (turning_wheelbase + understeer v²), within their angle and, over each segment,
-    within their rate. Between waypoints the acceleration is constant; it stays within driving,
-    braking and the friction ellipse at both ends of the segment.
+    v² κ within the lateral acceleration, and the wheels, whose angle is that of the vehicle's
+    chain, tan(wheel) = κ (turning_wheelbase + understeer v²), within their angle and, over each
+    segment, within their rate. Between waypoints the acceleration is constant; it stays within
+    driving, braking and the friction ellipse at both ends of the segment.
 
     An open path begins at `start_speed` and ends at `end_speed` or slower. Where the path changes
     between forwards and backwards the vehicle stops. A closed path has the same speeds in each lap.
@@ -58,8 +58,8 @@ def speed_profile(
     ConfigError
         Limits contradict each other; names the one that cannot hold.
     PathError
-        A section of the path has no waypoint between its ends: no room to start and stop; or a speed
-        limit is out of its range: names the waypoint.
+        A section of the path has no waypoint between its ends: no room to start and stop; or a
+        speed limit is out of its range: names the waypoint.
 
     Notes
     -----

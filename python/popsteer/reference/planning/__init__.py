@@ -1,7 +1,7 @@
-"""How fast may a path be driven?
+"""The greatest speeds along a path.
 
-`curvature` takes the curvature from waypoints that are noisy, and `speed_profile` finds the greatest
-speeds that a vehicle's limits allow along it. Both run once for a path, not in a step.
+`curvature` takes the curvature from waypoints that are noisy, and `speed_profile` finds the
+greatest speeds that a vehicle's limits allow along it. Both run once for a path, not in a step.
 """
 
 from popsteer.reference.planning.curvature import path_curvature

@@ -100,9 +100,7 @@ def _smooth_loop(path: PathView, length: float, curvature: list[float]) -> None:
         curvature[index], node = _between(nodes, turned, arcs[before + index], node)
 
 
-def _average(
-    path: PathView, begin: int, segments: int, length: float
-) -> tuple[Nodes, list[float]]:
+def _average(path: PathView, begin: int, segments: int, length: float) -> tuple[Nodes, list[float]]:
     """Return the waypoints of a section as nodes, and the arc length at each waypoint [m]."""
     x0, y0 = path.waypoint(begin % len(path))
     spacing = length / NODES

@@ -3,9 +3,9 @@
 The square of the speed is linear in the arc between waypoints, so that the acceleration is constant
 there. Bounds at the waypoints come first: top speed, speed limits, the lateral acceleration in the
 bend, the steering. A pass forward then lowers what driving cannot reach, and a pass backward what
-braking cannot come down from (the forward-backward solver of A. Heilmeier et al., *Minimum curvature
-trajectory planning and control for an autonomous race car*, Vehicle System Dynamics 58, 2020). An
-acceleration holds at both ends of its segment.
+braking cannot come down from (the forward-backward solver of A. Heilmeier et al., *Minimum
+curvature trajectory planning and control for an autonomous race car*, Vehicle System Dynamics 58,
+2020). An acceleration holds at both ends of its segment.
 """
 
 from __future__ import annotations
@@ -195,8 +195,8 @@ class Limits(NamedTuple):
     def in_time(self, start: float, end: float, length: float, most: float) -> float:
         """Return the largest speed at which the wheels turn in time for a segment [m/s].
 
-        wheel' = v (κ' L(v) + κ L'(v) a) / (1 + (κ L)²), bounded from above over the segment and over
-        the acceleration; `most` where that is no limit.
+        wheel' = v (κ' L(v) + κ L'(v) a) / (1 + (κ L)²), bounded from above over the segment and
+        over the acceleration; `most` where that is no limit.
         """
         rate = self.vehicle.max_steer_rate
         if rate is None:
@@ -271,32 +271,12 @@ def plan_speeds(course: Course, limits: Limits) -> tuple[list[float], list[int]]
     squared, limit = _bound(course, limits)
     count = len(squared)
     segments = len(course.spacing)
-    start = 0
-    if course.closed:
-        # At the slowest waypoint a lap neither drives nor brakes, so it can be cut open there.
-        slowest = inf
-        for index, value in enumerate(squared):
-            if value < slowest:
-                slowest = value
-                start = index
+    # At the slowest waypoint a lap neither drives nor brakes, so it can be cut open there.
+    start = squared.index(min(squared)) if course.closed else 0
     varies = len(limits.acceleration.values) > 1 or len(limits.deceleration.values) > 1
+    lower = _Lower(course, limits, squared, limit)
     for _ in range(ROUNDS if varies else 1):
         lowered = False
-
-        def lower(over: OverSpeed, ends: tuple[int, int], segment: int, by: int) -> bool:
-            first, second = ends
-            begin = (squared[first], course.curvature[first])
-            end = (squared[second], course.curvature[second])
-            if end[0] <= begin[0]:
-                return False
-            reached = limits.reach(over, begin, end, course.spacing[segment])
-            if reached >= end[0]:
-                return False
-            squared[second] = reached
-            if reached < SLIGHTLY * end[0]:
-                limit[second] = by
-            return True
-
         for step in range(segments):
             index = (start + step) % count
             ends = (index, course.next(index))
@@ -310,38 +290,41 @@ def plan_speeds(course: Course, limits: Limits) -> tuple[list[float], list[int]]
     return [sqrt(value) for value in squared], limit
 
 
+class _Lower(NamedTuple):
+    """Lowers the square of the speed at a waypoint to what can be reached from its neighbour."""
+
+    course: Course
+    limits: Limits
+    squared: list[float]
+    limit: list[int]
+
+    def __call__(self, over: OverSpeed, ends: tuple[int, int], segment: int, by: int) -> bool:
+        first, second = ends
+        begin = (self.squared[first], self.course.curvature[first])
+        end = (self.squared[second], self.course.curvature[second])
+        if end[0] <= begin[0]:
+            return False
+        reached = self.limits.reach(over, begin, end, self.course.spacing[segment])
+        if reached >= end[0]:
+            return False
+        self.squared[second] = reached
+        if reached < SLIGHTLY * end[0]:
+            self.limit[second] = by
+        return True
+
+
 def _bound(course: Course, limits: Limits) -> tuple[list[float], list[int]]:
     """Return the square of the speed that each waypoint allows by itself, and what bounds it."""
-    car = limits.vehicle
-    base = car.turning_length(0.0)
-    last = len(course.curvature) - 1
-    locked = tan(car.max_steer)
     squared: list[float] = []
     limit: list[int] = []
-    for index, curvature in enumerate(course.curvature):
-        bounds: list[tuple[float, int]] = []
-        if course.speed_limits is not None:
-            bounds.append((course.speed_limits[index] * course.speed_limits[index], _LIMIT))
-        bend = abs(curvature)
-        if bend > 0.0:
-            bounds.append((limits.max_lateral_acceleration / bend, _LATERAL))
-            room = locked / bend - base
-            if car.understeer > 0.0 and room > 0.0:
-                bounds.append((room / car.understeer, _ANGLE))
-        if course.is_cusp(index):
-            bounds.append((0.0, _STOP))
-        if not course.closed:
-            if index == 0 and course.start_speed is not None:
-                bounds.append((course.start_speed * course.start_speed, _STOP))
-            if index == last and course.end_speed is not None:
-                bounds.append((course.end_speed * course.end_speed, _STOP))
+    for index in range(len(course.curvature)):
         value, by = limits.max_speed * limits.max_speed, _TOP
-        for bound, cause in bounds:
+        for bound, cause in (*_in_bend(course, limits, index), *_at_stop(course, index)):
             if bound < value:
                 value, by = bound, cause
         squared.append(value)
         limit.append(by)
-    if car.max_steer_rate is None:
+    if limits.vehicle.max_steer_rate is None:
         return squared, limit
     for segment, length in enumerate(course.spacing):
         following = course.next(segment)
@@ -353,6 +336,34 @@ def _bound(course: Course, limits: Limits) -> tuple[list[float], list[int]]:
             if speed * speed < squared[index]:
                 squared[index], limit[index] = speed * speed, _RATE
     return squared, limit
+
+
+def _in_bend(course: Course, limits: Limits, index: int) -> list[tuple[float, int]]:
+    """Return the bounds by the speed limit and by the bend, and their numbers."""
+    car = limits.vehicle
+    bounds: list[tuple[float, int]] = []
+    if course.speed_limits is not None:
+        bounds.append((course.speed_limits[index] * course.speed_limits[index], _LIMIT))
+    bend = abs(course.curvature[index])
+    if bend > 0.0:
+        bounds.append((limits.max_lateral_acceleration / bend, _LATERAL))
+        room = tan(car.max_steer) / bend - car.turning_length(0.0)
+        if car.understeer > 0.0 and room > 0.0:
+            bounds.append((room / car.understeer, _ANGLE))
+    return bounds
+
+
+def _at_stop(course: Course, index: int) -> list[tuple[float, int]]:
+    """Return the bounds by the start, a cusp and the end."""
+    bounds: list[tuple[float, int]] = []
+    if course.is_cusp(index):
+        bounds.append((0.0, _STOP))
+    if not course.closed:
+        if index == 0 and course.start_speed is not None:
+            bounds.append((course.start_speed * course.start_speed, _STOP))
+        if index == len(course.curvature) - 1 and course.end_speed is not None:
+            bounds.append((course.end_speed * course.end_speed, _STOP))
+    return bounds
 
 
 def _check(field: str, value: float, low: float, high: float) -> None:
