@@ -4,7 +4,9 @@
 //! greatest speeds that a vehicle's limits allow along it. Both run once for a path, not in a step.
 
 pub mod curvature;
+pub mod limits;
 pub mod speed_profile;
 
 pub use curvature::path_curvature;
-pub use speed_profile::{Course, Limit, Limits, OverSpeed, plan_speeds};
+pub use limits::{Limits, OverSpeed};
+pub use speed_profile::{Course, Limit, plan_speeds};
