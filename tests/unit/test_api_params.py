@@ -71,6 +71,13 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "BangBang": {"amplitude": 0.122, "deadband": 0.0, **_PLACE},
     "CoupledLongitudinal": {"cutoff": 0.5, "steer_limit": 1.22, "speed_limit": 69.44},
     "SpeedPid": {"kp": 0.5, "ki": 0.1, "kd": 0.0},
+    "SpeedTracker": {
+        "kp": 1.5,
+        "ki": 0.2,
+        "max_jerk": 20.0,
+        "reserve": 0.4,
+        "drive_delay": 0.0,
+    },
 }
 # What None comes to at a wheelbase of 3 m, and the power of the wheelbase that it grows with.
 AT_THE_PAPERS: dict[str, dict[str, tuple[float, int]]] = {

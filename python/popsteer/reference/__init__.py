@@ -53,6 +53,12 @@ from popsteer.reference.lateral.stanley import Stanley, StanleyParams, StanleySt
 from popsteer.reference.longitudinal import Pedals
 from popsteer.reference.longitudinal.coupled import CoupledLongitudinal, CoupledLongitudinalParams
 from popsteer.reference.longitudinal.speed_pid import SpeedPid, SpeedPidParams, SpeedPidState
+from popsteer.reference.longitudinal.speed_tracker import (
+    SpeedCommand,
+    SpeedTracker,
+    SpeedTrackerParams,
+    SpeedTrackerState,
+)
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.path import view
 from popsteer.reference.path.locate import Projection
@@ -97,9 +103,13 @@ __all__ = [
     "PurePursuit",
     "PurePursuitParams",
     "PurePursuitState",
+    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
+    "SpeedTracker",
+    "SpeedTrackerParams",
+    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",

@@ -29,6 +29,7 @@ from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Settings, S
 from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names, vehicle_of
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
+from popsteer.sim.pedals import PedalMap
 from popsteer.sim.run import START_OFFSET, Run, default_start, run
 from popsteer.sim.steering import OwnCommand, OwnController, OwnLaw, OwnReversingLaw
 
@@ -42,6 +43,7 @@ __all__ = [
     "OwnController",
     "OwnLaw",
     "OwnReversingLaw",
+    "PedalMap",
     "Plant",
     "Pose",
     "Run",

@@ -28,6 +28,7 @@ mod projection;
 mod python_driver;
 mod python_plant;
 mod sim;
+mod speed_tracker;
 mod vehicle;
 mod vehicles;
 
@@ -73,6 +74,10 @@ mod _core {
     use crate::projection::{PyLookahead, PyProjection};
     #[pymodule_export]
     use crate::sim::{PySettings, PySimulation};
+    #[pymodule_export]
+    use crate::speed_tracker::{
+        PySpeedCommand, PySpeedTracker, PySpeedTrackerParams, PySpeedTrackerState,
+    };
     #[pymodule_export]
     use crate::vehicle::{PyAdaptParams, PyEstimate, PyVehicle};
 
