@@ -56,6 +56,8 @@ __all__ = [
     "StanleyState",
     "Vehicle",
     "__version__",
+    "_path_curvature",
+    "_plan_speeds",
     "build_profile",
     "get_distance",
     "get_predicted_location",
