@@ -23,7 +23,7 @@ and `popsteer.reference` (the same controllers in plain Python). To look at: `po
 (comparisons, margins, benchmarks, their tables and figures).
 """
 
-from popsteer import _core, paper, vehicles
+from popsteer import _core, paper, planning, vehicles
 from popsteer._core import (
     AdaptParams,
     BangBang,
@@ -51,9 +51,13 @@ from popsteer._core import (
     PurePursuit,
     PurePursuitParams,
     PurePursuitState,
+    SpeedCommand,
     SpeedPid,
     SpeedPidParams,
     SpeedPidState,
+    SpeedTracker,
+    SpeedTrackerParams,
+    SpeedTrackerState,
     Stanley,
     StanleyParams,
     StanleyState,
@@ -98,9 +102,13 @@ __all__ = [
     "PurePursuit",
     "PurePursuitParams",
     "PurePursuitState",
+    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
+    "SpeedTracker",
+    "SpeedTrackerParams",
+    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",
@@ -109,6 +117,7 @@ __all__ = [
     "__version__",
     "build_profile",
     "paper",
+    "planning",
     "vehicles",
 ]
 

@@ -30,11 +30,14 @@ WANTED = {
     "delay": RUNS | START | ONE | {"--dead-time"},
     # Nothing is driven.
     "stability": RUNS | TOLD | {"--plant", "--set-plant", "--speeds"},
+    "plan": TOLD
+    | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
+    | {"--driving", "--braking"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }
 # Where the metavar of an option has to differ, as what can be named does.
-SEVERAL: dict[str, set[str]] = {}
+SEVERAL = {"--out": {"DIR", "FILE"}}
 
 
 def _commands() -> dict[str, dict[str, Any]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, delay, edges, matrix, simulate, stability, tracks
+from popsteer.cli import bench, compare, delay, edges, matrix, plan, simulate, stability, tracks
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,6 +30,7 @@ Examples:
   popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
   popsteer matrix --out out              controllers × plants × tracks: error and step time
+  popsteer plan waypoints.csv --vehicle car.toml --out course.csv
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
   popsteer edges                         crossings, cusps, odd spacings and odd starts
   popsteer delay                         steering delay, and controllers that predict through it
@@ -100,6 +101,7 @@ def _add(name: str, command: Callable[..., None], page: str) -> None:
 
 _add("compare", compare.compare, compare.HELP)
 _add("simulate", simulate.simulate, simulate.HELP)
+_add("plan", plan.plan, plan.HELP)
 _add("stability", stability.stability, stability.HELP)
 _add("matrix", matrix.matrix, matrix.HELP)
 _add("edges", edges.edges, edges.HELP)
