@@ -1,0 +1,11 @@
+"""Logs of drives: columns of a CSV file, or the messages of an MCAP file or a ROS 2 bag.
+
+>>> from popsteer import logs
+>>> log = logs.Log([0.0, 0.1], [0.0, 0.8], [0.0, 0.0], [0.0, 0.0], [8.0, 8.0], [0.0, 0.1])
+>>> log.duration
+0.1
+"""
+
+from popsteer.logs.log import COLUMNS, Log, LogError
+
+__all__ = ["COLUMNS", "Log", "LogError"]

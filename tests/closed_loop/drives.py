@@ -1,0 +1,76 @@
+"""Logs of cars that nobody has described: driven by Stanley, with noise in what is logged."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any
+
+import numpy as np
+
+import popsteer
+from popsteer import plants, sim, tracks
+
+OFFSET = math.radians(1.0)
+DEAD_TIME = 0.15
+CARS = ("carla-identified", "commonroad-st-2", "commonroad-mb-2", "mujoco-car")
+SHARE_OF_SPEED = 0.75
+"""Of the track's reference speeds: with all of them no margin is left for 0.15 s of dead time."""
+LEAST_SPEED = 5.0
+
+
+def plant(name: str, dead_time: float = DEAD_TIME, offset: float = OFFSET) -> Any:
+    """Give a plant with a dead time and a steering offset."""
+    if name == "carla-identified":
+        made = sim.CarlaIdentified()
+        vehicle = made.vehicle.replace(dead_time=dead_time, steer_offset=offset)
+        return made.replace(vehicle=vehicle)
+    if name == "mujoco-car":
+        from popsteer.plants.mujoco_car import MujocoCar
+
+        return MujocoCar(dead_time=dead_time, steer_offset=offset)
+    from popsteer.plants.commonroad import CommonRoad
+
+    _, model, number = name.split("-")
+    return CommonRoad(model, int(number), dead_time=dead_time, steer_offset=offset)
+
+
+def course() -> popsteer.Path:
+    track = tracks.get("racetrack")
+    speed = np.maximum(SHARE_OF_SPEED * track.speed, LEAST_SPEED)
+    return popsteer.Path(track.xy, speed=speed, closed=True)
+
+
+@functools.cache
+def drive(
+    name: str,
+    seconds: float = 120.0,
+    seed: int = 0,
+    noise: float = 1.0,
+    dt: float = 0.05,
+    dead_time: float = DEAD_TIME,
+    offset: float = OFFSET,
+) -> dict[str, np.ndarray]:
+    """Drive a plant over the race track; the columns of its log."""
+    path, mover = course(), plant(name, dead_time, offset)
+    vehicle = sim.vehicle_of(mover)
+    settings = sim.Settings(dt=dt, time_limit=seconds, give_up_distance=50.0)
+    start = sim.default_start(path, vehicle=vehicle)
+    run = sim.Simulation(path, mover, start=start, speed=LEAST_SPEED, settings=settings)
+    stanley = popsteer.Stanley(path, vehicle)
+    pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
+    random = np.random.default_rng(seed)
+    rows = []
+    for k in range(round(seconds / dt)):
+        x, y, yaw, speed = run.state
+        x, y = np.array([x, y]) + noise * 0.02 * random.standard_normal(2)
+        yaw += noise * 0.002 * random.standard_normal()
+        speed += noise * 0.02 * random.standard_normal()
+        command = stanley.step(x, y, yaw, speed, dt)
+        throttle, brake = pedals.step(speed, run.reference_speed or LEAST_SPEED, dt)
+        rows.append((k * dt, x, y, math.remainder(yaw, math.tau), speed, command.steer))
+        run.step(command.steer, throttle, brake)
+        if run.ending not in (None, "finished"):
+            break
+    columns = np.array(rows).T
+    return dict(zip(("t", "x", "y", "yaw", "speed", "steer"), columns, strict=True))
