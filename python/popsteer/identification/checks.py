@@ -66,12 +66,12 @@ def first_length(drive: Drive, name: str) -> float:
     LogError
         The log is too short or too straight, the wheels do not turn, or they turn the wrong way.
     """
-    t, yaw, speed, steer = (
+    t, yaw, speed = (
         np.concatenate([values[part] for part in drive.parts()] or [np.zeros(0)])
-        for values in (drive.t, drive.yaw, drive.sample_speed, drive.commands)
+        for values in (drive.t, drive.yaw, drive.sample_speed)
     )
-    every = drive.cell * max(1, round(drive.usual_step / drive.cell))
-    driven = float(np.sum(np.abs(speed) > _MOVING)) * every
+    steer = drive.commands
+    driven = float(np.sum(np.abs(speed) > _MOVING)) * drive.usual_step
     if driven < SHORTEST:
         raise LogError(
             f"{name}: {driven:.1f} s of driving are too short: at least {SHORTEST:g} s are needed,"

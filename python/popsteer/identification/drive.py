@@ -100,9 +100,13 @@ def prepare(log: Log) -> Drive:
     t = log.t - log.t[0]
     for start in starts[1:]:
         t[start:] -= t[start] - t[start - 1] - PAUSE
-    # A command holds until the next one; through a gap the one that follows it does.
-    commands = log.steer.copy()
-    commands[ends[:-1] - 1] = log.steer[starts[1:]]
+    if log.commands is None:
+        # A command holds until the next one; through a gap the one that follows it does.
+        times, commands = t, log.steer.copy()
+        commands[ends[:-1] - 1] = log.steer[starts[1:]]
+    else:
+        given, commands = log.commands
+        times = _on_clock(given, log.t, t)
     edges, speed = _cells(t, starts, ends, clean["speed"])
     acceleration = _acceleration(speed, float(edges[1] - edges[0]))
     usual = _usual_speed(t, clean["yaw"], clean["speed"])
@@ -113,7 +117,7 @@ def prepare(log: Log) -> Drive:
         yaw=clean["yaw"],
         sample_speed=clean["speed"],
         edges=edges,
-        times=t,
+        times=times,
         commands=commands,
         speed=speed,
         acceleration=acceleration,
@@ -123,6 +127,14 @@ def prepare(log: Log) -> Drive:
         outliers=outliers,
         usual_step=float(np.median(np.diff(log.t))),
     )
+
+
+def _on_clock(times: Array, log: Array, clock: Array) -> Array:
+    """Bring times onto the clock without gaps; before and after the log it goes on."""
+    mapped = np.interp(times, log, clock)
+    mapped += np.minimum(times - log[0], 0.0) + np.maximum(times - log[-1], 0.0)
+    # Where a gap shrinks commands may fall together: the least step keeps their order.
+    return np.maximum.accumulate(mapped) + 1e-9 * np.arange(len(mapped))
 
 
 def _cells(

@@ -6,6 +6,9 @@
 0.1
 """
 
+from popsteer.logs.bag import read_bag
+from popsteer.logs.csv_log import read_csv
 from popsteer.logs.log import COLUMNS, Log, LogError
+from popsteer.logs.read import read
 
-__all__ = ["COLUMNS", "Log", "LogError"]
+__all__ = ["COLUMNS", "Log", "LogError", "read", "read_bag", "read_csv"]

@@ -53,6 +53,11 @@ class Log:
         positive to the left; or the measured one.
     name : str, default "log"
         What it is called in errors and pictures.
+    remarks : tuple of str, optional
+        What is to be said about it already.
+    commands : tuple of array_like, optional
+        Times [s] and angles [rad] of the commands where they have times of their own; `steer` at
+        `t` by default.
 
     Attributes
     ----------
@@ -82,6 +87,7 @@ class Log:
     name: str = "log"
     gaps: tuple[int, ...] = field(init=False, default=())
     remarks: tuple[str, ...] = ()
+    commands: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     def __init__(
         self,
@@ -94,6 +100,7 @@ class Log:
         *,
         name: str = "log",
         remarks: tuple[str, ...] = (),
+        commands: tuple[ArrayLike, ArrayLike] | None = None,
     ) -> None:
         given = zip(COLUMNS, (t, x, y, yaw, speed, steer), strict=True)
         columns = {key: np.array(values, dtype=np.float64) for key, values in given}
@@ -113,6 +120,8 @@ class Log:
         for key, values in columns.items():
             values.flags.writeable = False
             object.__setattr__(self, key, values)
+        own = None if commands is None else _own(commands, name)
+        object.__setattr__(self, "commands", own)
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "gaps", gaps)
         object.__setattr__(self, "remarks", (*remarks, *found))
@@ -147,6 +156,21 @@ class Log:
         ['t', 'x', 'y', 'yaw', 'speed', 'steer']
         """
         return {key: getattr(self, key) for key in COLUMNS}
+
+
+def _own(
+    commands: tuple[ArrayLike, ArrayLike], name: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Check commands with times of their own; of several at one time the last counts."""
+    times, angles = (np.array(values, dtype=np.float64) for values in commands)
+    if times.shape != angles.shape or times.ndim != 1 or not len(times):
+        raise LogError(f"{name}: commands must have as many angles as times, and one at least")
+    keep = np.isfinite(times) & np.isfinite(angles)
+    times, angles = times[keep], angles[keep]
+    order = np.argsort(times, kind="stable")
+    times, angles = times[order], angles[order]
+    last = np.append(np.diff(times) > 0.0, True)  # noqa: FBT003
+    return times[last], angles[last]
 
 
 def _usable(columns: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.bool_], list[str]]:
