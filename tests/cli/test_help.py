@@ -21,6 +21,8 @@ _COMMANDS = (
     "edges",
     "dead-time",
     "stability",
+    "identify",
+    "replay",
     "bench",
     "tracks",
 )

@@ -7,7 +7,18 @@ from typing import Annotated
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, dead_time, edges, matrix, simulate, stability, tracks
+from popsteer.cli import (
+    bench,
+    compare,
+    dead_time,
+    edges,
+    identify,
+    matrix,
+    replay,
+    simulate,
+    stability,
+    tracks,
+)
 
 __all__ = ["app"]
 
@@ -32,6 +43,8 @@ Examples:
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
   popsteer edges                         crossings, cusps, odd spacings and starts
   popsteer dead-time                     steering delay, and controllers that predict through it
+  popsteer identify drive.mcap           what is my car? from the log of a drive
+  popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
   popsteer bench                         how long a control step takes
 
 \b
@@ -85,5 +98,7 @@ app.command("stability", help=stability.HELP)(stability.stability)
 app.command("matrix", help=matrix.HELP)(matrix.matrix)
 app.command("edges", help=edges.HELP)(edges.edges)
 app.command("dead-time", help=dead_time.HELP)(dead_time.dead_time)
+app.command("identify", help=identify.HELP)(identify.identify)
+app.command("replay", help=replay.HELP)(replay.replay)
 app.command("bench", help=bench.HELP)(bench.bench)
 app.add_typer(tracks.app, name="tracks")
