@@ -18,10 +18,12 @@ Control Algorithm for Path Tracking of Self-Driving Cars*.
 
 Modules: `popsteer.vehicles` (vehicles by name), `popsteer.sim` (plants and the closed loop),
 `popsteer.tracks`, `popsteer.laws` and `popsteer.presets` (the controllers and their parameter sets
-by name), `popsteer.study` (comparisons), `popsteer.report` (tables, figures, files),
-`popsteer.bench`, and `popsteer.reference` (the same controllers in plain Python, to read and to
-compare with).
+by name), `popsteer.logs` and `popsteer.identification` (a vehicle from the log of a drive),
+`popsteer.study` (comparisons), `popsteer.report` (tables, figures, files), `popsteer.bench`, and
+`popsteer.reference` (the same controllers in plain Python, to read and to compare with).
 """
+
+from typing import TYPE_CHECKING, Any
 
 from popsteer import vehicles
 from popsteer._core import (
@@ -71,6 +73,9 @@ from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.prediction import Prediction
 from popsteer.status import Status
 
+if TYPE_CHECKING:
+    from popsteer.identification import identify
+
 __all__ = [
     "AdaptParams",
     "BangBang",
@@ -115,9 +120,19 @@ __all__ = [
     "build_profile",
     "get_distance",
     "get_predicted_location",
+    "identify",
     "kinematic_bicycle",
     "saturate",
     "state_transition",
     "vehicles",
     "wrap",
 ]
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - what an attribute is depends on its name
+    # Loaded where it is used: what drives a car needs none of it.
+    if name == "identify":
+        from popsteer.identification import identify
+
+        return identify
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

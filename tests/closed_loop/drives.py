@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import popsteer
-from popsteer import plants, sim, tracks
+from popsteer import sim, tracks
 
 OFFSET = math.radians(1.0)
 DEAD_TIME = 0.15

@@ -1,4 +1,4 @@
-"""``popsteer identify``: what is my car?"""
+"""``popsteer identify``: a vehicle from the log of a drive."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from popsteer.cli import inputs, logs, options
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
 from popsteer.files import check_files, check_folder, write_files_atomic
+from popsteer.identification import Identification
 
 __all__ = ["HELP", "identify"]
 
@@ -85,7 +86,13 @@ def identify(
     from rich.text import Text
 
     from popsteer.identification import identify as identified
-    from popsteer.lab.identify import caption, identified_csv, identified_json, identified_table
+    from popsteer.lab.identify import (
+        FILES,
+        caption,
+        identified_csv,
+        identified_json,
+        identified_table,
+    )
     from popsteer.vehicle_file import as_toml
 
     told: Vehicle | None = None
@@ -94,20 +101,14 @@ def identify(
         told = assigned(base, set_vehicle or [], "the vehicle")
     check_files([file for file in (out, csv, json) if file is not None])
     if figures is not None:
-        from popsteer.lab.identify.figure import FILES, identified_files
-
         check_folder(figures, FILES)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
         found = identified(drive, told, progress=lambda share: progress.update("identify", share))
-        drawn = {} if figures is None else identified_files(found, progress.update)
-    content = {} if figures is None else {figures / name: data for name, data in drawn.items()}
-    for file, text in ((csv, identified_csv), (json, identified_json)):
-        if file is not None:
-            content[file] = text(found).encode()
-    if out is not None:
-        content[out] = as_toml(found.vehicle).encode()
-    write_files_atomic(content)
+        drawn = {} if figures is None else _drawn(found, figures, progress)
+    texts = {csv: identified_csv(found), json: identified_json(found), out: as_toml(found.vehicle)}
+    written = {file: text.encode() for file, text in texts.items() if file is not None}
+    write_files_atomic({**drawn, **written})
     console = Console()
     console.print(Text(caption(found), style="bold"), soft_wrap=True)
     console.print()
@@ -116,8 +117,14 @@ def identify(
         console.print()
     for note in found.notes:
         console.print(Text(f"- {note}", style="dim"), soft_wrap=not console.is_terminal)
-    if figures is not None:
-        print(f"Written to {figures}: {', '.join(drawn)}")
-    for file in (csv, json, out):
-        if file is not None:
-            print(f"Written to {file}")
+    if drawn:
+        print(f"Written to {figures}: {', '.join(file.name for file in drawn)}")
+    for file in written:
+        print(f"Written to {file}")
+
+
+def _drawn(found: Identification, folder: Path, progress: Progress) -> dict[Path, bytes]:
+    """Draw the figures that go into a folder."""
+    from popsteer.lab.identify.figure import identified_files
+
+    return {folder / name: data for name, data in identified_files(found, progress.update).items()}

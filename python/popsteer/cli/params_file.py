@@ -20,7 +20,7 @@ __all__ = ["read_params"]
 
 
 def read_params(file: Path) -> tuple[str, Any]:
-    """Read the parameters of a controller.
+    r"""Read the parameters of a controller.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def read_params(file: Path) -> tuple[str, Any]:
     >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "tuned.toml"
-    ...     _ = file.write_text('controller = "pop"\\nlookahead_gain = 0.3\\n')
+    ...     _ = file.write_text('controller = "pop"\nlookahead_gain = 0.3\n')
     ...     read_params(file)[1].lookahead_gain
     0.3
     """

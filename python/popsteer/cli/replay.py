@@ -1,4 +1,4 @@
-"""``popsteer replay``: what would the controllers have done?"""
+"""``popsteer replay``: what the controllers would have done on a recorded drive."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from popsteer.cli.params_file import read_params
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, check_folder, write_files_atomic
+from popsteer.lab.replay.run import Replay
 
 __all__ = ["HELP", "replay"]
 
@@ -95,30 +96,18 @@ def replay(
     from rich.console import Console
     from rich.text import Text
 
-    from popsteer.lab.replay import caption, replay_csv, replay_table, summary_csv
+    from popsteer.lab.replay import caption, replay_table, summary_csv
     from popsteer.lab.replay import replay as replayed
-    from popsteer.lab.replay.table import NOTE, statuses
+    from popsteer.lab.replay.table import FILES, NOTE, statuses
 
     told = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
-    tuned = None if params is None else read_params(params)
-    if controllers is None:
-        controllers = _DEFAULT if tuned is None else tuned[0]
-    chosen = {
-        name: tuned[1]
-        if tuned is not None and name == tuned[0]
-        else assigned(presets.get(name, preset), set_ or [], name)
-        for name in inputs.names(controllers)
-    }
-    if tuned is not None and tuned[0] not in chosen:
-        raise ConfigError("--controllers", controllers, f"with {tuned[0]}, which --params is of")
+    chosen = _chosen(controllers, params, preset, set_ or [])
     course = None
     if waypoints is not None or track is not None or closed:
         course = inputs.course(waypoints, track, closed=closed)
     if csv is not None:
         check_files([csv])
     if out is not None:
-        from popsteer.lab.replay.figure import FILES, replay_files
-
         check_folder(out, [*FILES, "replay.csv"])
     adapt: Literal["auto"] | None = None if no_adapt else "auto"
     with Progress() as progress:
@@ -132,10 +121,7 @@ def replay(
             adapt=adapt,
             progress=progress.update,
         )
-        content = {} if out is None else replay_files(found, progress.update)
-    if out is not None:
-        content["replay.csv"] = replay_csv(found).encode()
-    files = {} if out is None else {out / name: data for name, data in content.items()}
+        files = {} if out is None else _files(found, out, progress)
     if csv is not None:
         files[csv] = summary_csv(found).encode()
     write_files_atomic(files)
@@ -147,6 +133,30 @@ def replay(
     for line in (*statuses(found), *drive.remarks, NOTE):
         console.print(Text(line, style="dim"), soft_wrap=not console.is_terminal)
     if out is not None:
-        print(f"Written to {out}: {', '.join(content)}")
+        print(f"Written to {out}: {', '.join(file.name for file in files if file != csv)}")
     if csv is not None:
         print(f"Written to {csv}")
+
+
+def _chosen(
+    controllers: str | None, file: Path | None, preset: str, assignments: list[str]
+) -> dict[str, laws.Params]:
+    """Give the parameters of each controller."""
+    tuned = {} if file is None else dict([read_params(file)])
+    names = inputs.names(controllers or ",".join(tuned) or _DEFAULT)
+    for name in tuned:
+        if name not in names:
+            raise ConfigError("--controllers", controllers, f"with {name}, which --params is of")
+    return {
+        name: assigned(tuned.get(name, presets.get(name, preset)), assignments, name)
+        for name in names
+    }
+
+
+def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:
+    """Make the files that go into a folder."""
+    from popsteer.lab.replay import replay_csv
+    from popsteer.lab.replay.figure import replay_files
+
+    content = {**replay_files(found, progress.update), "replay.csv": replay_csv(found).encode()}
+    return {folder / name: data for name, data in content.items()}

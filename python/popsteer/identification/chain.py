@@ -3,10 +3,10 @@
     wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ±max_steer_rate)
     yaw'   = v tan(wheel) / (turning_wheelbase + understeer v²)
 
-That is `Vehicle`'s chain, where the lag is that of the wheels. In most cars the larger part of it is
-that of the yaw rate behind the wheels; on tyres it grows with the speed. While the speed stays the
-same all three are one. Where a car brakes into a bend and accelerates out of it they differ by as
-much as 10 ms of delay, so that the fit tries them all.
+That is `Vehicle`'s chain, where the lag is that of the wheels. In most cars the larger part of it
+is that of the yaw rate behind the wheels; on tyres it grows with the speed. While the speed stays
+the same all three are one. Where a car brakes into a bend and accelerates out of it they differ by
+as much as 10 ms of delay, so that the fit tries them all.
 
 Besides, braking loads the front tyres, and the car turns more; with `shift`
 
@@ -72,8 +72,9 @@ class Wheels:
         """Give the integral of the angle from the first command to these times [rad s]."""
         place = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, None)
         since = times - self.times[place]
-        after: Array = self.total[place] + self._since(place, np.maximum(since, 0.0))
-        return after + np.minimum(since, 0.0) * self.commands[0]
+        after = self.total[place] + self._since(place, np.maximum(since, 0.0))
+        found: Array = after + np.minimum(since, 0.0) * self.commands[0]
+        return found
 
     def _since(self, place: NDArray[np.int64], time: Array) -> Array:
         """Give the integral of the angle over `time` from each command on."""

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.logs import Log
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from popsteer.logs import Log
 
     Array = NDArray[np.float64]
 
@@ -38,8 +38,9 @@ HARDEST = 12.0
 class Drive:
     """A log on a clock without gaps.
 
-    `commands` begin at `times`. `edges` bound the cells of the simulation, `speed` is that of each, 0 in the pauses that stand for gaps. `starts` are the indices of the samples
-    with which the log's unbroken parts begin.
+    `commands` begin at `times`. `edges` bound the cells of the simulation, `speed` is that of
+    each, 0 in the pauses that stand for gaps. `starts` are the indices of the samples with which
+    the log's unbroken parts begin.
     """
 
     t: Array
@@ -134,7 +135,8 @@ def _on_clock(times: Array, log: Array, clock: Array) -> Array:
     mapped = np.interp(times, log, clock)
     mapped += np.minimum(times - log[0], 0.0) + np.maximum(times - log[-1], 0.0)
     # Where a gap shrinks commands may fall together: the least step keeps their order.
-    return np.maximum.accumulate(mapped) + 1e-9 * np.arange(len(mapped))
+    risen: Array = np.maximum.accumulate(mapped) + 1e-9 * np.arange(len(mapped))
+    return risen
 
 
 def _cells(
@@ -178,9 +180,7 @@ def _without_outliers(t: Array, values: Array) -> tuple[Array, int]:
         return values, 0
     share = (t[2:-2] - t[:-4]) / (t[4:] - t[:-4])
     around = values[:-4] + share * (values[4:] - values[:-4])
-    near = np.median(
-        np.stack((values[:-4], values[1:-3], values[3:-1], values[4:])), axis=0
-    )
+    near = np.median(np.stack((values[:-4], values[1:-3], values[3:-1], values[4:])), axis=0)
     # The line through the neighbours is pulled by an outlier among them, their median is not.
     off = np.where(
         np.abs(values[2:-2] - around) < np.abs(values[2:-2] - near),

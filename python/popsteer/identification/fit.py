@@ -144,10 +144,8 @@ class _Task:
         self.theta, self.noise = 0.9, 0.002
 
     def error(self, values: Mapping[str, float]) -> Array:
-        """What the simulation leaves of the measured heading [rad]."""
-        simulated = self.chain.yaw(
-            *(values[name] for name in NAMES), rate=values.get("max_steer_rate")
-        )
+        """Give what the simulation leaves of the measured heading [rad]."""
+        simulated = self.chain.yaw(*_arguments(values))
         left: Array = self.drive.yaw - simulated
         return left
 
@@ -235,8 +233,9 @@ class _Task:
         self.noise = max(spread(whitened(error, self.parts, self.theta)), 1e-9)
 
     def free(self, values: Mapping[str, float]) -> list[str]:
-        return [name for name in (*NAMES, "max_steer_rate") if name in values
-                and name not in self.fixed]
+        return [
+            name for name in (*NAMES, "max_steer_rate") if name in values and name not in self.fixed
+        ]
 
     def report(self, values: dict[str, float]) -> Fit:
         """Set out what was found, with its standard errors."""
@@ -255,7 +254,6 @@ class _Task:
         memory = int(np.ceil(1.0 / float(np.median(np.diff(self.drive.t)))))
         known = covariance(jacobian * np.sqrt(weight)[:, None], residual * np.sqrt(weight), memory)
         deviation = np.sqrt(np.maximum(np.diag(known), 0.0))
-        arguments = [values[name] for name in NAMES]
         rate = values.get("max_steer_rate")
         return Fit(
             values=values,
@@ -265,9 +263,17 @@ class _Task:
             cost=self.cost(values),
             theta=self.theta,
             noise=self.noise,
-            yaw=self.chain.yaw(*arguments, rate=rate),
+            yaw=self.chain.yaw(*_arguments(values)),
             wheels=self.chain.wheels(values["steer_lag"], rate),
         )
+
+
+def _arguments(
+    values: Mapping[str, float],
+) -> tuple[float, float, float, float, float, float, float | None]:
+    """Give what `Chain.yaw` takes."""
+    length, understeer, offset, lag, dead_time, shift = (values[name] for name in NAMES)
+    return length, understeer, offset, lag, dead_time, shift, values.get("max_steer_rate")
 
 
 def _named(names: list[str], point: Array) -> dict[str, float]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from popsteer._core import Vehicle
 from popsteer.errors import PopsteerError
+from popsteer.identification.apart import error_of, unsure
 from popsteer.identification.checks import first_length, refuse_units
 from popsteer.identification.drive import prepare
 from popsteer.identification.fit import LAGS, Fit, fit
@@ -27,12 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["identify"]
 
 _MOST_ROUNDS = 5
-_SURE_LENGTH = 0.05
-"""Largest standard error of what turns the car, as a share: beyond it two causes are one."""
 _NO_LENGTH = 0.15
-_SURE_OFFSET = math.radians(0.3)
-_SURE_DELAY = 0.04
-_SURE_SHIFT = 0.1
 _SURE_POINT = 0.1
 _STRETCH = 0.2
 """A rate that the wheels kept for this time is known well [s]."""
@@ -116,11 +111,9 @@ def identify(
         vehicle=made,
         errors=errors,
         delay=values["steer_lag"] + values["dead_time"],
-        delay_error=_error_of(found, {"steer_lag": 1.0, "dead_time": 1.0}),
+        delay_error=error_of(found, {"steer_lag": 1.0, "dead_time": 1.0}),
         turning_length=values["turning_wheelbase"] + values["understeer"] * speed**2,
-        turning_length_error=_error_of(
-            found, {"turning_wheelbase": 1.0, "understeer": speed**2}
-        ),
+        turning_length_error=error_of(found, {"turning_wheelbase": 1.0, "understeer": speed**2}),
         speed=speed,
         lag_of=found.lag_of,
         notes=notes,
@@ -155,10 +148,10 @@ def _heading(
     for turn in range(_MOST_ROUNDS + 1):
         part = None if progress is None else _share(progress, turn)
         found = fit(drive, start, fixed, part, lags)
-        unsure = _unsure(found, drive, told) if turn < _MOST_ROUNDS else None
-        if unsure is None:
+        doubt = unsure(found, drive, told) if turn < _MOST_ROUNDS else None
+        if doubt is None:
             break
-        more, why = unsure
+        more, why = doubt
         fixed.update(more)
         words += [why] if why else []
         lags, start = (found.lag_of,), {**found.values, **fixed}
@@ -176,48 +169,6 @@ def _heading(
 
 def _share(progress: Callable[[float], object], turn: int) -> Callable[[float], object]:
     return lambda share: progress(1.0 - 0.2**turn * (1.0 - 0.8 * share))
-
-
-def _unsure(found: Fit, drive: Drive, told: Vehicle) -> tuple[dict[str, float], str] | None:
-    """Give what the log cannot tell apart first: what to take it for, and the words for it."""
-    values, errors = found.values, found.errors
-    square, length = drive.usual_speed**2, values["turning_wheelbase"]
-    hardest = float(np.quantile(np.abs(drive.acceleration), 0.9))
-    if errors.get("load_shift", 0.0) * max(hardest, 0.1) * square > _SURE_SHIFT * length:
-        return {"load_shift": 0.0}, ""
-    at_speed = _error_of(found, {"turning_wheelbase": 1.0, "understeer": square})
-    apart = max(errors.get("understeer", 0.0) * square, errors["turning_wheelbase"])
-    if "understeer" in errors and apart > max(_SURE_LENGTH * length, 2.0 * at_speed):
-        return {"understeer": told.understeer}, (
-            "one speed only, or nearly: turning wheelbase and understeer cannot be told apart;"
-            f" understeer is taken as {told.understeer:g} s²/m, and the turning wheelbase holds at"
-            f" {drive.usual_speed:.1f} m/s"
-        )
-    if "understeer" in errors and values["understeer"] < 0.0:
-        clear = values["understeer"] < -3.0 * errors["understeer"]
-        return {"understeer": 0.0}, (
-            "the faster, the more the car turns (oversteer, understeer ="
-            f" {values['understeer']:.2g} s²/m): a vehicle has none below 0, and 0 is taken"
-            if clear
-            else ""
-        )
-    if errors.get("steer_offset", 0.0) > _SURE_OFFSET:
-        return {"steer_offset": told.steer_offset}, (
-            "bends to one side only, or nearly: the steering offset cannot be told from the gain;"
-            f" it is taken as {math.degrees(told.steer_offset):g} degrees"
-        )
-    if "steer_lag" in errors and errors["dead_time"] > _SURE_DELAY:
-        return {"steer_lag": told.steer_lag}, (
-            "the steering is too slow to tell lag and dead time apart: only their sum,"
-            f" {values['steer_lag'] + values['dead_time']:.3f} s, is known; the lag is taken as"
-            f" {told.steer_lag:g} s"
-        )
-    if errors.get("dead_time", 0.0) > _SURE_DELAY:
-        return {"dead_time": told.dead_time}, (
-            "the steering does not change enough to show a delay: lag and dead time are taken as"
-            f" {told.steer_lag:g} and {told.dead_time:g} s"
-        )
-    return None
 
 
 def _rate(found: Fit, words: list[str]) -> float | None:
@@ -327,9 +278,3 @@ def _outliers(drive: Drive) -> list[str]:
         return []
     numbers = "number stands" if drive.outliers == 1 else "numbers stand"
     return [f"{drive.outliers} measured {numbers} out from their neighbours: replaced"]
-
-
-def _error_of(found: Fit, weights: dict[str, float]) -> float:
-    """Give the standard error of a sum of parameters."""
-    vector = np.array([weights.get(name, 0.0) for name in found.errors])
-    return float(np.sqrt(max(vector @ found.covariance @ vector, 0.0)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -59,7 +59,7 @@ class Identification:
     lag_of: str
     notes: tuple[str, ...]
     noise: dict[str, float]
-    records: dict[str, NDArray[np.generic]] = field(repr=False)
+    records: dict[str, NDArray[Any]] = field(repr=False)
     log: Log = field(repr=False)
 
     @property

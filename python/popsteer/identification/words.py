@@ -17,9 +17,7 @@ _NOTABLE_SPEED = 0.01
 _HAND_WHEEL = 12.0
 
 
-def described(
-    told: Vehicle | None, found: Fit, point: Point, fixed: dict[str, float]
-) -> list[str]:
+def described(told: Vehicle | None, found: Fit, point: Point, fixed: dict[str, float]) -> list[str]:
     """Say what a reader should know beyond the figures.
 
     Parameters
@@ -51,7 +49,9 @@ def described(
             " hand wheel?"
         )
     if found.lag_of == "tyres" and "steer_lag" not in fixed:
-        words.append("the lag grows with the speed, as tyres have it; it is that of the usual speed")
+        words.append(
+            "the lag grows with the speed, as tyres have it; it is that of the usual speed"
+        )
     bias, excess = point.values["heading_bias"], point.values["speed_excess"]
     if abs(bias) > max(_NOTABLE_TURN, 4.0 * point.errors["heading_bias"]):
         side = "right" if bias > 0.0 else "left"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +15,8 @@ from popsteer.logs.messages import ODOMETRY, STEERING, Steering, typestore
 from popsteer.logs.units import factor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    import os
+    from collections.abc import Callable, Iterable, Mapping
 
     from numpy.typing import NDArray
 
@@ -73,6 +73,8 @@ def read_bag(
     factors = {key: factor(key, unit) for key, unit in (units or {}).items()}
     if unknown := [key for key in asked if key not in ("odometry", "steer")]:
         raise LogError(f"unknown topic {unknown[0]!r}; known: odometry, steer")
+    if not path.exists():
+        raise LogError(f"{path}: cannot be read: no such file or folder")
     try:
         with AnyReader([path], default_typestore=typestore()) as reader:
             odometry = _choose(path, reader.connections, "odometry", {ODOMETRY}, asked)
@@ -87,13 +89,17 @@ def read_bag(
         raise LogError(f"{path}: cannot be read: {why}") from error
     except (LogError, KeyboardInterrupt):
         raise
-    except Exception as error:  # noqa: BLE001 - a broken file may break rosbags anywhere
+    except Exception as error:  # a broken file may break rosbags anywhere
         raise LogError(f"{path}: cannot be read as a bag or MCAP file: {error!r}") from error
     return _log(path, poses, angles, kind, factors, steer[0].topic)
 
 
 def _choose(
-    path: Path, connections: list[Any], what: str, types: Any, asked: dict[str, str]  # noqa: ANN401
+    path: Path,
+    connections: list[Any],
+    what: str,
+    types: Iterable[str],
+    asked: dict[str, str],
 ) -> list[Any]:
     """Choose the connections of a topic, or say which topics there are."""
     there = sorted({(c.topic, c.msgtype) for c in connections})
@@ -193,6 +199,10 @@ def _log(
         for k, key in enumerate(("x", "y", "yaw", "speed"), start=2)
     }
     return Log(
-        t, **scaled, steer=steer[held], name=path.name, remarks=tuple(remarks),
+        t,
+        **scaled,
+        steer=steer[held],
+        name=path.name,
+        remarks=tuple(remarks),
         commands=(given, steer),
     )

@@ -89,7 +89,7 @@ class Log:
     remarks: tuple[str, ...] = ()
     commands: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - a column each
         self,
         t: ArrayLike,
         x: ArrayLike,
@@ -169,7 +169,7 @@ def _own(
     times, angles = times[keep], angles[keep]
     order = np.argsort(times, kind="stable")
     times, angles = times[order], angles[order]
-    last = np.append(np.diff(times) > 0.0, True)  # noqa: FBT003
+    last = np.append(np.diff(times) > 0.0, True)
     return times[last], angles[last]
 
 

@@ -21,12 +21,8 @@ if TYPE_CHECKING:
     from popsteer.identification import Identification
     from popsteer.report.figures.theme import Theme
 
-__all__ = ["FILES", "identified_figure", "identified_files"]
+__all__ = ["identified_figure", "identified_files"]
 
-FILES = tuple(
-    f"identify{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")
-)
-"""The names of the files of the figure."""
 _SMOOTHING = 0.25
 _MOST_POINTS = 4000
 
@@ -83,18 +79,34 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     left = figure.add_subplot(grid[1, 1], sharex=rates)
     off = figure.add_subplot(grid[2, 1], sharex=rates)
     breaks = np.array(found.log.gaps, dtype=np.int64)
-    _draw(track, records["x"], records["y"], breaks, color=theme.path, linewidth=5.0,
-          solid_capstyle="round", label="measured")
-    _draw(track, records["simulated_x"], records["simulated_y"], breaks, color=simulated,
-          linewidth=1.2, label="simulated, anew every 10 s")
+    _draw(
+        track,
+        records["x"],
+        records["y"],
+        breaks,
+        color=theme.path,
+        linewidth=5.0,
+        solid_capstyle="round",
+        label="measured",
+    )
+    _draw(
+        track,
+        records["simulated_x"],
+        records["simulated_y"],
+        breaks,
+        color=simulated,
+        linewidth=1.2,
+        label="simulated, anew every 10 s",
+    )
     track.set_aspect("equal", adjustable="datalim")
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
     track.legend(loc="best", fontsize=8.5)
     width = _SMOOTHING / found.log.period
     rate, model = records["yaw_rate"], records["simulated_yaw_rate"]
     _draw(rates, t, _smooth(rate, width), breaks, color=measured, linewidth=1.6, label="measured")
-    _draw(rates, t, _smooth(model, width), breaks, color=simulated, linewidth=0.9,
-          label="simulated")
+    _draw(
+        rates, t, _smooth(model, width), breaks, color=simulated, linewidth=0.9, label="simulated"
+    )
     rates.set(ylabel="yaw rate [rad/s]", title="Yaw rate, smoothed over 0.25 s")
     rates.legend(loc="upper right", fontsize=8.5, ncols=2)
     difference = np.where(records["counts"], rate - model, np.nan)
@@ -103,14 +115,24 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     left.set_title(
         f"measured less simulated: {found.yaw_rate_residual:.4f} rad/s rms, unsmoothed,"
         f" of {found.yaw_rate_rms:.3f}",
-        fontsize=9.0, fontweight="normal", color=theme.faint,
+        fontsize=9.0,
+        fontweight="normal",
+        color=theme.faint,
     )
-    _draw(off, t, np.where(records["counts"], records["position_error"], np.nan), breaks,
-          color=measured, linewidth=0.9)
+    _draw(
+        off,
+        t,
+        np.where(records["counts"], records["position_error"], np.nan),
+        breaks,
+        color=measured,
+        linewidth=0.9,
+    )
     off.set(xlabel="time [s]", ylabel="to the side [m]")
     off.set_title(
         f"position, measured less simulated: {found.position_residual:.3f} m rms",
-        fontsize=9.0, fontweight="normal", color=theme.faint,
+        fontsize=9.0,
+        fontweight="normal",
+        color=theme.faint,
     )
     for panel in (rates, left, off):
         panel.axhline(0.0, color=theme.path, linewidth=0.8, zorder=0.5)
@@ -120,7 +142,11 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
 
 
 def _draw(
-    panel: Axes, x: NDArray[Any], y: NDArray[Any], breaks: NDArray[np.int64], **style: Any  # noqa: ANN401
+    panel: Axes,
+    x: NDArray[Any],
+    y: NDArray[Any],
+    breaks: NDArray[np.int64],
+    **style: Any,  # noqa: ANN401
 ) -> None:
     """Draw a line that stops at gaps; not more points than can be seen."""
     x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64).copy()

@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.identification import Identification
 
-__all__ = ["caption", "identified_csv", "identified_json", "identified_table"]
+__all__ = ["FILES", "caption", "identified_csv", "identified_json", "identified_table"]
 
+FILES = tuple(f"identify{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg"))
+"""The names of the files of the figure."""
 SCHEMA = 1
 """Version of the document's layout."""
 _LAGS = {
@@ -43,8 +45,8 @@ _ROWS = (
     _Row("steer_lag", "lag", "ms", 1e3, 0),
     _Row("dead_time", "dead time", "ms", 1e3, 0),
     _Row("max_steer_rate", "rate of the wheels", "rad/s", 1.0, 3),
-    _Row("rear_axle", "rear axle, ahead of the pose", "m", 1.0, 3),
-    _Row("no_slip_point", "no-slip point, ahead of the pose", "m", 1.0, 3),
+    _Row("rear_axle", "rear axle, from the pose", "m", 1.0, 3),
+    _Row("no_slip_point", "no-slip point, from the pose", "m", 1.0, 3),
 )
 
 
@@ -117,19 +119,10 @@ def identified_table(found: Identification, told: Vehicle | None = None) -> Tabl
         "" if told is None else f"{1e3 * (told.dead_time + told.steer_lag):.0f}",
         "ms",
     )
-    table.add_row(
-        "left of the yaw rate, rms",
-        f"{found.yaw_rate_residual:.4f}",
-        "",
-        "",
-        f"rad/s of {found.yaw_rate_rms:.3f}",
-    )
-    table.add_row(
-        "noise of yaw, from sample to sample", f"{found.noise['yaw']:.4f}", "", "", "rad"
-    )
-    table.add_row(
-        "off to the side in up to 10 s, rms", f"{found.position_residual:.3f}", "", "", "m"
-    )
+    table.add_row("yaw rate left over, rms", f"{found.yaw_rate_residual:.4f}", "", "", "rad/s")
+    table.add_row("yaw rate, rms", f"{found.yaw_rate_rms:.4f}", "", "", "rad/s")
+    table.add_row("noise of the yaw", f"{found.noise['yaw']:.4f}", "", "", "rad")
+    table.add_row("off to the side within 10 s, rms", f"{found.position_residual:.3f}", "", "", "m")
     return table
 
 
@@ -180,9 +173,7 @@ def identified_csv(found: Identification) -> str:
     str
         A comment with the units, a row of names, the rows.
     """
-    records = {
-        name: np.asarray(values, dtype=np.float64) for name, values in found.records.items()
-    }
+    records = {name: np.asarray(values, dtype=np.float64) for name, values in found.records.items()}
     lines = ["# SI units and radians; counts: 1 where the row counts", ",".join(records)]
     columns = [values.tolist() for values in records.values()]
     lines += [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]

@@ -23,10 +23,8 @@ if TYPE_CHECKING:
     from popsteer.lab.replay.run import Replay
     from popsteer.report.figures.theme import Theme
 
-__all__ = ["FILES", "replay_figure", "replay_files"]
+__all__ = ["replay_figure", "replay_files"]
 
-FILES = tuple(f"replay{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg"))
-"""The names of the files of the figure."""
 _MOST_POINTS = 4000
 
 
@@ -89,8 +87,9 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     track.set_aspect("equal", adjustable="datalim")
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
     track.legend(loc="best", fontsize=8.5)
-    _draw(angles, t, np.degrees(log.steer), log.gaps, color=theme.path, linewidth=3.5,
-          label="driver")
+    _draw(
+        angles, t, np.degrees(log.steer), log.gaps, color=theme.path, linewidth=3.5, label="driver"
+    )
     for place, shadow in enumerate(found.shadows.values()):
         style: dict[str, Any] = {"color": colours[shadow.name], "linewidth": 0.9}
         title = laws.get(shadow.name).title

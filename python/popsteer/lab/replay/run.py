@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -155,10 +156,11 @@ def _shadow(
     progress: Callable[[str, float], object] | None,
 ) -> Shadow:
     kind: Any = law.controller
+    places: NDArray[np.int64] | None = None
     if path is None:
         # Where the tracked point lies is known to the controller alone.
         somewhere = kind(Path([(0.0, 0.0), (1.0, 0.0)]), vehicle, params)
-        path = own_path(log, float(somewhere.tracked_point))
+        path, places = _own(log, float(somewhere.tracked_point))
     count = len(log)
     steer, cross, heading = np.empty(count), np.empty(count), np.empty(count)
     status = np.empty(count, dtype=np.uint32)
@@ -177,6 +179,8 @@ def _shadow(
     for k, (x, y, yaw, speed, dt, applied) in enumerate(rows):
         if k in begins:
             controller = kind(path, vehicle, params, adapt=adapt)
+            if places is not None:
+                _place(controller, int(places[k]))
         command = controller.step_or_hold(x, y, yaw, speed, dt, applied_steer=applied)
         steer[k], status[k] = command.steer, int(command.status)
         cross[k], heading[k] = command.cross_track_error, command.heading_error
@@ -212,6 +216,18 @@ def own_path(log: Log, ahead: float = 0.0) -> Path:
     >>> own_path(Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t), 1.0).x[0]
     1.0
     """
+    return _own(log, ahead)[0]
+
+
+def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - each has a state of its own
+    """Tell a controller where it is: of two laps over one place it could choose the wrong one."""
+    state = controller.state
+    known = {**state.as_dict(), "waypoint": waypoint, "measured_waypoint": waypoint}
+    controller.state = type(state)(**known)
+
+
+def _own(log: Log, ahead: float) -> tuple[Path, NDArray[np.int64]]:
+    """Make the path, and say near which of its waypoints each row is."""
     # The way that the wheels roll: positions in noise would make a way of standing still.
     middle = 0.5 * np.abs(log.speed[1:] + log.speed[:-1])
     step = np.diff(log.t)
@@ -230,7 +246,7 @@ def own_path(log: Log, ahead: float = 0.0) -> Path:
     x = log.x + ahead * np.cos(log.yaw)
     y = log.y + ahead * np.sin(log.yaw)
     pieces = []
-    for start, end in zip(turns[:-1], turns[1:], strict=True):
+    for start, end in pairwise(turns):
         at = np.linspace(start, end, max(2, round((end - start) / SPACING) + 1))
         inside = (way >= start) & (way <= end)
         if inside.sum() < 2:
@@ -240,15 +256,18 @@ def own_path(log: Log, ahead: float = 0.0) -> Path:
                 _smoothed(way[inside], x[inside], at),
                 _smoothed(way[inside], y[inside], at),
                 np.interp(at, way, log.speed),
+                at,
                 np.full(len(at), np.interp(0.5 * (start + end), way, backwards) > 0.5),
             )
         )
     columns = [np.concatenate(parts) for parts in zip(*pieces, strict=True)]
     keep = np.concatenate(([True], np.hypot(np.diff(columns[0]), np.diff(columns[1])) > 1e-3))
     xy = np.column_stack((columns[0], columns[1]))[keep]
-    speed, reverse = columns[2][keep], columns[3][keep]
+    speed, at, reverse = (column[keep] for column in columns[2:])
     speed = np.where(reverse, np.minimum(speed, 0.0), np.maximum(speed, 0.0))
-    return Path(xy, speed=speed, reverse=reverse if reverse.any() else None)
+    path = Path(xy, speed=speed, reverse=reverse if reverse.any() else None)
+    near = np.clip(np.searchsorted(at, way, side="right") - 1, 0, len(xy) - 2)
+    return path, near.astype(np.int64)
 
 
 def _turns(way: Array, backwards: NDArray[np.bool_]) -> list[float]:
@@ -275,4 +294,5 @@ def _smoothed(way: Array, values: Array, at: Array) -> Array:
     before = 2.0 * line[0] - line[half:0:-1]
     after = 2.0 * line[-1] - line[-2 : -half - 2 : -1]
     smooth = np.convolve(np.concatenate((before, line, after)), kernel, mode="valid")
-    return np.interp(at, fine, smooth)
+    found: Array = np.interp(at, fine, smooth)
+    return found

@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 
     from popsteer.lab.replay.run import Replay, Shadow
 
-__all__ = ["NOTE", "caption", "replay_csv", "replay_table", "summary_csv"]
+__all__ = ["FILES", "NOTE", "caption", "replay_csv", "replay_table", "summary_csv"]
 
+FILES = tuple(f"replay{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg"))
+"""The names of the files of the figure."""
 NOTE = (
-    "differs: the controller's angle less the driver's; rate: of the angle, rms; error: the"
-    " cross-track error of the controller's tracked point as the driver drove. Degraded and fault:"
-    " shares of the rows."
+    "differs: the controller's angle less the driver's, mean absolute and largest; rate: of the"
+    " angle, rms; error: the cross-track error of the controller's tracked point as the driver"
+    " drove. Degraded and fault: shares of the rows."
 )
 """What a reader of the table has to know."""
 
@@ -64,11 +66,11 @@ def replay_table(found: Replay) -> Table:
     table = blank_table()
     table.add_column("", no_wrap=True)
     for head in (
-        "differs\nmean [deg]",
-        "\nmax [deg]",
+        "differs\n[deg]",
+        "max\n[deg]",
         "rate\n[deg/s]",
-        "error\nmean [m]",
-        "\nmax [m]",
+        "error\n[m]",
+        "max\n[m]",
         "degraded\n[%]",
         "fault\n[%]",
     ):
