@@ -74,3 +74,47 @@ def drive(
             break
     columns = np.array(rows).T
     return dict(zip(("t", "x", "y", "yaw", "speed", "steer"), columns, strict=True))
+
+
+def track(name: str, vehicle: popsteer.Vehicle, seconds: float = 50.0, dt: float = 0.05) -> float:
+    """Drive preview POP that believes a vehicle; mean error of the rear axle after 5 s [m]."""
+    path, mover = course(), plant(name)
+    start = sim.default_start(path, vehicle=sim.vehicle_of(mover))
+    settings = sim.Settings(dt=dt, time_limit=seconds, give_up_distance=50.0)
+    run = sim.Simulation(path, mover, start=start, speed=LEAST_SPEED, settings=settings)
+    controller = popsteer.PreviewPop(path, vehicle)
+    pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
+    for _ in range(round(seconds / dt)):
+        x, y, yaw, speed = run.state
+        steer = controller.step(x, y, yaw, speed, dt).steer
+        run.step(steer, *pedals.step(speed, run.reference_speed or LEAST_SPEED, dt))
+        if run.ending is not None:
+            break
+    records = run.records()
+    settled = records["time"] > 5.0
+    return float(np.abs(records["rear_cross_track_error"][settled]).mean())
+
+
+def response(name: str, speed: float = 9.0, frequency: float = 1.0, dt: float = 0.05) -> float:
+    """Measure how late the yaw rate is behind the command of a plant without dead time [s].
+
+    The phase of the heading under a slow sine of 0.03 rad, less half a period for which a command
+    holds.
+    """
+    path = popsteer.Path([(5.0 * k, 0.0) for k in range(200)], speed=[speed] * 200)
+    settings = sim.Settings(dt=dt, give_up_distance=900.0, time_limit=60.0)
+    mover = plant(name, dead_time=0.0, offset=0.0)
+    run = sim.Simulation(path, mover, start=(0.0, 0.0, 0.0), speed=speed, settings=settings)
+    pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
+    t = dt * np.arange(round(8.0 * math.pi / frequency / dt))
+    heading = np.empty_like(t)
+    for k, time in enumerate(t):
+        heading[k] = run.state[2]
+        now = run.state[3]
+        run.step(0.03 * math.sin(frequency * time), *pedals.step(now, speed, dt))
+    late = t > 2.0 * math.pi / frequency
+    waves = np.column_stack(
+        [np.sin(frequency * t), np.cos(frequency * t), np.ones_like(t), t]
+    )[late]
+    sine, cosine, *_ = np.linalg.lstsq(waves, heading[late], rcond=None)[0]
+    return float(np.arctan2(-sine, -cosine)) / frequency - 0.5 * dt

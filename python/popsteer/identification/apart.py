@@ -19,7 +19,7 @@ Doubt: TypeAlias = "tuple[dict[str, float], str]"
 _SURE_LENGTH = 0.05
 """Largest standard error of what turns the car, as a share: beyond it two causes are one."""
 _SURE_OFFSET = math.radians(0.3)
-_SURE_DELAY = 0.04
+_SURE_DELAY = 0.03
 _SURE_SHIFT = 0.1
 
 

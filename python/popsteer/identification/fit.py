@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -84,13 +84,26 @@ class Fit:
     wheels: Wheels
     """The simulated wheels, without dead time and offset."""
 
+    def doubted(self, others: Sequence[Mapping[str, float]]) -> Fit:
+        """Widen the errors by how far others lie off, that explain the log as well."""
+        names = list(self.errors)
+        off = np.array(
+            [[other.get(name, self.values[name]) - self.values[name] for name in names]
+            for other in others]
+        )
+        # As one more deviation: what they agree in, like the sum of lag and dead time, stays sure.
+        known = self.covariance + (off.T @ off) / max(len(others), 1)
+        errors = np.sqrt(np.maximum(np.diag(known), 0.0))
+        return replace(
+            self, covariance=known, errors=dict(zip(names, map(float, errors), strict=True))
+        )
+
 
 def fit(
     drive: Drive,
     start: Mapping[str, float],
     fixed: Mapping[str, float],
     progress: Callable[[float], object] | None = None,
-    lags: Sequence[LagOf] = LAGS,
 ) -> Fit:
     """Fit the chain to the heading of a drive.
 
@@ -104,15 +117,13 @@ def fit(
         What is not to be fitted.
     progress : callable, optional
         Called with the share done, 0 to 1.
-    lags : sequence of str
-        What the lag may be of.
 
     Returns
     -------
     Fit
         The likeliest of what the lag may be of, with a limit of the rate where the log shows one.
     """
-    tasks = [_Task(drive, Chain(drive, lag_of), dict(fixed)) for lag_of in lags]
+    tasks = [_Task(drive, Chain(drive, lag_of), dict(fixed)) for lag_of in LAGS]
     found = []
     for count, task in enumerate(tasks):
         found.append(task.solve(task.first(start)))
@@ -132,7 +143,14 @@ def fit(
         other = task.unlikelihood(found[count])
         if other < at - CLEAR:
             best, at = count, other
-    return tasks[best].report(found[best])
+    report = tasks[best].report(found[best])
+    # What else explains the log as well may say something else of lag and dead time.
+    others = [
+        values
+        for task, values in zip(tasks, found, strict=True)
+        if task.unlikelihood(values) < at + CLEAR
+    ]
+    return report.doubted(others)
 
 
 class _Task:

@@ -11,7 +11,7 @@ from popsteer.errors import PopsteerError
 from popsteer.identification.apart import error_of, unsure
 from popsteer.identification.checks import first_length, refuse_units
 from popsteer.identification.drive import prepare
-from popsteer.identification.fit import LAGS, Fit, fit
+from popsteer.identification.fit import Fit, fit
 from popsteer.identification.result import Identification
 from popsteer.identification.simulate import compared
 from popsteer.identification.words import described
@@ -143,18 +143,17 @@ def _heading(
     if told.max_steer_rate is not None:
         fixed["max_steer_rate"] = told.max_steer_rate
     words: list[str] = []
-    lags = LAGS
     start = {"turning_wheelbase": length}
     for turn in range(_MOST_ROUNDS + 1):
         part = None if progress is None else _share(progress, turn)
-        found = fit(drive, start, fixed, part, lags)
+        found = fit(drive, start, fixed, part)
         doubt = unsure(found, drive, told) if turn < _MOST_ROUNDS else None
         if doubt is None:
             break
         more, why = doubt
         fixed.update(more)
         words += [why] if why else []
-        lags, start = (found.lag_of,), {**found.values, **fixed}
+        start = {**found.values, **fixed}
         if "max_steer_rate" not in fixed:
             start.pop("max_steer_rate", None)
     error = found.errors.get("turning_wheelbase", 0.0)

@@ -128,12 +128,12 @@ def smooth(values: Array, theta: float, drive: Drive) -> Array:
     """Give a random walk out of the noise of its samples: exponential, forwards and backwards."""
     from scipy.signal import lfilter
 
-    smooth = values.copy()
-    ends = [*drive.starts[1:], len(values)]
-    for start, end in zip(drive.starts, ends, strict=True):
-        part = values[start:end]
+    smooth = values.copy()  # what does not count stays as it was measured
+    for place in drive.parts():
+        part = values[place]
+        first = max(1, min(len(part), round(1.0 / (1.0 - theta))))
         for _ in range(2):
-            begun = [theta * np.mean(part[: max(1, min(len(part), 20))])]
+            begun = [theta * float(np.mean(part[:first]))]
             part = lfilter([1.0 - theta], [1.0, -theta], part, zi=begun)[0][::-1]
-        smooth[start:end] = part
+        smooth[place] = part
     return smooth
