@@ -44,7 +44,12 @@ def test_identify_writes_a_vehicle_and_what_it_was_made_of(
     assert len(rows.read_text().splitlines()) == 802
     for name in ("identify.png", "identify-dark.svg"):
         assert (figures / name).stat().st_size > 10_000
-    for part in ("drive.csv: 40.0 s, 800 rows", "wheelbase", "dead time and lag together", "± error"):
+    for part in (
+        "drive.csv: 40.0 s, 800 rows",
+        "wheelbase",
+        "dead time and lag together",
+        "± error",
+    ):
         assert part in outcome.out
     assert max(map(len, outcome.out.split("\n- ")[0].splitlines())) <= 80
 

@@ -113,8 +113,36 @@ def response(name: str, speed: float = 9.0, frequency: float = 1.0, dt: float = 
         now = run.state[3]
         run.step(0.03 * math.sin(frequency * time), *pedals.step(now, speed, dt))
     late = t > 2.0 * math.pi / frequency
-    waves = np.column_stack(
-        [np.sin(frequency * t), np.cos(frequency * t), np.ones_like(t), t]
-    )[late]
+    waves = np.column_stack([np.sin(frequency * t), np.cos(frequency * t), np.ones_like(t), t])[
+        late
+    ]
     sine, cosine, *_ = np.linalg.lstsq(waves, heading[late], rcond=None)[0]
     return float(np.arctan2(-sine, -cosine)) / frequency - 0.5 * dt
+
+
+def table(seed: int = 0) -> str:
+    """Identify each car, and set what was found beside what it is."""
+    from popsteer.logs import Log
+
+    lines = [
+        "| car | offset [deg] | dead time [s] | dead time and lag [s] | rear axle [m] |"
+        " preview POP, told / identified [mm] |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name in CARS:
+        found = popsteer.identify(Log(**drive(name, seed=seed), name=name))
+        car, itself = found.vehicle, sim.vehicle_of(plant(name))
+        late = DEAD_TIME + response(name, found.speed)
+        told, identified = track(name, itself), track(name, car)
+        own = itself.rear_axle if itself.no_slip_point is None else itself.no_slip_point
+        lines.append(
+            f"| {name} | {math.degrees(car.steer_offset):.3f} (1) | {car.dead_time:.3f}"
+            f" ± {found.errors['dead_time']:.3f} (0.15) | {found.delay:.3f} ±"
+            f" {found.delay_error:.3f} ({late:.3f}) | {car.rear_axle:.2f} ({own:g}) |"
+            f" {1e3 * told:.1f} / {1e3 * identified:.1f} |"
+        )
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(table())  # noqa: T201 - a program

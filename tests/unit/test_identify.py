@@ -218,7 +218,9 @@ def test_identify_of_a_heading_that_is_turned_says_by_how_much(
     columns: dict[str, np.ndarray],
 ) -> None:
     found = popsteer.identify(Log(**{**columns, "yaw": columns["yaw"] + math.radians(1.0)}))
-    assert any("1.0" in note and "to the left of where the car moves" in note for note in found.notes)
+    assert any(
+        "1.0" in note and "to the left of where the car moves" in note for note in found.notes
+    )
 
 
 def test_identification_is_a_value_with_records(columns: dict[str, np.ndarray]) -> None:

@@ -88,8 +88,10 @@ class Fit:
         """Widen the errors by how far others lie off, that explain the log as well."""
         names = list(self.errors)
         off = np.array(
-            [[other.get(name, self.values[name]) - self.values[name] for name in names]
-            for other in others]
+            [
+                [other.get(name, self.values[name]) - self.values[name] for name in names]
+                for other in others
+            ]
         )
         # As one more deviation: what they agree in, like the sum of lag and dead time, stays sure.
         known = self.covariance + (off.T @ off) / max(len(others), 1)
