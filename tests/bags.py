@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import numpy as np
 
 START = 1_700_000_000.0
 """When the recording began [s]: a clock as a car has it."""
@@ -16,7 +15,7 @@ START = 1_700_000_000.0
 
 def write_bag(
     folder: Path,
-    columns: dict[str, np.ndarray],
+    columns: dict[str, Any],
     *,
     mcap: bool = True,
     steering: str = "ackermann_msgs/msg/AckermannDriveStamped",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ CAR = popsteer.Vehicle(
 )
 
 
-def drive(seconds: float = 40.0) -> dict[str, np.ndarray]:
+def drive(seconds: float = 40.0) -> dict[str, Any]:
     """Drive S-bends by Stanley, at speeds that change; the columns of the log."""
     x = 0.5 * np.arange(1600)
     waypoints = np.column_stack((x, 12.0 * np.sin(x / 22.0)))
@@ -32,14 +32,15 @@ def drive(seconds: float = 40.0) -> dict[str, np.ndarray]:
     for k in range(round(seconds / 0.05)):
         noise = random.standard_normal(4) * (0.02, 0.02, 0.002, 0.02)
         pose = np.array(run.state) + noise
-        steer = stanley.step(*pose.tolist(), 0.05).steer
+        x_, y_, yaw, speed = map(float, pose)
+        steer = stanley.step(x_, y_, yaw, speed, 0.05).steer
         rows.append((0.05 * k, *pose, steer))
         run.step(steer, *pedals.step(float(pose[3]), run.reference_speed or 6.0, 0.05))
     names = ("t", "x", "y", "yaw", "speed", "steer")
     return dict(zip(names, np.array(rows).T, strict=True))
 
 
-def write_csv(file: Path, columns: dict[str, np.ndarray]) -> Path:
+def write_csv(file: Path, columns: dict[str, Any]) -> Path:
     lines = [",".join(columns)]
     lines += [",".join(f"{v:.9g}" for v in row) for row in zip(*columns.values(), strict=True)]
     file.write_text("\n".join(lines) + "\n")

@@ -2,14 +2,16 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import popsteer
 from tests.bags import write_bag
 from tests.cli import command, logs
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 pytest.importorskip("scipy")
 

@@ -1,8 +1,7 @@
 from __future__ import annotations
 
 import csv
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -12,6 +11,9 @@ from popsteer import laws
 from popsteer.lab.replay import own_path, replay
 from popsteer.logs import Log, LogError
 from tests.cli import command, logs
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +70,7 @@ def test_own_path_of_a_drive_with_a_cusp_goes_backwards_there() -> None:
 
 def test_own_path_of_a_car_that_stands_is_refused() -> None:
     none = np.zeros(100)
-    with pytest.raises(LogError, match="0.0 m of driving make no path"):
+    with pytest.raises(LogError, match=r"0\.0 m of driving make no path"):
         own_path(Log(0.1 * np.arange(100), none, none, none, none, none))
 
 

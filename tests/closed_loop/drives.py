@@ -50,7 +50,7 @@ def drive(
     dt: float = 0.05,
     dead_time: float = DEAD_TIME,
     offset: float = OFFSET,
-) -> dict[str, np.ndarray]:
+) -> dict[str, Any]:
     """Drive a plant over the race track; the columns of its log."""
     path, mover = course(), plant(name, dead_time, offset)
     vehicle = sim.vehicle_of(mover)
@@ -125,8 +125,10 @@ def table(seed: int = 0) -> str:
     from popsteer.logs import Log
 
     lines = [
-        "| car | offset [deg] | dead time [s] | dead time and lag [s] | rear axle [m] |"
-        " preview POP, told / identified [mm] |",
+        (
+            "| car | offset [deg] | dead time [s] | dead time and lag [s] | rear axle [m] |"
+            " preview POP, told / identified [mm] |"
+        ),
         "|---|---|---|---|---|---|",
     ]
     for name in CARS:

@@ -7,7 +7,7 @@ import functools
 import io
 import math
 import re
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,10 +15,14 @@ import pytest
 import popsteer
 from popsteer import presets, sim
 from popsteer.bench.states import recorded
-from popsteer.identification import Identification
 from popsteer.logs import Log
 from tests.closed_loop import drives
 from tests.helpers import ROOT, authors_data
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from popsteer.identification import Identification
 
 pytest.importorskip("scipy")
 
@@ -64,7 +68,12 @@ def test_identify_of_an_unknown_car_lets_preview_pop_track_as_if_it_were_told(ca
 def test_identify_of_the_authors_run_leaves_what_their_plant_leaves() -> None:
     drive = recorded(authors_data())
     states = np.array(drive.states)
-    pop = popsteer.Pop(drive.path, drive.vehicle, presets.get("pop", "published-code"), adapt=None)
+    pop = popsteer.Pop(
+        drive.path,
+        drive.vehicle,
+        popsteer.PopParams(**presets.get("pop", "published-code").as_dict()),
+        adapt=None,
+    )
     steer = [pop.step(*state, 0.05).steer for state in drive.states]
     x, y, yaw, speed = states.T
     log = Log(0.05 * np.arange(len(states)), x, y, yaw, speed, steer, name="recorded")

@@ -46,7 +46,7 @@ def _drive(
     speeds: Any = _speeds,
     noise: float = 1.0,
     dt: float = DT,
-) -> dict[str, np.ndarray]:
+) -> dict[str, Any]:
     """The log of a car that popsteer's simulation knows nothing of."""
     random = np.random.default_rng(7)
     t = dt * np.arange(round(seconds / dt))
@@ -64,7 +64,7 @@ def _drive(
 
 
 @pytest.fixture(scope="module")
-def columns() -> dict[str, np.ndarray]:
+def columns() -> dict[str, Any]:
     return _drive()
 
 
@@ -80,7 +80,7 @@ def test_chain_moves_its_wheels_as_the_car_does() -> None:
     assert np.ptp(difference) < 2e-3
 
 
-def test_identify_finds_the_car_with_its_errors(columns: dict[str, np.ndarray]) -> None:
+def test_identify_finds_the_car_with_its_errors(columns: dict[str, Any]) -> None:
     found = popsteer.identify(Log(**columns))
     car = found.vehicle
     assert car.wheelbase == pytest.approx(2.7, abs=0.02)
@@ -95,7 +95,7 @@ def test_identify_finds_the_car_with_its_errors(columns: dict[str, np.ndarray]) 
         assert abs(getattr(car, name) - getattr(CAR, name)) < 5.0 * error + 1e-3, name
 
 
-def test_identify_with_what_a_tape_measures_keeps_it(columns: dict[str, np.ndarray]) -> None:
+def test_identify_with_what_a_tape_measures_keeps_it(columns: dict[str, Any]) -> None:
     told = popsteer.Vehicle(wheelbase=2.65, rear_axle=-1.35, max_steer=0.5)
     car = popsteer.identify(Log(**columns), told).vehicle
     assert (car.wheelbase, car.rear_axle, car.max_steer) == (2.65, -1.35, 0.5)
@@ -114,7 +114,7 @@ def test_identify_finds_a_rate_limit_that_was_reached() -> None:
     assert found.delay == pytest.approx(0.32, abs=0.02)
 
 
-def test_identify_outliers_and_gaps_stand_aside(columns: dict[str, np.ndarray]) -> None:
+def test_identify_outliers_and_gaps_stand_aside(columns: dict[str, Any]) -> None:
     broken = {name: values.copy() for name, values in columns.items()}
     random = np.random.default_rng(3)
     for name, size in (("yaw", 0.5), ("x", 5.0), ("y", 5.0), ("speed", 6.0)):
@@ -154,7 +154,7 @@ def test_identify_of_slow_steering_knows_the_delay_as_a_whole() -> None:
 
 
 def test_identify_commands_with_times_of_their_own_count_there(
-    columns: dict[str, np.ndarray],
+    columns: dict[str, Any],
 ) -> None:
     # The angles arrive 20 ms after the poses: rows would lay that to the dead time.
     late = (columns["t"] + 0.02, columns["steer"])
@@ -168,7 +168,7 @@ def test_identify_of_100_hz_finds_the_same() -> None:
     assert found.delay == pytest.approx(0.32, abs=0.006)
 
 
-def test_identify_does_not_depend_on_where_and_which_way(columns: dict[str, np.ndarray]) -> None:
+def test_identify_does_not_depend_on_where_and_which_way(columns: dict[str, Any]) -> None:
     turned = dict(columns)
     east, north = columns["x"], columns["y"]
     turned["x"] = 5e5 + east * math.cos(2.0) - north * math.sin(2.0)
@@ -208,14 +208,14 @@ def test_identify_of_a_log_that_shows_nothing_says_what_is_missing(
     ],
 )
 def test_identify_of_a_wrong_unit_or_sign_says_so(
-    columns: dict[str, np.ndarray], factor: float, message: str
+    columns: dict[str, Any], factor: float, message: str
 ) -> None:
     with pytest.raises(LogError, match=message):
         popsteer.identify(Log(**{**columns, "steer": factor * columns["steer"]}))
 
 
 def test_identify_of_a_heading_that_is_turned_says_by_how_much(
-    columns: dict[str, np.ndarray],
+    columns: dict[str, Any],
 ) -> None:
     found = popsteer.identify(Log(**{**columns, "yaw": columns["yaw"] + math.radians(1.0)}))
     assert any(
@@ -223,7 +223,7 @@ def test_identify_of_a_heading_that_is_turned_says_by_how_much(
     )
 
 
-def test_identification_is_a_value_with_records(columns: dict[str, np.ndarray]) -> None:
+def test_identification_is_a_value_with_records(columns: dict[str, Any]) -> None:
     log = Log(**columns)
     found = popsteer.identify(log)
     assert all(len(values) == len(log) for values in found.records.values())

@@ -1,8 +1,7 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -11,6 +10,9 @@ from popsteer import logs
 from popsteer.logs import Log, LogError
 from popsteer.logs.units import factor
 from tests.bags import START, write_bag
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def _columns(count: int = 50) -> dict[str, Any]:

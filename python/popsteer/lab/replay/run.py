@@ -290,7 +290,8 @@ def _smoothed(way: Array, values: Array, at: Array) -> Array:
     kernel /= kernel.sum()
     line = np.interp(fine, way, values)
     if len(line) <= half:
-        return np.interp(at, fine, line)
+        plain: Array = np.interp(at, fine, line)
+        return plain
     before = 2.0 * line[0] - line[half:0:-1]
     after = 2.0 * line[-1] - line[-2 : -half - 2 : -1]
     smooth = np.convolve(np.concatenate((before, line, after)), kernel, mode="valid")
