@@ -213,7 +213,8 @@ def own_path(log: Log, ahead: float = 0.0) -> Path:
     --------
     >>> from popsteer.logs import Log
     >>> t = np.arange(0.0, 10.0, 0.05)
-    >>> own_path(Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t), 1.0).x[0]
+    >>> path = own_path(Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t), 1.0)
+    >>> round(float(path.x[0]), 6)
     1.0
     """
     return _own(log, ahead)[0]
