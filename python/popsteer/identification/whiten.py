@@ -28,6 +28,9 @@ __all__ = ["choose_theta", "covariance", "size", "spread", "whitened"]
 THETAS = (0.0, 0.3, 0.5, 0.65, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995, 0.998)
 """What is tried for theta."""
 
+_GONE = 1e-9
+"""Below it theta^k counts for nothing; numbers that are smaller still are slow to multiply."""
+
 
 def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
     """Give the innovations of an error, one part of the log after the other.
@@ -52,9 +55,12 @@ def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
     for part in parts:
         piece = lfilter([1.0], [1.0, -theta], np.diff(error[part], axis=0), axis=0)
         # The first sample has noise too, which goes on as theta^k: what looks like it is taken out.
-        start = theta ** np.arange(len(piece))
+        gone = 1 if theta == 0.0 else int(np.ceil(np.log(_GONE) / np.log(theta)))
+        start = theta ** np.arange(min(len(piece), gone))
         start /= np.linalg.norm(start)
-        pieces.append(piece - np.multiply.outer(start, start @ piece))
+        head = piece[: len(start)]
+        head -= np.multiply.outer(start, start @ head)
+        pieces.append(piece)
     return np.concatenate(pieces)
 
 
