@@ -13,7 +13,8 @@ Besides, braking loads the front tyres, and the car turns more; with `shift`
     understeer + shift v'
 
 stands in place of `understeer`. A controller does not use it. Without it the fit would lay to the
-delay what the load does: 20 ms too little for a car of CommonRoad on a race track.
+delay what the load does: a car of CommonRoad on a race track comes out with 20 ms of dead time too
+little.
 """
 
 from __future__ import annotations
