@@ -22,6 +22,8 @@ _COMMANDS = (
     "delay",
     "plan",
     "stability",
+    "identify",
+    "replay",
     "bench",
     "tracks",
 )

@@ -15,6 +15,7 @@ START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed
 TOLD = {"--vehicle", "--set-vehicle"}
 ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
 MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
+LOG = {"--column", "--topic", "--unit"}
 WANTED = {
     "compare": RUNS | START | TOLD | ONE | {"--step-time"},
     "simulate": RUNS - {"--controllers"}
@@ -33,6 +34,11 @@ WANTED = {
     "plan": TOLD
     | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
+    "identify": TOLD | LOG | {"--out", "--figures", "--csv", "--json"},
+    "replay": TOLD
+    | LOG
+    | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
+    | {"--waypoints", "--closed", "--track", "--out", "--csv"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }

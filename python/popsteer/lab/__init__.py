@@ -14,6 +14,10 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     How far the steering loops are from instability.
 ``plan``
     What limits the speeds along a path.
+``identify``
+    A vehicle from the log of a drive.
+``replay``
+    Controllers that watch the log of a drive.
 ``bench``
     How long a control step takes.
 
@@ -31,7 +35,19 @@ Examples
 True
 """
 
-from popsteer.lab import baselines, bench, common, compare, delay, edges, matrix, plan, stability
+from popsteer.lab import (
+    baselines,
+    bench,
+    common,
+    compare,
+    delay,
+    edges,
+    identify,
+    matrix,
+    plan,
+    replay,
+    stability,
+)
 
 __all__ = [
     "baselines",
@@ -40,7 +56,9 @@ __all__ = [
     "compare",
     "delay",
     "edges",
+    "identify",
     "matrix",
     "plan",
+    "replay",
     "stability",
 ]
