@@ -11,6 +11,8 @@ use crate::vehicle::state::checked_dt;
 use crate::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
 
 /// One instant of a predicted trajectory.
+// The order is told: arrays of these come from C.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
     /// Time since the last step [s].
