@@ -249,7 +249,7 @@ typedef struct popsteer_command {
 } popsteer_command;
 
 /**
- * What the motion has shown of the vehicle, beyond its own figures.
+ * What the motion has shown of the vehicle.
  */
 typedef struct popsteer_estimate {
     /**
@@ -257,13 +257,14 @@ typedef struct popsteer_estimate {
      */
     double gain;
     /**
-     * Angle of the wheels at the command 0, beyond the vehicle's `steer_offset` [rad].
+     * Angle of the wheels at the command 0 [rad], the vehicle's `steer_offset` included.
      */
     double steer_offset;
     /**
-     * How much longer the dead time is than the vehicle's [s].
+     * Time from a command to its first effect on the wheels [s], the vehicle's `dead_time`
+     * included.
      */
-    double longer_dead_time;
+    double dead_time;
     /**
      * Angle of the motion of the point that does not slip to the heading, straight on [rad].
      */

@@ -2,7 +2,7 @@
 
 use popsteer_core::lateral::{Predicted, Reported};
 use popsteer_core::vehicle::Estimate;
-use popsteer_core::{Command, VehicleState};
+use popsteer_core::{Command, Vehicle, VehicleState};
 
 use crate::fields::{Field, same_fields};
 
@@ -123,16 +123,17 @@ impl From<Predicted> for CPredicted {
     }
 }
 
-/// What the motion has shown of the vehicle, beyond its own figures.
+/// What the motion has shown of the vehicle.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CEstimate {
     /// How many times more the vehicle turns than its figures say.
     pub gain: f64,
-    /// Angle of the wheels at the command 0, beyond the vehicle's `steer_offset` [rad].
+    /// Angle of the wheels at the command 0 [rad], the vehicle's `steer_offset` included.
     pub steer_offset: f64,
-    /// How much longer the dead time is than the vehicle's [s].
-    pub longer_dead_time: f64,
+    /// Time from a command to its first effect on the wheels [s], the vehicle's `dead_time`
+    /// included.
+    pub dead_time: f64,
     /// Angle of the motion of the point that does not slip to the heading, straight on [rad].
     pub slip: f64,
     /// How much that angle grows with the curvature [m].
@@ -141,14 +142,27 @@ pub struct CEstimate {
     pub acceleration: f64,
 }
 
-same_fields!(CEstimate, Estimate, {
-    gain,
-    steer_offset,
-    longer_dead_time,
-    slip,
-    slip_length,
-    acceleration,
-});
+impl CEstimate {
+    /// What is known of `vehicle` by an estimate of the core, which tells what is beyond it.
+    pub(crate) fn of(vehicle: &Vehicle, estimate: Estimate) -> Self {
+        let Estimate {
+            gain,
+            steer_offset,
+            longer_dead_time,
+            slip,
+            slip_length,
+            acceleration,
+        } = estimate;
+        Self {
+            gain,
+            steer_offset: vehicle.steer_offset + steer_offset,
+            dead_time: vehicle.dead_time + longer_dead_time,
+            slip,
+            slip_length,
+            acceleration,
+        }
+    }
+}
 
 /// No angle but the last command was applied, and the pose is that of now.
 #[unsafe(no_mangle)]

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use popsteer_core::lateral::{
     BangBang, LateralLaw, Pid, Pop, PreviewPop, PurePursuit, Reported, Stanley, TrackerState,
 };
-use popsteer_core::vehicle::Estimate;
 use popsteer_core::{Command, InputError, Path, Tracker, VehicleState};
 
+use crate::command::CEstimate;
 use crate::error::{CError, guard};
 use crate::handle::{self, Handle};
 use crate::path::{self, CPath};
@@ -135,8 +135,10 @@ impl Controller {
         self.path = path;
     }
 
-    fn estimate(&self) -> Estimate {
-        each!(&self.steering, tracker, state => tracker.estimate(state))
+    fn estimate(&self) -> CEstimate {
+        each!(&self.steering, tracker, state => {
+            CEstimate::of(tracker.vehicle(), tracker.estimate(state))
+        })
     }
 
     fn tracked_point(&self) -> f64 {
@@ -232,13 +234,13 @@ pub unsafe extern "C" fn popsteer_controller_relocalise(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn popsteer_controller_estimate(
     controller: *const CController,
-    out: *mut crate::command::CEstimate,
+    out: *mut CEstimate,
 ) -> CError {
     guard(|| {
         // SAFETY: the caller vouches for both.
         unsafe {
             let estimate = handle::of(controller, "controller")?.estimate();
-            handle::write(out, estimate.into())
+            handle::write(out, estimate)
         }
     })
 }

@@ -145,7 +145,7 @@ static void call(char letter, FILE *script, popsteer_controller *controller,
             fail("estimate");
         }
         printf("%a %a %a %a %a %a\n", estimate.gain, estimate.steer_offset,
-               estimate.longer_dead_time, estimate.slip, estimate.slip_length,
+               estimate.dead_time, estimate.slip, estimate.slip_length,
                estimate.acceleration);
         break;
     }
