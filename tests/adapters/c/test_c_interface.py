@@ -7,7 +7,6 @@ import math
 import random
 import re
 import shutil
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -21,6 +20,7 @@ from tests.helpers import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
 PAGE = ROOT / "docs" / "c.md"
 DT = 0.05
@@ -192,7 +192,8 @@ def test_static_library_links_without_the_shared_one(prefix: Path, tmp_path: Pat
 def test_library_shows_the_interface_and_its_version_alone(prefix: Path) -> None:
     (shared,) = (prefix / "lib").glob("libpopsteer.*1*")
     header = (prefix / "include" / "popsteer.h").read_text(encoding="utf-8")
-    declared = set(re.findall(r"\b(popsteer_\w+)\(", re.sub(r"/\*.*?\*/", "", header, flags=re.S)))
+    code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
+    declared = set(re.findall(r"\b(popsteer_\w+)\(", code))
     assert len(declared) > 35
     symbols = run(tool("nm"), "--dynamic", "--defined-only", shared).split()[2::3]
     shown = {name for name in symbols if not name.startswith("_")}
