@@ -62,12 +62,12 @@ fn located(course: &Course, follow: &Follow) -> Vec<At> {
         .iter()
         .map(|&vehicle| {
             let located = follow.locate(&path, last, vehicle, DT);
-            let segment = located.foot.segment;
+            let segment = located.closest.segment;
             At {
                 vehicle,
                 located,
                 last: last.replace(segment).unwrap_or(segment),
-                nearest: located.foot.nearest_waypoint(&path),
+                nearest: located.closest.nearest_waypoint(&path),
                 lookahead: min_lookahead + gain * vehicle.speed,
                 reach: follow.search_distance + vehicle.speed * DT,
             }
@@ -91,7 +91,7 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
     bench_part(criterion, "path/project", lap, |at| {
         project(&path, at.nearest, at.located.position)
     });
-    // The foot as the laws find it, and the scan that defines it.
+    // The closest point as the laws find it, and the scan that defines it.
     bench_part(criterion, "path/locate", lap, |at| {
         let Located {
             position, heading, ..
@@ -116,7 +116,12 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
 fn bench_lookahead(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
     let params = search();
     bench_part(criterion, "path/get_crossing", lap, |at| {
-        get_crossing(&path, &at.located.foot, at.located.position, at.lookahead)
+        get_crossing(
+            &path,
+            &at.located.closest,
+            at.located.position,
+            at.lookahead,
+        )
     });
     bench_part(criterion, "path/window", lap, |at| {
         window(&path, at.nearest, params.window_ahead)

@@ -191,10 +191,10 @@ mod tests {
             let mut last = 0;
             for state in &course.lap {
                 let heading = Point::new(state.yaw.cos(), state.yaw.sin());
-                let foot = locate(&view, last, state.point_ahead(0.0), heading, 6.0, 10.0);
-                assert!(foot.cross_track_error().abs() < 0.35);
-                assert!((state.yaw - foot.path_yaw()).sin().abs() < 0.1);
-                last = foot.segment;
+                let closest = locate(&view, last, state.point_ahead(0.0), heading, 6.0, 10.0);
+                assert!(closest.cross_track_error().abs() < 0.35);
+                assert!((state.yaw - closest.path_yaw()).sin().abs() < 0.1);
+                last = closest.segment;
             }
             let spacing = view.length() / from_count(waypoints);
             assert!((1.0..1.05).contains(&spacing));

@@ -162,9 +162,9 @@ def _mean_error(
         chain.advance(controller.step(*seen, speed, DT, **report).steer)
         poses.append(chain.pose)
         x, y, yaw = chain.pose
-        foot = SLALOM.project(x + point * math.cos(yaw), y + point * math.sin(yaw))
+        closest = SLALOM.project(x + point * math.cos(yaw), y + point * math.sin(yaw))
         if k * DT > 5.0:
-            errors.append(abs(foot.cross_track_error))
+            errors.append(abs(closest.cross_track_error))
     return float(np.mean(errors))
 
 

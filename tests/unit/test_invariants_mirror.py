@@ -135,7 +135,7 @@ def test_law_in_a_mirrored_world_steers_mirrored(
             continue
         # What the law was shown tells whether there is a side to be told.
         at, decision = decided(law, ours, before, step, adapt)
-        assume(not _is_on_line(path, at.foot.segment, at.position))
+        assume(not _is_on_line(path, at.closest.segment, at.position))
         assume(law is not PURE_PURSUIT or not _no_side(at, here.target))
         if law is POP and there.steer != -here.steer:
             # Two candidates are as good, to the last bit, and the first in the list is taken:

@@ -183,10 +183,10 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let path_yaw = ahead.turns(arc_length, black_box(1.0), &mut turns);
     let located = located.nearest_waypoint(path);
     let jumped_to = relocalise(path, position, black_box(0.3), opposite);
-    let foot = projection::project(path, index, position);
-    let mut sum = math::from_count(nearest + located + jumped_to) + foot.cross_track_error;
+    let closest = projection::project(path, index, position);
+    let mut sum = math::from_count(nearest + located + jumped_to) + closest.cross_track_error;
     sum += crossing.x + path_yaw + projection::path_yaw_behind(path, index);
-    sum += projection::reference_speed(path, &foot).unwrap_or(0.0);
+    sum += projection::reference_speed(path, &closest).unwrap_or(0.0);
     let grid = Grid::new(*path, window(path, index, black_box(20.0)), black_box(0.01));
     let (lookahead, tolerance) = black_box((6.0, 0.01));
     let found = get_lookahead_point(&grid, position, lookahead, tolerance);

@@ -112,7 +112,7 @@ class Monitor:
         Another direction that begins farther off is another task, as another path is: see
         `set_path` and `relocalise`.
         """
-        error, within = now.here.foot.cross_track_error(), watched.within
+        error, within = now.here.closest.cross_track_error(), watched.within
         if now.here.turned and last is not None and abs(error - last) > self._deviation_limit:
             within = False
         is_within = abs(error) <= self._deviation_limit

@@ -141,7 +141,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         wanted, planned = self._choose(at.turn(self.state.previous_steer), at, belief)
         steer, status = limit_steer(self.vehicle, wanted)
         self._state = replace(self.state, previous_steer=at.turn(steer))
-        return Decision(steer, at.foot.point, planned | status)
+        return Decision(steer, at.closest.point, planned | status)
 
     def set_steer(self, state: PreviewPopState, steer: float) -> tuple[PreviewPopState, bool]:
         """Take note of the angle; the next neighbourhood is its own."""
@@ -151,7 +151,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         self, previous_steer: float, at: Located, belief: Belief
     ) -> tuple[float, Status]:
         """Find the best angle of the neighbourhood; both angles are of the mirrored vehicle."""
-        vehicle, estimate, foot = self.vehicle, belief.estimate, at.foot
+        vehicle, estimate, closest = self.vehicle, belief.estimate, at.closest
         speed = at.vehicle.forward_speed()
         pace = speed if speed > self._min_speed else self._min_speed
         count, period = steps(self._horizon_at(pace), at.dt)
@@ -165,9 +165,9 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         move_cost = self._steer_rate_cost * length / period
         move_cost = move_cost * move_cost
 
-        arc_length = foot.arc_length(self.path)
+        arc_length = closest.arc_length(self.path)
         distance = count * step
-        preview = Preview(self.path, self._smoothing_length, foot.segment, arc_length, distance)
+        preview = Preview(self.path, self._smoothing_length, closest.segment, arc_length, distance)
         path_yaw, turns = preview.turns(arc_length, step, count)
         horizon = Horizon(
             travel=travel,
@@ -182,7 +182,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         # From afar the error counts only as far as it calls for the approach angle, or for what
         # can be straightened on the way.
         heading_error = wrap(at.vehicle.yaw - path_yaw)
-        error = foot.cross_track_error()
+        error = closest.cross_track_error()
         straightening = Straightening(
             curvature=self._widest(pace, length),
             rate=rate / (length * pace),

@@ -21,7 +21,7 @@ from popsteer.reference.limits import MIN_DT
 from popsteer.reference.math import PI, atan2, saturate, sqrt
 from popsteer.reference.path.index import STEP_BUDGET
 from popsteer.reference.path.locate import locate
-from popsteer.reference.path.projection import find_foot
+from popsteer.reference.path.projection import find_closest_point
 from popsteer.reference.path.relocalise import relocalise_within
 
 if TYPE_CHECKING:
@@ -72,19 +72,19 @@ def carry_over(
     heading = yaw + PI if is_reverse else yaw
     opposite = follow.opposite_distance
     found = relocalise_within(new, (x, y), heading, opposite, STEP_BUDGET)
-    foot = find_foot(new, found.segment, (x, y))
+    closest = find_closest_point(new, found.segment, (x, y))
 
     if measured is not None:
         length = sqrt(along[0] * along[0] + along[1] * along[1])
         direction = (along[0] / length, along[1] / length)
         position = (there[0], there[1])
         reach = follow.search_distance + get_distance((x, y), position)
-        measured = locate(new, foot.segment, position, direction, reach, opposite).segment
-    place = Place(*foot.point, *there)
-    state = replace(state, waypoint=foot.segment, measured_waypoint=measured, place=place)
+        measured = locate(new, closest.segment, position, direction, reach, opposite).segment
+    place = Place(*closest.point, *there)
+    state = replace(state, waypoint=closest.segment, measured_waypoint=measured, place=place)
 
-    is_turned = new.is_reverse(foot.segment) != is_reverse
-    ahead = foot.along
+    is_turned = new.is_reverse(closest.segment) != is_reverse
+    ahead = closest.along
     lengths = sqrt(along[0] * along[0] + along[1] * along[1]) * sqrt(
         ahead[0] * ahead[0] + ahead[1] * ahead[1]
     )
@@ -93,9 +93,9 @@ def carry_over(
     if is_turned:
         state = law.forget_path(state)
     else:
-        state = law.change_path(state, None if is_askew else foot.cross_track_error())
+        state = law.change_path(state, None if is_askew else closest.cross_track_error())
     limit = ELSEWHERE * law.vehicle.wheelbase
-    if is_turned or is_askew or foot.squared_distance > limit * limit:
+    if is_turned or is_askew or closest.squared_distance > limit * limit:
         return hand_over(law, state)
     return state
 

@@ -80,8 +80,8 @@ class Search:
     def find(self, path: PathView, at: Located, lookahead: float) -> Lookahead:
         """Find the lookahead point at distance `lookahead` [m] from a located vehicle."""
         if self.exact_lookahead:
-            point, found = get_crossing(path, at.foot, at.position, lookahead)
+            point, found = get_crossing(path, at.closest, at.position, lookahead)
             return Lookahead(0, point, found)
-        nearest = at.foot.nearest_waypoint(path)
+        nearest = at.closest.nearest_waypoint(path)
         waypoints = grid(path, window(path, nearest, self.window_ahead), self.grid_spacing)
         return get_lookahead_point(waypoints, at.position, lookahead, self.lookahead_tolerance)

@@ -149,10 +149,10 @@ def observe_slip(
     def curvature(travel: float) -> float:
         travel = abs(travel)
         # The tracked point lies ahead of the one that slips by about this much.
-        start = here.foot.arc_length(path) - follow.reference_offset - travel
+        start = here.closest.arc_length(path) - follow.reference_offset - travel
         start -= abs(since)
         smoothing = 2.0 / 3.0 * car.wheelbase
-        preview = Preview(path, smoothing, here.foot.segment, start, travel)
+        preview = Preview(path, smoothing, here.closest.segment, start, travel)
         _, (turn,) = preview.turns(start, travel, 1)
         return here.turn(turn / travel)
 

@@ -236,11 +236,11 @@ class Tracker(
         now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
 
         at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
-        self._state = replace(self._state, waypoint=at.foot.segment)
+        self._state = replace(self._state, waypoint=at.closest.segment)
         here = at
         if self._vehicle.dead_time > 0.0:
             here = self._follow.locate(self._path, self._state.measured_waypoint, now, dt)
-            self._state = replace(self._state, measured_waypoint=here.foot.segment)
+            self._state = replace(self._state, measured_waypoint=here.closest.segment)
         else:
             # One that a state of another vehicle brought along may be none of this path.
             self._state = replace(self._state, measured_waypoint=None)
@@ -277,7 +277,7 @@ class Tracker(
         ahead = Ahead.of(self._path, self._follow, here)
         pose = (now.x, now.y, now.yaw, now.speed)
         answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse, ahead, pose)
-        place = Place(*at.foot.point, *here.foot.point)
+        place = Place(*at.closest.point, *here.closest.point)
         self._state = replace(self._state, answer=answer, place=place)
         status = decision.status | fault
         if limited:

@@ -61,8 +61,8 @@ class Seen(NamedTuple):
     @classmethod
     def of(cls, at: Located) -> Seen:
         """Take it from a located vehicle."""
-        along = at.foot.along
-        return cls(at.foot.cross_track_error(), at.vehicle.yaw, along[0], along[1])
+        along = at.closest.along
+        return cls(at.closest.cross_track_error(), at.vehicle.yaw, along[0], along[1])
 
     def heading_error(self) -> float:
         """Yaw less direction of the path [rad], in [-π, π]."""

@@ -20,7 +20,7 @@ from popsteer.reference.path.relocalise import relocalise_within
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.index import Found
-    from popsteer.reference.path.projection import Foot
+    from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.state import VehicleState
@@ -36,8 +36,8 @@ class Located:
     ----------
     position : tuple of float
         The followed point [m].
-    foot : Foot
-        Its foot on the path.
+    closest : ClosestPoint
+        Its closest point on the path.
     vehicle : VehicleState
         The vehicle, turned round where the path is driven backwards.
     heading : tuple of float
@@ -55,7 +55,7 @@ class Located:
     """
 
     position: Point
-    foot: Foot
+    closest: ClosestPoint
     vehicle: VehicleState
     heading: Point
     dt: float
@@ -140,11 +140,11 @@ class Follow:
         if following is not None:
             at = self._locate_from(path, following, vehicle, dt)
         squared_lost = self.lost_distance * self.lost_distance
-        if at.foot.squared_distance > squared_lost:
+        if at.closest.squared_distance > squared_lost:
             found = self._find_anew(path, vehicle)
             anew = self._locate_from(path, found.segment, vehicle, dt)
-            is_found = found.is_exact or anew.foot.squared_distance <= squared_lost
-            if is_found and anew.foot.squared_distance < at.foot.squared_distance:
+            is_found = found.is_exact or anew.closest.squared_distance <= squared_lost
+            if is_found and anew.closest.squared_distance < at.closest.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
         turned = waypoint is not None and at.reverse != path.is_reverse(start)
@@ -162,15 +162,15 @@ class Follow:
         ahead = self.reference_offset + base
         position = (vehicle.x + ahead * heading[0], vehicle.y + ahead * heading[1])
         reach = self.search_distance + abs(vehicle.speed) * dt
-        foot = locate(path, segment, position, heading, reach, self.opposite_distance)
+        closest = locate(path, segment, position, heading, reach, self.opposite_distance)
         return Located(
             position=position,
-            foot=foot,
+            closest=closest,
             vehicle=vehicle,
             heading=heading,
             dt=dt,
             reverse=reverse,
-            past_end=foot.fraction > 1.0 and path.next_segment(foot.segment) is None,
+            past_end=closest.fraction > 1.0 and path.next_segment(closest.segment) is None,
         )
 
     def _next_section(self, path: PathView, at: Located, vehicle: VehicleState) -> int | None:
@@ -180,12 +180,12 @@ class Follow:
         the pose are: the closest point of each only has to be near enough to tell which end is
         meant.
         """
-        foot = at.foot
+        closest = at.closest
         # How far the followed point lies behind the rear axle, in the direction of driving.
         behind = at.turn(self.rear_axle - self.base) - self.reference_offset
         near = (behind if behind > 0.0 else 0.0) + 4.0 * self.arrival_distance
-        last = foot.segment
-        rest = (1.0 - foot.fraction) * path.segment_length(last)
+        last = closest.segment
+        rest = (1.0 - closest.fraction) * path.segment_length(last)
         for _ in range(path.segments):
             following = path.following(last)
             if following is None:

@@ -1,4 +1,4 @@
-"""Where am I? The exact foot on the path, looked for along the arc around the last one."""
+"""Where am I? The exact closest point on the path, looked for along the arc around the last one."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from popsteer.reference.math import cos, sin, sqrt
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.path.projection import find_foot
+from popsteer.reference.path.projection import find_closest_point
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.path.projection import Foot
+    from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
 
 __all__ = ["OPPOSITE", "locate"]
@@ -37,8 +37,8 @@ def locate(
     heading: Point,
     reach: float,
     opposite_distance: float = OPPOSITE,
-) -> Foot:
-    """Find the foot of `position` near the segment at `waypoint`.
+) -> ClosestPoint:
+    """Find the closest point of `position` near the segment at `waypoint`.
 
     Of the segments from the one at `waypoint` until more than `reach` [m] of arc before and
     behind it, each segment that is no farther off than the one before it and nearer than the one
@@ -47,8 +47,8 @@ def locate(
     fifth of `opposite_distance`, whichever leads along it more; of several the first.
 
     The stretch ends where an open path does, where the vehicle has to change its direction, and
-    once around a closed path. So the foot cannot leap to another branch: farther along the path
-    than `reach` it does not look, and within it the heading tells branches apart.
+    once around a closed path. So the closest point cannot leap to another branch: farther along the
+    path than `reach` it does not look, and within it the heading tells branches apart.
 
     Examples
     --------
@@ -59,18 +59,18 @@ def locate(
     >>> locate(path, 0, (7.0, 0.4), (-1.0, 0.0), 6.0).segment
     2
     """
-    feet = [
-        find_foot(path, segment, position)
+    closest_points = [
+        find_closest_point(path, segment, position)
         for segment in _stretch(path, path.segment_at(waypoint), reach)
     ]
-    best, least = feet[0], inf
-    for k, foot in enumerate(feet):
-        behind = feet[k - 1].squared_distance if k > 0 else inf
-        ahead = feet[k + 1].squared_distance if k + 1 < len(feet) else inf
-        if behind >= foot.squared_distance < ahead:
-            cost = _least_cost(path, foot, heading, opposite_distance)
+    best, least = closest_points[0], inf
+    for k, closest in enumerate(closest_points):
+        behind = closest_points[k - 1].squared_distance if k > 0 else inf
+        ahead = closest_points[k + 1].squared_distance if k + 1 < len(closest_points) else inf
+        if behind >= closest.squared_distance < ahead:
+            cost = _least_cost(path, closest, heading, opposite_distance)
             if cost < least:
-                best, least = foot, cost
+                best, least = closest, cost
     return best
 
 
@@ -93,14 +93,16 @@ def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
     return found
 
 
-def _least_cost(path: PathView, foot: Foot, heading: Point, opposite_distance: float) -> float:
-    """Return the cost of a foot, or that with the heading of the path over a length, if less.
+def _least_cost(
+    path: PathView, closest: ClosestPoint, heading: Point, opposite_distance: float
+) -> float:
+    """Return the cost of a closest point: the lesser of two, by segment and by smoothed heading.
 
     One segment of noisy waypoints or of a staircase may lead anywhere, the path about it does not.
     """
-    by_segment = foot.cost(heading, opposite_distance)
-    arc_length = foot.arc_length(path)
-    yaw = Preview.yaw_at(path, SMOOTHING * opposite_distance, foot.segment, arc_length)
+    by_segment = closest.cost(heading, opposite_distance)
+    arc_length = closest.arc_length(path)
+    yaw = Preview.yaw_at(path, SMOOTHING * opposite_distance, closest.segment, arc_length)
     along = heading[0] * cos(yaw) + heading[1] * sin(yaw)
-    smoothed = sqrt(foot.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
+    smoothed = sqrt(closest.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
     return smoothed if smoothed < by_segment else by_segment

@@ -39,8 +39,8 @@ class Ahead(NamedTuple):
         """Take it from a vehicle that `follow` has located."""
         # How far the followed point lies ahead of the rear axle, in the direction of driving.
         lead = follow.reference_offset - at.turn(follow.rear_axle - follow.base)
-        segment = at.foot.segment
-        arc = at.foot.arc_length(path) - lead
+        segment = at.closest.segment
+        arc = at.closest.arc_length(path) - lead
         end = section_end(path, segment)
         if end is None:
             distance_to_stop = inf

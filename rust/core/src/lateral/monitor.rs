@@ -125,7 +125,7 @@ impl Monitor {
         now: &Measured<'_>,
         last: Option<f64>,
     ) -> bool {
-        let error = now.here.foot.cross_track_error();
+        let error = now.here.closest.cross_track_error();
         if let (true, Some(last)) = (now.here.turned, last)
             && (error - last).abs() > self.deviation_limit
         {
@@ -176,8 +176,8 @@ impl Monitor {
 }
 
 /// The wheels at the angle `wheel` [rad] `dt` [s] later under the angle `command`, and their mean:
-/// the vehicle's response with a Pade approximant in place of the exponential. At most 3.3 % of a move
-/// is off up to a `dt` of the lag.
+/// the vehicle's response with a Pade approximant in place of the exponential. At most 3.3 % of a
+/// move is off up to a `dt` of the lag.
 #[inline]
 fn respond(car: &Vehicle, wheel: f64, command: f64, dt: f64) -> (f64, f64) {
     let gap = car.at_wheels(command + car.steer_offset) - wheel;

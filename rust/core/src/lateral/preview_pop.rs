@@ -114,7 +114,7 @@ impl PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> (f64, Status) {
-        let (vehicle, estimate, foot) = (&self.vehicle, &belief.estimate, &at.foot);
+        let (vehicle, estimate, closest) = (&self.vehicle, &belief.estimate, &at.closest);
         let speed = at.vehicle.forward_speed();
         let pace = if speed > self.min_speed {
             speed
@@ -134,10 +134,10 @@ impl PreviewPop {
 
         let mut turns = [0.0; MAX_STEPS];
         let turns = turns.get_mut(..count).unwrap_or_default();
-        let arc_length = foot.arc_length(path);
+        let arc_length = closest.arc_length(path);
         let distance = from_count(count) * step;
         let smoothing = self.smoothing_length;
-        let path_yaw = Preview::new(path, smoothing, foot.segment, arc_length, distance)
+        let path_yaw = Preview::new(path, smoothing, closest.segment, arc_length, distance)
             .turns(arc_length, step, turns);
         let horizon = Horizon {
             travel,
@@ -153,7 +153,7 @@ impl PreviewPop {
         // From afar the error counts only as far as it calls for the approach angle, or for what
         // can be straightened on the way.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let error = foot.cross_track_error();
+        let error = closest.cross_track_error();
         let most = self.approach_angle_at(
             error,
             &Straightening {
@@ -359,7 +359,7 @@ impl LateralLaw for PreviewPop {
         state.previous_steer = at.turn(steer);
         Decision {
             steer,
-            target: at.foot.point,
+            target: at.closest.point,
             status: planned | status,
         }
     }

@@ -12,7 +12,7 @@ use crate::limits::MIN_DT;
 use crate::math::{PI, atan2, saturate, sqrt};
 use crate::path::index::STEP_BUDGET;
 use crate::path::locate::locate;
-use crate::path::projection::Foot;
+use crate::path::projection::ClosestPoint;
 use crate::path::relocalise::relocalise_within;
 use crate::path::view::PathView;
 
@@ -60,24 +60,24 @@ impl<L: LateralLaw> Tracker<L> {
         let heading = if is_reverse { yaw + PI } else { yaw };
         let opposite = self.follow().opposite_distance;
         let found = relocalise_within(new, place.predicted, heading, opposite, STEP_BUDGET);
-        let foot = Foot::new(new, found.segment, place.predicted);
+        let closest = ClosestPoint::new(new, found.segment, place.predicted);
 
         if state.measured_waypoint.is_some() {
             let length = sqrt(along.x * along.x + along.y * along.y);
             let along = Point::new(along.x / length, along.y / length);
             let apart = get_distance(place.predicted, place.measured);
             let reach = self.follow().search_distance + apart;
-            let found = locate(new, foot.segment, place.measured, along, reach, opposite);
+            let found = locate(new, closest.segment, place.measured, along, reach, opposite);
             state.measured_waypoint = Some(found.segment);
         }
-        state.waypoint = Some(foot.segment);
+        state.waypoint = Some(closest.segment);
         state.place = Some(Place {
-            predicted: foot.point,
+            predicted: closest.point,
             ..place
         });
 
-        let is_turned = new.is_reverse(foot.segment) != is_reverse;
-        let ahead = foot.along();
+        let is_turned = new.is_reverse(closest.segment) != is_reverse;
+        let ahead = closest.along();
         let lengths = sqrt(along.x * along.x + along.y * along.y)
             * sqrt(ahead.x * ahead.x + ahead.y * ahead.y);
         let cosine = (along.x * ahead.x + along.y * ahead.y) / lengths;
@@ -87,10 +87,10 @@ impl<L: LateralLaw> Tracker<L> {
         } else if is_askew {
             state.law.change_path(None);
         } else {
-            state.law.change_path(Some(foot.cross_track_error()));
+            state.law.change_path(Some(closest.cross_track_error()));
         }
         let limit = ELSEWHERE * self.vehicle().wheelbase;
-        if is_turned || is_askew || foot.squared_distance > limit * limit {
+        if is_turned || is_askew || closest.squared_distance > limit * limit {
             state.hand_over();
         }
     }

@@ -232,9 +232,9 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// Observes the slip of a vehicle that is at `here`, and was seen at `vehicle` so long [s] after
-    /// the last time, and since then has come so far [m]. Nothing is learnt across a change of the
-    /// direction.
+    /// Observes the slip of a vehicle that is at `here`, and was seen at `vehicle` so long [s]
+    /// after the last time, and since then has come so far [m]. Nothing is learnt across a change
+    /// of the direction.
     #[inline]
     pub(super) fn observe_slip(
         &self,
@@ -255,10 +255,10 @@ impl<L: LateralLaw> Tracker<L> {
             let travel = travel.abs();
             let mut turn = [0.0];
             // The tracked point lies ahead of the one that slips by about this much.
-            let start = here.foot.arc_length(path) - self.follow().reference_offset - travel;
+            let start = here.closest.arc_length(path) - self.follow().reference_offset - travel;
             let start = start - since.abs();
             let smoothing = 2.0 / 3.0 * car.wheelbase;
-            Preview::new(path, smoothing, here.foot.segment, start, travel)
+            Preview::new(path, smoothing, here.closest.segment, start, travel)
                 .turns(start, travel, &mut turn);
             let [turn] = turn;
             here.turn(turn / travel)

@@ -149,9 +149,9 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(state)
     }
 
-    /// After a jump of the vehicle, of its localisation or along the path: finds the place that
-    /// the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest
-    /// of `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
+    /// After a jump of the vehicle, of its localisation or along the path: finds the place that the
+    /// next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest of
+    /// `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
     /// at worst.
     ///
     /// # Errors
@@ -253,10 +253,10 @@ impl<L: LateralLaw> Tracker<L> {
 
         let follow = self.law.follow();
         let at = follow.locate(path, state.waypoint, sight.seen, dt);
-        state.waypoint = Some(at.foot.segment);
+        state.waypoint = Some(at.closest.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
             let measured = follow.locate(path, state.measured_waypoint, sight.here, dt);
-            state.measured_waypoint = Some(measured.foot.segment);
+            state.measured_waypoint = Some(measured.closest.segment);
             Some(measured)
         } else {
             // One that a state of another vehicle brought along may be none of this path.
@@ -303,8 +303,10 @@ impl<L: LateralLaw> Tracker<L> {
         };
         state.answer = Some(answer);
         state.place = Some(Place {
-            predicted: at.foot.point,
-            measured: measured.as_ref().map_or(at.foot.point, |at| at.foot.point),
+            predicted: at.closest.point,
+            measured: measured
+                .as_ref()
+                .map_or(at.closest.point, |at| at.closest.point),
         });
         let status = decision.status
             | fault

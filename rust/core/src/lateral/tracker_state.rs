@@ -39,9 +39,9 @@ impl Seen {
     #[inline]
     pub(super) fn of(at: &Located) -> Self {
         Self {
-            cross_track_error: at.foot.cross_track_error(),
+            cross_track_error: at.closest.cross_track_error(),
             yaw: at.vehicle.yaw,
-            along: at.foot.along(),
+            along: at.closest.along(),
         }
     }
 

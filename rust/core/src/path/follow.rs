@@ -8,7 +8,7 @@
 
 use super::index::{Found, STEP_BUDGET};
 use super::locate::locate;
-use super::projection::Foot;
+use super::projection::ClosestPoint;
 use super::relocalise::relocalise_within;
 use super::view::PathView;
 use crate::geometry::Point;
@@ -47,8 +47,8 @@ pub struct Follow {
 pub struct Located {
     /// The followed point [m].
     pub position: Point,
-    /// Its foot on the path.
-    pub foot: Foot,
+    /// Its closest point on the path.
+    pub closest: ClosestPoint,
     /// The vehicle, turned round where the path is driven backwards: speed positive along it.
     pub vehicle: VehicleState,
     /// The unit vector along the turned vehicle's heading.
@@ -66,8 +66,9 @@ pub struct Located {
 }
 
 impl Follow {
-    /// How the point of `vehicle` is followed that lies `ahead` [m] of `base`, itself so far ahead of
-    /// the pose's point [m]: looked for two wheelbases along the path either way, and never lost.
+    /// How the point of `vehicle` is followed that lies `ahead` [m] of `base`, itself so far ahead
+    /// of the pose's point [m]: looked for two wheelbases along the path either way, and never
+    /// lost.
     pub fn of(vehicle: &Vehicle, base: f64, ahead: f64) -> Self {
         let wheelbase = vehicle.wheelbase;
         Self {
@@ -107,11 +108,11 @@ impl Follow {
             at = self.locate_from(path, next, vehicle, dt);
         }
         let squared_lost = self.lost_distance * self.lost_distance;
-        if at.foot.squared_distance > squared_lost {
+        if at.closest.squared_distance > squared_lost {
             let found = self.find_anew(path, vehicle);
             let anew = self.locate_from(path, found.segment, vehicle, dt);
-            let is_found = found.is_exact || anew.foot.squared_distance <= squared_lost;
-            if is_found && anew.foot.squared_distance < at.foot.squared_distance {
+            let is_found = found.is_exact || anew.closest.squared_distance <= squared_lost;
+            if is_found && anew.closest.squared_distance < at.closest.squared_distance {
                 at = anew;
             }
             at.off_path = true;
@@ -143,7 +144,7 @@ impl Follow {
         let ahead = self.reference_offset + base;
         let position = Point::new(vehicle.x + ahead * heading.x, vehicle.y + ahead * heading.y);
         let reach = self.search_distance + vehicle.speed.abs() * dt;
-        let foot = locate(
+        let closest = locate(
             path,
             segment,
             position,
@@ -153,14 +154,14 @@ impl Follow {
         );
         Located {
             position,
-            foot,
+            closest,
             vehicle,
             heading,
             dt,
             reverse,
             turned: false,
             off_path: false,
-            past_end: foot.fraction > 1.0 && path.next_segment(foot.segment).is_none(),
+            past_end: closest.fraction > 1.0 && path.next_segment(closest.segment).is_none(),
         }
     }
 
@@ -175,13 +176,13 @@ impl Follow {
         at: &Located,
         vehicle: VehicleState,
     ) -> Option<usize> {
-        let foot = &at.foot;
+        let closest = &at.closest;
         // How far the followed point lies behind the rear axle, in the direction of driving.
         let behind = at.turn(self.rear_axle - self.base) - self.reference_offset;
         let behind = if behind > 0.0 { behind } else { 0.0 };
         let near = behind + 4.0 * self.arrival_distance;
-        let mut last = foot.segment;
-        let mut rest = (1.0 - foot.fraction) * path.segment_length(last);
+        let mut last = closest.segment;
+        let mut rest = (1.0 - closest.fraction) * path.segment_length(last);
         for _ in 0..path.segments() {
             let Some(following) = path.following(last) else {
                 return self.turn_round(path, last, vehicle);
@@ -238,19 +239,19 @@ mod tests {
         let path = shuttle();
         let view = path.view();
         let forward = FOLLOW.locate(&view, Some(1), at(19.0, 0.5, 1.0), 0.05);
-        assert!(!forward.reverse && !forward.turned && forward.foot.segment == 1);
-        assert_eq!(forward.foot.point, Point::new(22.0, 0.0));
-        assert_eq!(forward.foot.cross_track_error(), 0.5);
+        assert!(!forward.reverse && !forward.turned && forward.closest.segment == 1);
+        assert_eq!(forward.closest.point, Point::new(22.0, 0.0));
+        assert_eq!(forward.closest.cross_track_error(), 0.5);
 
         let back = FOLLOW.locate(&view, Some(1), at(19.9, 0.5, 0.3), 0.05);
-        assert!(back.reverse && back.turned && back.foot.segment == 2);
+        assert!(back.reverse && back.turned && back.closest.segment == 2);
         assert!((back.position.x - 16.9).abs() < 1e-12);
         assert_eq!(back.vehicle.speed, -0.3);
         // The path leads the other way: its left is the vehicle's right.
-        assert!((back.foot.cross_track_error() + 0.5).abs() < 1e-12);
+        assert!((back.closest.cross_track_error() + 0.5).abs() < 1e-12);
 
         let again = FOLLOW.locate(&view, Some(2), at(10.1, 0.0, -0.3), 0.05);
-        assert!(!again.reverse && again.turned && again.foot.segment == 3);
+        assert!(!again.reverse && again.turned && again.closest.segment == 3);
     }
 
     #[test]
@@ -344,9 +345,9 @@ mod tests {
         let near = FOLLOW.locate(&path.view(), Some(0), at(20.0, 29.0, 5.0), 0.05);
         assert!(!near.off_path);
         let found = FOLLOW.locate(&path.view(), Some(0), at(240.0, 2.0, 5.0), 0.05);
-        assert!(found.off_path && found.foot.segment == 2);
+        assert!(found.off_path && found.closest.segment == 2);
         let lost = FOLLOW.locate(&path.view(), Some(0), at(40.0, 31.0, 5.0), 0.05);
-        assert!(lost.off_path && lost.foot.segment == 0);
+        assert!(lost.off_path && lost.closest.segment == 0);
     }
 
     /// Once round a circle of 100,000 m, a waypoint each metre.
@@ -366,7 +367,8 @@ mod tests {
         for last in [0, 31_000, 99_999] {
             let lost = FOLLOW.locate(&path.view(), Some(last), centre, 0.05);
             assert!(lost.off_path);
-            let arc = lost.foot.arc_length(&path.view()) - f64::from(u32::try_from(last).unwrap());
+            let arc =
+                lost.closest.arc_length(&path.view()) - f64::from(u32::try_from(last).unwrap());
             assert!(arc.abs() <= 8.0 || arc.abs() >= 1e5 - 8.0, "{last} {arc}");
         }
         let first = FOLLOW.locate(&path.view(), None, centre, 0.05);
@@ -385,6 +387,6 @@ mod tests {
         let found = FOLLOW.find_anew(&path.view(), vehicle);
         assert!(!found.is_exact);
         let place = FOLLOW.locate(&path.view(), Some(0), vehicle, 0.05);
-        assert!(place.off_path && place.foot.squared_distance < 16.0);
+        assert!(place.off_path && place.closest.squared_distance < 16.0);
     }
 }

@@ -1,11 +1,11 @@
-//! Where am I? The exact foot on the path, looked for along the arc around the last one.
+//! Where am I? The exact closest point on the path, looked for along the arc around the last one.
 //!
 //! [`locate_by_scan`] looks at every segment of a bounded stretch and is the definition;
 //! [`locate`] leaves it to `nearby` where that is certain of the answer.
 
 use super::nearby::locate_nearby;
 use super::preview::Preview;
-use super::projection::Foot;
+use super::projection::ClosestPoint;
 use super::view::PathView;
 use crate::geometry::Point;
 use crate::math::{cos, sin, sqrt};
@@ -19,9 +19,9 @@ pub const OPPOSITE: f64 = 10.0;
 /// one counts as farther off: two thirds of a wheelbase.
 const SMOOTHING: f64 = 0.2;
 
-/// The foot of `position` within `reach` [m] of arc before and behind the segment at `waypoint`,
-/// for a vehicle that drives along the unit vector `heading`; see [`locate_by_scan`], whose
-/// answer this is. [`OPPOSITE`] is an `opposite_distance` [m] for a car.
+/// The closest point of `position` within `reach` [m] of arc before and behind the segment at
+/// `waypoint`, for a vehicle that drives along the unit vector `heading`; see [`locate_by_scan`],
+/// whose answer this is. [`OPPOSITE`] is an `opposite_distance` [m] for a car.
 #[inline]
 pub fn locate(
     path: &PathView<'_>,
@@ -30,22 +30,22 @@ pub fn locate(
     heading: Point,
     reach: f64,
     opposite_distance: f64,
-) -> Foot {
+) -> ClosestPoint {
     locate_nearby(path, waypoint, position, heading, reach, opposite_distance).unwrap_or_else(
         || locate_by_scan(path, waypoint, position, heading, reach, opposite_distance),
     )
 }
 
-/// The foot of `position` by the definition: of the segments from the one at `waypoint` until
-/// more than `reach` [m] of arc before and behind it, each segment that is no farther off than
-/// the one before it and nearer than the one after it is a candidate. The candidate of least
+/// The closest point of `position` by the definition: of the segments from the one at `waypoint`
+/// until more than `reach` [m] of arc before and behind it, each segment that is no farther off
+/// than the one before it and nearer than the one after it is a candidate. The candidate of least
 /// distance counts, each distance with up to `opposite_distance` [m] more the less the path leads
 /// along `heading`, by the segment or over a fifth of `opposite_distance`, whichever leads along it
 /// more; of several the first.
 ///
 /// The stretch ends where an open path does, where the vehicle has to change its direction, and
-/// once around a closed path. So the foot cannot leap to another branch: farther along the path
-/// than `reach` it does not look, and within it the heading tells branches apart.
+/// once around a closed path. So the closest point cannot leap to another branch: farther along the
+/// path than `reach` it does not look, and within it the heading tells branches apart.
 #[cold]
 pub fn locate_by_scan(
     path: &PathView<'_>,
@@ -54,9 +54,9 @@ pub fn locate_by_scan(
     heading: Point,
     reach: f64,
     opposite_distance: f64,
-) -> Foot {
+) -> ClosestPoint {
     let (first, last) = stretch(path, path.segment_at(waypoint), reach);
-    let mut here = Foot::new(path, first, position);
+    let mut here = ClosestPoint::new(path, first, position);
     let mut behind = f64::INFINITY;
     let (mut best, mut least) = (here, f64::INFINITY);
     for _ in 0..path.segments() {
@@ -64,7 +64,7 @@ pub fn locate_by_scan(
             None
         } else {
             path.following(here.segment)
-                .map(|next| Foot::new(path, next, position))
+                .map(|next| ClosestPoint::new(path, next, position))
         };
         let ahead = next.map_or(f64::INFINITY, |next| next.squared_distance);
         if here.squared_distance <= behind && here.squared_distance < ahead {
@@ -106,16 +106,21 @@ fn stretch(path: &PathView<'_>, segment: usize, reach: f64) -> (usize, usize) {
     (first, last)
 }
 
-/// The cost of a foot: [`Foot::cost`], or that with the heading of the path over a fifth of
-/// `opposite_distance`, where that is less. One segment of noisy waypoints or of a staircase may
-/// lead anywhere, the path about it does not.
-fn least_cost(path: &PathView<'_>, foot: &Foot, heading: Point, opposite_distance: f64) -> f64 {
-    let by_segment = foot.cost(heading, opposite_distance);
+/// The cost of a closest point: [`ClosestPoint::cost`], or that with the heading of the path over a
+/// fifth of `opposite_distance`, where that is less. One segment of noisy waypoints or of a
+/// staircase may lead anywhere, the path about it does not.
+fn least_cost(
+    path: &PathView<'_>,
+    closest: &ClosestPoint,
+    heading: Point,
+    opposite_distance: f64,
+) -> f64 {
+    let by_segment = closest.cost(heading, opposite_distance);
     let base = SMOOTHING * opposite_distance;
-    let arc_length = foot.arc_length(path);
-    let yaw = Preview::yaw_at(path, base, foot.segment, arc_length);
+    let arc_length = closest.arc_length(path);
+    let yaw = Preview::yaw_at(path, base, closest.segment, arc_length);
     let along = heading.x * cos(yaw) + heading.y * sin(yaw);
-    let smoothed = sqrt(foot.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
+    let smoothed = sqrt(closest.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
     if smoothed < by_segment {
         smoothed
     } else {

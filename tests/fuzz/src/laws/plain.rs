@@ -44,8 +44,8 @@ pub(super) fn check_step<L: Subject>(
             command.target.y,
         ]),
         bits([
-            plain.measured.foot.cross_track_error(),
-            plain.predicted.foot.cross_track_error(),
+            plain.measured.closest.cross_track_error(),
+            plain.predicted.closest.cross_track_error(),
             plain.decision.target.x,
             plain.decision.target.y,
         ])
