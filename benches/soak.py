@@ -224,8 +224,8 @@ def main() -> int:
     print(report(run))
     if asked.json:
         asked.json.parent.mkdir(parents=True, exist_ok=True)
-        told = asdict(run) | {"growth": growth(run.samples), "bound": BOUND, "stopped": stopped}
-        asked.json.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+        summary = asdict(run) | {"growth": growth(run.samples), "bound": BOUND, "stopped": stopped}
+        asked.json.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     if growth(run.samples) > BOUND:
         print("memory grows", file=sys.stderr)
         return 1

@@ -187,9 +187,9 @@ def test_law_in_a_moved_world_steers_the_same(
         options = {"grid_spacing": GRID_SPACING, "exact_lookahead": exact}
     car = popsteer.Vehicle(**vehicle)
     tuning = getattr(popsteer, law.params_name)(**options)
-    told = {name: value and value.rust for name, value in adapting(adapt).items()}
-    ours = getattr(popsteer, law.name)(_path(path), car, tuning, **told)
-    theirs = getattr(popsteer, law.name)(_path(motion.path(path)), car, tuning, **told)
+    given = {name: value and value.rust for name, value in adapting(adapt).items()}
+    ours = getattr(popsteer, law.name)(_path(path), car, tuning, **given)
+    theirs = getattr(popsteer, law.name)(_path(motion.path(path)), car, tuning, **given)
     x, y, yaw, speed, dt = step = spot.at(path)
     moved_step = (*motion.point(x, y), yaw + motion.turn, speed, dt)
     shown = decided(law, ours, ours.state, step, adapt)

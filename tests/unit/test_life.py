@@ -97,14 +97,14 @@ class Life(RuleBasedStateMachine):
 
     def _check_command(self, command: Pair | None) -> None:
         assert command is not None
-        told = command.rust
-        assert abs(told.steer) <= self.max_steer
-        assert math.isfinite(told.cross_track_error)
-        assert math.isfinite(told.predicted_cross_track_error)
-        assert abs(told.heading_error) <= math.pi
-        assert abs(told.predicted_heading_error) <= math.pi
-        assert all(map(math.isfinite, told.target))
-        self.angle = told.steer
+        given = command.rust
+        assert abs(given.steer) <= self.max_steer
+        assert math.isfinite(given.cross_track_error)
+        assert math.isfinite(given.predicted_cross_track_error)
+        assert abs(given.heading_error) <= math.pi
+        assert abs(given.predicted_heading_error) <= math.pi
+        assert all(map(math.isfinite, given.target))
+        self.angle = given.steer
 
     @rule(spot=SPOTS)
     def step(self, spot: Spot) -> None:

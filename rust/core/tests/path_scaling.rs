@@ -130,8 +130,8 @@ proptest! {
         prop_assert_eq!(place.closest.segment, scaled.closest.segment);
         prop_assert_eq!(place.closest.fraction.to_bits(), scaled.closest.fraction.to_bits());
         prop_assert_eq!(
-            (place.off_path, place.past_end, place.turned),
-            (scaled.off_path, scaled.past_end, scaled.turned)
+            (place.off_path, place.past_end, place.direction_changed),
+            (scaled.off_path, scaled.past_end, scaled.direction_changed)
         );
         prop_assert_eq!(ours.relocalised, theirs.relocalised);
         prop_assert_eq!((scale * ours.crossing.0, ours.crossing.1), theirs.crossing);

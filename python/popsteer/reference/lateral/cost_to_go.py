@@ -34,9 +34,9 @@ class Travel:
 
     step: float
     error_by_driven: float
-    error_by_told: float
+    error_by_commanded: float
     heading_by_driven: float
-    heading_by_told: float
+    heading_by_commanded: float
     kept: float
     taken: float
 
@@ -49,19 +49,19 @@ class Travel:
 
         Examples
         --------
-        >>> Travel.over(0.5, 0.0, 0.0, 0.0).error_by_told  # a circle: curvature * step² / 2
+        >>> Travel.over(0.5, 0.0, 0.0, 0.0).error_by_commanded  # a circle: curvature * step² / 2
         0.125
         """
         taken = 1.0 - kept
         heading_by_driven = lag * taken
-        heading_by_told = step - heading_by_driven
-        late = lag * heading_by_told
+        heading_by_commanded = step - heading_by_driven
+        late = lag * heading_by_commanded
         return cls(
             step=step,
             error_by_driven=late + offset * heading_by_driven,
-            error_by_told=0.5 * step * step - late + offset * heading_by_told,
+            error_by_commanded=0.5 * step * step - late + offset * heading_by_commanded,
             heading_by_driven=heading_by_driven,
-            heading_by_told=heading_by_told,
+            heading_by_commanded=heading_by_commanded,
             kept=kept,
             taken=taken,
         )
@@ -80,9 +80,9 @@ class Travel:
         error, heading, driven, commanded = state
         return Predicted(
             error=(error + self.step * heading + moved)
-            + (self.error_by_driven * driven + self.error_by_told * commanded),
+            + (self.error_by_driven * driven + self.error_by_commanded * commanded),
             heading=(heading - turn)
-            + (self.heading_by_driven * driven + self.heading_by_told * commanded),
+            + (self.heading_by_driven * driven + self.heading_by_commanded * commanded),
             driven=self.kept * driven + self.taken * commanded,
             commanded=commanded,
         )
@@ -101,9 +101,9 @@ class Travel:
     def added(self) -> Predicted:
         """Return what a curvature of 1, commanded on the step before, adds to that."""
         return Predicted(
-            self.error_by_told
-            + (self.step * self.heading_by_told + self.error_by_driven * self.taken),
-            self.heading_by_told + self.heading_by_driven * self.taken,
+            self.error_by_commanded
+            + (self.step * self.heading_by_commanded + self.error_by_driven * self.taken),
+            self.heading_by_commanded + self.heading_by_driven * self.taken,
             self.kept * self.taken,
             0.0,
         )
@@ -151,7 +151,7 @@ class BestMove(NamedTuple):
         Where the state does not hold what it has added.
         """
         return self.left - (
-            (self.e * travel.error_by_told + self.p * travel.heading_by_told)
+            (self.e * travel.error_by_commanded + self.p * travel.heading_by_commanded)
             + self.a * travel.taken
         )
 
@@ -220,18 +220,41 @@ class CostToGo:
         9.25
         """
         step = travel.step
-        error_by_driven, error_by_told = travel.error_by_driven, travel.error_by_told
-        heading_by_driven, heading_by_told = travel.heading_by_driven, travel.heading_by_told
+        error_by_driven, error_by_commanded = travel.error_by_driven, travel.error_by_commanded
+        heading_by_driven, heading_by_commanded = (
+            travel.heading_by_driven,
+            travel.heading_by_commanded,
+        )
         kept, taken = travel.kept, travel.taken
         # What goes with the state after the step, for a unit of each entry before it ...
         pe, pp = step * self.ee + self.ep, step * self.ep + self.pp
         ae = error_by_driven * self.ee + heading_by_driven * self.ep + kept * self.ea
         ap = error_by_driven * self.ep + heading_by_driven * self.pp + kept * self.pa
         aa = error_by_driven * self.ea + heading_by_driven * self.pa + kept * self.aa
-        ce = error_by_told * self.ee + heading_by_told * self.ep + taken * self.ea + self.ec
-        cp = error_by_told * self.ep + heading_by_told * self.pp + taken * self.pa + self.pc
-        ca = error_by_told * self.ea + heading_by_told * self.pa + taken * self.aa + self.ac
-        cc = error_by_told * self.ec + heading_by_told * self.pc + taken * self.ac + self.cc
+        ce = (
+            error_by_commanded * self.ee
+            + heading_by_commanded * self.ep
+            + taken * self.ea
+            + self.ec
+        )
+        cp = (
+            error_by_commanded * self.ep
+            + heading_by_commanded * self.pp
+            + taken * self.pa
+            + self.pc
+        )
+        ca = (
+            error_by_commanded * self.ea
+            + heading_by_commanded * self.pa
+            + taken * self.aa
+            + self.ac
+        )
+        cc = (
+            error_by_commanded * self.ec
+            + heading_by_commanded * self.pc
+            + taken * self.ac
+            + self.cc
+        )
         # ... and for what the path and the drift add.
         moved = drift - 0.5 * step * turn
         e = moved * self.ee - turn * self.ep + self.e
@@ -248,11 +271,11 @@ class CostToGo:
             pc=step * ce + cp,
             aa=error_by_driven * ae + heading_by_driven * ap + kept * aa,
             ac=error_by_driven * ce + heading_by_driven * cp + kept * ca,
-            cc=error_by_told * ce + heading_by_told * cp + taken * ca + cc,
+            cc=error_by_commanded * ce + heading_by_commanded * cp + taken * ca + cc,
             e=e,
             p=step * e + p,
             a=error_by_driven * e + heading_by_driven * p + kept * a,
-            c=error_by_told * e + heading_by_told * p + taken * a + c,
+            c=error_by_commanded * e + heading_by_commanded * p + taken * a + c,
         )
 
     def of(self, state: Predicted) -> float:

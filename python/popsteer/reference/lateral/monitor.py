@@ -113,7 +113,11 @@ class Monitor:
         `set_path` and `relocalise`.
         """
         error, within = now.here.closest.cross_track_error(), watched.within
-        if now.here.turned and last is not None and abs(error - last) > self._deviation_limit:
+        if (
+            now.here.direction_changed
+            and last is not None
+            and abs(error - last) > self._deviation_limit
+        ):
             within = False
         is_within = abs(error) <= self._deviation_limit
         within = within or is_within
@@ -133,7 +137,7 @@ class Monitor:
         share = speed / car.turning_length(speed)
         rate, excess = share * _tangent(mean), share * (_tangent(last) - last)
 
-        if now.here.turned or dt > MAX_PERIOD:
+        if now.here.direction_changed or dt > MAX_PERIOD:
             watched = watched.interrupted()
         alarm = saturate(watched.alarm - dt, 0.0, ALARM_TIME)
         watched = watched._replace(alarm=alarm)

@@ -198,7 +198,7 @@ class Pid(Tracker[PidParams, PidState]):
         """Decide the angle for a located vehicle."""
         error = at.closest.cross_track_error()
         state = self.state
-        if at.turned or at.off_path:
+        if at.direction_changed or at.off_path:
             state = self.forget_path(state)
         # At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0:

@@ -138,9 +138,9 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
 
     def decide(self, at: Located, belief: Belief) -> Decision:
         """Decide the angle for a located vehicle."""
-        wanted, planned = self._choose(at.turn(self.state.previous_steer), at, belief)
+        wanted, planned = self._choose(at.mirror(self.state.previous_steer), at, belief)
         steer, status = limit_steer(self.vehicle, wanted)
-        self._state = replace(self.state, previous_steer=at.turn(steer))
+        self._state = replace(self.state, previous_steer=at.mirror(steer))
         return Decision(steer, at.closest.point, planned | status)
 
     def set_steer(self, state: PreviewPopState, steer: float) -> tuple[PreviewPopState, bool]:
@@ -159,7 +159,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         lag = vehicle.steer_lag * speed
         kept = decay(step, lag)
         # In a bend the point that moves where the vehicle looks lies elsewhere by this much.
-        offset = at.turn(estimate.slip_length)
+        offset = at.mirror(estimate.slip_length)
         travel = Travel.over(step, lag, kept, offset)
         length = vehicle.turning_length(speed) / estimate.gain
         move_cost = self._steer_rate_cost * length / period
@@ -178,7 +178,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         )
         moves, cost = horizon.unlimited()
 
-        rate, span = self._turned(speed, at.dt)
+        rate, span = self._rate_and_span(speed, at.dt)
         # From afar the error counts only as far as it calls for the approach angle, or for what
         # can be straightened on the way.
         heading_error = wrap(at.vehicle.yaw - path_yaw)
@@ -194,13 +194,13 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         wanted_pull = error * cost.ec
         pull = saturate(wanted_pull, -most, most)
         wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
-        driven = tan(at.turn(wheel)) / length
+        driven = tan(at.mirror(wheel)) / length
         tangent = tan(previous_steer)
-        told = tangent / length
-        slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c
+        commanded = tangent / length
+        slope = pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c
         # The lowest point of the parabola; a control period may be a part of the step.
         share = at.dt / period
-        wanted = told - slope / (move_cost + cost.cc) * share
+        wanted = commanded - slope / (move_cost + cost.cc) * share
 
         low, high = previous_steer - span, previous_steer + span
         unlimited = atan(wanted * length)
@@ -208,7 +208,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             error=pull / cost.ec if abs(wanted_pull) > most else error,
             heading=heading_error,
             driven=driven,
-            commanded=told,
+            commanded=commanded,
         )
         # The curvature changes faster where the wheels stand wide. With the vehicle's own rate that
         # is not counted on, as the wheels have to be straight again in time.
@@ -224,7 +224,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             return previous_steer, Status.OK
 
         def first(angle: float) -> float:
-            return (tan(angle) / length - told) / share
+            return (tan(angle) / length - commanded) / share
 
         # Beyond its largest angle it is the curvature that is limited.
         limits = limits._replace(
@@ -239,7 +239,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         # A move to the largest curvature is made as fast as the wheels turn: its part in each
         # control period would bring them there late.
         made = 1.0 if plan.reached is Reached.CURVATURE else share
-        angle = atan((told + (plan.curvatures[0] - told) * made) * length)
+        angle = atan((commanded + (plan.curvatures[0] - commanded) * made) * length)
         # The neighbourhood holds back by choice, the vehicle by what its wheels do.
         arrives = low - 1e-10 <= angle <= high + 1e-10
         status = Status.OK
@@ -269,7 +269,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         needed = needed if needed < most else most
         return needed if needed > horizon else horizon
 
-    def _turned(self, speed: float, dt: float) -> tuple[float, float]:
+    def _rate_and_span(self, speed: float, dt: float) -> tuple[float, float]:
         """Return the rate of the wheels that is planned with, and how far they turn in `dt`.
 
         Below `min_speed` they turn in proportion to the distance, where the vehicle's rate is told
@@ -310,7 +310,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         Of the angles that a command can bring the wheels to, and within its lateral acceleration.
         """
         vehicle = self.vehicle
-        offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset)
+        offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset)
         low = tan(vehicle.at_wheels(offset - vehicle.max_steer)) / length
         high = tan(vehicle.at_wheels(offset + vehicle.max_steer)) / length
         most = vehicle.max_lateral_acceleration

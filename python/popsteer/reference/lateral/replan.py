@@ -83,19 +83,19 @@ def carry_over(
     place = Place(*closest.point, *there)
     state = replace(state, waypoint=closest.segment, measured_waypoint=measured, place=place)
 
-    is_turned = new.is_reverse(closest.segment) != is_reverse
+    changes_direction = new.is_reverse(closest.segment) != is_reverse
     ahead = closest.along
     lengths = sqrt(along[0] * along[0] + along[1] * along[1]) * sqrt(
         ahead[0] * ahead[0] + ahead[1] * ahead[1]
     )
     cosine = (along[0] * ahead[0] + along[1] * ahead[1]) / lengths
     is_askew = cosine < ELSEWHERE_COSINE
-    if is_turned:
+    if changes_direction:
         state = law.forget_path(state)
     else:
         state = law.change_path(state, None if is_askew else closest.cross_track_error())
     limit = ELSEWHERE * law.vehicle.wheelbase
-    if is_turned or is_askew or closest.squared_distance > limit * limit:
+    if changes_direction or is_askew or closest.squared_distance > limit * limit:
         return hand_over(law, state)
     return state
 

@@ -143,7 +143,7 @@ def observe_slip(
     """
     (dt, since), car, path = seen, law.vehicle, law.path
     now = vehicle.ahead(car.no_slip)
-    if here.turned or here.vehicle.speed <= 0.0:
+    if here.direction_changed or here.vehicle.speed <= 0.0:
         return replace(estimator, seen=now)
 
     def curvature(travel: float) -> float:
@@ -154,7 +154,7 @@ def observe_slip(
         smoothing = 2.0 / 3.0 * car.wheelbase
         preview = Preview(path, smoothing, here.closest.segment, start, travel)
         _, (turn,) = preview.turns(start, travel, 1)
-        return here.turn(turn / travel)
+        return here.mirror(turn / travel)
 
     estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
     return replace(estimator, seen=now)

@@ -265,7 +265,7 @@ class Tracker(
             last = self._vehicle.at_wheels(self._state.steer + offset)
             self._state, _ = self.set_steer(self._state, last)
         decision = self.decide(at, belief)
-        steer = at.turn(decision.steer)
+        steer = at.mirror(decision.steer)
         self._state = replace(self._state, held=0)
         limited = False
         if self._bare and not hands_over(self._state):

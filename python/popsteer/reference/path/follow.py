@@ -39,17 +39,17 @@ class Located:
     closest : ClosestPoint
         Its closest point on the path.
     vehicle : VehicleState
-        The vehicle, turned round where the path is driven backwards.
+        The vehicle, mirrored where the path is driven backwards, so that it drives forward.
     heading : tuple of float
-        The unit vector along the turned vehicle's heading.
+        The unit vector along the mirrored vehicle's heading.
     dt : float
         Control period [s].
     reverse : bool
         Whether the path is driven backwards here.
     past_end : bool
         Whether the point is past the last waypoint of an open path.
-    turned : bool
-        Whether the direction is another than at the last step.
+    direction_changed : bool
+        Whether the direction of driving differs from that of the last step.
     off_path : bool
         Whether the vehicle was lost, or is.
     """
@@ -61,11 +61,14 @@ class Located:
     dt: float
     reverse: bool
     past_end: bool
-    turned: bool = False
+    direction_changed: bool = False
     off_path: bool = False
 
-    def turn(self, steer: float) -> float:
-        """Take the turned vehicle's angle for the vehicle's own, and the other way round [rad]."""
+    def mirror(self, steer: float) -> float:
+        """Convert an angle or a curvature of the mirrored vehicle to the real one, and back.
+
+        The sign changes where the path is driven backwards.
+        """
         return -steer if self.reverse else steer
 
 
@@ -147,8 +150,8 @@ class Follow:
             if is_found and anew.closest.squared_distance < at.closest.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
-        turned = waypoint is not None and at.reverse != path.is_reverse(start)
-        return replace(at, turned=turned)
+        changed = waypoint is not None and at.reverse != path.is_reverse(start)
+        return replace(at, direction_changed=changed)
 
     def _locate_from(
         self, path: PathView, segment: int, vehicle: VehicleState, dt: float
@@ -182,21 +185,21 @@ class Follow:
         """
         closest = at.closest
         # How far the followed point lies behind the rear axle, in the direction of driving.
-        behind = at.turn(self.rear_axle - self.base) - self.reference_offset
+        behind = at.mirror(self.rear_axle - self.base) - self.reference_offset
         near = (behind if behind > 0.0 else 0.0) + 4.0 * self.arrival_distance
         last = closest.segment
         rest = (1.0 - closest.fraction) * path.segment_length(last)
         for _ in range(path.segments):
             following = path.following(last)
             if following is None:
-                return self._turn_round(path, last, vehicle)
+                return self._segment_after_cusp(path, last, vehicle)
             rest += path.segment_length(following)
             if rest > near:
                 break
             last = following
         return None
 
-    def _turn_round(self, path: PathView, last: int, vehicle: VehicleState) -> int | None:
+    def _segment_after_cusp(self, path: PathView, last: int, vehicle: VehicleState) -> int | None:
         """Return the segment after `last`, where the vehicle turns round, once it is there."""
         after = path.next_segment(last)
         if after is None:

@@ -14,9 +14,9 @@
 pub struct Travel {
     step: f64,
     error_by_driven: f64,
-    error_by_told: f64,
+    error_by_commanded: f64,
     heading_by_driven: f64,
-    heading_by_told: f64,
+    heading_by_commanded: f64,
     kept: f64,
     taken: f64,
 }
@@ -29,14 +29,14 @@ impl Travel {
     pub fn new(step: f64, lag: f64, kept: f64, offset: f64) -> Self {
         let taken = 1.0 - kept;
         let heading_by_driven = lag * taken;
-        let heading_by_told = step - heading_by_driven;
-        let late = lag * heading_by_told;
+        let heading_by_commanded = step - heading_by_driven;
+        let late = lag * heading_by_commanded;
         Self {
             step,
             error_by_driven: late + offset * heading_by_driven,
-            error_by_told: 0.5 * step * step - late + offset * heading_by_told,
+            error_by_commanded: 0.5 * step * step - late + offset * heading_by_commanded,
             heading_by_driven,
-            heading_by_told,
+            heading_by_commanded,
             kept,
             taken,
         }
@@ -70,9 +70,9 @@ impl Travel {
         } = *state;
         Predicted {
             error: (error + self.step * heading + moved)
-                + (self.error_by_driven * driven + self.error_by_told * commanded),
+                + (self.error_by_driven * driven + self.error_by_commanded * commanded),
             heading: (heading - turn)
-                + (self.heading_by_driven * driven + self.heading_by_told * commanded),
+                + (self.heading_by_driven * driven + self.heading_by_commanded * commanded),
             driven: self.kept * driven + self.taken * commanded,
             commanded,
         }
@@ -104,9 +104,9 @@ impl Travel {
     #[inline]
     pub(super) fn added(&self) -> Predicted {
         Predicted {
-            error: self.error_by_told
-                + (self.step * self.heading_by_told + self.error_by_driven * self.taken),
-            heading: self.heading_by_told + self.heading_by_driven * self.taken,
+            error: self.error_by_commanded
+                + (self.step * self.heading_by_commanded + self.error_by_driven * self.taken),
+            heading: self.heading_by_commanded + self.heading_by_driven * self.taken,
             driven: self.kept * self.taken,
             commanded: 0.0,
         }
@@ -143,7 +143,7 @@ impl BestMove {
     #[inline]
     pub(super) fn left_after(&self, travel: &Travel) -> f64 {
         self.left
-            - ((self.e * travel.error_by_told + self.p * travel.heading_by_told)
+            - ((self.e * travel.error_by_commanded + self.p * travel.heading_by_commanded)
                 + self.a * travel.taken)
     }
 }
@@ -201,9 +201,9 @@ impl CostToGo {
         let Travel {
             step,
             error_by_driven,
-            error_by_told,
+            error_by_commanded,
             heading_by_driven,
-            heading_by_told,
+            heading_by_commanded,
             kept,
             taken,
         } = *travel;
@@ -215,10 +215,22 @@ impl CostToGo {
             error_by_driven * self.ea + heading_by_driven * self.pa + kept * self.aa,
         );
         let (ce, cp, ca, cc) = (
-            error_by_told * self.ee + heading_by_told * self.ep + taken * self.ea + self.ec,
-            error_by_told * self.ep + heading_by_told * self.pp + taken * self.pa + self.pc,
-            error_by_told * self.ea + heading_by_told * self.pa + taken * self.aa + self.ac,
-            error_by_told * self.ec + heading_by_told * self.pc + taken * self.ac + self.cc,
+            error_by_commanded * self.ee
+                + heading_by_commanded * self.ep
+                + taken * self.ea
+                + self.ec,
+            error_by_commanded * self.ep
+                + heading_by_commanded * self.pp
+                + taken * self.pa
+                + self.pc,
+            error_by_commanded * self.ea
+                + heading_by_commanded * self.pa
+                + taken * self.aa
+                + self.ac,
+            error_by_commanded * self.ec
+                + heading_by_commanded * self.pc
+                + taken * self.ac
+                + self.cc,
         );
         // ... and for what the path and the drift add.
         let moved = drift - 0.5 * step * turn;
@@ -236,11 +248,11 @@ impl CostToGo {
             pc: step * ce + cp,
             aa: error_by_driven * ae + heading_by_driven * ap + kept * aa,
             ac: error_by_driven * ce + heading_by_driven * cp + kept * ca,
-            cc: error_by_told * ce + heading_by_told * cp + taken * ca + cc,
+            cc: error_by_commanded * ce + heading_by_commanded * cp + taken * ca + cc,
             e,
             p: step * e + p,
             a: error_by_driven * e + heading_by_driven * p + kept * a,
-            c: error_by_told * e + heading_by_told * p + taken * a + c,
+            c: error_by_commanded * e + heading_by_commanded * p + taken * a + c,
         }
     }
 

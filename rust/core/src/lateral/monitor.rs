@@ -126,7 +126,7 @@ impl Monitor {
         last: Option<f64>,
     ) -> bool {
         let error = now.here.closest.cross_track_error();
-        if let (true, Some(last)) = (now.here.turned, last)
+        if let (true, Some(last)) = (now.here.direction_changed, last)
             && (error - last).abs() > self.deviation_limit
         {
             watched.within = false;
@@ -156,7 +156,7 @@ impl Monitor {
         let rate = share * tangent(mean);
         let excess = share * (tangent(last) - last);
 
-        if now.here.turned || dt > MonitorState::MAX_PERIOD {
+        if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {
             watched.interrupt();
         }
         watched.alarm = saturate(watched.alarm - dt, 0.0, MonitorState::ALARM_TIME);

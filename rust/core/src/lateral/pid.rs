@@ -201,7 +201,7 @@ impl LateralLaw for Pid {
         _belief: &Belief,
     ) -> Decision {
         let error = at.closest.cross_track_error();
-        if at.turned || at.off_path {
+        if at.direction_changed || at.off_path {
             state.leave_path();
         }
         // At rest an error cannot be steered away; summing it would wind the integral up.

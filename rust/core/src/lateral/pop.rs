@@ -288,9 +288,9 @@ impl LateralLaw for Pop {
             yaw: at.vehicle.yaw,
             speed,
         };
-        let previous_steer = at.turn(state.previous_steer);
+        let previous_steer = at.mirror(state.previous_steer);
         let steer = self.choose(target.point - at.position, here, previous_steer, at.dt);
-        state.previous_steer = at.turn(steer);
+        state.previous_steer = at.mirror(steer);
         Decision {
             steer,
             target: target.point,

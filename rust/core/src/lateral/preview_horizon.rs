@@ -31,7 +31,7 @@ impl PreviewPop {
     /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
     /// time at `min_speed`.
     #[inline]
-    pub(super) fn turned(&self, speed: f64, dt: f64) -> (f64, f64) {
+    pub(super) fn rate_and_span(&self, speed: f64, dt: f64) -> (f64, f64) {
         let rate = self.steer_span_rate;
         if speed >= self.min_speed {
             return (rate, rate * dt);

@@ -126,7 +126,7 @@ impl PreviewPop {
         let lag = vehicle.steer_lag * speed;
         let kept = decay(step, lag);
         // In a bend the point that moves where the vehicle looks lies elsewhere by this much.
-        let offset = at.turn(estimate.slip_length);
+        let offset = at.mirror(estimate.slip_length);
         let travel = Travel::new(step, lag, kept, offset);
         let length = vehicle.turning_length(speed) / estimate.gain;
         let move_cost = self.steer_rate_cost * length / period;
@@ -149,7 +149,7 @@ impl PreviewPop {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let cost = horizon.unlimited(&mut moves);
 
-        let (rate, span) = self.turned(speed, at.dt);
+        let (rate, span) = self.rate_and_span(speed, at.dt);
         // From afar the error counts only as far as it calls for the approach angle, or for what
         // can be straightened on the way.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
@@ -166,13 +166,15 @@ impl PreviewPop {
         let most = if most > 0.0 { most } else { 0.0 };
         let wanted_pull = error * cost.ec;
         let pull = saturate(wanted_pull, -most, most);
-        let driven = tan(at.turn(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
+        let driven =
+            tan(at.mirror(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
         let tangent = tan(previous_steer);
-        let told = tangent / length;
-        let slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c;
+        let commanded = tangent / length;
+        let slope =
+            pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c;
         // The lowest point of the parabola; a control period may be a part of the step.
         let share = at.dt / period;
-        let wanted = told - slope / (move_cost + cost.cc) * share;
+        let wanted = commanded - slope / (move_cost + cost.cc) * share;
 
         let (low, high) = (previous_steer - span, previous_steer + span);
         let unlimited = atan(wanted * length);
@@ -184,7 +186,7 @@ impl PreviewPop {
             },
             heading: heading_error,
             driven,
-            commanded: told,
+            commanded,
         };
         let later = rate * period * self.steepness(tangent) / length;
         let limits = |(least, greatest)| Limits {
@@ -237,8 +239,8 @@ impl PreviewPop {
             share,
             is_the_vehicles,
         } = around;
-        let (most, told) = (self.vehicle.max_steer, start.commanded);
-        let first = |angle: f64| (tan(angle) / length - told) / share;
+        let (most, commanded) = (self.vehicle.max_steer, start.commanded);
+        let first = |angle: f64| (tan(angle) / length - commanded) / share;
         // Beyond its largest angle it is the curvature that is limited.
         let least = if low > -most {
             first(low)
@@ -266,7 +268,7 @@ impl PreviewPop {
             Reached::Curvature => 1.0,
             _ => share,
         };
-        let angle = atan((told + (plan.first() - told) * made) * length);
+        let angle = atan((commanded + (plan.first() - commanded) * made) * length);
         // The neighbourhood holds back by choice, the vehicle by what its wheels do.
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let status = Status::SATURATED.when(match plan.reached {
@@ -285,7 +287,7 @@ impl PreviewPop {
     #[inline]
     fn curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
         let vehicle = &self.vehicle;
-        let offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset);
+        let offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset);
         let most = vehicle.max_steer;
         let end = |angle: f64| tan(vehicle.at_wheels(angle)) / length;
         self.within_lateral_acceleration(at, end(offset - most), end(offset + most))
@@ -352,11 +354,11 @@ impl LateralLaw for PreviewPop {
         belief: &Belief,
     ) -> Decision {
         let mut reached = ReachedLimits(state.reached_limits);
-        let previous = at.turn(state.previous_steer);
+        let previous = at.mirror(state.previous_steer);
         let (wanted, planned) = self.choose(path, previous, &mut reached, at, belief);
         state.reached_limits = reached.0;
         let (steer, status) = self.vehicle.limit_steer(wanted);
-        state.previous_steer = at.turn(steer);
+        state.previous_steer = at.mirror(steer);
         Decision {
             steer,
             target: at.closest.point,

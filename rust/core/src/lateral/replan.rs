@@ -76,13 +76,13 @@ impl<L: LateralLaw> Tracker<L> {
             ..place
         });
 
-        let is_turned = new.is_reverse(closest.segment) != is_reverse;
+        let changes_direction = new.is_reverse(closest.segment) != is_reverse;
         let ahead = closest.along();
         let lengths = sqrt(along.x * along.x + along.y * along.y)
             * sqrt(ahead.x * ahead.x + ahead.y * ahead.y);
         let cosine = (along.x * ahead.x + along.y * ahead.y) / lengths;
         let is_askew = cosine < ELSEWHERE_COSINE;
-        if is_turned {
+        if changes_direction {
             state.law.leave_path();
         } else if is_askew {
             state.law.change_path(None);
@@ -90,7 +90,7 @@ impl<L: LateralLaw> Tracker<L> {
             state.law.change_path(Some(closest.cross_track_error()));
         }
         let limit = ELSEWHERE * self.vehicle().wheelbase;
-        if is_turned || is_askew || closest.squared_distance > limit * limit {
+        if changes_direction || is_askew || closest.squared_distance > limit * limit {
             state.hand_over();
         }
     }

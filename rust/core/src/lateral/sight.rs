@@ -247,7 +247,7 @@ impl<L: LateralLaw> Tracker<L> {
     ) {
         let car = self.law.vehicle();
         let now = vehicle.ahead(car.no_slip());
-        if here.turned || here.vehicle.speed <= 0.0 {
+        if here.direction_changed || here.vehicle.speed <= 0.0 {
             state.estimator.seen = Some(now);
             return;
         }
@@ -261,7 +261,7 @@ impl<L: LateralLaw> Tracker<L> {
             Preview::new(path, smoothing, here.closest.segment, start, travel)
                 .turns(start, travel, &mut turn);
             let [turn] = turn;
-            here.turn(turn / travel)
+            here.mirror(turn / travel)
         };
         state.estimator.observe_slip(adapt, car, now, curvature, dt);
         state.estimator.seen = Some(now);

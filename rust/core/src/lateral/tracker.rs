@@ -283,7 +283,7 @@ impl<L: LateralLaw> Tracker<L> {
             state.law.set_steer(last);
         }
         let decision = self.law.decide(path, &mut state.law, &at, &belief);
-        let steer = at.turn(decision.steer);
+        let steer = at.mirror(decision.steer);
         state.held = 0;
         let limited = if self.bare && state.handover.is_none() {
             state.steer = steer;

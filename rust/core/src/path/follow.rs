@@ -49,16 +49,16 @@ pub struct Located {
     pub position: Point,
     /// Its closest point on the path.
     pub closest: ClosestPoint,
-    /// The vehicle, turned round where the path is driven backwards: speed positive along it.
+    /// The vehicle, mirrored where the path is driven backwards, so that it drives forward.
     pub vehicle: VehicleState,
-    /// The unit vector along the turned vehicle's heading.
+    /// The unit vector along the mirrored vehicle's heading.
     pub heading: Point,
     /// Control period [s].
     pub dt: f64,
     /// Whether the path is driven backwards here.
     pub reverse: bool,
-    /// Whether the direction is another than at the last step.
-    pub turned: bool,
+    /// Whether the direction of driving differs from that of the last step.
+    pub direction_changed: bool,
     /// Whether the vehicle was lost, or is.
     pub off_path: bool,
     /// Whether the point is past the last waypoint of an open path.
@@ -117,7 +117,7 @@ impl Follow {
             }
             at.off_path = true;
         }
-        at.turned = waypoint.is_some() && at.reverse != path.is_reverse(start);
+        at.direction_changed = waypoint.is_some() && at.reverse != path.is_reverse(start);
         at
     }
 
@@ -159,7 +159,7 @@ impl Follow {
             heading,
             dt,
             reverse,
-            turned: false,
+            direction_changed: false,
             off_path: false,
             past_end: closest.fraction > 1.0 && path.next_segment(closest.segment).is_none(),
         }
@@ -178,14 +178,14 @@ impl Follow {
     ) -> Option<usize> {
         let closest = &at.closest;
         // How far the followed point lies behind the rear axle, in the direction of driving.
-        let behind = at.turn(self.rear_axle - self.base) - self.reference_offset;
+        let behind = at.mirror(self.rear_axle - self.base) - self.reference_offset;
         let behind = if behind > 0.0 { behind } else { 0.0 };
         let near = behind + 4.0 * self.arrival_distance;
         let mut last = closest.segment;
         let mut rest = (1.0 - closest.fraction) * path.segment_length(last);
         for _ in 0..path.segments() {
             let Some(following) = path.following(last) else {
-                return self.turn_round(path, last, vehicle);
+                return self.segment_after_cusp(path, last, vehicle);
             };
             rest += path.segment_length(following);
             if rest > near {
@@ -197,7 +197,12 @@ impl Follow {
     }
 
     /// The segment after `last`, at whose end the vehicle turns round, once its rear axle is there.
-    fn turn_round(&self, path: &PathView<'_>, last: usize, vehicle: VehicleState) -> Option<usize> {
+    fn segment_after_cusp(
+        &self,
+        path: &PathView<'_>,
+        last: usize,
+        vehicle: VehicleState,
+    ) -> Option<usize> {
         let next = path.next_segment(last)?;
         let (start, end) = path.segment(last);
         let along = end - start;
@@ -218,10 +223,10 @@ impl Follow {
 }
 
 impl Located {
-    /// The law's answer for the turned vehicle as the angle of the vehicle itself, and the other
-    /// way round [rad].
+    /// Converts an angle [rad] or a curvature of the mirrored vehicle to the real one, and back: the
+    /// sign changes where the path is driven backwards.
     #[inline]
-    pub fn turn(&self, steer: f64) -> f64 {
+    pub fn mirror(&self, steer: f64) -> f64 {
         if self.reverse { -steer } else { steer }
     }
 }
@@ -239,19 +244,19 @@ mod tests {
         let path = shuttle();
         let view = path.view();
         let forward = FOLLOW.locate(&view, Some(1), at(19.0, 0.5, 1.0), 0.05);
-        assert!(!forward.reverse && !forward.turned && forward.closest.segment == 1);
+        assert!(!forward.reverse && !forward.direction_changed && forward.closest.segment == 1);
         assert_eq!(forward.closest.point, Point::new(22.0, 0.0));
         assert_eq!(forward.closest.cross_track_error(), 0.5);
 
         let back = FOLLOW.locate(&view, Some(1), at(19.9, 0.5, 0.3), 0.05);
-        assert!(back.reverse && back.turned && back.closest.segment == 2);
+        assert!(back.reverse && back.direction_changed && back.closest.segment == 2);
         assert!((back.position.x - 16.9).abs() < 1e-12);
         assert_eq!(back.vehicle.speed, -0.3);
         // The path leads the other way: its left is the vehicle's right.
         assert!((back.closest.cross_track_error() + 0.5).abs() < 1e-12);
 
         let again = FOLLOW.locate(&view, Some(2), at(10.1, 0.0, -0.3), 0.05);
-        assert!(!again.reverse && again.turned && again.closest.segment == 3);
+        assert!(!again.reverse && again.direction_changed && again.closest.segment == 3);
     }
 
     #[test]
@@ -274,7 +279,7 @@ mod tests {
             for (x, turned) in [(3.7, false), (3.84, false), (3.86, true), (4.1, true)] {
                 let last = crate::math::to_count((x + reference_offset).clamp(0.0, 3.9) / 0.1);
                 let found = follow.locate(&path.view(), Some(last), at(x, 0.2, 0.3), 0.05);
-                assert_eq!(found.turned, turned, "{reference_offset} {x}");
+                assert_eq!(found.direction_changed, turned, "{reference_offset} {x}");
             }
         }
     }
@@ -304,7 +309,9 @@ mod tests {
                         speed,
                     };
                     let last = last.min(view.segments() - 1);
-                    follow.locate(&view, Some(last), pose, 0.05).turned
+                    follow
+                        .locate(&view, Some(last), pose, 0.05)
+                        .direction_changed
                 };
                 for yaw in [-0.1, 0.0, 0.2] {
                     for (rear, is_there) in [(39.7, false), (39.84, false), (39.86, true)] {
@@ -322,7 +329,7 @@ mod tests {
         let path = Path::new(&x, &y, None, true).unwrap();
         let path = path.with_reverse(&[true; 4]).unwrap();
         let found = FOLLOW.locate(&path.view(), Some(1), at(0.0, 0.1, -1.0), 0.05);
-        assert!(found.reverse && !found.turned);
+        assert!(found.reverse && !found.direction_changed);
     }
 
     #[test]
@@ -335,7 +342,7 @@ mod tests {
             ..FOLLOW
         };
         let found = follow.locate(&path.view(), Some(0), at(0.0, 0.0, -1.0), 0.05);
-        assert!(found.reverse && !found.turned);
+        assert!(found.reverse && !found.direction_changed);
     }
 
     #[test]
@@ -372,7 +379,7 @@ mod tests {
             assert!(arc.abs() <= 8.0 || arc.abs() >= 1e5 - 8.0, "{last} {arc}");
         }
         let first = FOLLOW.locate(&path.view(), None, centre, 0.05);
-        assert!(first.off_path && !first.turned);
+        assert!(first.off_path && !first.direction_changed);
     }
 
     #[test]

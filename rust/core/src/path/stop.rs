@@ -29,7 +29,7 @@ impl Ahead {
     #[inline]
     pub fn of(path: &PathView<'_>, follow: &Follow, at: &Located) -> Self {
         // How far the followed point lies ahead of the rear axle, in the direction of driving.
-        let lead = follow.reference_offset - at.turn(follow.rear_axle - follow.base);
+        let lead = follow.reference_offset - at.mirror(follow.rear_axle - follow.base);
         Self::behind(path, follow, at, lead)
     }
 

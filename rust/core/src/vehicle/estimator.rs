@@ -401,10 +401,13 @@ mod tests {
     }
 
     /// What is estimated of a vehicle with a wheelbase of 3 m, 0.2 s of dead time and a lag of
-    /// 0.1 s in 60 s of bends at 10 m/s and more, where `told` is believed.
-    fn estimated(told: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
+    /// 0.1 s in 60 s of bends at 10 m/s and more, where `given` is believed.
+    fn estimated(given: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
         let real = car(3.0, 0.2, steer_offset);
-        let (mut there, mut known) = (InFlight::settled(&real, 0.0), InFlight::settled(&told, 0.0));
+        let (mut there, mut known) = (
+            InFlight::settled(&real, 0.0),
+            InFlight::settled(&given, 0.0),
+        );
         let mut estimator = Estimator::default();
         let mut vehicle = VehicleState {
             x: 0.0,
@@ -423,19 +426,19 @@ mod tests {
             if step == 900 {
                 vehicle.yaw += jump;
             }
-            let reached = known.reaching(&told, command, 0.05);
+            let reached = known.reaching(&given, command, 0.05);
             let before = estimator.estimate.longer_dead_time;
-            estimator.observe_turn(&AdaptParams::DEFAULT, &told, vehicle, reached, 0.05);
+            estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, 0.05);
             let longer = estimator.estimate.longer_dead_time - before;
             estimator.seen = Some(vehicle);
-            known.elapse(&told, command, 0.05, longer);
+            known.elapse(&given, command, 0.05, longer);
         }
         estimator
     }
 
     #[test]
     fn test_slip_of_a_vehicle_that_hardly_moves_is_a_number() {
-        let told = car(3.0, 0.0, 0.0);
+        let given = car(3.0, 0.0, 0.0);
         let params = AdaptParams {
             min_speed: Some(0.0),
             ..AdaptParams::DEFAULT
@@ -451,8 +454,8 @@ mod tests {
                 seen: Some(state(0.0)),
                 ..Estimator::default()
             };
-            estimator.observe_slip(&params, &told, state(0.1), |travel| 1e-16 / travel, 0.05);
-            assert!(estimator.checked(&told).is_ok(), "{estimator:?}");
+            estimator.observe_slip(&params, &given, state(0.1), |travel| 1e-16 / travel, 0.05);
+            assert!(estimator.checked(&given).is_ok(), "{estimator:?}");
         }
     }
 
@@ -472,9 +475,9 @@ mod tests {
 
     #[test]
     fn test_estimator_learns_little_of_a_jump_of_the_heading() {
-        let told = car(2.55, 0.25, 0.0);
-        let calm = estimated(told, 0.0, 0.0, 0.0).estimate;
-        let jumped = estimated(told, 0.0, 0.0, 2.0).estimate;
+        let given = car(2.55, 0.25, 0.0);
+        let calm = estimated(given, 0.0, 0.0, 0.0).estimate;
+        let jumped = estimated(given, 0.0, 0.0, 2.0).estimate;
         assert!((calm.gain - jumped.gain).abs() < 0.03, "{jumped:?}");
         assert!(
             (calm.steer_offset - jumped.steer_offset).abs() < 0.003,
@@ -493,22 +496,22 @@ mod tests {
             estimated(car(0.9, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
             0.4
         );
-        let told = car(3.0, 0.1, 0.0);
-        let found = estimated(told, 0.0, 0.0, 0.0);
+        let given = car(3.0, 0.1, 0.0);
+        let found = estimated(given, 0.0, 0.0, 0.0);
         assert_eq!(found.estimate.longer_dead_time, 0.05);
-        assert!(found.checked(&told).is_ok());
+        assert!(found.checked(&given).is_ok());
         let refused = found.checked(&car(3.0, 0.09, 0.0)).unwrap_err();
         assert_eq!(refused.field, "longer_dead_time");
         let turned = Estimator {
             turn: 1e31,
             ..found
         };
-        assert_eq!(turned.checked(&told).unwrap_err().value, 1e31);
+        assert_eq!(turned.checked(&given).unwrap_err().value, 1e31);
     }
 
     #[test]
     fn test_slip_is_found_from_the_position_whichever_way_the_vehicle_drives() {
-        let told = Vehicle::DEFAULT;
+        let given = Vehicle::DEFAULT;
         for speed in [10.0, -10.0] {
             let mut estimator = Estimator::default();
             let mut vehicle = VehicleState {
@@ -527,7 +530,7 @@ mod tests {
                 let slip = 0.01 - 0.4 * curvature;
                 vehicle = advance(vehicle, speed * 0.05, curvature, slip);
                 let params = AdaptParams::DEFAULT;
-                estimator.observe_slip(&params, &told, vehicle, |_| curvature, 0.05);
+                estimator.observe_slip(&params, &given, vehicle, |_| curvature, 0.05);
             }
             let found = estimator.estimate;
             assert!((found.slip - 0.01).abs() < 1e-3, "{found:?}");

@@ -14,11 +14,11 @@ pub(super) fn track<L: LateralLaw>(
 ) -> Result<Tracker<L>, ConfigError> {
     let tracker = match adapt {
         Adapt::Usual => Tracker::of(law),
-        Adapt::Told(told) => Tracker::new(law, told.as_ref().map(|params| params.get().0))?,
+        Adapt::Given(given) => Tracker::new(law, given.as_ref().map(|params| params.get().0))?,
     };
     match monitor {
         Monitored::Usual => Ok(tracker),
-        Monitored::Told(told) => tracker.monitored(told.as_ref().map(|params| params.get().0)),
+        Monitored::Given(given) => tracker.monitored(given.as_ref().map(|params| params.get().0)),
     }
 }
 

@@ -60,11 +60,11 @@ macro_rules! state {
                 change: f64 = [0.0] at [estimator.change], "float, default 0.0",
                     "Rates at which the expected turns changed, squared [rad^2/s^2].";
                 gain: f64 = [1.0] at [estimator.estimate.gain], "float, default 1.0",
-                    "How many times more the vehicle turns than it was told.";
+                    "How many times more the vehicle turns than it was given.";
                 steer_offset: f64 = [0.0] at [estimator.estimate.steer_offset], "float, default 0.0",
-                    "Estimated angle of the wheels at the command 0, beyond the one told [rad].";
+                    "Estimated angle of the wheels at the command 0, beyond the one given [rad].";
                 longer_dead_time: f64 = [0.0] at [estimator.estimate.longer_dead_time], "float, default 0.0",
-                    "How much longer the dead time is than the one told [s].";
+                    "How much longer the dead time is than the one given [s].";
                 slip: f64 = [0.0] at [estimator.estimate.slip], "float, default 0.0",
                     "Angle of the motion of the no-slip point to the heading, straight on [rad].";
                 slip_length: f64 = [0.0] at [estimator.estimate.slip_length], "float, default 0.0",

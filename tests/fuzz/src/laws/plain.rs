@@ -145,7 +145,7 @@ fn check_limits<L: Subject>(
 ) {
     let (car, estimate) = (tracker.vehicle(), &plain.estimate);
     let offset = car.steer_offset + estimate.steer_offset;
-    let mut wanted = plain.predicted.turn(plain.decision.steer) - offset;
+    let mut wanted = plain.predicted.mirror(plain.decision.steer) - offset;
     if let Some(Handover { offset, left }) = before.handover {
         let (difference, left) = match offset {
             None if left >= HANDOVER_TIME => (before.steer - wanted, left),

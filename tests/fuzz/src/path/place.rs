@@ -147,14 +147,14 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
     let at = follow.locate(view, last, vehicle, dt);
     assert_eq!(at, follow_plainly(&follow, view, last, vehicle, dt));
     assert_eq!(at.reverse, view.is_reverse(at.closest.segment));
-    assert!(last.is_some() || !at.turned);
+    assert!(last.is_some() || !at.direction_changed);
     let driven = if at.reverse {
         -vehicle.speed
     } else {
         vehicle.speed
     };
     assert_eq!(at.vehicle.speed.to_bits(), driven.to_bits());
-    assert_eq!(at.turn(at.turn(0.3)).to_bits(), 0.3_f64.to_bits());
+    assert_eq!(at.mirror(at.mirror(0.3)).to_bits(), 0.3_f64.to_bits());
 }
 
 /// The segment of the closest point, or the last one that ends near enough ahead of it to be where
@@ -212,7 +212,7 @@ fn follow_plainly(
             heading,
             dt,
             reverse,
-            turned: false,
+            direction_changed: false,
             off_path: false,
             past_end: is_last && closest.fraction > 1.0,
         }
@@ -238,6 +238,6 @@ fn follow_plainly(
         }
         at.off_path = true;
     }
-    at.turned = last.is_some() && at.reverse != view.is_reverse(start);
+    at.direction_changed = last.is_some() && at.reverse != view.is_reverse(start);
     at
 }
