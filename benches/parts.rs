@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::Criterion;
-use popsteer_bench::{Course, DT, LATE, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, DT, WAYPOINTS};
 use popsteer_core::lateral::{Pop, PopParams};
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::locate::{OPPOSITE, locate, locate_by_scan};
@@ -156,25 +156,25 @@ fn bench_vehicle(criterion: &mut Criterion, lap: &[At]) {
         get_predicted_location(at.vehicle, 0.1, DT)
     });
     // Four commands in flight.
-    let mut in_flight = InFlight::settled(&LATE, 0.1);
+    let mut in_flight = InFlight::settled(&DELAYED, 0.1);
     for _ in 0..8 {
-        in_flight.elapse(&LATE, 0.1, DT, 0.0);
+        in_flight.elapse(&DELAYED, 0.1, DT, 0.0);
     }
     let estimate = Estimate::DEFAULT;
     bench_part(criterion, "vehicle/predict", lap, |at| {
-        in_flight.predict(&LATE, at.vehicle, &estimate)
+        in_flight.predict(&DELAYED, at.vehicle, &estimate)
     });
     bench_part(criterion, "vehicle/reaching", lap, |at| {
-        in_flight.reaching(&LATE, 0.01 * at.vehicle.speed, DT)
+        in_flight.reaching(&DELAYED, 0.01 * at.vehicle.speed, DT)
     });
     let mut estimator = Estimator::default();
     bench_part(criterion, "vehicle/observe_turn", lap, |at| {
-        let reached = in_flight.reaching(&LATE, 0.1, DT);
-        estimator.observe_turn(&AdaptParams::DEFAULT, &LATE, at.vehicle, reached, DT);
-        estimator.seen = Some(at.vehicle);
+        let reached = in_flight.reaching(&DELAYED, 0.1, DT);
+        estimator.observe_turn(&AdaptParams::DEFAULT, &DELAYED, at.vehicle, reached, DT);
+        estimator.last_measured = Some(at.vehicle);
     });
     bench_part(criterion, "vehicle/elapse", lap, |at| {
-        in_flight.elapse(&LATE, 0.01 * at.vehicle.speed, DT, 0.0);
+        in_flight.elapse(&DELAYED, 0.01 * at.vehicle.speed, DT, 0.0);
     });
 }
 

@@ -18,7 +18,7 @@ pub const WAYPOINTS: usize = 1274;
 
 /// A vehicle with 0.2 s between a command and the wheels, limited and off centre, whose controllers
 /// predict and estimate it.
-pub const LATE: Vehicle = Vehicle {
+pub const DELAYED: Vehicle = Vehicle {
     rear_axle: -1.5,
     steer_offset: 0.01,
     dead_time: 0.2,

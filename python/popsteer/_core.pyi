@@ -649,7 +649,7 @@ class PopState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -658,7 +658,7 @@ class PopState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -688,7 +688,7 @@ class PopState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -706,7 +706,7 @@ class PopState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -756,7 +756,7 @@ class PreviewPopState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -765,7 +765,7 @@ class PreviewPopState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -797,7 +797,7 @@ class PreviewPopState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -815,7 +815,7 @@ class PreviewPopState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -868,7 +868,7 @@ class PidState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -877,7 +877,7 @@ class PidState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -915,7 +915,7 @@ class PidState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -933,7 +933,7 @@ class PidState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -982,7 +982,7 @@ class PurePursuitState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -991,7 +991,7 @@ class PurePursuitState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -1021,7 +1021,7 @@ class PurePursuitState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1039,7 +1039,7 @@ class PurePursuitState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -1087,7 +1087,7 @@ class StanleyState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -1096,7 +1096,7 @@ class StanleyState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -1124,7 +1124,7 @@ class StanleyState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1142,7 +1142,7 @@ class StanleyState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -1190,7 +1190,7 @@ class BangBangState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -1199,7 +1199,7 @@ class BangBangState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -1227,7 +1227,7 @@ class BangBangState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1245,7 +1245,7 @@ class BangBangState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property

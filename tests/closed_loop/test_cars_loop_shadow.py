@@ -18,14 +18,14 @@ from tests.pages.layout import line, table
 DT = 0.05
 X = np.arange(0.0, 420.0)
 SLALOM = popsteer.Path(np.column_stack((X, 3.0 * np.sin(X / 12.0))))
-LATE = popsteer.Vehicle(
+DELAYED = popsteer.Vehicle(
     wheelbase=2.7, rear_axle=-1.35, dead_time=0.15, max_steer=0.6, max_steer_rate=0.8
 )
-PROMPT = LATE.replace(dead_time=0.0)
+PROMPT = DELAYED.replace(dead_time=0.0)
 START = (0.0, 0.5, math.atan2(3.0, 12.0))
 NAMES = ["Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang"]
 each_controller = pytest.mark.parametrize("name", NAMES)
-each_car = pytest.mark.parametrize("car", [LATE, PROMPT], ids=["late", "prompt"])
+each_car = pytest.mark.parametrize("car", [DELAYED, PROMPT], ids=["late", "prompt"])
 
 
 def _made(name: str, car: popsteer.Vehicle) -> Any:
@@ -86,8 +86,8 @@ def test_shadow_of_its_own_commands_is_itself(name: str, car: popsteer.Vehicle) 
 @each_controller
 def test_shadow_of_another_controller_knows_the_vehicle_as_that_does(name: str) -> None:
     """The estimate comes from what was applied, not from what the shadow wanted."""
-    real = LATE.replace(wheelbase=3.1, steer_offset=0.015)
-    driver, shadow = popsteer.PreviewPop(SLALOM, LATE), _made(name, LATE)
+    real = DELAYED.replace(wheelbase=3.1, steer_offset=0.015)
+    driver, shadow = popsteer.PreviewPop(SLALOM, DELAYED), _made(name, DELAYED)
     chain = Chain(real, START, 8.0, DT, substeps=20)
     applied = None
     for _ in range(700):
@@ -113,7 +113,7 @@ def test_applied_angle_is_what_the_rate_limit_goes_on_from(name: str) -> None:
 
 
 def test_batch_takes_what_its_vehicles_report() -> None:
-    controllers = [_made(name, LATE) for name in ("Pop", "Pop", "Pop")]
+    controllers = [_made(name, DELAYED) for name in ("Pop", "Pop", "Pop")]
     batch = popsteer.Batch(controllers)
     rng = np.random.default_rng(3)
     for _ in range(40):
@@ -200,7 +200,7 @@ def age_lines() -> list[str]:
     """Rows of the table of docs/edges.md."""
     lines = []
     for name, title in SHOWN.items():
-        errors = [_mean_error(name, LATE, age, given=given) for age, given in AGES]
+        errors = [_mean_error(name, DELAYED, age, given=given) for age, given in AGES]
         lines.append(line(title, *(f"{error:.3f}" for error in errors)))
     return lines
 
@@ -210,8 +210,8 @@ def test_page_shows_what_an_age_costs() -> None:
 
 
 def test_age_that_is_not_told_costs_more() -> None:
-    given = _mean_error("PreviewPop", LATE, 0.2, given=True)
-    assert _mean_error("PreviewPop", LATE, 0.2, given=False) > 1.2 * given + 0.005
+    given = _mean_error("PreviewPop", DELAYED, 0.2, given=True)
+    assert _mean_error("PreviewPop", DELAYED, 0.2, given=False) > 1.2 * given + 0.005
 
 
 def test_errors_of_an_old_pose_are_those_of_now() -> None:
@@ -225,9 +225,9 @@ def test_errors_of_an_old_pose_are_those_of_now() -> None:
 
 
 def test_estimates_do_not_take_an_age_for_a_dead_time() -> None:
-    real = LATE.replace(wheelbase=3.1)
+    real = DELAYED.replace(wheelbase=3.1)
     for given in (True, False):
-        controller = popsteer.PreviewPop(SLALOM, LATE)
+        controller = popsteer.PreviewPop(SLALOM, DELAYED)
         chain = Chain(real, START, 8.0, DT, substeps=20)
         poses = [chain.pose] * 2
         for _ in range(900):

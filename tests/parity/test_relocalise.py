@@ -141,7 +141,7 @@ def _check_crossing(pair: Pair) -> None:
         changed |= {
             "measured_waypoint": None,
             "place": None,
-            "seen": None,
+            "last_measured": None,
         }  # the jump shows nothing
         if before["monitor"] is not None:
             (wheel, _, _), turns, evidence, alarm, _ = before["monitor"]

@@ -55,7 +55,7 @@ REMEMBERED = {
     "PurePursuit": "previous_alpha",
 }
 MADE_UP = (
-    *("measured_waypoint", "steer", "handover_offset", "handover_left", "wheel", "gain"),
+    *("measured_waypoint", "steer", "handover_offset", "handover_remaining", "wheel", "gain"),
     *("steer_offset", "longer_dead_time", "slip", "slip_length", "acceleration", "change"),
 )
 
@@ -208,8 +208,8 @@ class Life(RuleBasedStateMachine):
         if not first:
             assert bits(after.rust) == bits(before)
         # Of a hand-over that has begun less than all of its time remains.
-        remaining = min(before.handover_left, 1.0 - 1e-6)
-        assert after.rust.handover_left in (0.0, 1.0, before.handover_left, remaining)
+        remaining = min(before.handover_remaining, 1.0 - 1e-6)
+        assert after.rust.handover_remaining in (0.0, 1.0, before.handover_remaining, remaining)
 
     @rule()
     def reset(self) -> None:

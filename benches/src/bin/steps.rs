@@ -9,7 +9,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::io::{Write, stdout};
 
-use popsteer_bench::{Course, Drive, FREE, LATE, SLOW, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, Drive, FREE, SLOW, WAYPOINTS};
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             };
             take_steps(&course, Pop::new(car, paper)?, call, steps);
         }
-        "pop-late" => take_steps(&course, Pop::new(LATE, pop)?, call, steps),
+        "pop-late" => take_steps(&course, Pop::new(DELAYED, pop)?, call, steps),
         "preview-pop" => take_steps(&course, PreviewPop::new(car, preview_pop)?, call, steps),
         "preview-pop-free" => {
             take_steps(&course, PreviewPop::new(FREE, preview_pop)?, call, steps);
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             take_steps(&course, PreviewPop::new(SLOW, preview_pop)?, call, steps);
         }
         "preview-pop-late" => {
-            take_steps(&course, PreviewPop::new(LATE, preview_pop)?, call, steps);
+            take_steps(&course, PreviewPop::new(DELAYED, preview_pop)?, call, steps);
         }
         "pid" => take_steps(&course, Pid::new(car, PidParams::DEFAULT)?, call, steps),
         "pure-pursuit" => {

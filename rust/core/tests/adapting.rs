@@ -68,7 +68,7 @@ fn preview(vehicle: Vehicle) -> Tracker<PreviewPop> {
 }
 
 #[test]
-fn test_turning_is_learnt_alike_forwards_and_backwards() {
+fn test_turning_is_estimated_alike_forwards_and_backwards() {
     let given = Vehicle {
         dead_time: 0.1,
         ..Vehicle::PAPER
@@ -91,7 +91,7 @@ fn test_turning_is_learnt_alike_forwards_and_backwards() {
 }
 
 #[test]
-fn test_slip_is_learnt_alike_forwards_and_backwards() {
+fn test_slip_is_estimated_alike_forwards_and_backwards() {
     // The point that does not slip lies half a metre ahead of the one that is believed not to.
     let given = Vehicle {
         no_slip_point: Some(0.0),
@@ -137,7 +137,7 @@ fn before_the_cusp(tracker: &Tracker<PreviewPop>) -> (Path, TrackerState<Preview
 }
 
 #[test]
-fn test_nothing_is_learnt_across_a_cusp() {
+fn test_nothing_is_estimated_across_a_cusp() {
     // Slow enough for the mean of the speeds on both sides.
     let adapt = AdaptParams {
         min_speed: Some(0.5),
@@ -166,7 +166,7 @@ fn test_nothing_is_learnt_across_a_cusp() {
 }
 
 #[test]
-fn test_nothing_is_learnt_from_the_motion_through_held_input() {
+fn test_nothing_is_estimated_from_the_motion_through_held_input() {
     let path = bends(false);
     let tracker = preview(Vehicle::PAPER);
     let mut state = tracker.initial_state();

@@ -184,8 +184,8 @@ impl Simulation {
             return Some(speed);
         }
         let deceleration = self.plant.vehicle().max_deceleration.unwrap_or(SLOWING);
-        let left = ahead.distance_to_stop.max(0.0);
-        let most = sqrt(2.0 * deceleration * left).max(Ahead::creep(&self.leading.follow));
+        let remaining = ahead.distance_to_stop.max(0.0);
+        let most = sqrt(2.0 * deceleration * remaining).max(Ahead::creep(&self.leading.follow));
         Some(speed.abs().min(most).copysign(speed))
     }
 

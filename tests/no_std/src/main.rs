@@ -50,7 +50,7 @@ extern "C" fn rust_eh_personality() {}
 const WAYPOINTS: usize = 600;
 
 /// Limited in every way, with commands in flight.
-const LATE: Vehicle = Vehicle {
+const DELAYED: Vehicle = Vehicle {
     wheelbase: 2.7,
     rear_axle: -1.35,
     no_slip_point: Some(-1.2),
@@ -104,7 +104,7 @@ fn both<L: LateralLaw, E>(
     if let Ok(law) = law(black_box(Vehicle::PAPER)) {
         sum += steps(&Tracker::of(law), path, vehicle);
     }
-    if let Ok(law) = law(black_box(LATE))
+    if let Ok(law) = law(black_box(DELAYED))
         && let Ok(tracker) = Tracker::new(law, black_box(Some(AdaptParams::DEFAULT)))
     {
         sum += steps(&tracker, path, vehicle);
@@ -148,7 +148,7 @@ fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
 
 /// Commands on their way to the wheels.
 fn in_flight(vehicle: VehicleState) -> f64 {
-    let car = black_box(LATE);
+    let car = black_box(DELAYED);
     let mut in_flight = InFlight::settled(&car, black_box(0.1));
     for dt in black_box([0.05, 1e-6, 0.3]) {
         in_flight.elapse(&car, black_box(0.2), dt, black_box(0.0));
@@ -232,7 +232,7 @@ extern "C" fn main() -> c_int {
         }
     }
     let pop = Pop::new(Vehicle::DEFAULT, PopParams::DEFAULT);
-    let preview_pop = PreviewPop::new(LATE, PreviewPopParams::DEFAULT);
+    let preview_pop = PreviewPop::new(DELAYED, PreviewPopParams::DEFAULT);
     let (Ok(pop), Ok(preview_pop)) = (pop, preview_pop) else {
         return 2;
     };

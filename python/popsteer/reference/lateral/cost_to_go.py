@@ -55,11 +55,11 @@ class Travel:
         taken = 1.0 - kept
         heading_by_driven = lag * taken
         heading_by_commanded = step - heading_by_driven
-        late = lag * heading_by_commanded
+        lagging = lag * heading_by_commanded
         return cls(
             step=step,
-            error_by_driven=late + offset * heading_by_driven,
-            error_by_commanded=0.5 * step * step - late + offset * heading_by_commanded,
+            error_by_driven=lagging + offset * heading_by_driven,
+            error_by_commanded=0.5 * step * step - lagging + offset * heading_by_commanded,
             heading_by_driven=heading_by_driven,
             heading_by_commanded=heading_by_commanded,
             kept=kept,
@@ -132,12 +132,12 @@ class BestMove(NamedTuple):
     e: float
     p: float
     a: float
-    left: float
+    remaining: float
     constant: float
 
     def commanded(self, state: Predicted) -> float:
         """Return the curvature that is best commanded in `state` [1/m]."""
-        return self.left * state.commanded - self.pull(state)
+        return self.remaining * state.commanded - self.pull(state)
 
     def pull(self, state: Predicted) -> float:
         """Return what of it is not of the curvature commanded already, with the sign changed."""
@@ -145,12 +145,12 @@ class BestMove(NamedTuple):
             self.a * state.driven + self.constant
         )
 
-    def left_after(self, travel: Travel) -> float:
+    def remaining_after(self, travel: Travel) -> float:
         """Return what of a curvature commanded on the last step is left in the next one.
 
         Where the state does not hold what it has added.
         """
-        return self.left - (
+        return self.remaining - (
             (self.e * travel.error_by_commanded + self.p * travel.heading_by_commanded)
             + self.a * travel.taken
         )
@@ -296,7 +296,7 @@ class CostToGo:
             e=share * self.ec,
             p=share * self.pc,
             a=share * self.ac,
-            left=move_cost * share,
+            remaining=move_cost * share,
             constant=share * self.c,
         )
 
@@ -353,21 +353,21 @@ class CostToGo:
         """
         share = 1.0 / (move_cost + self.cc)
         # What remains of the entries with c; written so, no digits cancel.
-        left = move_cost * share
+        remaining = move_cost * share
         e, p, a = share * self.ec, share * self.pc, share * self.ac
         return CostToGo(
             ee=self.ee - e * self.ec + stage.ee,
             ep=self.ep - e * self.pc,
             ea=self.ea - e * self.ac,
-            ec=left * self.ec,
+            ec=remaining * self.ec,
             pp=self.pp - p * self.pc + stage.pp,
             pa=self.pa - p * self.ac + stage.pa,
-            pc=left * self.pc,
+            pc=remaining * self.pc,
             aa=self.aa - a * self.ac + stage.aa,
-            ac=left * self.ac,
-            cc=left * self.cc,
+            ac=remaining * self.ac,
+            cc=remaining * self.cc,
             e=self.e - e * self.c,
             p=self.p - p * self.c,
             a=self.a - a * self.c,
-            c=left * self.c,
+            c=remaining * self.c,
         )

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from popsteer.reference.lateral.command import Command
 
-__all__ = ["LEARNING_GAP", "Holding", "elapse", "miss"]
+__all__ = ["ESTIMATION_GAP", "Holding", "elapse", "miss"]
 
-LEARNING_GAP = 0.25
+ESTIMATION_GAP = 0.25
 """From a motion over more time than this nothing is learnt [s].
 
 What happened within it is not known well enough. Larger values learn from slower loops, and more
@@ -54,8 +54,8 @@ def elapse(state: StateT, dt: float) -> tuple[StateT, float]:
     """
     elapsed = saturate(state.held_time + dt, MIN_DT, MAX_DT)
     state = replace(state, held_time=0.0, period=elapsed)
-    if elapsed > LEARNING_GAP:
-        state = replace(state, seen=None)
+    if elapsed > ESTIMATION_GAP:
+        state = replace(state, last_measured=None)
     return state, elapsed
 
 

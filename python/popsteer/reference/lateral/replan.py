@@ -106,15 +106,17 @@ def hand_over(law: LateralLaw[Any, StateT], state: StateT) -> StateT:
     Its difference to what the law wants fades in what is left of the hand-over that is under way,
     or within `HANDOVER_TIME`.
     """
-    left = state.handover_left if hands_over(state) else HANDOVER_TIME
+    remaining = state.handover_remaining if hands_over(state) else HANDOVER_TIME
     if state.handover_offset is not None:
         # Of one that has begun less than all of its time is left.
-        left = saturate(left, 0.0, HANDOVER_TIME - MIN_DT)
+        remaining = saturate(remaining, 0.0, HANDOVER_TIME - MIN_DT)
     state, goes_on_from_it = law.set_steer(state, state.steer)
     if state.monitor is not None:
         # It is another task: the vehicle may begin it beyond the limit.
         state = replace(state, monitor=state.monitor._replace(within=False))
-    return replace(state, handover_offset=None, handover_left=0.0 if goes_on_from_it else left)
+    return replace(
+        state, handover_offset=None, handover_remaining=0.0 if goes_on_from_it else remaining
+    )
 
 
 def goes_on(old: PathView, new: PathView, waypoint: int) -> bool:

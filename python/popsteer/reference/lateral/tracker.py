@@ -24,20 +24,20 @@ from popsteer.reference.lateral.command_limits import limit, widest_offset
 from popsteer.reference.lateral.missed import Holding, elapse
 from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams
 from popsteer.reference.lateral.monitor_state import MonitorState
+from popsteer.reference.lateral.perception import (
+    Perception,
+    observe_slip,
+    perceive_aged,
+    predict_now,
+)
 from popsteer.reference.lateral.predict import Predicting
 from popsteer.reference.lateral.replan import carry_over
 from popsteer.reference.lateral.reported import Reported
-from popsteer.reference.lateral.sight import (
-    Sight,
-    observe_slip,
-    predict_now,
-    sight_aged,
-)
 from popsteer.reference.lateral.tracker_state import (
     HANDOVER_TIME,
     Answer,
+    Deviation,
     Place,
-    Seen,
     TrackerState,
     check_waypoint,
     estimator_of,
@@ -185,7 +185,7 @@ class Tracker(
         waypoint = relocalise(self._path, (base.x, base.y), yaw, self._follow.opposite_distance)
         # Nothing is learnt of the motion until then.
         self._state = replace(
-            self._state, waypoint=waypoint, measured_waypoint=None, place=None, seen=None
+            self._state, waypoint=waypoint, measured_waypoint=None, place=None, last_measured=None
         )
         watched = self._state.monitor
         if watched is not None:
@@ -233,9 +233,9 @@ class Tracker(
         dt = checked_dt(dt)
         reported = Reported(applied_steer, pose_age).checked(self._vehicle)
         self._state, dt = elapse(self._state, dt)
-        now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
+        now, predicted, belief, observed, travel = self._perceive(vehicle, dt, reported)
 
-        at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
+        at = self._follow.locate(self._path, self._state.waypoint, predicted, dt)
         self._state = replace(self._state, waypoint=at.closest.segment)
         here = at
         if self._vehicle.dead_time > 0.0:
@@ -276,7 +276,9 @@ class Tracker(
             )
         ahead = Ahead.of(self._path, self._follow, here)
         pose = (now.x, now.y, now.yaw, now.speed)
-        answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse, ahead, pose)
+        answer = Answer(
+            Deviation.of(here), Deviation.of(at), decision.target, at.reverse, ahead, pose
+        )
         place = Place(*at.closest.point, *here.closest.point)
         self._state = replace(self._state, answer=answer, place=place)
         status = decision.status | fault
@@ -298,24 +300,24 @@ class Tracker(
     def _take_over(self, state: StateT, steer: float) -> StateT:
         """Let a law without a neighbourhood of its own fade from `steer`."""
         state, goes_on = self.set_steer(state, steer)
-        left = 0.0 if goes_on else HANDOVER_TIME
-        return replace(state, steer=steer, handover_offset=None, handover_left=left)
+        remaining = 0.0 if goes_on else HANDOVER_TIME
+        return replace(state, steer=steer, handover_offset=None, handover_remaining=remaining)
 
-    def _sight(self, vehicle: VehicleState, dt: float, reported: Reported) -> Sight:
+    def _perceive(self, vehicle: VehicleState, dt: float, reported: Reported) -> Perception:
         """Return the vehicle now, and as the law is to see it, after all that is `reported`."""
         applied, age = reported
         if applied is not None:
             # All that goes on from the last command goes on from what was applied instead.
             self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
         if age > 0.0 or past_of(self._state) is not None:
-            self._state, sight = sight_aged(
+            self._state, perception = perceive_aged(
                 self._vehicle, self._adapt, self._state, vehicle, dt, age, models=self._models
             )
-            return sight
-        self._state, seen, belief = predict_now(
+            return perception
+        self._state, predicted, belief = predict_now(
             self._vehicle, self._adapt, self._state, vehicle, dt
         )
-        return Sight(vehicle, seen, belief, observed=dt, travel=0.0)
+        return Perception(vehicle, predicted, belief, observed=dt, travel=0.0)
 
     def _checked(self, state: StateT) -> StateT:
         """Return `state`, where it is one that this tracker could have on its path.
@@ -335,14 +337,14 @@ class Tracker(
         waypoint = check_waypoint("waypoint", self._path, state.waypoint)
         measured = check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
         steer = check_steer("steer", state.steer, car.max_steer)
-        offset, left = state.handover_offset, state.handover_left
+        offset, remaining = state.handover_offset, state.handover_remaining
         # No offset and no time left is no hand-over; NaN is one, and refused.
         if hands_over(state):
             if offset is not None:
                 offset = check_steer("handover_offset", offset, widest_offset(car))
-            left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
+            remaining = input_in_range("handover_remaining", remaining, 0.0, HANDOVER_TIME)
         else:
-            left = 0.0
+            remaining = 0.0
         place = None if state.place is None else Place(*state.place).checked()
         held_time = input_in_range("held_time", state.held_time, 0.0, MAX_DT)
         period = input_in_range("period", state.period, 0.0, MAX_DT)
@@ -359,7 +361,7 @@ class Tracker(
             place=place,
             steer=steer,
             handover_offset=offset,
-            handover_left=left,
+            handover_remaining=remaining,
             held=max(0, operator.index(state.held)),
             held_time=held_time,
             period=period,

@@ -209,8 +209,8 @@ class Follow:
         rear_axle = vehicle.point_ahead(self.rear_axle)
         to = (end[0] - rear_axle[0], end[1] - rear_axle[1])
         length = sqrt(along[0] * along[0] + along[1] * along[1])
-        left = (to[0] * along[0] + to[1] * along[1]) / length
-        return after if left <= self.arrival_distance else None
+        remaining = (to[0] * along[0] + to[1] * along[1]) / length
+        return after if remaining <= self.arrival_distance else None
 
     def _find_anew(self, path: PathView, vehicle: VehicleState) -> Found:
         """Find the vehicle on the whole path, by the place of its `base`."""

@@ -124,7 +124,7 @@ def get_crossing(
     start = closest.point
     segment = closest.segment
     # How much of the segment is left; more than all of it before the start of the path.
-    left = 1.0 - closest.fraction
+    remaining = 1.0 - closest.fraction
     for _ in range(path.segments):
         begin, end = path.segment(segment)
         following = path.following(segment)
@@ -133,10 +133,10 @@ def get_crossing(
             to_start = (start[0] - position[0], start[1] - position[1])
             fraction = _exit(to_start, along, squared_lookahead)
             if following is not None:
-                fraction = saturate(fraction, 0.0, left)
+                fraction = saturate(fraction, 0.0, remaining)
             return (start[0] + fraction * along[0], start[1] + fraction * along[1]), True
         start = end
-        left = 1.0
+        remaining = 1.0
         segment = following
     return _quarter_round(path, closest), False
 

@@ -197,7 +197,7 @@ class Estimator:
 
     Attributes
     ----------
-    seen : VehicleState or None
+    last_measured : VehicleState or None
         The point that does not slip as it was last seen; None where the motion since shows
         nothing.
     turn_turn : float
@@ -223,7 +223,7 @@ class Estimator:
 
     >>> from popsteer.reference.vehicle import Vehicle
     >>> from popsteer.reference.vehicle.wheels import Reached
-    >>> estimator = Estimator(seen=VehicleState(0.0, 0.0, 0.0, 10.0))
+    >>> estimator = Estimator(last_measured=VehicleState(0.0, 0.0, 0.0, 10.0))
     >>> now = VehicleState(1.0, 0.0, 0.01, 10.0)
     >>> for _ in range(100):
     ...     estimator = estimator.observe_turn(
@@ -233,7 +233,7 @@ class Estimator:
     0.03
     """
 
-    seen: VehicleState | None = None
+    last_measured: VehicleState | None = None
     turn_turn: float = 0.0
     turn_offset: float = 0.0
     offset_offset: float = 0.0
@@ -256,7 +256,7 @@ class Estimator:
         The step was `dt` [s] ago, and `reached` reached the wheels since; `now` is the state of
         the point that does not slip.
         """
-        before = self.seen
+        before = self.last_measured
         if before is None:
             return replace(self, turn=0.0)
         speed = 0.5 * (before.speed + now.speed)
@@ -307,19 +307,19 @@ class Estimator:
             # through a lag that is not quite right would cost it margin.
             gain = fitted if vehicle.dead_time > 0.0 else 1.0
             # The offset that goes with the gain, also where that is not the free one.
-            left = after.offset_measured - after.turn_offset * gain
-            offset = left / (after.offset_offset + OFFSET_PRIOR) / gain
+            offset_turn = after.offset_measured - after.turn_offset * gain
+            offset = offset_turn / (after.offset_offset + OFFSET_PRIOR) / gain
             offset = saturate(offset, -MAX_STEER_OFFSET, MAX_STEER_OFFSET)
             estimate = replace(estimate, gain=gain, steer_offset=offset)
 
         change = (self.turn - turn) / dt
         most_longer = _most_longer(vehicle)
-        left = measured - expected(estimate)
+        residual = measured - expected(estimate)
         most = abs(change) * most_longer
         changes = self.change * kept + change * change
-        late = saturate(left, -most, most) * change / (changes + CHANGE_PRIOR)
-        late = saturate(late, -dt, dt)
-        longer = saturate(estimate.longer_dead_time + late, -most_longer, most_longer)
+        correction = saturate(residual, -most, most) * change / (changes + CHANGE_PRIOR)
+        correction = saturate(correction, -dt, dt)
+        longer = saturate(estimate.longer_dead_time + correction, -most_longer, most_longer)
         estimate = replace(estimate, longer_dead_time=longer)
         return replace(after, change=changes, estimate=estimate)
 
@@ -352,7 +352,7 @@ class Estimator:
         in the direction in which the vehicle looks. It is the path's: the vehicle's own answers to
         the errors of the position, which are in the sample too, would be taken for slip.
         """
-        before = self.seen
+        before = self.last_measured
         if before is None or not params.slip_time > 0.0:
             return self
         pace = 5.0 / 3.0 * vehicle.wheelbase if params.min_speed is None else params.min_speed
@@ -383,14 +383,14 @@ class Estimator:
         InputError
             Naming the field that is not.
         """
-        seen = self.seen
-        if seen is not None:
+        last_measured = self.last_measured
+        if last_measured is not None:
             most = 2.0 * MAX_COORDINATE
-            seen = VehicleState(
-                x=input_in_range("seen", seen.x, -most, most),
-                y=input_in_range("seen", seen.y, -most, most),
-                yaw=input_in_range("seen", seen.yaw, -MAX_YAW, MAX_YAW),
-                speed=input_in_range("seen", seen.speed, -MAX_SPEED, MAX_SPEED),
+            last_measured = VehicleState(
+                x=input_in_range("last_measured", last_measured.x, -most, most),
+                y=input_in_range("last_measured", last_measured.y, -most, most),
+                yaw=input_in_range("last_measured", last_measured.yaw, -MAX_YAW, MAX_YAW),
+                speed=input_in_range("last_measured", last_measured.speed, -MAX_SPEED, MAX_SPEED),
             )
         sums = {
             field: input_in_range(field, getattr(self, field), low, MAX_SUM)
@@ -417,7 +417,7 @@ class Estimator:
             )
         }
         estimate = Corrections(gain=gain, **others)
-        return Estimator(seen=seen, turn=turn, estimate=estimate, **sums)
+        return Estimator(last_measured=last_measured, turn=turn, estimate=estimate, **sums)
 
 
 def _most_longer(vehicle: Vehicle) -> float:

@@ -30,11 +30,11 @@ impl Travel {
         let taken = 1.0 - kept;
         let heading_by_driven = lag * taken;
         let heading_by_commanded = step - heading_by_driven;
-        let late = lag * heading_by_commanded;
+        let lagging = lag * heading_by_commanded;
         Self {
             step,
-            error_by_driven: late + offset * heading_by_driven,
-            error_by_commanded: 0.5 * step * step - late + offset * heading_by_commanded,
+            error_by_driven: lagging + offset * heading_by_driven,
+            error_by_commanded: 0.5 * step * step - lagging + offset * heading_by_commanded,
             heading_by_driven,
             heading_by_commanded,
             kept,
@@ -114,14 +114,14 @@ impl Travel {
 }
 
 /// The best move of the wheels in a state: the curvature that is commanded next is
-/// `left * commanded - (e * error + p * heading + a * driven + constant)`.
+/// `remaining * commanded - (e * error + p * heading + a * driven + constant)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(missing_docs, reason = "one letter an entry of the state")]
 pub struct BestMove {
     pub e: f64,
     pub p: f64,
     pub a: f64,
-    pub left: f64,
+    pub remaining: f64,
     pub constant: f64,
 }
 
@@ -129,7 +129,7 @@ impl BestMove {
     /// The curvature that is best commanded in `state` [1/m].
     #[inline]
     pub fn commanded(&self, state: &Predicted) -> f64 {
-        self.left * state.commanded - self.pull(state)
+        self.remaining * state.commanded - self.pull(state)
     }
 
     /// What of it is not of the curvature that is commanded already, with the sign changed.
@@ -141,8 +141,8 @@ impl BestMove {
     /// What of a curvature commanded on the way of the last step is left in the next one, where
     /// the state does not hold what it has added.
     #[inline]
-    pub(super) fn left_after(&self, travel: &Travel) -> f64 {
-        self.left
+    pub(super) fn remaining_after(&self, travel: &Travel) -> f64 {
+        self.remaining
             - ((self.e * travel.error_by_commanded + self.p * travel.heading_by_commanded)
                 + self.a * travel.taken)
     }
@@ -279,7 +279,7 @@ impl CostToGo {
             e: share * self.ec,
             p: share * self.pc,
             a: share * self.ac,
-            left: move_cost * share,
+            remaining: move_cost * share,
             constant: share * self.c,
         }
     }
@@ -329,23 +329,23 @@ impl CostToGo {
     pub fn before_best_move(&self, move_cost: f64, stage: &Self) -> Self {
         let share = 1.0 / (move_cost + self.cc);
         // What remains of the entries with `c`; written so, no digits cancel.
-        let left = move_cost * share;
+        let remaining = move_cost * share;
         let (e, p, a) = (share * self.ec, share * self.pc, share * self.ac);
         Self {
             ee: self.ee - e * self.ec + stage.ee,
             ep: self.ep - e * self.pc,
             ea: self.ea - e * self.ac,
-            ec: left * self.ec,
+            ec: remaining * self.ec,
             pp: self.pp - p * self.pc + stage.pp,
             pa: self.pa - p * self.ac + stage.pa,
-            pc: left * self.pc,
+            pc: remaining * self.pc,
             aa: self.aa - a * self.ac + stage.aa,
-            ac: left * self.ac,
-            cc: left * self.cc,
+            ac: remaining * self.ac,
+            cc: remaining * self.cc,
             e: self.e - e * self.c,
             p: self.p - p * self.c,
             a: self.a - a * self.c,
-            c: left * self.c,
+            c: remaining * self.c,
         }
     }
 }

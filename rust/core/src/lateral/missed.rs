@@ -10,7 +10,7 @@ use crate::vehicle::state::checked_dt;
 
 /// From a motion over more time than this nothing is learnt [s]: what happened within it is not
 /// known well enough. Larger values learn from slower loops, and more wrongly from gaps.
-pub const LEARNING_GAP: f64 = 0.25;
+pub const ESTIMATION_GAP: f64 = 0.25;
 
 impl<L: LateralLaw> Tracker<L> {
     /// A step that answers whatever comes in: where [`step`](Self::step) refuses the input, the
@@ -73,8 +73,8 @@ impl<S: LateralState> TrackerState<S> {
         let elapsed = saturate(self.held_time + dt, MIN_DT, MAX_DT);
         self.held_time = 0.0;
         self.period = elapsed;
-        if elapsed > LEARNING_GAP {
-            self.estimator.seen = None;
+        if elapsed > ESTIMATION_GAP {
+            self.estimator.last_measured = None;
         }
         elapsed
     }

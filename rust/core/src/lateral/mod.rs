@@ -14,6 +14,7 @@ pub mod limited;
 pub mod missed;
 pub mod monitor;
 pub mod monitor_state;
+mod perception;
 pub mod pid;
 pub mod plan;
 pub mod pop;
@@ -25,7 +26,6 @@ pub mod pure_pursuit;
 pub mod replan;
 pub mod reported;
 pub mod search;
-mod sight;
 pub mod stanley;
 pub mod tracker;
 pub mod tracker_state;
@@ -43,7 +43,7 @@ pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
 pub use reported::Reported;
 pub use stanley::{Stanley, StanleyParams, StanleyState};
 pub use tracker::Tracker;
-pub use tracker_state::{Answer, Handover, Place, Seen, TrackerState};
+pub use tracker_state::{Answer, Deviation, Handover, Place, TrackerState};
 
 use core::fmt;
 

@@ -104,19 +104,25 @@ impl<S: LateralState> TrackerState<S> {
             // It is another task: the vehicle may begin it beyond the limit.
             monitor.within = false;
         }
-        let left = match self.handover {
+        let remaining = match self.handover {
             // Of one that has begun less than all of its time is left.
             Some(Handover {
                 offset: Some(_),
-                left,
-            }) => saturate(left, 0.0, HANDOVER_TIME - MIN_DT),
-            Some(Handover { offset: None, left }) => left,
+                remaining,
+            }) => saturate(remaining, 0.0, HANDOVER_TIME - MIN_DT),
+            Some(Handover {
+                offset: None,
+                remaining,
+            }) => remaining,
             None => HANDOVER_TIME,
         };
         self.handover = if self.law.set_steer(self.steer) {
             None
         } else {
-            Some(Handover { offset: None, left })
+            Some(Handover {
+                offset: None,
+                remaining,
+            })
         };
     }
 }

@@ -7,7 +7,7 @@
 use super::monitor::{Measured, Monitor, MonitorParams};
 use super::reported::Reported;
 use super::tracker_state::{
-    Answer, HANDOVER_TIME, Handover, Place, Seen, TrackerState, check_waypoint, widest_offset,
+    Answer, Deviation, HANDOVER_TIME, Handover, Place, TrackerState, check_waypoint, widest_offset,
 };
 use super::{Command, LateralLaw, LateralState, Status, check_steer};
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
@@ -191,10 +191,10 @@ impl<L: LateralLaw> Tracker<L> {
         check_waypoint("waypoint", path, state.waypoint)?;
         check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
-        if let Some(Handover { offset, left }) = state.handover {
+        if let Some(Handover { offset, remaining }) = state.handover {
             let widest = widest_offset(vehicle);
             check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
-            input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
+            input_in_range("handover_remaining", remaining, 0.0, HANDOVER_TIME)?;
         }
         if let Some(place) = state.place {
             place.checked()?;
@@ -248,14 +248,14 @@ impl<L: LateralLaw> Tracker<L> {
         let dt = checked_dt(dt)?;
         let reported = reported.checked(self.law.vehicle())?;
         let dt = state.elapse(dt);
-        let sight = self.sight(state, vehicle, dt, reported);
-        let mut belief = sight.belief;
+        let perception = self.perceive(state, vehicle, dt, reported);
+        let mut belief = perception.belief;
 
         let follow = self.law.follow();
-        let at = follow.locate(path, state.waypoint, sight.seen, dt);
+        let at = follow.locate(path, state.waypoint, perception.predicted, dt);
         state.waypoint = Some(at.closest.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
-            let measured = follow.locate(path, state.measured_waypoint, sight.here, dt);
+            let measured = follow.locate(path, state.measured_waypoint, perception.here, dt);
             state.measured_waypoint = Some(measured.closest.segment);
             Some(measured)
         } else {
@@ -266,15 +266,15 @@ impl<L: LateralLaw> Tracker<L> {
         if let Some(adapt) = &self.adapt {
             let place = measured.as_ref().unwrap_or(&at);
             // A pose that was given before shows nothing new.
-            if sight.observed >= MIN_DT {
-                let since = (sight.observed, sight.travel);
+            if perception.observed >= MIN_DT {
+                let since = (perception.observed, perception.travel);
                 self.observe_slip(path, state, adapt, place, vehicle, since);
             }
             belief.estimate = state.estimator.estimate;
         }
 
         let here = measured.as_ref().unwrap_or(&at);
-        let fault = self.watch(state, here, sight.here, dt);
+        let fault = self.watch(state, here, perception.here, dt);
 
         if !self.bare {
             // The angle of the last command by the offset as it is known now.
@@ -291,15 +291,15 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
         };
-        let predicted = Seen::of(&at);
+        let predicted = Deviation::of(&at);
         let ahead = Ahead::of(path, follow, measured.as_ref().unwrap_or(&at));
         let answer = Answer {
-            measured: measured.as_ref().map_or(predicted, Seen::of),
+            measured: measured.as_ref().map_or(predicted, Deviation::of),
             predicted,
             target: decision.target,
             reverse: at.reverse,
             ahead,
-            vehicle: sight.here,
+            vehicle: perception.here,
         };
         state.answer = Some(answer);
         state.place = Some(Place {

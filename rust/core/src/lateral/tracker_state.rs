@@ -21,12 +21,12 @@ pub struct Handover {
     /// None before the first step.
     pub offset: Option<f64>,
     /// From [`HANDOVER_TIME`] to 0.
-    pub left: f64,
+    pub remaining: f64,
 }
 
 /// Where the tracked point was seen at the last step, for as long as an input is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct Deviation {
     /// Cross-track error [m].
     pub cross_track_error: f64,
     /// Heading of the vehicle, mirrored where it drives backwards [rad].
@@ -35,7 +35,7 @@ pub struct Seen {
     pub along: Point,
 }
 
-impl Seen {
+impl Deviation {
     #[inline]
     pub(super) fn of(at: &Located) -> Self {
         Self {
@@ -92,9 +92,9 @@ impl Place {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     /// The measured vehicle.
-    pub measured: Seen,
+    pub measured: Deviation,
     /// The predicted one.
-    pub predicted: Seen,
+    pub predicted: Deviation,
     /// The point aimed at [m].
     pub target: Point,
     /// Whether the path was driven backwards.
@@ -108,14 +108,14 @@ pub struct Answer {
 impl Answer {
     /// Before the first step, for a vehicle that had better stand still.
     pub(super) const NOWHERE: Self = {
-        let seen = Seen {
+        let deviation = Deviation {
             cross_track_error: 0.0,
             yaw: 0.0,
             along: Point::new(1.0, 0.0),
         };
         Self {
-            measured: seen,
-            predicted: seen,
+            measured: deviation,
+            predicted: deviation,
             target: Point::new(0.0, 0.0),
             reverse: false,
             ahead: Ahead {
@@ -192,7 +192,7 @@ impl<S: LateralState> TrackerState<S> {
         self.waypoint = Some(waypoint);
         self.measured_waypoint = None;
         self.place = None;
-        self.estimator.seen = None;
+        self.estimator.last_measured = None;
         if let Some(monitor) = &mut self.monitor {
             monitor.interrupt();
             monitor.within = false;
@@ -206,7 +206,7 @@ impl<S: LateralState> TrackerState<S> {
         } else {
             Some(Handover {
                 offset: None,
-                left: HANDOVER_TIME,
+                remaining: HANDOVER_TIME,
             })
         };
     }

@@ -208,8 +208,8 @@ impl Follow {
         let along = end - start;
         let to = end - vehicle.point_ahead(self.rear_axle);
         let length = sqrt(along.x * along.x + along.y * along.y);
-        let left = (to.x * along.x + to.y * along.y) / length;
-        (left <= self.arrival_distance).then_some(next)
+        let remaining = (to.x * along.x + to.y * along.y) / length;
+        (remaining <= self.arrival_distance).then_some(next)
     }
 
     /// Where the vehicle is found on the whole path, by the place of its `base`.

@@ -86,22 +86,22 @@ pub fn locate_by_scan(
 fn stretch(path: &PathView<'_>, segment: usize, reach: f64) -> (usize, usize) {
     let (mut first, mut last) = (segment, segment);
     let (mut behind, mut ahead) = (0.0, 0.0);
-    let mut left = path.segments() - 1;
-    while left > 0 && behind <= reach {
+    let mut remaining = path.segments() - 1;
+    while remaining > 0 && behind <= reach {
         let Some(previous) = path.preceding(first) else {
             break;
         };
         behind += path.segment_length(previous);
         first = previous;
-        left -= 1;
+        remaining -= 1;
     }
-    while left > 0 && ahead <= reach {
+    while remaining > 0 && ahead <= reach {
         let Some(next) = path.following(last) else {
             break;
         };
         ahead += path.segment_length(next);
         last = next;
-        left -= 1;
+        remaining -= 1;
     }
     (first, last)
 }

@@ -81,7 +81,7 @@ pub fn get_crossing(
     let mut from = closest.point;
     let mut segment = closest.segment;
     // How much of the segment is left; more than all of it before the start of the path.
-    let mut left = 1.0 - closest.fraction;
+    let mut remaining = 1.0 - closest.fraction;
     for _ in 0..path.segments() {
         let (start, end) = path.segment(segment);
         let next = path.following(segment);
@@ -92,13 +92,13 @@ pub fn get_crossing(
             let fraction = if goes_on {
                 fraction
             } else {
-                saturate(fraction, 0.0, left)
+                saturate(fraction, 0.0, remaining)
             };
             let point = Point::new(from.x + fraction * along.x, from.y + fraction * along.y);
             return (point, true);
         }
         from = end;
-        left = 1.0;
+        remaining = 1.0;
         segment = next.unwrap_or(segment);
     }
     (quarter_round(path, closest), false)

@@ -29,8 +29,8 @@ pub(super) fn locate_nearby(
     }
     let start = path.segment_at(waypoint);
     let mut closest = ClosestPoint::new(path, start, position);
-    let mut ahead = Way::new(path, start, &closest, true, reach);
-    let mut behind = Way::new(path, start, &closest, false, reach);
+    let mut ahead = Outward::new(path, start, &closest, true, reach);
+    let mut behind = Outward::new(path, start, &closest, false, reach);
     // Downhill to the candidate; ahead first, as the scan takes the last of several as near.
     while let Some(next) = ahead.closest(position) {
         if next.squared_distance > closest.squared_distance {
@@ -52,7 +52,7 @@ pub(super) fn locate_nearby(
 }
 
 /// The segments on one side of the last closest point, outwards, as far as the stretch goes.
-struct Way<'a> {
+struct Outward<'a> {
     path: &'a PathView<'a>,
     segment: usize,
     /// Squared distance to the last segment, as the scan has it; infinite where that is not known.
@@ -63,7 +63,7 @@ struct Way<'a> {
     ahead: bool,
 }
 
-impl<'a> Way<'a> {
+impl<'a> Outward<'a> {
     #[inline]
     fn new(
         path: &'a PathView<'a>,

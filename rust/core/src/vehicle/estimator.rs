@@ -108,7 +108,7 @@ impl Default for Estimate {
 pub struct Estimator {
     /// The point that does not slip as it was last seen; none where nothing can be learnt from the
     /// motion since.
-    pub seen: Option<VehicleState>,
+    pub last_measured: Option<VehicleState>,
     /// Turns expected, squared [rad^2].
     pub turn_turn: f64,
     /// Turns expected times those of a radian of offset [rad].
@@ -176,7 +176,7 @@ impl Estimator {
         reached: Reached,
         dt: f64,
     ) {
-        let Some(before) = self.seen else {
+        let Some(before) = self.last_measured else {
             self.turn = 0.0;
             return;
         };
@@ -253,13 +253,14 @@ impl Estimator {
 
         let change = (self.turn - turn) / dt;
         let most_longer = Self::most_longer(vehicle);
-        let left = measured - expected(&self.estimate);
+        let residual = measured - expected(&self.estimate);
         let most = change.abs() * most_longer;
         self.change = self.change * kept + change * change;
-        let late = saturate(left, -most, most) * change / (self.change + Self::CHANGE_PRIOR);
-        let late = saturate(late, -dt, dt);
+        let correction =
+            saturate(residual, -most, most) * change / (self.change + Self::CHANGE_PRIOR);
+        let correction = saturate(correction, -dt, dt);
         self.estimate.longer_dead_time = saturate(
-            self.estimate.longer_dead_time + late,
+            self.estimate.longer_dead_time + correction,
             -most_longer,
             most_longer,
         );
@@ -306,7 +307,7 @@ impl Estimator {
         curvature: impl FnOnce(f64) -> f64,
         dt: f64,
     ) {
-        let (Some(before), true) = (self.seen, params.slip_time > 0.0) else {
+        let (Some(before), true) = (self.last_measured, params.slip_time > 0.0) else {
             return;
         };
         let pace = params.min_speed.unwrap_or(5.0 / 3.0 * vehicle.wheelbase);
@@ -346,11 +347,21 @@ impl Estimator {
     ///
     /// [`InputError`], naming the field that is not.
     pub fn checked(self, vehicle: &Vehicle) -> Result<Self, InputError> {
-        if let Some(seen) = self.seen {
-            input_in_range("seen", seen.x, -2.0 * MAX_COORDINATE, 2.0 * MAX_COORDINATE)?;
-            input_in_range("seen", seen.y, -2.0 * MAX_COORDINATE, 2.0 * MAX_COORDINATE)?;
-            input_in_range("seen", seen.yaw, -MAX_YAW, MAX_YAW)?;
-            input_in_range("seen", seen.speed, -MAX_SPEED, MAX_SPEED)?;
+        if let Some(last_measured) = self.last_measured {
+            input_in_range(
+                "last_measured",
+                last_measured.x,
+                -2.0 * MAX_COORDINATE,
+                2.0 * MAX_COORDINATE,
+            )?;
+            input_in_range(
+                "last_measured",
+                last_measured.y,
+                -2.0 * MAX_COORDINATE,
+                2.0 * MAX_COORDINATE,
+            )?;
+            input_in_range("last_measured", last_measured.yaw, -MAX_YAW, MAX_YAW)?;
+            input_in_range("last_measured", last_measured.speed, -MAX_SPEED, MAX_SPEED)?;
         }
         for (field, value, low) in [
             ("turn_turn", self.turn_turn, 0.0),
@@ -430,7 +441,7 @@ mod tests {
             let before = estimator.estimate.longer_dead_time;
             estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, 0.05);
             let longer = estimator.estimate.longer_dead_time - before;
-            estimator.seen = Some(vehicle);
+            estimator.last_measured = Some(vehicle);
             known.elapse(&given, command, 0.05, longer);
         }
         estimator
@@ -451,7 +462,7 @@ mod tests {
                 speed,
             };
             let mut estimator = Estimator {
-                seen: Some(state(0.0)),
+                last_measured: Some(state(0.0)),
                 ..Estimator::default()
             };
             estimator.observe_slip(&params, &given, state(0.1), |travel| 1e-16 / travel, 0.05);
@@ -474,7 +485,7 @@ mod tests {
     }
 
     #[test]
-    fn test_estimator_learns_little_of_a_jump_of_the_heading() {
+    fn test_estimator_takes_little_of_a_jump_of_the_heading() {
         let given = car(2.55, 0.25, 0.0);
         let calm = estimated(given, 0.0, 0.0, 0.0).estimate;
         let jumped = estimated(given, 0.0, 0.0, 2.0).estimate;
@@ -521,7 +532,7 @@ mod tests {
                 speed,
             };
             for step in 0..2000 {
-                estimator.seen = Some(vehicle);
+                estimator.last_measured = Some(vehicle);
                 let curvature = match step / 20 % 3 {
                     0 => 0.03,
                     1 => 0.0,
