@@ -1,4 +1,4 @@
-//! One control step of each law: the angle alone, and the command with its diagnostics.
+//! One control step of each controller: the angle alone, and the command with its diagnostics.
 
 use std::error::Error;
 use std::hint::black_box;

@@ -27,7 +27,7 @@ struct At {
     last: usize,
     nearest: usize,
     lookahead: f64,
-    /// How far the law looks around the last place [m].
+    /// How far the controller looks around the last place [m].
     reach: f64,
 }
 
@@ -91,7 +91,7 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
     bench_part(criterion, "path/project", lap, |at| {
         project(&path, at.nearest, at.located.position)
     });
-    // The closest point as the laws find it, and the scan that defines it.
+    // The closest point as the controllers find it, and the scan that defines it.
     bench_part(criterion, "path/locate", lap, |at| {
         let Located {
             position, heading, ..
@@ -126,7 +126,7 @@ fn bench_lookahead(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
     bench_part(criterion, "path/window", lap, |at| {
         window(&path, at.nearest, params.window_ahead)
     });
-    // The paper's search as the laws do it, and the plain loop that defines what it finds.
+    // The paper's search as the controllers do it, and the plain loop that defines what it finds.
     bench_part(criterion, "path/find_lookahead_point", lap, |at| {
         find_lookahead_point(
             &path,

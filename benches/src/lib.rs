@@ -2,7 +2,7 @@
 //!
 //! The course is of the kind of the track that popsteer ships: waypoints about 1 m apart, bends
 //! of 30 m least radius to both sides. It is closed, so that a lap goes on into the next one and
-//! no law has to find its place anew while it is timed.
+//! no controller has to find its place anew while it is timed.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,5 @@
-//! Drives one controller around the course: what `instruction_counts.py` counts the instructions of.
+//! Drives one controller around the course: what `instruction_counts.py` counts the instructions
+//! of.
 //!
 //! `steps LAW steer|step LAPS` prints how many steps it has taken. What comes before them (making
 //! the course, the lap that warms up) is the same for any number of laps, so the difference of two
@@ -16,7 +17,8 @@ use popsteer_core::lateral::{
 };
 use popsteer_core::{LateralLaw, Tracker, Vehicle};
 
-// One function for each law, so that what else the program holds does not move into its loop.
+// One function for each controller, so that what else the program holds does not move into its
+// loop.
 #[inline(never)]
 fn take_steps<L: LateralLaw>(course: &Course, law: L, call: &str, steps: usize) {
     let mut drive = Drive::new(course, Tracker::of(law));

@@ -276,7 +276,7 @@ impl PyPath {
     /// candidate; the one of least distance counts, each distance with up to `opposite_distance`
     /// more the less the path leads along `yaw`. Other branches of the path are not seen, and where
     /// it is driven in both directions neither is what lies beyond the place where the vehicle
-    /// turns round. All laws find their place so.
+    /// turns round. All controllers find their place so.
     ///
     /// Parameters
     /// ----------

@@ -25,8 +25,8 @@ class Straightening(NamedTuple):
     lag: float
     """The steering lag, as a distance [m]."""
     unlimited: float
-    """The cross-track error per radian of heading at which the unlimited law keeps its heading
-    [m]: close to the path it straightens sooner by itself."""
+    """The cross-track error per radian of heading at which the unlimited controller keeps its
+    heading [m]: close to the path it straightens sooner by itself."""
 
     def steepest(self, approach_angle: float, error: float) -> float:
         """Return the steepest heading that is straightened before the path is reached [rad].
@@ -36,9 +36,9 @@ class Straightening(NamedTuple):
             angle² / (2 curvature) + angle (curvature / (2 rate) + 2 lag) = error
 
         with the distance in brackets at most `unlimited`, so that close to the path the unlimited
-        law remains what it is. The first term is the arc of the largest curvature; the second the
-        way during which the wheels turn, and answer late. The curvature is no more than what they
-        reach while they turn the vehicle by the approach angle.
+        controller remains what it is. The first term is the arc of the largest curvature; the
+        second the way during which the wheels turn, and answer late. The curvature is no more than
+        what they reach while they turn the vehicle by the approach angle.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""From the angle that a law wants to the command: hand-over, then the limits of the vehicle."""
+"""From the wanted angle to the command: hand-over, then the limits of the vehicle."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def perceive_aged(
 def predict_now(
     car: Vehicle, adapt: AdaptParams | None, state: StateT, vehicle: VehicleState, dt: float
 ) -> tuple[StateT, VehicleState, Belief]:
-    """Return the state, and the vehicle as the law is to see it.
+    """Return the state, and the vehicle as the controller is to see it.
 
     Before, its motion since the last step is observed, and the last command takes flight.
     """

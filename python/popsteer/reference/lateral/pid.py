@@ -245,13 +245,13 @@ class Pid(Tracker[PidParams, PidState]):
         return replace(state, previous_error=previous)
 
     def restore(self, state: PidState) -> PidState:
-        """Return `state`, where a buffer of this law could hold its terms so."""
+        """Return `state`, where a buffer of this controller could hold its terms so."""
         length = self.params.buffer_length
         terms, following, total = restore(length, state.terms, state.next, state.sum)
         return replace(state, terms=terms, next=following, sum=total)
 
     def check_law_state(self, state: PidState) -> PidState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+        """Return `state`, where what is remembered in it is what this controller could remember."""
         previous = state.previous_error
         if previous is not None:
             previous = input_in_range("previous_error", previous, -BOUND, BOUND)

@@ -263,7 +263,7 @@ class Pop(Tracker[PopParams, PopState]):
         return saturate(previous_steer + offset, -max_steer, max_steer)
 
     def check_law_state(self, state: PopState) -> PopState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+        """Return `state`, where what is remembered in it is what this controller could remember."""
         max_steer = self.vehicle.max_steer
         previous_steer = check_steer("previous_steer", state.previous_steer, max_steer)
         return replace(state, previous_steer=previous_steer)

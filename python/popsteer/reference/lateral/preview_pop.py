@@ -77,7 +77,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     cross-track error e, the heading error ψ and the rate of the wheels, predicted by a bicycle
     with lag along the curvature of the path ahead. What follows the first step is taken at its
     best, the cost-to-go, so the cost of an angle is a parabola, and the best angle is the lowest
-    point of it. There is no list of candidates; the law is this closed form. Where that plan
+    point of it. There is no list of candidates; the controller is this closed form. Where that plan
     breaks a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the
     best plan that keeps them takes its place (`limited`).
 
@@ -133,7 +133,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         return PreviewPopState()
 
     def predicts(self) -> bool:
-        """Tell whether the law reads the `Belief`: it does."""
+        """Tell whether the controller reads the `Belief`: it does."""
         return True
 
     def decide(self, at: Located, belief: Belief) -> Decision:
@@ -321,7 +321,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         return saturate(low, -widest, widest), saturate(high, -widest, widest)
 
     def check_law_state(self, state: PreviewPopState) -> PreviewPopState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+        """Return `state`, where what is remembered in it is what this controller could remember."""
         max_steer = self.vehicle.max_steer
         previous_steer = check_steer("previous_steer", state.previous_steer, max_steer)
         reached = operator.index(state.reached_limits)

@@ -49,7 +49,7 @@ StateT = TypeVar("StateT", bound=TrackerState)
 def carry_over(
     law: LateralLaw[Any, StateT], follow: Follow, state: StateT, old: PathView, new: PathView
 ) -> StateT:
-    """Return the state of a law that follows `new` from now on, in place of `old`.
+    """Return the state of a controller that follows `new` from now on, in place of `old`.
 
     See `Tracker.set_path`.
     """
@@ -103,8 +103,8 @@ def carry_over(
 def hand_over(law: LateralLaw[Any, StateT], state: StateT) -> StateT:
     """Go on from the present angle.
 
-    Its difference to what the law wants fades in what is left of the hand-over that is under way,
-    or within `HANDOVER_TIME`.
+    Its difference to what the controller wants fades in what is left of the hand-over that is under
+    way, or within `HANDOVER_TIME`.
     """
     remaining = state.handover_remaining if hands_over(state) else HANDOVER_TIME
     if state.handover_offset is not None:

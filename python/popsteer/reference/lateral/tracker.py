@@ -1,8 +1,8 @@
 """A control step whole: estimate, predict, locate, decide, limit.
 
-A `Tracker` is a law as a vehicle takes it. It shows the law the vehicle as it will be when the next
-command reaches the wheels, keeps the commands within what the vehicle does, goes on from a driver's
-angle without a jump, and answers every input.
+A `Tracker` is a controller as a vehicle takes it. It shows the controller the vehicle as it will be
+when the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
+from a driver's angle without a jump, and answers every input.
 """
 
 from __future__ import annotations
@@ -70,13 +70,13 @@ StateT = TypeVar("StateT", bound=TrackerState)
 class Tracker(
     Holding[StateT], Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]
 ):
-    """A law on a path, its vehicle, and how it adapts to that.
+    """A controller on a path, its vehicle, and how it adapts to that.
 
-    With a dead time the law is shown the vehicle as it will be when its command reaches the wheels.
-    Commands keep the vehicle's angle, rate and lateral acceleration. A law that starts from a
-    driver's angle, or on another path, goes on from the present angle: the difference to what the
-    law itself wants fades evenly over `HANDOVER_TIME`; POP, whose next angle lies in the
-    neighbourhood of the last, needs no fading.
+    With a dead time the controller is shown the vehicle as it will be when its command reaches the
+    wheels. Commands keep the vehicle's angle, rate and lateral acceleration. A controller that
+    starts from a driver's angle, or on another path, goes on from the present angle: the difference
+    to what the controller itself wants fades evenly over `HANDOVER_TIME`; POP, whose next angle
+    lies in the neighbourhood of the last, needs no fading.
     """
 
     TRACKED: ClassVar[Tracked]
@@ -98,7 +98,7 @@ class Tracker(
         self._monitor = None if watches is None else Monitor(watches, self._vehicle)
         # Whether wheels and motion of the vehicle are modelled.
         self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
-        # Whether the law's angle is the command as it is.
+        # Whether the controller's angle is the command as it is.
         offset = self._vehicle.steer_offset
         self._bare = (
             not self._models
@@ -298,13 +298,13 @@ class Tracker(
         return state
 
     def _take_over(self, state: StateT, steer: float) -> StateT:
-        """Let a law without a neighbourhood of its own fade from `steer`."""
+        """Let a controller without a neighbourhood of its own fade from `steer`."""
         state, goes_on = self.set_steer(state, steer)
         remaining = 0.0 if goes_on else HANDOVER_TIME
         return replace(state, steer=steer, handover_offset=None, handover_remaining=remaining)
 
     def _perceive(self, vehicle: VehicleState, dt: float, reported: Reported) -> Perception:
-        """Return the vehicle now, and as the law is to see it, after all that is `reported`."""
+        """Return measured and predicted vehicle, after all that is `reported`."""
         applied, age = reported
         if applied is not None:
             # All that goes on from the last command goes on from what was applied instead.

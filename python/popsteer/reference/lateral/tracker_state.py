@@ -171,7 +171,7 @@ NOWHERE = Answer(
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerState:
-    """What all states remember beside the law's own.
+    """What all states remember beside the controller's own.
 
     Attributes
     ----------

@@ -1,9 +1,9 @@
 """A point of the vehicle, followed along the path: forwards, backwards, and where it turns round.
 
 A vehicle that backs up is, for a kinematic bicycle exactly, one that drives forward with its
-heading turned by half a circle, its axles mirrored about the rear axle and its steering negated.
-So the laws are written for driving forward only: `Follow.locate` hands them the mirrored vehicle
-where the path is driven backwards, and they negate what they answer.
+heading turned by half a circle, its axles mirrored about the rear axle and its steering negated. So
+the controllers are written for driving forward only: `Follow.locate` hands them the mirrored
+vehicle where the path is driven backwards, and they negate what they answer.
 """
 
 from __future__ import annotations

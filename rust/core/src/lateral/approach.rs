@@ -1,5 +1,6 @@
 //! How preview POP approaches a path: how far it looks ahead, how fast its wheels turn, and how
-//! steeply it comes, which is no steeper than the vehicle can straighten on what remains of the way.
+//! steeply it comes, which is no steeper than the vehicle can straighten on what remains of the
+//! way.
 
 use crate::math::sqrt;
 
@@ -31,8 +32,8 @@ pub(super) struct Straightening {
     pub(super) rate: f64,
     /// The steering lag, as a distance [m].
     pub(super) lag: f64,
-    /// The cross-track error per radian of heading at which the unlimited law keeps its heading
-    /// [m]: close to the path it straightens sooner by itself.
+    /// The cross-track error per radian of heading at which the unlimited controller keeps its
+    /// heading [m]: close to the path it straightens sooner by itself.
     pub(super) unlimited: f64,
 }
 
@@ -45,9 +46,9 @@ impl Straightening {
     /// ```
     ///
     /// with the distance in brackets at most `unlimited`, so that close to the path the unlimited
-    /// law remains what it is. The first term is the arc of the largest curvature; the second the
-    /// way during which the wheels turn, and answer late. The curvature is no more than what they
-    /// reach while they turn the vehicle by the approach angle.
+    /// controller remains what it is. The first term is the arc of the largest curvature; the
+    /// second the way during which the wheels turn, and answer late. The curvature is no more than
+    /// what they reach while they turn the vehicle by the approach angle.
     #[inline]
     pub(super) fn steepest(&self, approach_angle: f64, error: f64) -> f64 {
         let reached = sqrt(approach_angle * self.rate);

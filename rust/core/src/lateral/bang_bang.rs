@@ -63,7 +63,7 @@ pub struct BangBang {
 }
 
 impl BangBang {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///

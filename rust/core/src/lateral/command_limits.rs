@@ -1,4 +1,4 @@
-//! From the angle that a law wants to the command: hand-over, then the limits of the vehicle.
+//! From the wanted angle to the command: hand-over, then the limits of the vehicle.
 
 use super::tracker::Tracker;
 use super::tracker_state::{HANDOVER_TIME, Handover, TrackerState, widest_offset};

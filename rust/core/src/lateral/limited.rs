@@ -8,9 +8,10 @@
 //! subject to  least_k <= u_k <= most_k,    low <= c_{k+1} <= high
 //! ```
 //!
-//! with the state `x_{k+1}` that [`Travel::after`](super::cost_to_go::Travel::after) predicts from `x_k` and `c_{k+1}`. It is solved
-//! by an active set: the limits that are reached are held as given, the backward recursion gives
-//! the best of the other moves, and which limits are held is put right until nothing changes. A
+//! with the state `x_{k+1}` that [`Travel::after`](super::cost_to_go::Travel::after) predicts from
+//! `x_k` and `c_{k+1}`. It is solved by an active set: the limits that are reached are held as
+//! given, the backward recursion gives the best of the other moves, and which limits are held is
+//! put right until nothing changes. A
 //! *pass* is one such recursion. The first holds what the guess says. Most of the others decide
 //! what to hold on the way back, by what the moves exceed along the best plan so far, as
 //! control-limited differential dynamic programming does (Tassa, Mansard and Todorov, 2014), which

@@ -193,8 +193,8 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The predicted vehicle of a pose that is not old: observes the motion since the last step, puts
-    /// the last command in flight, and predicts.
+    /// The predicted vehicle of a pose that is not old: observes the motion since the last step,
+    /// puts the last command in flight, and predicts.
     #[inline]
     fn predict_now(
         &self,

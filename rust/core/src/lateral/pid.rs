@@ -107,7 +107,7 @@ pub struct Pid {
 }
 
 impl Pid {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///

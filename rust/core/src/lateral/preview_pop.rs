@@ -30,9 +30,9 @@ pub struct PreviewPopState {
 /// cross-track error `e`, the heading error `p` and the rate of the wheels, predicted by a bicycle
 /// with lag along the curvature of the path ahead. What follows the first step is taken at its
 /// best, the cost-to-go, so the cost of an angle is a parabola, and the best angle is the lowest
-/// point of it. There is no list of candidates; the law is this closed form. Where that plan breaks
-/// a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the best plan
-/// that keeps them takes its place ([`limited`](super::limited)).
+/// point of it. There is no list of candidates; the controller is this closed form. Where that plan
+/// breaks a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the
+/// best plan that keeps them takes its place ([`limited`](super::limited)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
     pub(super) vehicle: Vehicle,
@@ -66,7 +66,7 @@ struct Neighbourhood {
 }
 
 impl PreviewPop {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///

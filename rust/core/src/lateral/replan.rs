@@ -97,8 +97,8 @@ impl<L: LateralLaw> Tracker<L> {
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// Goes on from the present angle: its difference to what the law wants fades in what is left
-    /// of the hand-over that is under way, or within [`HANDOVER_TIME`].
+    /// Goes on from the present angle: its difference to what the controller wants fades in what is
+    /// left of the hand-over that is under way, or within [`HANDOVER_TIME`].
     fn hand_over(&mut self) {
         if let Some(monitor) = &mut self.monitor {
             // It is another task: the vehicle may begin it beyond the limit.

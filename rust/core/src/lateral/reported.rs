@@ -1,5 +1,5 @@
-//! What a step is told beside pose and speed: the angle that was really applied, and how old the pose
-//! is.
+//! What a step is told beside pose and speed: the angle that was really applied, and how old the
+//! pose is.
 
 use crate::error::{InputError, input_in_range};
 use crate::vehicle::Vehicle;

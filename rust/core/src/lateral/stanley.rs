@@ -1,4 +1,4 @@
-//! The Stanley law, the paper's Equation 3.
+//! The Stanley controller, the paper's Equation 3.
 
 use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
 use crate::error::{ConfigError, InputError, config_in_range};
@@ -88,7 +88,7 @@ pub struct Stanley {
 }
 
 impl Stanley {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///

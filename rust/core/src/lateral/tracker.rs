@@ -1,8 +1,8 @@
 //! A control step whole: estimate, predict, locate, decide, limit.
 //!
-//! A [`Tracker`] is a law as a vehicle takes it. It shows the law the vehicle as it will be when
-//! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
-//! from a driver's angle without a jump, and answers every input.
+//! A [`Tracker`] is a controller as a vehicle takes it. It shows the controller the vehicle as it
+//! will be when the next command reaches the wheels, keeps the commands within what the vehicle
+//! does, goes on from a driver's angle without a jump, and answers every input.
 
 use super::monitor::{Measured, Monitor, MonitorParams};
 use super::reported::Reported;
@@ -20,13 +20,13 @@ use crate::path::view::PathView;
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
-/// A law, and how it adapts to its vehicle.
+/// A controller, and how it adapts to its vehicle.
 ///
-/// With a dead time the law is shown the vehicle as it will be when its command reaches the
-/// wheels. Commands keep the vehicle's angle, rate and lateral acceleration. A law that starts from
-/// a driver's angle, or on another path, goes on from the present angle: the difference to what the
-/// law itself wants fades evenly over [`HANDOVER_TIME`]; POP, whose next angle lies in the
-/// neighbourhood of the last, needs no fading.
+/// With a dead time the controller is shown the vehicle as it will be when its command reaches the
+/// wheels. Commands keep the vehicle's angle, rate and lateral acceleration. A controller that
+/// starts from a driver's angle, or on another path, goes on from the present angle: the difference
+/// to what the controller itself wants fades evenly over [`HANDOVER_TIME`]; POP, whose next angle
+/// lies in the neighbourhood of the last, needs no fading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracker<L> {
     pub(super) law: L,
@@ -34,7 +34,7 @@ pub struct Tracker<L> {
     pub(super) monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
     pub(super) models: bool,
-    /// Whether the law's angle is the command as it is.
+    /// Whether the controller's angle is the command as it is.
     bare: bool,
 }
 
@@ -52,7 +52,7 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(Self::unchecked(law, adapt))
     }
 
-    /// `law` with its vehicle, adapting as laws of its kind do.
+    /// `law` with its vehicle, adapting as controllers of its kind do.
     pub fn of(law: L) -> Self {
         let adapt = law.default_adapt();
         Self::unchecked(law, adapt)
@@ -74,7 +74,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The law.
+    /// The controller.
     pub fn law(&self) -> &L {
         &self.law
     }
@@ -99,7 +99,7 @@ impl<L: LateralLaw> Tracker<L> {
         self.follow().base + self.follow().reference_offset
     }
 
-    /// The same with the law made into another by `change`.
+    /// The same with the controller made into another by `change`.
     pub fn map<M: LateralLaw>(self, change: impl FnOnce(L) -> M) -> Tracker<M> {
         let (models, bare) = (self.models, self.bare);
         Tracker {
@@ -133,8 +133,8 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The state before the first step of a vehicle that a driver leaves to the law, steering at
-    /// the angle `steer` [rad].
+    /// The state before the first step of a vehicle that a driver leaves to the controller,
+    /// steering at the angle `steer` [rad].
     ///
     /// # Errors
     ///

@@ -15,7 +15,7 @@ use crate::vehicle::{Estimator, InFlight, Vehicle, VehicleState};
 /// How long the difference to a driver's angle takes to fade [s].
 pub const HANDOVER_TIME: f64 = 1.0;
 
-/// The difference to the angle that a law took over [rad], and how long it fades on [s].
+/// The difference to the angle that a controller took over [rad], and how long it fades on [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handover {
     /// None before the first step.
@@ -156,7 +156,7 @@ impl Answer {
 /// What a [`Tracker`](super::Tracker) remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackerState<S> {
-    /// What the law remembers.
+    /// What the controller remembers.
     pub law: S,
     /// The segment of the last projection of the predicted vehicle; none before the first step.
     pub waypoint: Option<usize>,

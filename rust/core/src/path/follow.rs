@@ -3,8 +3,8 @@
 //!
 //! A vehicle that backs up is, for a kinematic bicycle exactly, one that drives forward with its
 //! heading turned by half a circle, its axles mirrored about the rear axle and its steering
-//! negated. So the laws are written for driving forward only: [`Follow::locate`] hands them the
-//! mirrored vehicle where the path is driven backwards, and they negate what they answer.
+//! negated. So the controllers are written for driving forward only: [`Follow::locate`] hands them
+//! the mirrored vehicle where the path is driven backwards, and they negate what they answer.
 
 use super::index::{Found, STEP_BUDGET};
 use super::locate::locate;
@@ -223,8 +223,8 @@ impl Follow {
 }
 
 impl Located {
-    /// Converts an angle [rad] or a curvature of the mirrored vehicle to the real one, and back: the
-    /// sign changes where the path is driven backwards.
+    /// Converts an angle [rad] or a curvature of the mirrored vehicle to the real one, and back:
+    /// the sign changes where the path is driven backwards.
     #[inline]
     pub fn mirror(&self, steer: f64) -> f64 {
         if self.reverse { -steer } else { steer }

@@ -15,11 +15,11 @@ params! {
     /// second is farther than `turn_tolerance` and five standard deviations of its noise from what
     /// the commands explain, and for 2 s after: with the turn ``E`` that the vehicle's figures
     /// expect of them, quicker by 0.03 s to slower by 0.1 s, and the turn ``S`` of a radian of
-    /// steering offset, all turns ``gain (E + offset S)`` with a gain from 0.4 to 2.5 and the offset
-    /// that the motion has shown. Nothing is concluded across inputs that were refused, periods
-    /// longer than 0.3 s, changes of the direction, and `relocalise`. A steering offset of more
-    /// than some 1.5 degrees that nobody told is implausible until the motion has shown it, and so
-    /// is a localisation whose yaw jumps.
+    /// steering offset, all turns ``gain (E + offset S)`` with a gain from 0.4 to 2.5 and the
+    /// offset that the motion has shown. Nothing is concluded across inputs that were refused,
+    /// periods longer than 0.3 s, changes of the direction, and `relocalise`. A steering offset of
+    /// more than some 1.5 degrees that nobody told is implausible until the motion has shown it,
+    /// and so is a localisation whose yaw jumps.
     PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer",
     shown as "(*, deviation_limit=None, turn_tolerance=0.01)",
     defaults MonitorParams::DEFAULT, checked by MonitorParams::checked,

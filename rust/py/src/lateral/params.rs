@@ -136,8 +136,8 @@ tuning! {
 }
 
 tuning! {
-    /// Parameters of `PurePursuit`; the paper's Table 1 at the paper's car, with the published code's
-    /// least lookahead.
+    /// Parameters of `PurePursuit`; the paper's Table 1 at the paper's car, with the published
+    /// code's least lookahead.
     PyPurePursuitParams(PurePursuitParams) named "PurePursuitParams" of PurePursuit,
     shown as "(*, lookahead_gain=0.9, min_lookahead=None, alpha_by_arccos=False, exact_lookahead=True, lookahead_tolerance=None, window_ahead=None, grid_spacing=None, search_distance=None, lost_distance=None)",
     lookahead_gain: f64, "float, default 0.9",
