@@ -1,7 +1,4 @@
-"""How steeply preview POP approaches a path.
-
-No steeper than the vehicle can straighten on what remains of the way to it.
-"""
+"""How preview POP approaches a path: no steeper than the vehicle can straighten before it."""
 
 from __future__ import annotations
 
@@ -12,11 +9,11 @@ from popsteer.reference.math import divide, sqrt
 __all__ = ["Straightening"]
 
 _LAGS_IN_HAND = 2.0
-"""How many lags of the wheels an approach keeps in hand."""
+"""Reserve of an approach in steering lags: one to begin turning back, one to end it."""
 
 
 class Straightening(NamedTuple):
-    """What straightens a vehicle that approaches its path, counted along the distance travelled."""
+    """What limits how soon an approaching vehicle is straight again, per distance travelled."""
 
     curvature: float
     """The largest curvature that the vehicle drives [1/m]."""
@@ -37,8 +34,8 @@ class Straightening(NamedTuple):
 
         with the distance in brackets at most `unlimited`, so that close to the path the unlimited
         controller remains what it is. The first term is the arc of the largest curvature; the
-        second the way during which the wheels turn, and answer late. The curvature is no more than
-        what they reach while they turn the vehicle by the approach angle.
+        second is the distance in which the wheels turn, and that of their lag. The curvature is at
+        most the one that they reach while the vehicle turns by the approach angle.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Where am I? The exact closest point on the path, looked for along the arc around the last one."""
+"""Projects a position onto the path, near the segment of the last projection."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 __all__ = ["OPPOSITE", "locate"]
 
 OPPOSITE = 10.0
-"""How much farther off a closest point counts where the path leads the opposite way [m].
+"""Cost of a path that leads opposite to the heading, as a distance [m]; for a wheelbase of 3 m.
 
-Unless another distance is given; right for a wheelbase of 3 m. Larger values hold on to the branch
-of the heading farther off; smaller ones take a nearer branch that leads elsewhere.
+Larger values keep to the branch along the heading from farther off. Smaller values take a nearer
+branch that leads elsewhere.
 """
 
 SMOOTHING = 0.2
-"""Length of path whose heading tells branches apart: two thirds of a wheelbase.
+"""Length of path over which its heading is smoothed: two thirds of a wheelbase.
 
-As a part of the distance that the opposite branch counts as farther off.
+As a share of the opposite distance.
 """
 
 
@@ -40,15 +40,20 @@ def locate(
 ) -> ClosestPoint:
     """Find the closest point of `position` near the segment at `waypoint`.
 
-    Of the segments from the one at `waypoint` until more than `reach` [m] of arc before and
-    behind it, each segment that is no farther off than the one before it and nearer than the one
-    after it is a candidate. The candidate of least distance counts, each distance with up to
-    `opposite_distance` [m] more the less the path leads along `heading`, by the segment or over a
-    fifth of `opposite_distance`, whichever leads along it more; of several the first.
+    Finds the local minima of the distance to `position` within `reach` [m] of arc behind and ahead
+    of the segment, and returns the one of least cost, the first of several. A segment holds a local
+    minimum if it is no farther off than the segment before it and nearer than the one after it; a
+    missing neighbour, at an end of the stretch, counts as infinitely far. Its cost [m], with the
+    angle d from the unit vector `heading` to the path, is::
 
-    The stretch ends where an open path does, where the vehicle has to change its direction, and
-    once around a closed path. So the closest point cannot leap to another branch: farther along the
-    path than `reach` it does not look, and within it the heading tells branches apart.
+        distance + opposite_distance (1 - cos d) / 2
+
+    once with the direction of the segment and once with the path's smoothed direction about the
+    closest point; the lesser counts.
+
+    The stretch ends early at the end of an open path, at a cusp, and once around a closed path. The
+    answer cannot leap to another branch of the path: beyond `reach` there is no search, and within
+    it the heading tells branches apart.
 
     Examples
     --------
@@ -75,7 +80,7 @@ def locate(
 
 
 def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
-    """List the segments of the stretch around `segment`, in their order."""
+    """List the segments around `segment` in order: whole ones until they exceed `reach` [m]."""
     found = [segment]
     behind, ahead = 0.0, 0.0
     while len(found) < path.segments and behind <= reach:
@@ -98,7 +103,8 @@ def _least_cost(
 ) -> float:
     """Return the cost of a closest point: the lesser of two, by segment and by smoothed heading.
 
-    One segment of noisy waypoints or of a staircase may lead anywhere, the path about it does not.
+    The direction is smoothed over a fifth of `opposite_distance`. A single segment of noisy
+    waypoints or of a staircase may lead anywhere; the path about it does not.
     """
     by_segment = closest.cost(heading, opposite_distance)
     arc_length = closest.arc_length(path)

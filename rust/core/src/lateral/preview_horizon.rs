@@ -1,19 +1,19 @@
-//! How far preview POP looks ahead, how fast its wheels turn, and how steeply it approaches a path,
-//! at a speed.
+//! Preview POP at a speed: its horizon, the rate of its wheels, and the angle of its approach.
 
 use super::approach::{FULL_RATE, LAGS, MOST_HORIZONS, Straightening, TURNS};
 use super::preview_pop::PreviewPop;
 use crate::math::sqrt;
 
 impl PreviewPop {
-    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
-    /// longer to straighten a vehicle that approaches the path.
+    /// The horizon at a speed [s]. It is longer than the parameter if the vehicle's wheels need
+    /// longer to straighten it on its approach to the path.
     #[inline]
     pub(super) fn horizon_at(&self, pace: f64) -> f64 {
         if !self.rate_is_the_vehicles {
             return self.horizon;
         }
-        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
+        // Half the time in which wheels that turn out and back at their rate turn the vehicle by
+        // the approach angle.
         let length = self.vehicle.turning_length(pace);
         let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
         let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
@@ -26,10 +26,11 @@ impl PreviewPop {
         }
     }
 
-    /// The rate of the wheels that is planned with [rad/s], and how far they turn in a control
-    /// period `dt` [rad]. Below `min_speed` they turn in proportion to the distance, where the
-    /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
-    /// time at `min_speed`.
+    /// The planned rate of the wheels [rad/s], and their travel in a control period `dt` [rad].
+    ///
+    /// Below `min_speed` the wheels turn in proportion to the distance travelled. With a
+    /// `max_steer_rate` they turn at all of it down to [`FULL_RATE`] of `min_speed`. The prediction
+    /// assumes at least `min_speed`, so the rate is converted to its time.
     #[inline]
     pub(super) fn rate_and_span(&self, speed: f64, dt: f64) -> (f64, f64) {
         let rate = self.steer_span_rate;
@@ -46,9 +47,9 @@ impl PreviewPop {
         }
     }
 
-    /// How fast the tangent of the wheels' angle is planned to change, per radian, when it is
-    /// `tangent`. It changes faster where the wheels stand wide. With the vehicle's own rate that
-    /// is not counted on, as the wheels have to be straight again in time.
+    /// The planned change of the tangent of the wheels' angle per radian, at `tangent`. It grows
+    /// with the angle. With the vehicle's own rate that is not relied on: the wheels have to be
+    /// straight again in time.
     #[inline]
     pub(super) fn steepness(&self, tangent: f64) -> f64 {
         if self.rate_is_the_vehicles {

@@ -1,10 +1,10 @@
-//! A point of the vehicle, followed along the path: forwards, backwards, and through the places
-//! where it turns round.
+//! Tracks a point of the vehicle along the path: forwards, backwards, and through cusps.
 //!
-//! A vehicle that backs up is, for a kinematic bicycle exactly, one that drives forward with its
-//! heading turned by half a circle, its axles mirrored about the rear axle and its steering
-//! negated. So the controllers are written for driving forward only: [`Follow::locate`] hands them
-//! the mirrored vehicle where the path is driven backwards, and they negate what they answer.
+//! A vehicle that drives backwards equals one that drives forward with its heading turned by 180
+//! degrees, its axles mirrored about the rear axle and its steering angle negated; for the
+//! kinematic bicycle exactly. Controllers are therefore written for driving forward only. Where the
+//! path is driven backwards, [`Follow::locate`] gives them the mirrored vehicle, and
+//! [`Located::mirror`] converts their angle.
 
 use super::index::{Found, STEP_BUDGET};
 use super::locate::locate;
@@ -15,39 +15,39 @@ use crate::geometry::Point;
 use crate::math::{PI, cos, sin, sqrt};
 use crate::vehicle::{Vehicle, VehicleState};
 
-/// Which point of the vehicle is followed, and how.
+/// Which point of the vehicle is tracked, and how it is searched for on the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Follow {
-    /// How far ahead of the pose's point the vehicle is mirrored where it drives backwards [m]: the
-    /// rear axle, or the point that does not slip.
+    /// Point about which the vehicle is mirrored where it drives backwards, ahead of the pose's
+    /// point [m]: the rear axle or the no-slip point.
     pub base: f64,
-    /// How far ahead of `base` the followed point lies, in the direction of driving [m].
+    /// Tracked point, ahead of `base` in the direction of driving [m].
     pub reference_offset: f64,
-    /// How far ahead of the pose's point the rear axle lies, in the vehicle's own frame [m]: 0 for
-    /// a pose of the rear axle, negative for one farther forward, whichever way it drives.
+    /// Rear axle, ahead of the pose's point in the vehicle's frame [m]: 0 for a pose of the rear
+    /// axle, negative for a pose farther forward.
     pub rear_axle: f64,
-    /// How far along the path from its last place the point is looked for [m], beside what the
-    /// vehicle travels in a step.
+    /// Arc of the path to search on each side of the last projection [m], in addition to the
+    /// distance travelled in a step.
     pub search_distance: f64,
-    /// Farther than this from its place on the path the vehicle is lost, and looked for on the
-    /// whole of it [m].
+    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
+    /// path [m].
     pub lost_distance: f64,
-    /// The rear axle has come to where the vehicle turns round when it is this near [m].
+    /// Distance to a cusp at which the rear axle counts as arrived [m].
     pub arrival_distance: f64,
-    /// How much farther off the path counts where it leads the opposite way [m].
+    /// Cost of a path that leads opposite to the heading, as a distance [m].
     pub opposite_distance: f64,
 }
 
-/// Where the followed point is, with the vehicle as one that drives forward.
+/// The tracked point on the path, and the vehicle as one that drives forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(
     clippy::struct_excessive_bools,
     reason = "each says one thing of one step"
 )]
 pub struct Located {
-    /// The followed point [m].
+    /// The tracked point [m].
     pub position: Point,
-    /// Its closest point on the path.
+    /// The path's closest point to it.
     pub closest: ClosestPoint,
     /// The vehicle, mirrored where the path is driven backwards, so that it drives forward.
     pub vehicle: VehicleState,
@@ -59,7 +59,7 @@ pub struct Located {
     pub reverse: bool,
     /// Whether the direction of driving differs from that of the last step.
     pub direction_changed: bool,
-    /// Whether the vehicle was lost, or is.
+    /// Whether the vehicle was lost in this step.
     pub off_path: bool,
     /// Whether the point is past the last waypoint of an open path.
     pub past_end: bool,
@@ -83,12 +83,12 @@ impl Follow {
         }
     }
 
-    /// Finds the point of a checked vehicle that was last at `waypoint`, on the whole path where
-    /// that is none.
+    /// Projects the tracked point of a checked vehicle near segment `waypoint`; on the whole path
+    /// if that is none.
     ///
-    /// A search of the whole path that runs out of [`STEP_BUDGET`] gives the best place it has
-    /// found. A first step goes on from there; a vehicle that is lost only where it is no longer
-    /// lost there, else from its last place.
+    /// The search of the whole path may run out of [`STEP_BUDGET`] and then gives the best place so
+    /// far. A first step takes that place. A lost vehicle takes it only if it is no longer lost
+    /// there, and else keeps its last place.
     #[inline]
     pub fn locate(
         &self,
@@ -165,11 +165,10 @@ impl Follow {
         }
     }
 
-    /// The segment to go on with where the vehicle turns round, once its rear axle is there.
+    /// The first segment behind a cusp, once the rear axle has arrived at the cusp.
     ///
-    /// That is one event for all that follow the vehicle, wherever their own point and that of
-    /// the pose are: the closest point of each only has to be near enough to tell which end is
-    /// meant.
+    /// The rear axle decides for every tracked point and every point of the pose, so that all
+    /// change direction in one step. The projection only tells which cusp is next.
     fn next_section(
         &self,
         path: &PathView<'_>,
@@ -177,7 +176,7 @@ impl Follow {
         vehicle: VehicleState,
     ) -> Option<usize> {
         let closest = &at.closest;
-        // How far the followed point lies behind the rear axle, in the direction of driving.
+        // Distance of the tracked point behind the rear axle, in the direction of driving.
         let behind = at.mirror(self.rear_axle - self.base) - self.reference_offset;
         let behind = if behind > 0.0 { behind } else { 0.0 };
         let near = behind + 4.0 * self.arrival_distance;
@@ -196,7 +195,7 @@ impl Follow {
         None
     }
 
-    /// The segment after `last`, at whose end the vehicle turns round, once its rear axle is there.
+    /// The segment after `last`, which ends at a cusp, once the rear axle has arrived there.
     fn segment_after_cusp(
         &self,
         path: &PathView<'_>,
@@ -212,7 +211,7 @@ impl Follow {
         (remaining <= self.arrival_distance).then_some(next)
     }
 
-    /// Where the vehicle is found on the whole path, by the place of its `base`.
+    /// Searches the whole path for the vehicle's `base`.
     #[cold]
     fn find_anew(&self, path: &PathView<'_>, vehicle: VehicleState) -> Found {
         let base = vehicle.ahead(self.base);

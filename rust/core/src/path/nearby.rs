@@ -1,19 +1,18 @@
-//! The way past the scan: what [`locate_by_scan`](super::locate::locate_by_scan) finds, from the
-//! segments beside the last closest point alone.
+//! A shortcut of [`locate_by_scan`](super::locate::locate_by_scan): goes downhill from the last
+//! segment to the nearest local minimum, then proves by bounds that no other minimum can cost less.
 //!
-//! Where none of the others can matter the answer is certain without looking at them; where that
-//! does not show, there is none, and the scan has to look.
+//! Where the proof fails there is no answer, and the scan has to find it.
 
 use super::projection::ClosestPoint;
 use super::view::PathView;
 use crate::geometry::{Point, squared_distance};
 use crate::math::sqrt;
 
-/// More than rounding can move a closest point or a waypoint within the bounds of coordinates [m].
+/// Bound of the rounding of a closest point or a waypoint within the bounds of coordinates [m].
 const MARGIN: f64 = 1e-6;
 
-/// What the scan finds, where that is certain from the closest points beside the last one; none
-/// where a place farther along could be as good.
+/// What the scan finds, if that is certain; none if a place farther along the path could be as
+/// good.
 #[inline]
 pub(super) fn locate_nearby(
     path: &PathView<'_>,
@@ -23,7 +22,7 @@ pub(super) fn locate_nearby(
     reach: f64,
     opposite_distance: f64,
 ) -> Option<ClosestPoint> {
-    // Around a path this short both ways meet.
+    // Around a path this short both directions meet.
     if path.is_closed() && path.length() <= 2.0 * reach + 4.0 * path.longest() {
         return None;
     }
@@ -31,7 +30,7 @@ pub(super) fn locate_nearby(
     let mut closest = ClosestPoint::new(path, start, position);
     let mut ahead = Outward::new(path, start, &closest, true, reach);
     let mut behind = Outward::new(path, start, &closest, false, reach);
-    // Downhill to the candidate; ahead first, as the scan takes the last of several as near.
+    // Downhill to the local minimum; ahead first, as the scan takes the last of several as near.
     while let Some(next) = ahead.closest(position) {
         if next.squared_distance > closest.squared_distance {
             break;
@@ -46,12 +45,12 @@ pub(super) fn locate_nearby(
             closest = previous;
         }
     }
-    // No less than the scan's cost of it, which looks at the path about the segment too.
+    // At least the scan's cost of it, which is the lesser of this one and the smoothed one.
     let limit = closest.cost(heading, opposite_distance) + MARGIN;
     (ahead.clears(position, limit) && behind.clears(position, limit)).then_some(closest)
 }
 
-/// The segments on one side of the last closest point, outwards, as far as the stretch goes.
+/// The segments on one side of the last one, outwards, to the end of the stretch.
 struct Outward<'a> {
     path: &'a PathView<'a>,
     segment: usize,
