@@ -50,7 +50,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class Belief:
-    """What a controller may know of the vehicle beyond its own figures, in the vehicle's own frame.
+    """What a controller may know of the vehicle besides its parameters, in the vehicle's own frame.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Belief:
         Angle of the wheels when the command to be decided reaches them, without the estimated
         offset [rad].
     estimate : Corrections
-        What the motion has shown.
+        The estimates.
     """
 
     wheel: float

@@ -54,7 +54,7 @@ def _fade(car: Vehicle, state: StateT, wanted: float, dt: float) -> tuple[StateT
     if offset is None and before >= HANDOVER_TIME:
         offset = state.steer - wanted
     elif offset is None:
-        # The path changed again on the way: the difference fades in the time that is left.
+        # The path changed again during a hand-over: the difference fades in the remaining time.
         remaining -= dt
         share = before / HANDOVER_TIME
         offset = 0.0

@@ -1,4 +1,4 @@
-"""Inputs that fail to come: the last command is held, and its time counts."""
+"""Missing and refused inputs: the last command is held, and the next step covers their time."""
 
 from __future__ import annotations
 
@@ -101,9 +101,9 @@ class Holding(Generic[StateT]):
 
         Where `step` would raise `InputError`, the last command is held, its angle, direction,
         errors and target, with the status `Status.INPUT_HELD` for up to `hold_limit` inputs in a
-        row and `Status.INPUT_LOST` beyond. The time `dt` of a held input is added to that of the
-        next step, whose answer so is that of a single step over all the time that has passed. A
-        `dt` that is itself refused counts as that of the last step.
+        row and `Status.INPUT_LOST` beyond. The time `dt` of a held input is added to the next step,
+        which then is one step over the whole time. A `dt` that is itself refused counts as that of
+        the last step.
         """
         try:
             return _step(self)(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)

@@ -1,7 +1,7 @@
-"""Another path in mid-run: the place, the estimate and the angle carry on.
+"""A new path during a run: place, estimates and angle continue.
 
-A planner gives a path many times a second, mostly the same one from a little farther on. So the
-place on the new path is that of the last projection, and only a path that lies elsewhere makes a
+A planner sends a path many times a second, mostly the last one shifted a little. The place on the
+new path is therefore that of the last projection, and only a path that lies elsewhere starts a
 hand-over.
 """
 
@@ -108,11 +108,11 @@ def hand_over(law: LateralLaw[Any, StateT], state: StateT) -> StateT:
     """
     remaining = state.handover_remaining if hands_over(state) else HANDOVER_TIME
     if state.handover_offset is not None:
-        # Of one that has begun less than all of its time is left.
+        # Less than all of its time remains once a hand-over has begun.
         remaining = saturate(remaining, 0.0, HANDOVER_TIME - MIN_DT)
     state, goes_on_from_it = law.set_steer(state, state.steer)
     if state.monitor is not None:
-        # It is another task: the vehicle may begin it beyond the limit.
+        # A new path is a new task: the vehicle may start it beyond the limit.
         state = replace(state, monitor=state.monitor._replace(within=False))
     return replace(
         state, handover_offset=None, handover_remaining=0.0 if goes_on_from_it else remaining

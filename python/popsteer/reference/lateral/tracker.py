@@ -1,8 +1,8 @@
-"""A control step whole: estimate, predict, locate, decide, limit.
+"""A whole control step: estimate, predict, locate, decide, limit.
 
-A `Tracker` is a controller as a vehicle takes it. It shows the controller the vehicle as it will be
-when the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
-from a driver's angle without a jump, and answers every input.
+A `Tracker` runs a controller on a vehicle. It predicts the vehicle to the time when the next
+command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a driver
+without a jump of the angle, and answers every input.
 """
 
 from __future__ import annotations
@@ -72,11 +72,11 @@ class Tracker(
 ):
     """A controller on a path, its vehicle, and how it adapts to that.
 
-    With a dead time the controller is shown the vehicle as it will be when its command reaches the
-    wheels. Commands keep the vehicle's angle, rate and lateral acceleration. A controller that
-    starts from a driver's angle, or on another path, goes on from the present angle: the difference
-    to what the controller itself wants fades evenly over `HANDOVER_TIME`; POP, whose next angle
-    lies in the neighbourhood of the last, needs no fading.
+    With a dead time the controller gets the vehicle as predicted for the time when its command
+    reaches the wheels. Commands keep the vehicle's limits of angle, rate and lateral acceleration.
+    After a driver, or on another path, the command continues from the present angle: its difference
+    to the controller's own angle fades linearly over `HANDOVER_TIME`; POP, whose next angle lies in
+    the neighbourhood of the last, needs no fading.
     """
 
     TRACKED: ClassVar[Tracked]
@@ -166,10 +166,10 @@ class Tracker(
     def set_path(self, path: PathView) -> None:
         """Follow another path from the next step on.
 
-        The place on it is that of the last projection. Estimate, integral and commands in flight
-        carry on, and so does all of the state where the path is the same there. A path that lies
-        elsewhere is gone over to from the present angle, within `HANDOVER_TIME`; a hand-over that
-        is under way ends when it was to end. Before the first step nothing changes.
+        The place on it is that of the last projection. Estimates, integral and commands in flight
+        continue; so does the whole state if the path is unchanged there. To a path that lies
+        elsewhere the command changes over from the present angle within `HANDOVER_TIME`; a
+        hand-over in progress keeps its end. Before the first step nothing changes.
         """
         self._state = carry_over(self, self._follow, self._state, self._path, path)
         self._path = path
@@ -246,7 +246,7 @@ class Tracker(
             self._state = replace(self._state, measured_waypoint=None)
         if self._adapt is not None:
             estimator = estimator_of(self._state)
-            # A pose that was given before shows nothing new.
+            # A pose that was given before carries no new information.
             if observed >= MIN_DT:
                 since = (observed, travel)
                 follow, adapt = self._follow, self._adapt
@@ -260,7 +260,7 @@ class Tracker(
             self._state, fault = self._monitor.watch(self._state, measured, models=self._models)
 
         if not self._bare:
-            # The angle of the last command by the offset as it is known now.
+            # The angle of the last command, with the present estimate of the offset.
             offset = self._vehicle.steer_offset + belief.estimate.steer_offset
             last = self._vehicle.at_wheels(self._state.steer + offset)
             self._state, _ = self.set_steer(self._state, last)

@@ -44,11 +44,11 @@ __all__ = [
 MAX_DISTANCE = 1e18
 """More than a distance along a path can come to [m]."""
 HANDOVER_TIME = 1.0
-"""How long the difference to a driver's angle takes to fade [s]."""
+"""Time in which the difference to a driver's angle fades [s]."""
 
 
 class Deviation(NamedTuple):
-    """Where the tracked point was seen at the last step, for as long as an input is held."""
+    """Errors of the last step, which are repeated while an input is held."""
 
     cross_track_error: float
     """Cross-track error [m]."""
@@ -98,7 +98,7 @@ class Place(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What the last step answered besides its angle."""
+    """The last step's command besides its angle."""
 
     measured: Deviation
     """The measured vehicle."""
@@ -109,7 +109,7 @@ class Answer(NamedTuple):
     reverse: bool
     """Whether the path was driven backwards."""
     ahead: Ahead
-    """What the path says of driving on from there."""
+    """Reference speed and distance to the next stop."""
     vehicle: tuple[float, float, float, float]
     """The pose of the vehicle's point x [m], y [m], yaw [rad], and the speed [m/s]."""
 
@@ -166,7 +166,7 @@ NOWHERE = Answer(
     ahead=Ahead(reference_speed=None, distance_to_stop=0.0),
     vehicle=(0.0, 0.0, 0.0, 0.0),
 )
-"""Before the first step, for a vehicle that had better stand still."""
+"""Before the first step: stop."""
 
 
 @dataclass(frozen=True, kw_only=True)

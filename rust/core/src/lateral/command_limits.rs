@@ -50,7 +50,8 @@ fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64, widest
     let offset = match fading.offset {
         None if before >= HANDOVER_TIME => last - wanted,
         None => {
-            // The path changed again on the way: the difference fades in the time that is left.
+            // The path changed again during a hand-over: the difference fades in the remaining
+            // time.
             fading.remaining -= dt;
             let share = before / HANDOVER_TIME;
             if fading.remaining > 0.0 {

@@ -64,13 +64,13 @@ pub struct Decision {
     pub status: Status,
 }
 
-/// What a controller may know of the vehicle beyond its own figures, in the vehicle's own frame.
+/// What a controller may know of the vehicle besides its parameters, in the vehicle's own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Belief {
     /// Angle of the wheels when the command to be decided reaches them, without the estimated
     /// offset [rad].
     pub wheel: f64,
-    /// What the motion has shown.
+    /// The estimates.
     pub estimate: Estimate,
 }
 
@@ -83,8 +83,8 @@ pub trait LateralState {
     /// by nobody knows how much where that is none.
     fn change_path(&mut self, _offset: Option<f64>) {}
 
-    /// Takes note of the angle [rad] that the wheels were given instead of the controller's answer.
-    /// Whether the controller's next answer goes on from it.
+    /// Sets the last angle [rad] to the one that the wheels got in place of the controller's.
+    /// Returns whether the next angle continues from it.
     fn set_steer(&mut self, _steer: f64) -> bool {
         false
     }
@@ -125,8 +125,8 @@ pub trait LateralLaw {
     /// [`InputError`], naming the field that is not.
     fn check_state(&self, state: &Self::State) -> Result<(), InputError>;
 
-    /// How a tracker of this controller adapts unless it is told otherwise: at all where an
-    /// estimate counts, in a controller that predicts and where commands are in flight.
+    /// How a tracker of this controller adapts by default: only if estimates are used, which is in
+    /// controllers that predict and for vehicles with a dead time.
     fn default_adapt(&self) -> Option<AdaptParams> {
         (self.predicts() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
     }

@@ -1,8 +1,8 @@
-//! Another path in mid-run: the place, the estimate and the angle carry on.
+//! A new path during a run: place, estimates and angle continue.
 //!
-//! A planner gives a path many times a second, mostly the same one from a little farther on. So
-//! the place on the new path is that of the last projection, and only a path that lies elsewhere
-//! makes a hand-over.
+//! A planner sends a path many times a second, mostly the last one shifted a little. The place on
+//! the new path is therefore that of the last projection, and only a path that lies elsewhere
+//! starts a hand-over.
 
 use super::tracker::Tracker;
 use super::tracker_state::{HANDOVER_TIME, Handover, Place, TrackerState};
@@ -24,12 +24,12 @@ const ELSEWHERE: f64 = 0.1;
 const ELSEWHERE_COSINE: f64 = 0.877_582_561_890_372_8;
 
 impl<L: LateralLaw> Tracker<L> {
-    /// The path `new` is followed from now on, in place of `old`.
+    /// The path `new` replaces `old`.
     ///
-    /// The place on it is that of the last projection. Estimate, integral and commands in flight
-    /// carry on, and so does all of the state where the path is the same there. A path that lies
-    /// elsewhere is gone over to from the present angle, within [`HANDOVER_TIME`]; a hand-over that
-    /// is under way ends when it was to end. Before the first step nothing changes.
+    /// The place on it is that of the last projection. Estimates, integral and commands in flight
+    /// continue; so does the whole state if the path is unchanged there. To a path that lies
+    /// elsewhere the command changes over from the present angle within [`HANDOVER_TIME`]; a
+    /// hand-over in progress keeps its end. Before the first step nothing changes.
     pub fn set_path(
         &self,
         state: &mut TrackerState<L::State>,
@@ -101,11 +101,11 @@ impl<S: LateralState> TrackerState<S> {
     /// left of the hand-over that is under way, or within [`HANDOVER_TIME`].
     fn hand_over(&mut self) {
         if let Some(monitor) = &mut self.monitor {
-            // It is another task: the vehicle may begin it beyond the limit.
+            // A new path is a new task: the vehicle may start it beyond the limit.
             monitor.within = false;
         }
         let remaining = match self.handover {
-            // Of one that has begun less than all of its time is left.
+            // Less than all of its time remains once a hand-over has begun.
             Some(Handover {
                 offset: Some(_),
                 remaining,

@@ -1,8 +1,8 @@
-//! A control step whole: estimate, predict, locate, decide, limit.
+//! A whole control step: estimate, predict, locate, decide, limit.
 //!
-//! A [`Tracker`] is a controller as a vehicle takes it. It shows the controller the vehicle as it
-//! will be when the next command reaches the wheels, keeps the commands within what the vehicle
-//! does, goes on from a driver's angle without a jump, and answers every input.
+//! A [`Tracker`] runs a controller on a vehicle. It predicts the vehicle to the time when the next
+//! command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a
+//! driver without a jump of the angle, and answers every input.
 
 use super::monitor::{Measured, Monitor, MonitorParams};
 use super::reported::Reported;
@@ -22,11 +22,11 @@ use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, Vehicl
 
 /// A controller, and how it adapts to its vehicle.
 ///
-/// With a dead time the controller is shown the vehicle as it will be when its command reaches the
-/// wheels. Commands keep the vehicle's angle, rate and lateral acceleration. A controller that
-/// starts from a driver's angle, or on another path, goes on from the present angle: the difference
-/// to what the controller itself wants fades evenly over [`HANDOVER_TIME`]; POP, whose next angle
-/// lies in the neighbourhood of the last, needs no fading.
+/// With a dead time the controller gets the vehicle as predicted for the time when its command
+/// reaches the wheels. Commands keep the vehicle's limits of angle, rate and lateral acceleration.
+/// After a driver, or on another path, the command continues from the present angle: its difference
+/// to the controller's own angle fades linearly over [`HANDOVER_TIME`]; POP, whose next angle lies
+/// in the neighbourhood of the last, needs no fading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracker<L> {
     pub(super) law: L,
@@ -230,7 +230,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// What is known of the vehicle beyond its own figures, its gain also where it is not used.
+    /// The present estimates, with the fitted gain even if the controller does not use it.
     pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
         state.estimator.known()
     }
@@ -265,7 +265,7 @@ impl<L: LateralLaw> Tracker<L> {
         };
         if let Some(adapt) = &self.adapt {
             let place = measured.as_ref().unwrap_or(&at);
-            // A pose that was given before shows nothing new.
+            // A pose that was given before carries no new information.
             if perception.observed >= MIN_DT {
                 let since = (perception.observed, perception.travel);
                 self.observe_slip(path, state, adapt, place, vehicle, since);
@@ -277,7 +277,7 @@ impl<L: LateralLaw> Tracker<L> {
         let fault = self.watch(state, here, perception.here, dt);
 
         if !self.bare {
-            // The angle of the last command by the offset as it is known now.
+            // The angle of the last command, with the present estimate of the offset.
             let offset = self.law.vehicle().steer_offset + belief.estimate.steer_offset;
             let last = self.law.vehicle().at_wheels(state.steer + offset);
             state.law.set_steer(last);
@@ -334,8 +334,7 @@ impl<L: LateralLaw> Tracker<L> {
         self.monitor.as_ref().map(Monitor::params)
     }
 
-    /// Compares the step of a vehicle that is measured at `here` with what was commanded before it,
-    /// and says what is wrong.
+    /// Compares the measured motion with the last commands, and returns the faults.
     #[inline]
     fn watch(
         &self,
@@ -347,7 +346,7 @@ impl<L: LateralLaw> Tracker<L> {
         let Some(monitor) = &self.monitor else {
             return Status::OK;
         };
-        // Where nothing is modelled, what a state of another vehicle brings along does not count.
+        // A tracker that models nothing ignores what a state of another vehicle holds.
         let in_flight = state.in_flight.as_ref().filter(|_| self.models);
         let now = Measured {
             here,

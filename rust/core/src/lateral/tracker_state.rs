@@ -12,10 +12,10 @@ use crate::path::view::PathView;
 use crate::vehicle::past::Past;
 use crate::vehicle::{Estimator, InFlight, Vehicle, VehicleState};
 
-/// How long the difference to a driver's angle takes to fade [s].
+/// Time in which the difference to a driver's angle fades [s].
 pub const HANDOVER_TIME: f64 = 1.0;
 
-/// The difference to the angle that a controller took over [rad], and how long it fades on [s].
+/// A hand-over: the difference to the angle that was taken over [rad], and its remaining time [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handover {
     /// None before the first step.
@@ -24,7 +24,7 @@ pub struct Handover {
     pub remaining: f64,
 }
 
-/// Where the tracked point was seen at the last step, for as long as an input is held.
+/// Errors of the last step, which are repeated while an input is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// Cross-track error [m].
@@ -88,7 +88,7 @@ impl Place {
     }
 }
 
-/// What the last step answered besides its angle.
+/// The last step's command besides its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     /// The measured vehicle.
@@ -99,14 +99,14 @@ pub struct Answer {
     pub target: Point,
     /// Whether the path was driven backwards.
     pub reverse: bool,
-    /// What the path says of driving on from there.
+    /// Reference speed and distance to the next stop.
     pub ahead: Ahead,
     /// The pose of the vehicle's point, and the speed.
     pub vehicle: VehicleState,
 }
 
 impl Answer {
-    /// Before the first step, for a vehicle that had better stand still.
+    /// Before the first step: stop.
     pub(super) const NOWHERE: Self = {
         let deviation = Deviation {
             cross_track_error: 0.0,
@@ -176,18 +176,18 @@ pub struct TrackerState<S> {
     pub period: f64,
     /// The last answer; none before the first step.
     pub answer: Option<Answer>,
-    /// Commands on their way to the wheels, where the vehicle is modelled.
+    /// Commands in flight, if the vehicle is modelled.
     pub in_flight: Option<InFlight>,
-    /// What the wheels did of late; none before the first pose that had an age.
+    /// The wheels' recent angles; none before the first pose with an age.
     pub past: Option<Past>,
-    /// What the motion of the vehicle has shown.
+    /// The estimator's state.
     pub estimator: Estimator,
     /// What the monitor remembers; none before the first step.
     pub monitor: Option<MonitorState>,
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// Puts the place on the path after a jump. Nothing is learnt of the motion until then.
+    /// Sets the place on the path after a jump. The motion until then is not used for estimates.
     pub fn set_waypoint(&mut self, waypoint: usize) {
         self.waypoint = Some(waypoint);
         self.measured_waypoint = None;

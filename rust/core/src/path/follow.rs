@@ -66,9 +66,8 @@ pub struct Located {
 }
 
 impl Follow {
-    /// How the point of `vehicle` is followed that lies `ahead` [m] of `base`, itself so far ahead
-    /// of the pose's point [m]: looked for two wheelbases along the path either way, and never
-    /// lost.
+    /// Tracks the point `ahead` [m] of `base`, which lies so far [m] ahead of the pose's point. The
+    /// search covers two wheelbases of path on each side, and the vehicle is never lost.
     pub fn of(vehicle: &Vehicle, base: f64, ahead: f64) -> Self {
         let wheelbase = vehicle.wheelbase;
         Self {

@@ -24,9 +24,9 @@ params! {
     shown as "(*, deviation_limit=None, turn_tolerance=0.01)",
     defaults MonitorParams::DEFAULT, checked by MonitorParams::checked,
     deviation_limit: Option<f64>, "float, optional",
-        "Cross-track error beyond which a vehicle that was nearer before is deviating [m]; half a wheelbase by default, 1e9 for never.";
+        "Cross-track error from which a vehicle that was within it is deviating [m]. Half a wheelbase by default; 1e9 switches it off.";
     turn_tolerance: f64, "float, default 0.01",
-        "How far the yaw measured over a second may be from what the commands explain, besides its noise [rad]; 1e9 for any. Less: sooner found, and sooner a false alarm.";
+        "Largest difference of the turn measured over a second to the turns that the commands explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner, false alarms are likelier.";
     @examples {
         /// A vehicle that comes off the path:
         ///
