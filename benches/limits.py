@@ -44,8 +44,8 @@ class Slalom(NamedTuple):
     def make(self) -> sim.CarlaIdentified | PythonPlant:
         """Give the plant."""
         if self.plant == "carla-identified":
-            told = vehicles.get(self.plant).replace(max_steer_rate=self.rate)
-            return sim.CarlaIdentified(told)
+            given = vehicles.get(self.plant).replace(max_steer_rate=self.rate)
+            return sim.CarlaIdentified(given)
         if self.plant == "mujoco-car":
             from popsteer.plants.mujoco_car import MujocoCar
             from popsteer.plants.pedals import MujocoCarParams

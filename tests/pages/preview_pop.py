@@ -68,8 +68,8 @@ def _lines() -> Iterator[str]:
     yield _row("not estimating the turning, `turn_time=0`", law(adapt=NO_TURN))
     yield _row("not estimating the slip, `slip_time=0`", law(adapt=NO_SLIP))
     for sign, factor in (("−", 0.85), ("+", 1.15)):
-        told = CAR.replace(turning_wheelbase=factor * 3.553)
-        yield _row(f"`turning_wheelbase` told {sign}15 %", law(told))
+        given = CAR.replace(turning_wheelbase=factor * 3.553)
+        yield _row(f"`turning_wheelbase` told {sign}15 %", law(given))
     for lag, instead in ((0.05, " instead of 0.1 s"), (0.2, ""), (0.0, "")):
         yield _row(f"`steer_lag` told {lag:g} s{instead}", law(CAR.replace(steer_lag=lag)))
     plant = CarlaIdentified(CAR.replace(steer_offset=math.radians(1.0)))
