@@ -67,9 +67,9 @@ def _lines() -> Iterator[str]:
     yield _row("not adapting", law(adapt=None))
     yield _row("not estimating the turning, `turn_time=0`", law(adapt=NO_TURN))
     yield _row("not estimating the slip, `slip_time=0`", law(adapt=NO_SLIP))
-    for sign, factor in (("−", 0.85), ("+", 1.15)):
+    for wrong_by, factor in (("small", 0.85), ("large", 1.15)):
         told = CAR.replace(turning_wheelbase=factor * 3.553)
-        yield _row(f"`turning_wheelbase` given as {sign}15 %", law(told))
+        yield _row(f"`turning_wheelbase` given 15 % too {wrong_by}", law(told))
     for lag, instead in ((0.05, " instead of 0.1 s"), (0.2, ""), (0.0, "")):
         yield _row(f"`steer_lag` given as {lag:g} s{instead}", law(CAR.replace(steer_lag=lag)))
     plant = CarlaIdentified(CAR.replace(steer_offset=math.radians(1.0)))
