@@ -27,7 +27,8 @@ def _core(root: str) -> dict[str, set[str]]:
         "vehicle": _GROUND,
         "path": (*_GROUND, "vehicle"),
         "lateral": (*_GROUND, "vehicle", "path"),
-        "longitudinal": (*_GROUND, "vehicle"),
+        "planning": (*_GROUND, "vehicle", "path"),
+        "longitudinal": (*_GROUND, "vehicle", "path", "planning"),
     }
     allowed = {
         f"{root}.{part}": {f"{root}.{other}" for other in known} for part, known in layers.items()
