@@ -1937,9 +1937,9 @@ class SpeedTrackerState:
     def __new__(
         cls,
         *,
-        waypoint: int | None = ...,
-        acceleration: float = ...,
-        integral: float = ...,
+        waypoint: int | None = None,
+        acceleration: float = 0.0,
+        integral: float = 0.0,
     ) -> Self: ...
     @property
     def waypoint(self) -> int | None: ...

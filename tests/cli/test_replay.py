@@ -130,7 +130,7 @@ def test_replay_with_params_of_a_file_uses_them(
         ('controller = "pop"\ngain = 1\n', "unknown parameter of pop 'gain'"),
         ('controller = "pop"\nlookahead_gain = -1\n', "lookahead_gain must be in"),
         ('controller = "pop"\nlookahead_gain = "far"\n', "with numbers for pop"),
-        ('controller = "lqr"\n', "unknown law 'lqr'"),
+        ('controller = "lqr"\n', "unknown controller 'lqr'"),
         ("controller =", "a TOML file"),
     ],
 )

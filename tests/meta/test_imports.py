@@ -43,15 +43,16 @@ _SIM = {
     "popsteer_sim.plant": {f"popsteer_core.{part}" for part in (*_GROUND, "vehicle")},
 }
 _BINDING = {"popsteer_py": {*_CORE, *_SIM}}
+_C = {"popsteer_c": {*_CORE}}
 _REFERENCE = _core("popsteer.reference")
 
-RUST = {**_CORE, **_SIM, **_BINDING}
+RUST = {**_CORE, **_SIM, **_BINDING, **_C}
 PYTHON = {**_REFERENCE}
 
 
 def _rust() -> dict[str, str]:
     crates = {}
-    for crate in ("core", "sim", "py"):
+    for crate in ("core", "sim", "py", "c"):
         crates.update(sources(ROOT / "rust" / crate / "src", f"popsteer_{crate}"))
     return crates
 

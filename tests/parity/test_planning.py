@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from popsteer import ConfigError, Path, Vehicle, reference
 from popsteer._core import _path_curvature, _plan_speeds
-from popsteer.planning import LIMITS
-from popsteer.planning.speed_profile import table_of
-from popsteer.reference.planning import LIMITS as THEIRS
+from popsteer.planning.profile import LIMITS
+from popsteer.planning.speeds import table_of
 from popsteer.reference.planning import Course, Limits, OverSpeed, path_curvature, plan_speeds
+from popsteer.reference.planning.speed_profile import LIMITS as THEIRS
 from popsteer.tracks import edges
 from tests.parity.strategies import Shape, shapes
 from tests.planned import closed_spline, random_course

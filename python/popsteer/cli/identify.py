@@ -52,7 +52,7 @@ def identify(
     vehicle: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE|NAME",
+            metavar="NAME|FILE",
             help="What is known of the vehicle already: a file *.toml,"
             f" {', '.join(vehicles.names())}, or a plant's. What the log does not show stays.",
             show_default=False,
@@ -86,13 +86,8 @@ def identify(
     from rich.text import Text
 
     from popsteer.identification import identify as identified
-    from popsteer.lab.identify import (
-        FILES,
-        caption,
-        identified_csv,
-        identified_json,
-        identified_table,
-    )
+    from popsteer.lab.identify import caption, identified_csv, identified_json, identified_table
+    from popsteer.lab.identify.table import FILES
     from popsteer.vehicle_file import as_toml
 
     told: Vehicle | None = None

@@ -9,6 +9,7 @@ import typer
 
 from popsteer import logs
 from popsteer.errors import ConfigError
+from popsteer.logs.log import COLUMNS
 from popsteer.logs.units import UNITS
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ Column: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME=COLUMN",
-        help=f"What a column of a CSV file is called; NAME of {', '.join(logs.COLUMNS)}.",
+        help=f"What a column of a CSV file is called; NAME of {', '.join(COLUMNS)}.",
         show_default=False,
     ),
 ]

@@ -57,7 +57,7 @@ def plan(
     vehicle: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE|NAME",
+            metavar="NAME|FILE",
             help="What drives: a file *.toml as popsteer.Vehicle.save writes it, or a vehicle's or"
             " a plant's name.",
             show_default=False,

@@ -16,7 +16,7 @@ from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, check_folder, write_files_atomic
-from popsteer.lab.replay.run import Replay
+from popsteer.lab.replay.runs import Replay
 
 __all__ = ["HELP", "replay"]
 
@@ -43,7 +43,7 @@ def replay(
     vehicle: Annotated[
         str,
         typer.Option(
-            metavar="FILE|NAME",
+            metavar="NAME|FILE",
             help="The vehicle that the controllers are told: a file *.toml, as identify writes it,"
             f" {', '.join(vehicles.names())}, or a plant's.",
         ),

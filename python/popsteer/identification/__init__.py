@@ -5,7 +5,7 @@ it to the measured headings by scipy's least squares (extra ``identify``), and t
 ``docs/identify.md``.
 """
 
-from popsteer.identification.identify import identify
+from popsteer.identification.procedure import identify
 from popsteer.identification.result import Identification
 from popsteer.logs import Log, LogError
 

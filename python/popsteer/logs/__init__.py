@@ -8,7 +8,7 @@
 
 from popsteer.logs.bag import read_bag
 from popsteer.logs.csv_log import read_csv
-from popsteer.logs.log import COLUMNS, Log, LogError
-from popsteer.logs.read import read
+from popsteer.logs.formats import read
+from popsteer.logs.log import Log, LogError
 
-__all__ = ["COLUMNS", "Log", "LogError", "read", "read_bag", "read_csv"]
+__all__ = ["Log", "LogError", "read", "read_bag", "read_csv"]

@@ -12,12 +12,11 @@ Examples
 """
 
 from popsteer.planning.limits import SpeedLimits
-from popsteer.planning.profile import LIMITS, SpeedProfile
-from popsteer.planning.smooth import smooth
-from popsteer.planning.speed_profile import curvature, speed_profile, speeds_along
+from popsteer.planning.profile import SpeedProfile
+from popsteer.planning.smoothing import smooth
+from popsteer.planning.speeds import curvature, speed_profile, speeds_along
 
 __all__ = [
-    "LIMITS",
     "SpeedLimits",
     "SpeedProfile",
     "curvature",

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from popsteer.lab.common.draw import drawn
 from popsteer.lab.common.theme import THEMES
-from popsteer.planning import LIMITS
+from popsteer.planning.profile import LIMITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.lab.common.layout import blank_table
-from popsteer.planning import LIMITS
+from popsteer.planning.profile import LIMITS
 
 if TYPE_CHECKING:
     from rich.table import Table

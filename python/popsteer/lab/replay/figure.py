@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from popsteer.lab.common.theme import Theme
-    from popsteer.lab.replay.run import Replay
+    from popsteer.lab.replay.runs import Replay
 
 __all__ = ["replay_figure", "replay_files"]
 

@@ -14,7 +14,7 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from popsteer.lab.replay.run import Replay, Shadow
+    from popsteer.lab.replay.runs import Replay, Shadow
 
 __all__ = ["FILES", "NOTE", "caption", "replay_csv", "replay_table", "summary_csv"]
 

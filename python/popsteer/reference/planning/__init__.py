@@ -6,6 +6,6 @@ greatest speeds that a vehicle's limits allow along it. Both run once for a path
 
 from popsteer.reference.planning.curvature import path_curvature
 from popsteer.reference.planning.limits import Limits, OverSpeed
-from popsteer.reference.planning.speed_profile import LIMITS, Course, plan_speeds
+from popsteer.reference.planning.speed_profile import Course, plan_speeds
 
-__all__ = ["LIMITS", "Course", "Limits", "OverSpeed", "path_curvature", "plan_speeds"]
+__all__ = ["Course", "Limits", "OverSpeed", "path_curvature", "plan_speeds"]
