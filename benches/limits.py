@@ -106,8 +106,7 @@ def straight_table() -> str:
         return f"{found.overshoot:.2f}, {within}"
 
     lines = [
-        "| rate [rad/s] | speed [m/s] | from 1 m: clipped after | within limits"
-        " | from 3 m: clipped after | within limits |",
+        "| rate [rad/s] | speed [m/s] | 1 m, clipped | 1 m, within | 3 m, clipped | 3 m, within |",
         "|---|---|---|---|---|---|",
     ]
     for near, far in zip(STRAIGHTS[::2], STRAIGHTS[1::2], strict=True):
