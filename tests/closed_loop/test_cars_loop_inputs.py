@@ -149,4 +149,4 @@ def test_time_held_for_ever_is_bounded() -> None:
 
 def test_page_table_of_inputs_is_what_is_driven() -> None:
     rows = [line(*row) for row in input_rows()]
-    assert table("edges.md", "missing inputs") == rows
+    assert table("loop.md", "missing inputs") == rows

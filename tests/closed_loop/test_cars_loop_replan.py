@@ -255,4 +255,4 @@ def test_local_path_keeps_the_branch_of_a_crossing() -> None:
 
 def test_page_table_of_replanning_is_what_is_driven() -> None:
     rows = [line(*row) for row in replanning_rows()]
-    assert table("edges.md", "replanning") == rows
+    assert table("loop.md", "replanning") == rows

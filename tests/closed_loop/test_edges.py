@@ -1,4 +1,4 @@
-"""Every law on every edge: what `popsteer edges` and its table in docs/edges.md promise."""
+"""Pathological paths: what `popsteer edges` and its table in docs/edges.md promise."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
         return None;
     }
     let unknown = |bytes: &mut Bytes| bytes.byte() & 1 == 1;
-    let most = [1.0, 1e100][bytes.below(2)];
+    let most: f64 = [1.0, 1e100][bytes.below(2)];
     Some(MonitorState {
         wheel: symmetric(bytes, 1.0, 1.57),
         yaw: unknown(bytes).then(|| symmetric(bytes, 4.0, MAX_YAW)),
