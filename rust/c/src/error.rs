@@ -107,9 +107,7 @@ impl fmt::Display for Failure {
             Self::NoVehicle(vehicle, count) => {
                 write!(f, "there is no vehicle {vehicle} in a batch of {count}")
             }
-            Self::NoStep => {
-                f.write_str("no step was taken yet that a prediction could go on from")
-            }
+            Self::NoStep => f.write_str("no step was taken yet that a prediction could go on from"),
             Self::Memory => f.write_str("out of memory"),
             Self::Internal => f.write_str("a fault of popsteer itself: please report it"),
         }
@@ -140,7 +138,7 @@ pub(crate) struct Text<'a> {
     length: usize,
 }
 
-impl<'a> Text<'a> {
+impl Text<'_> {
     /// Room for `size` bytes at `buffer`, the last of them for the final NUL; none where that is
     /// NULL.
     ///

@@ -1,5 +1,6 @@
 //! The tuning of the controllers, and how they adapt and watch: plain structs with defaults.
 
+use popsteer_core::LateralLaw;
 use popsteer_core::error::{ConfigError, Requirement};
 use popsteer_core::lateral::{
     BangBangParams, MonitorParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams,
@@ -7,7 +8,6 @@ use popsteer_core::lateral::{
 };
 use popsteer_core::math::from_count;
 use popsteer_core::vehicle::AdaptParams;
-use popsteer_core::LateralLaw;
 
 use crate::error::Failure;
 use crate::fields::same_fields;
@@ -16,7 +16,7 @@ use crate::fields::same_fields;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CPopParams {
-    /// Velocity constant [s]: lookahead = min_lookahead + lookahead_gain * speed. Default 0.2.
+    /// Velocity constant [s]: `lookahead = min_lookahead + lookahead_gain * speed`. Default 0.2.
     pub lookahead_gain: f64,
     /// Lookahead at rest [m]; NAN: two wheelbases.
     pub min_lookahead: f64,
@@ -136,7 +136,7 @@ same_fields!(CPidParams, PidParams, {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CPurePursuitParams {
-    /// Velocity constant [s]: lookahead = max(min_lookahead, lookahead_gain * speed). Default 0.9.
+    /// Velocity constant [s]: `lookahead = max(min_lookahead, lookahead_gain * speed)`. Default 0.9.
     pub lookahead_gain: f64,
     /// Least lookahead [m]; NAN: 10/3 wheelbases.
     pub min_lookahead: f64,
