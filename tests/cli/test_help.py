@@ -20,7 +20,10 @@ _COMMANDS = (
     "matrix",
     "edges",
     "delay",
+    "plan",
     "stability",
+    "identify",
+    "replay",
     "bench",
     "tracks",
 )

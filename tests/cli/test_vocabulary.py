@@ -15,6 +15,7 @@ START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed
 TOLD = {"--vehicle", "--set-vehicle"}
 ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
 MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
+LOG = {"--column", "--topic", "--unit"}
 WANTED = {
     "compare": RUNS | START | TOLD | ONE | {"--step-time"},
     "simulate": RUNS - {"--controllers"}
@@ -30,11 +31,19 @@ WANTED = {
     "delay": RUNS | START | ONE | {"--dead-time"},
     # Nothing is driven.
     "stability": RUNS | TOLD | {"--plant", "--set-plant", "--speeds"},
+    "plan": TOLD
+    | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
+    | {"--driving", "--braking"},
+    "identify": TOLD | LOG | {"--out", "--figures", "--csv", "--json"},
+    "replay": TOLD
+    | LOG
+    | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
+    | {"--waypoints", "--closed", "--track", "--out", "--csv"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }
 # Where the metavar of an option has to differ, as what can be named does.
-SEVERAL: dict[str, set[str]] = {}
+SEVERAL = {"--out": {"DIR", "FILE"}}
 
 
 def _commands() -> dict[str, dict[str, Any]]:
