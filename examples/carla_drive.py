@@ -58,7 +58,7 @@ def drive(world: Any, arguments: argparse.Namespace) -> None:
         length = arguments.seconds * arguments.speed / 3.6
         planner.set_global_plan(plan_along_lane(lane_map, actor, length))
         print(f"driving {arguments.car}, {planner.vehicle.wheelbase:.2f} m between the axles")
-        errors = []
+        errors: list[float] = []
         while not planner.done() and PERIOD * len(errors) < arguments.seconds:
             actor.apply_control(planner.run_step())
             world.tick()

@@ -116,7 +116,5 @@ class Actor:
         knots, factors = zip(*CURVE, strict=True)
         factor = float(np.interp(3.6 * abs(speed), knots, factors))
         to_the_right = float(np.clip(self.control.steer, -1.0, 1.0)) * factor * LOCK_DEG
-        self.simulation.step(
-            math.radians(-to_the_right), self.control.throttle, self.control.brake
-        )
+        self.simulation.step(math.radians(-to_the_right), self.control.throttle, self.control.brake)
         self.world.time += self.simulation.settings.dt

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import carla
 from scenariogeneration import xodr
@@ -32,7 +32,7 @@ def opendrive(sign: float = 1.0) -> str:
     drive = xodr.OpenDrive("bends", geo_reference="+proj=tmerc +lat_0=0 +lon_0=0")
     drive.add_road(road)
     drive.adjust_roads_and_lanes()
-    return ElementTree.tostring(drive.get_element(), encoding="unicode")
+    return ET.tostring(drive.get_element(), encoding="unicode")
 
 
 def road(sign: float = 1.0) -> carla.Map:

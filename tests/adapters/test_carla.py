@@ -1,7 +1,7 @@
 """CARLA's client reads a road, and a controller of popsteer drives its waypoints.
 
-The library is the real one. The one stand-in is the actor with its world (tests/adapters/carla_actor.py):
-a plant of popsteer moves it, by what `carla.VehicleControl` says and nothing else.
+The library is the real one. The one stand-in is the actor with its world, in `carla_actor.py`: a
+plant of popsteer moves it, by what `carla.VehicleControl` says and nothing else.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ import popsteer
 from popsteer import sim
 from popsteer.adapters.carla import LocalPlanner, RoadOption, path_of
 
-carla = pytest.importorskip("carla", reason='the extra "carla" is not installed')
+pytest.importorskip("carla", reason='the extra "carla" is not installed')
 pytest.importorskip("scenariogeneration", reason="scenariogeneration is not installed")
 
-from tests.adapters.carla_actor import CAR, Actor  # noqa: E402 - they need both packages
-from tests.adapters.carla_road import road, route  # noqa: E402
+import carla
+
+from tests.adapters.carla_actor import CAR, Actor
+from tests.adapters.carla_road import road, route
 
 SPEED = 8.0
 ROADS = {"road": road(), "mirrored": road(-1.0)}

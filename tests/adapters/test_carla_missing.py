@@ -9,7 +9,8 @@ import pytest
 
 from tests.helpers import ROOT
 
-WITHOUT = "import sys; sys.modules['carla'] = None; from popsteer.adapters import carla as adapter\n"
+HIDDEN = "import sys; sys.modules['carla'] = None\n"
+WITHOUT = f"{HIDDEN}from popsteer.adapters import carla as adapter\n"
 MESSAGE = 'CARLA\'s client needs the extra "carla": pip install "popsteer[carla]"'
 
 
@@ -46,9 +47,9 @@ def test_popsteer_imports_neither_adapter_nor_client() -> None:
 
 
 def test_example_without_the_extra_ends_with_one_line_and_status_2() -> None:
-    code = "import runpy; runpy.run_path('examples/carla_drive.py', run_name='__main__')"
+    code = "import runpy; runpy.run_path(sys.argv.pop(), run_name='__main__')"
     ended = subprocess.run(
-        [sys.executable, "-c", "import sys; sys.modules['carla'] = None; sys.argv[1:] = []; " + code],
+        [sys.executable, "-c", HIDDEN + code, "examples/carla_drive.py"],
         check=False,
         capture_output=True,
         text=True,

@@ -25,8 +25,8 @@ Examples
 --------
 >>> import carla
 >>> from popsteer.adapters.carla import Steering, pose_of, vehicle_control
->>> pose_of(carla.Transform(carla.Location(x=3.0, y=4.0)))
-(3.0, -4.0, 0.0)
+>>> pose_of(carla.Transform(carla.Location(x=3.0, y=4.0), carla.Rotation(yaw=-90.0)))
+(3.0, -4.0, 1.5707963267948966)
 >>> control = vehicle_control(-0.25, 0.5, 0.0, steering=Steering(lock=1.0))
 >>> control.steer, control.throttle
 (0.25, 0.5)

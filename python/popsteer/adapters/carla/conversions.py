@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from popsteer import Path
@@ -120,9 +121,7 @@ def transform_of(x: float, y: float, yaw: float, z: float = 0.0) -> carla.Transf
     (1.0, -2.0)
     """
     carla = client_library()
-    return carla.Transform(
-        carla.Location(x=x, y=-y, z=z), carla.Rotation(yaw=-math.degrees(yaw))
-    )
+    return carla.Transform(carla.Location(x=x, y=-y, z=z), carla.Rotation(yaw=-math.degrees(yaw)))
 
 
 def speed_of(velocity: carla.Vector3D, transform: carla.Transform) -> float:
@@ -280,7 +279,7 @@ class Steering:
         kmh = 3.6 * abs(speed)
         if kmh <= self.curve[0][0]:
             return self.lock * self.curve[0][1]
-        for (begin, low), (end, high) in zip(self.curve, self.curve[1:], strict=False):
+        for (begin, low), (end, high) in pairwise(self.curve):
             if kmh <= end:
                 return self.lock * (low + (high - low) * (kmh - begin) / (end - begin))
         return self.lock * self.curve[-1][1]
@@ -353,7 +352,7 @@ def curve_of(points: Iterable[carla.Vector2D]) -> tuple[tuple[float, float], ...
     ()
     """
     curve = tuple((float(point.x), float(point.y)) for point in points)
-    rises = all(a[0] < b[0] for a, b in zip(curve, curve[1:], strict=False))
+    rises = all(a[0] < b[0] for a, b in pairwise(curve))
     sound = all(math.isfinite(speed) and 0.0 < factor <= 1.0 for speed, factor in curve)
     return curve if rises and sound else ()
 

@@ -248,7 +248,9 @@ class LocalPlanner:
         carla.VehicleControl
             For ``actor.apply_control``. In the frame of the last step it is that step's.
         """
-        speed, steer = self._advance(debug)
+        speed, steer = self._advance()
+        if debug:
+            self._draw()
         throttle, brake = self._control
         return vehicle_control(
             steer,
@@ -271,7 +273,9 @@ class LocalPlanner:
         carla.VehicleAckermannControl
             For ``actor.apply_ackermann_control``; its speed is 0 at the end of the plan.
         """
-        _, steer = self._advance(debug)
+        _, steer = self._advance()
+        if debug:
+            self._draw()
         return ackermann_control(steer, 0.0 if self._stops() else self._wanted())
 
     def done(self) -> bool:
@@ -338,7 +342,7 @@ class LocalPlanner:
         # A simulator that was started anew counts from 0.
         return self._dt if before is None or now < before else now - before
 
-    def _advance(self, debug: bool) -> tuple[float, float]:
+    def _advance(self) -> tuple[float, float]:
         """Take a step of everything; the speed [m/s] and the angle of the wheels [rad]."""
         if self._follows_limits:
             self._target_speed = self._actor.get_speed_limit()
@@ -353,8 +357,6 @@ class LocalPlanner:
             return speed, 0.0
         if dt > 0.0 or self._command is None:
             self._step(self._controller, pose_of(transform), speed, dt)
-        if debug:
-            self._draw()
         return speed, self._command.steer if self._command is not None else 0.0
 
     def _step(

@@ -84,7 +84,7 @@ class Route:
             self.ahead.append((chosen, option))
 
     def pass_until(self, place: float, near: float, last: float) -> None:
-        """Let go what lies less than `near` ahead of a place on the path, the last one at `last`."""
+        """Let go what lies less than `near` ahead of a place on the path, or `last` for the end."""
         while self.ahead and self._at:
             reach = near if len(self.ahead) > 1 else last
             if self._at[0] - place >= reach:
@@ -105,9 +105,7 @@ class Route:
 
 def option_between(before: carla.Waypoint, after: carla.Waypoint) -> RoadOption:
     """Say which way a branch leads."""
-    turn = math.remainder(
-        pose_of(after.transform)[2] - pose_of(before.transform)[2], math.tau
-    )
+    turn = math.remainder(pose_of(after.transform)[2] - pose_of(before.transform)[2], math.tau)
     if abs(turn) < _STRAIGHT:
         return RoadOption.STRAIGHT
     return RoadOption.LEFT if turn > 0.0 else RoadOption.RIGHT

@@ -41,8 +41,8 @@ def vehicle_of(actor: carla.Vehicle, **fields: Any) -> Vehicle:  # noqa: ANN401 
 
     Notes
     -----
-    CARLA 0.9 gives the places of the wheels in the world and in [cm]. `max_steer` is the mean of the
-    front wheels' ``max_steer_angle``.
+    CARLA 0.9 gives the places of the wheels in the world and in [cm]. `max_steer` is the mean of
+    the front wheels' ``max_steer_angle``.
     """
     physics = actor.get_physics_control()
     read: dict[str, Any] = {}
