@@ -83,7 +83,7 @@ class Drive:
         self._states = np.empty((0, 4))
 
     def begin(self, drive: int) -> int:
-        """Go to a row, the law's place with it; give the number of batches in it."""
+        """Go to a row, the controller's place with it; give the number of batches in it."""
         first = (ROW + TURN) * self._rows[drive % len(self._rows)]
         along = np.arange(100.0, 900.0, SPEED * DT)
         whole = along.astype(int)

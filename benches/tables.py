@@ -42,7 +42,7 @@ def machine(latency: dict[str, Any], rustc: str) -> str:
 
 def latency_table(latency: dict[str, Any]) -> str:
     """Lay out the steps as called from Python; a yardstick that was not at hand says why."""
-    heading = "law", "p50", "p99", "p99.9", "max", "net p50", "/ empty", "net / empty", "/ POP"
+    heading = "call", "p50", "p99", "p99.9", "max", "net p50", "/ empty", "net / empty", "/ POP"
     step, empty = (latency["results"][name] for name in (POP_STEP, EMPTY_CALL))
     rows = []
     for name, row in latency["results"].items():

@@ -655,7 +655,7 @@ class PopState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -664,7 +664,7 @@ class PopState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -694,7 +694,7 @@ class PopState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -712,7 +712,7 @@ class PopState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -762,7 +762,7 @@ class PreviewPopState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -771,7 +771,7 @@ class PreviewPopState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -803,7 +803,7 @@ class PreviewPopState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -821,7 +821,7 @@ class PreviewPopState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -874,7 +874,7 @@ class PidState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -883,7 +883,7 @@ class PidState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -921,7 +921,7 @@ class PidState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -939,7 +939,7 @@ class PidState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -988,7 +988,7 @@ class PurePursuitState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -997,7 +997,7 @@ class PurePursuitState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -1027,7 +1027,7 @@ class PurePursuitState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1045,7 +1045,7 @@ class PurePursuitState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -1093,7 +1093,7 @@ class StanleyState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -1102,7 +1102,7 @@ class StanleyState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -1130,7 +1130,7 @@ class StanleyState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1148,7 +1148,7 @@ class StanleyState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -1196,7 +1196,7 @@ class BangBangState:
         place: tuple[float, float, float, float] | None = None,
         steer: float = 0.0,
         handover_offset: float | None = None,
-        handover_left: float = 0.0,
+        handover_remaining: float = 0.0,
         held: int = 0,
         held_time: float = 0.0,
         period: float = 0.0,
@@ -1205,7 +1205,7 @@ class BangBangState:
         past_angles: tuple[_Point, ...] = (),
         past_wheel: float | None = None,
         past_since: float = 0.0,
-        seen: _Numbers | None = None,
+        last_measured: _Numbers | None = None,
         turn_turn: float = 0.0,
         turn_offset: float = 0.0,
         offset_offset: float = 0.0,
@@ -1233,7 +1233,7 @@ class BangBangState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1251,7 +1251,7 @@ class BangBangState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property

@@ -153,7 +153,7 @@ def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axle
     monkeypatch.setattr("popsteer.lab.compare.figures.render", lambda *arguments: {})
     waypoints = str(authors_data() / "waypoints.csv")
     yaw = -1.574
-    # Where CARLA's front axle stood: 1.06 m ahead of the point whose pose is given.
+    # Where CARLA's front axle stood: 1.06 m ahead of the point whose pose is predicted.
     front = (-183.8, 78.7)
     point = (front[0] - 1.06 * math.cos(yaw), front[1] - 1.06 * math.sin(yaw))
     rear = (front[0] - 3.0 * math.cos(yaw), front[1] - 3.0 * math.sin(yaw))
@@ -171,8 +171,8 @@ def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axle
         assert (first["x"], first["y"], first["yaw"]) == pytest.approx((*point, yaw), abs=1e-3)
         reference = (first["reference_x"], first["reference_y"])
         assert reference == pytest.approx(front, abs=1e-3)
-        told = json.loads((out / "metrics.json").read_text(encoding="utf-8"))["start"]
-        assert (told["x"], told["y"], told["yaw"]) == (first["x"], first["y"], first["yaw"])
+        begun = json.loads((out / "metrics.json").read_text(encoding="utf-8"))["start"]
+        assert (begun["x"], begun["y"], begun["yaw"]) == (first["x"], first["y"], first["yaw"])
 
 
 def _records(file: Path) -> list[dict[str, float]]:
@@ -188,12 +188,12 @@ def test_compare_with_a_car_of_ones_own_says_what_the_controllers_believed(
     popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, dead_time=0.15).save(car)
     arguments = ("compare", "--track", "slalom", "--controllers", "preview-pop,stanley")
     plant = ("--plant", str(car))
-    told = command.call(capsys, *arguments, *plant)
-    assert (told.status, told.err) == (0, "")
-    assert "plant car.toml, preset reproduction" in told.out
+    predicted = command.call(capsys, *arguments, *plant)
+    assert (predicted.status, predicted.err) == (0, "")
+    assert "plant car.toml, preset reproduction" in predicted.out
     late = command.call(capsys, *arguments, *plant, "--set-vehicle", "dead_time=0")
     assert "plant car.toml, believed dead_time 0, preset reproduction" in late.out
-    assert late.out != told.out
+    assert late.out != predicted.out
     elsewhere = command.call(capsys, *arguments, *plant, "--vehicle", "paper")
     assert (elsewhere.status, elsewhere.out) == (2, "")
     assert "rear_axle must be that of the plant, -1.35, got 0.0" in elsewhere.err

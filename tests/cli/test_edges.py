@@ -84,8 +84,8 @@ def test_edges_of_a_car_of_ones_own_are_driven_by_it(
         "--out",
         str(tmp_path),
     )
-    told = ("--plant", str(car), "--set-vehicle", "steer_lag=0.1")
-    outcome = command.call(capsys, "edges", *options, *told)
+    given = ("--plant", str(car), "--set-vehicle", "steer_lag=0.1")
+    outcome = command.call(capsys, "edges", *options, *given)
     assert (outcome.status, outcome.err) == (0, "")
     assert "plant kinematic-bicycle, believed steer_lag 0.1, speeds" in outcome.out
     assert "largest angle 29°" in outcome.out

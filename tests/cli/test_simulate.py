@@ -115,8 +115,8 @@ def test_simulate_tells_the_controller_what_it_is_to_believe(
     car = tmp_path / "car.toml"
     Vehicle(wheelbase=2.8, rear_axle=-1.4).save(car)
     plant = ("--plant", str(car), "--set-plant", "steer_lag=0.2")
-    told = ("--vehicle", str(car), "--set-vehicle", "max_lateral_acceleration=none")
-    metrics = _driven(capsys, tmp_path / "out", "--controller", "preview-pop", *plant, *told)
+    given = ("--vehicle", str(car), "--set-vehicle", "max_lateral_acceleration=none")
+    metrics = _driven(capsys, tmp_path / "out", "--controller", "preview-pop", *plant, *given)
     vehicle = Vehicle(wheelbase=2.8, rear_axle=-1.4)
     assert metrics["plant"] == "car.toml"
     assert metrics["plant_vehicle"] == vehicle.replace(steer_lag=0.2).as_dict()

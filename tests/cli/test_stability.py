@@ -82,8 +82,8 @@ def test_stability_of_a_plant_that_nobody_told_says_what_was_believed(
     (row,) = json.loads(file.read_text(encoding="utf-8"))["laws"]["stanley"]
     prompt = margins(popsteer.StanleyParams(), Vehicle(), 10.0).dead_time
     assert row["dead_time"] == pytest.approx(prompt - 0.1, abs=1e-4)
-    told = command.call(capsys, "stability", *arguments, "--set-vehicle", "dead_time=0.1")
-    assert "believed" not in told.out
+    known = command.call(capsys, "stability", *arguments, "--set-vehicle", "dead_time=0.1")
+    assert "believed" not in known.out
     (predicted,) = json.loads(file.read_text(encoding="utf-8"))["laws"]["stanley"]
     assert predicted["dead_time"] > 1.3 * row["dead_time"]
     other = ("--vehicle", "paper", "--plant", "carla-identified", "--speeds", "10")
@@ -133,13 +133,13 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(drawing, "_SPEEDS", np.linspace(1.0, 30.0, 4))
-    told: list[float] = []
+    reported: list[float] = []
     drawn = drawing.stability_figures(
-        stability.run(["stanley"]), lambda what, share: told.append(share)
+        stability.run(["stanley"]), lambda what, share: reported.append(share)
     )
     assert set(drawn) == {"stability-margins.png", "stability-margins-dark.png"}
-    assert told == sorted(told)
-    assert told[-1] == pytest.approx(1.0)
+    assert reported == sorted(reported)
+    assert reported[-1] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(

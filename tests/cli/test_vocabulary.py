@@ -12,30 +12,30 @@ from popsteer.cli.app import app
 # What each command can take; the rest of its options are its own.
 RUNS = {"--controllers", "--preset", "--set", "--no-adapt", "--dt", "--out"}
 START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed"}
-TOLD = {"--vehicle", "--set-vehicle"}
+GIVEN = {"--vehicle", "--set-vehicle"}
 ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
 MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
 LOG = {"--column", "--topic", "--unit"}
 WANTED = {
-    "compare": RUNS | START | TOLD | ONE | {"--step-time"},
+    "compare": RUNS | START | GIVEN | ONE | {"--step-time"},
     "simulate": RUNS - {"--controllers"}
     | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
     | START
-    | TOLD
+    | GIVEN
     | ONE,
     # Many tracks have no start in common, many plants no parameters.
-    "matrix": RUNS | START - {"--start", "--start-at"} | TOLD | MANY,
+    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY,
     # Its paths, starts and speeds are the experiment, its tuning too.
-    "edges": RUNS - {"--preset"} | TOLD | {"--tracks", "--plant", "--set-plant"},
+    "edges": RUNS - {"--preset"} | GIVEN | {"--tracks", "--plant", "--set-plant"},
     # What the controllers are told is the experiment.
     "delay": RUNS | START | ONE | {"--dead-time"},
     # Nothing is driven.
-    "stability": RUNS | TOLD | {"--plant", "--set-plant", "--speeds"},
-    "plan": TOLD
+    "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
+    "plan": GIVEN
     | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
-    "identify": TOLD | LOG | {"--out", "--figures", "--csv", "--json"},
-    "replay": TOLD
+    "identify": GIVEN | LOG | {"--out", "--figures", "--csv", "--json"},
+    "replay": GIVEN
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
     | {"--waypoints", "--closed", "--track", "--out", "--csv"},

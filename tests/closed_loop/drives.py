@@ -127,7 +127,7 @@ def table(seed: int = 0) -> str:
     lines = [
         (
             "| car | offset [deg] | dead time [s] | dead time and lag [s] | rear axle [m] |"
-            " preview POP, told / identified [mm] |"
+            " preview POP, given / identified [mm] |"
         ),
         "|---|---|---|---|---|---|",
     ]

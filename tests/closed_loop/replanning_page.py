@@ -1,4 +1,4 @@
-"""The tables of docs/edges.md on replanning and on missing inputs."""
+"""The tables of docs/loop.md on replanning and on missing inputs."""
 
 from __future__ import annotations
 

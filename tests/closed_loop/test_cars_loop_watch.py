@@ -91,14 +91,14 @@ def first(condition: Status, moments: Iterator[Moment]) -> Moment | None:
     return next((each for each in moments if condition in each.command.status), None)
 
 
-@pytest.mark.parametrize("told", [CAR, PROMPT], ids=["dead-time", "prompt"])
+@pytest.mark.parametrize("given", [CAR, PROMPT], ids=["dead-time", "prompt"])
 @pytest.mark.parametrize("fault", FAULTS)
 @each_law
 def test_vehicle_that_does_not_obey_is_implausible_within_half_a_metre(
-    name: str, fault: str, told: popsteer.Vehicle
+    name: str, fault: str, given: popsteer.Vehicle
 ) -> None:
-    controller = controllers.get(name).controller(BENDS, told)
-    found = first(Status.IMPLAUSIBLE, loop(controller, told, FAULTS[fault]))
+    controller = controllers.get(name).controller(BENDS, given)
+    found = first(Status.IMPLAUSIBLE, loop(controller, given, FAULTS[fault]))
     assert found is not None
     assert found.error <= 0.5
     assert found.command.status.level == "fault"
@@ -127,17 +127,17 @@ def test_dead_time_that_nobody_told_is_reported_before_two_metres(name: str) -> 
     # What never comes off the path needs no report.
 
 
-@pytest.mark.parametrize("told", [CAR, PROMPT], ids=["dead-time", "prompt"])
+@pytest.mark.parametrize("given", [CAR, PROMPT], ids=["dead-time", "prompt"])
 @pytest.mark.parametrize("wrong", [0.5, 1.5, 2.0])
 @pytest.mark.parametrize("name", STEADY)
 def test_wheelbase_that_is_wrong_by_a_half_is_no_alarm(
-    name: str, wrong: float, told: popsteer.Vehicle
+    name: str, wrong: float, given: popsteer.Vehicle
 ) -> None:
-    believed = told.replace(turning_wheelbase=wrong * told.wheelbase)
+    believed = given.replace(turning_wheelbase=wrong * given.wheelbase)
     controller = controllers.get(name).controller(BENDS, believed)
-    for moment in loop(controller, told, duration=13.0):
+    for moment in loop(controller, given, duration=13.0):
         assert Status.IMPLAUSIBLE not in moment.command.status
-    if told.dead_time or name == "preview-pop":
+    if given.dead_time or name == "preview-pop":
         # 10 s of bends, after 20 m straight on. The others estimate only what is in flight.
         assert controller.estimate.gain == pytest.approx(wrong, rel=0.05)
 

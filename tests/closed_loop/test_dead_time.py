@@ -11,7 +11,7 @@ from popsteer.lab.delay import DeadTimeRow
 from popsteer.lab.delay.runs import DEAD_TIME_CONTROLLERS
 from popsteer.sim import Noise, Settings
 from tests.closed_loop.paths import track
-from tests.closed_loop.rolling import Told
+from tests.closed_loop.rolling import Given
 from tests.pages.edges import RUNS, dead_time_lines, dead_time_rows
 from tests.pages.layout import table
 
@@ -76,9 +76,9 @@ def test_adapting_in_noise_costs_little(name: str) -> None:
     car = vehicles.get("carla-identified").replace(dead_time=0.2)
     errors = []
     for adapt in (AdaptParams(turn_time=0.0), AdaptParams()):
-        told = Told(name, presets.get(name, "default"), car, adapt)
+        given = Given(name, presets.get(name, "default"), car, adapt)
         done = sim.run(
-            told.on(path),
+            given.on(path),
             sim.CarlaIdentified(car),
             noise=Noise(position=0.1, yaw=0.005, speed=0.05),
             seed=7,

@@ -1,4 +1,4 @@
-"""Every law on every edge: what `popsteer edges` and its table in docs/edges.md promise."""
+"""Pathological paths: what `popsteer edges` and its table in docs/edges.md promise."""
 
 from __future__ import annotations
 
@@ -123,15 +123,15 @@ def test_edges_conditions_that_hold_side_by_side_are_counted_each(runs: Runs) ->
 def test_edges_of_another_car_are_those_of_its_plant() -> None:
     track = TRACKS["parallel-parking"]
     car = vehicles.get("kinematic-bicycle").replace(max_steer=0.6, steer_lag=0.15)
-    (told,) = edges.run(["preview-pop"], [track], plant=sim.KinematicBicycle(car))
+    (given,) = edges.run(["preview-pop"], [track], plant=sim.KinematicBicycle(car))
     (misled,) = edges.run(
         ["preview-pop"],
         [track],
         plant=sim.KinematicBicycle(car),
         vehicle=car.replace(steer_lag=0.0),
     )
-    assert told.finished
-    assert told.max_error != misled.max_error
+    assert given.finished
+    assert given.max_error != misled.max_error
     with pytest.raises(PathError, match="carla-identified does not reverse"):
         edges.run(["preview-pop"], [track], plant="carla-identified")
 

@@ -52,8 +52,8 @@ def test_mpc_that_knows_lag_and_understeer_tracks_better() -> None:
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
     car = sim.vehicle_of("carla-identified")
     errors = [
-        sim.run(_mpc(path, told)).metrics.settled_mean_abs_cross_track_error
-        for told in (car, car.replace(steer_lag=0.0), car.replace(understeer=0.0))
+        sim.run(_mpc(path, given)).metrics.settled_mean_abs_cross_track_error
+        for given in (car, car.replace(steer_lag=0.0), car.replace(understeer=0.0))
     ]
     assert errors[0] < 0.8 * min(errors[1:])
 

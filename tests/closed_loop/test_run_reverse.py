@@ -32,12 +32,12 @@ class TowardsTheLine:
     """Steers to y = 0 and yaw = 0, forwards, and backwards if it is told so."""
 
     def __init__(self) -> None:
-        self.told: list[bool] = []
+        self.directions: list[bool] = []
 
     def step(
         self, x: float, y: float, yaw: float, speed: float, dt: float, *, reverse: bool
     ) -> float:
-        self.told.append(reverse)
+        self.directions.append(reverse)
         wanted = 0.1 * y - yaw if reverse else -0.1 * y - yaw
         return max(-0.5, min(-wanted if reverse else wanted, 0.5))
 
@@ -51,7 +51,7 @@ def test_own_law_that_is_told_the_direction_passes_the_cusps(constant: float | N
         law, "kinematic-bicycle", path=path, constant_speed=constant, longitudinal=longitudinal
     )
     assert result.ending == "finished"
-    turns = [a for a, b in zip(law.told, law.told[1:], strict=False) if a is not b]
+    turns = [a for a, b in zip(law.directions, law.directions[1:], strict=False) if a is not b]
     assert turns == [False, True]
     assert result.metrics.rear_axle_settled_mean_abs_cross_track_error < 0.3
     backwards = result.records["speed"] < -1.0

@@ -20,7 +20,10 @@ Graph = dict[str, set[str]]
 Sources = dict[str, str]
 
 _COMMENT = re.compile(r"//[^\n]*")
-_TESTS = re.compile(r"#\[cfg\(test\)\]\s*mod\s+\w+\s*(?:;|\{.*?^\})", re.DOTALL | re.MULTILINE)
+_TESTS = re.compile(
+    r"#\[cfg\(test\)\]\s*(?:pub(?:\([^)]*\))?\s+)?mod\s+\w+\s*(?:;|\{.*?^\})",
+    re.DOTALL | re.MULTILINE,
+)
 _USE = re.compile(r"(?:^|\n)\s*(pub(?:\([^)]*\))?\s+)?use\s+([^;]+);")
 _PATH = re.compile(r"\b(crate|super|self|[a-z]+(?:_[a-z]+)+)((?:::\w+)+)")
 

@@ -19,9 +19,10 @@ LAYERS = (
     ("_core", "errors"),
     ("status", "ranges", "files", "csv_file", "parameters", "prediction", "signatures"),
     ("paper", "controllers", "vehicles", "vehicle_file", "reference"),
-    ("popsteer",),  # what `import popsteer` brings
     ("planning", "logs"),
-    ("presets", "plants", "tracks", "identification"),
+    ("identification",),
+    ("popsteer",),  # what `import popsteer` brings
+    ("presets", "plants", "tracks"),
     ("sim",),
     ("lab.baselines",),
     ("lab.common",),

@@ -19,7 +19,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 def rows(after: str) -> dict[str, list[str]]:
     """The first table after a text: the cells of each row by the first one."""
-    table = README.partition(after)[2].partition("| law |")[2].partition("\n\n")[0]
+    table = README.partition(after)[2].partition("| controller |")[2].partition("\n\n")[0]
     lines = re.findall(r"^\| (.+) \|$", table, flags=re.MULTILINE)
     cells = [[cell.strip() for cell in line.split("|")] for line in lines]
     return {first: rest for first, *rest in cells if first in TITLES}

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "edges": ("edges.md", lambda: edge_lines(edges.run())),
-    "cars loop": ("edges.md", loop_lines),
-    "replanning": ("edges.md", lambda: [line(*row) for row in replanning_rows()]),
-    "missing inputs": ("edges.md", lambda: [line(*row) for row in input_rows()]),
+    "cars loop": ("loop.md", loop_lines),
+    "replanning": ("loop.md", lambda: [line(*row) for row in replanning_rows()]),
+    "missing inputs": ("loop.md", lambda: [line(*row) for row in input_rows()]),
     "pose age": ("edges.md", age_lines),
     "end": ("edges.md", lambda: end_lines("racetrack")),
     "dead time, racetrack": ("edges.md", lambda: dead_time_lines(dead_time_rows("racetrack"))),

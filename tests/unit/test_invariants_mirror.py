@@ -121,11 +121,11 @@ def test_law_in_a_mirrored_world_steers_mirrored(
     if law.searches:
         params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))
     kind, tuning = getattr(popsteer, law.name), getattr(popsteer, law.params_name)(**params)
-    told = {name: value and value.rust for name, value in adapting(adapt).items()}
+    given = {name: value and value.rust for name, value in adapting(adapt).items()}
     car = popsteer.Vehicle(**vehicle)
-    ours = kind(_path(path), car, tuning, **told)
+    ours = kind(_path(path), car, tuning, **given)
     car = car.replace(steer_offset=-car.steer_offset)
-    theirs = kind(_path(_mirrored(path)), car, tuning, **told)
+    theirs = kind(_path(_mirrored(path)), car, tuning, **given)
     for spot in spots:
         x, y, yaw, speed, dt = step = spot.at(path)
         before, theirs_before = ours.state, theirs.state
@@ -135,7 +135,7 @@ def test_law_in_a_mirrored_world_steers_mirrored(
             continue
         # What the law was shown tells whether there is a side to be told.
         at, decision = decided(law, ours, before, step, adapt)
-        assume(not _is_on_line(path, at.foot.segment, at.position))
+        assume(not _is_on_line(path, at.closest.segment, at.position))
         assume(law is not PURE_PURSUIT or not _no_side(at, here.target))
         if law is POP and there.steer != -here.steer:
             # Two candidates are as good, to the last bit, and the first in the list is taken:

@@ -43,8 +43,8 @@ ANSWERS: list[tuple[str, _Other]] = [
 def test_linearised_controller_answers_small_errors_as_the_controller_does(
     name: str, other: _Other, speed: float
 ) -> None:
-    tuning, told, slip_time = other
-    params, vehicle = presets.get(name, "default").replace(**tuning), CAR.replace(**told)
+    tuning, given, slip_time = other
+    params, vehicle = presets.get(name, "default").replace(**tuning), CAR.replace(**given)
     if name == "pop":
         params = params.replace(candidate_count=100_001)
     weights = linearised(params, vehicle, speed, 0.05)
@@ -121,14 +121,14 @@ def test_gain_margin_is_the_factor_at_which_the_loop_turns_unstable(
     name: str, speed: float
 ) -> None:
     vehicle = Vehicle(dead_time=0.01)
-    params, told = presets.get(name, "default"), Vehicle()
-    law = linearised(params, told, speed, 0.05)
-    margin = margins(params, vehicle, speed, believed=told, adapt=None).gain
+    params, given = presets.get(name, "default"), Vehicle()
+    law = linearised(params, given, speed, 0.05)
+    margin = margins(params, vehicle, speed, believed=given, adapt=None).gain
     assert margin > 1.0
     for factor, stable in ((0.999, True), (1.001, False)):
         scale = factor * margin
         scaled = law._replace(cross_track=scale * law.cross_track, heading=scale * law.heading)
-        assert Loop(scaled, vehicle, speed, 0.05, believed=told).is_stable() is stable
+        assert Loop(scaled, vehicle, speed, 0.05, believed=given).is_stable() is stable
 
 
 @pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
@@ -230,7 +230,7 @@ def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
     vehicle, speed, dt = Vehicle(steer_lag=0.0), 8.0, 0.05
     turning = speed / vehicle.wheelbase
     rng = np.random.default_rng(3)
-    told = []
+    given = []
     for pull, turn, kept in rng.uniform((-0.1, -0.5, -1.2), (0.4, 3.0, 1.2), (200, 3)):
         law = LinearLaw(3.0, np.array([pull]), np.array([turn]), np.array([1.0, -kept]))
         answer = np.array([-pull, -(3.0 * pull + turn), kept])  # to e₀, ψ and the last angle
@@ -240,5 +240,5 @@ def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
         largest = np.abs(np.linalg.eigvals(matrix)).max()
         if abs(largest - 1.0) > 1e-3:
             assert Loop(law, vehicle, speed, dt).is_stable() is bool(largest < 1.0)
-            told.append((abs(kept) > 1.0, bool(largest < 1.0)))
-    assert set(told) == {(True, False), (False, True), (False, False)}
+            given.append((abs(kept) > 1.0, bool(largest < 1.0)))
+    assert set(given) == {(True, False), (False, True), (False, False)}

@@ -1,6 +1,6 @@
 """Every status of a command, by a case made for it, and what the library then does.
 
-The table "What a status says" of docs/edges.md is held to these cases.
+The table "What a status says" of docs/loop.md is held to these cases.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tests.helpers import ROOT
 if TYPE_CHECKING:
     from popsteer.controllers import Controller
 
-PAGE = (ROOT / "docs" / "edges.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "loop.md").read_text(encoding="utf-8")
 MAX_STEER = 0.3
 NAMES = controllers.names()
 AIMING = ("pop", "pure-pursuit")

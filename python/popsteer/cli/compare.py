@@ -70,7 +70,7 @@ def compare(
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
         itself = sim.vehicle_of(mover)
-        told = inputs.believed(vehicle, set_vehicle, itself)
+        given = inputs.believed(vehicle, set_vehicle, itself)
         begin = inputs.start(course.path, start, start_at, start_offset, itself)
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt)
         if out is not None:
@@ -79,7 +79,7 @@ def compare(
             course.path,
             tuning.params,
             mover,
-            vehicle=told,
+            vehicle=given,
             adapt=tuning.adapt,
             preset=tuning.preset,
             start=begin.pose,

@@ -76,7 +76,7 @@ def edges(
     with Progress() as progress:
         mover = EDGE_PLANT if plant is None else inputs.plant(plant)
         mover = inputs.changed_plant(mover, "the plant", set_plant)
-        told = inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
+        given = inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
         tuning = inputs.tuned(
             names,
             "default",
@@ -89,18 +89,18 @@ def edges(
             tuning.params,
             [known[name] for name in wanted],
             plant=mover,
-            vehicle=told,
+            vehicle=given,
             adapt=tuning.adapt,
             dt=dt,
             progress=progress.update,
         )
     content = {
         "edges.csv": lab.edges.table.edges_csv(rows).encode(),
-        "edges.json": lab.edges.table.edges_json(rows, mover, told).encode(),
+        "edges.json": lab.edges.table.edges_json(rows, mover, given).encode(),
     }
     said = outputs.write(content, out, "--out DIR writes edges.csv and edges.json.")
     outputs.show(
-        lab.edges.table.edges_caption(mover, told),
+        lab.edges.table.edges_caption(mover, given),
         [lab.edges.table.edges_table(rows)],
         lab.edges.table.edges_notes(rows),
     )

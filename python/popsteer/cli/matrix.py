@@ -68,7 +68,7 @@ def matrix(
         check_folder(out, lab.matrix.table.FILES)
     with Progress() as progress:
         movers = {name: inputs.plant(name) for name in inputs.names("--plants", plants)}
-        told = {
+        given = {
             name: inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
             for name, mover in movers.items()
         }
@@ -77,7 +77,7 @@ def matrix(
             {course.name: course.path for course in courses},
             tuning.params,
             movers,
-            vehicle=told,
+            vehicle=given,
             adapt=tuning.adapt,
             preset=tuning.preset,
             start_offset=start_offset,
@@ -89,7 +89,7 @@ def matrix(
         content = {} if out is None else lab.matrix.table.matrix_files(found)
     said = outputs.write(content, out, "--out DIR writes the table, all metrics and a figure.")
     notes = lab.matrix.table.matrix_notes(found)
-    for name, believed in told.items():
+    for name, believed in given.items():
         if otherwise := differences(believed, vehicle_of(movers[name])):
             notes.append(f"{name}{otherwise}")
     tables = lab.matrix.table.matrix_tables(found, outputs.console().width)

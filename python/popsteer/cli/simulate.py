@@ -133,7 +133,7 @@ def simulate(
     """Drive one controller along a track."""
     mover = inputs.plant(plant, set_plant)
     itself = vehicle_of(mover)
-    told = inputs.believed(vehicle, set_vehicle, itself)
+    given = inputs.believed(vehicle, set_vehicle, itself)
     tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt)
     if constant_speed is not None and (longitudinal or set_longitudinal):
         raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
@@ -148,7 +148,7 @@ def simulate(
             course.path,
             tuning.params,
             mover,
-            vehicle=told,
+            vehicle=given,
             adapt=tuning.adapt,
             preset=tuning.preset,
             start=begin.pose,

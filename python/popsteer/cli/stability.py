@@ -42,7 +42,7 @@ Examples:
   popsteer stability --vehicle car.toml --out out
   popsteer stability --controllers pop --set min_lookahead=3 --speeds 5,10,15
   popsteer stability --vehicle carla-identified --set-vehicle dead_time=0.1
-  popsteer stability --set-plant dead_time=0.1   the controllers are not told of it
+  popsteer stability --set-plant dead_time=0.1   the controllers are not given of it
 """
 
 
@@ -92,8 +92,8 @@ def stability(
 ) -> None:
     """Show how far the steering loops are from instability."""
     names = inputs.names("--controllers", controllers)
-    told = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
-    itself = told if plant is None else inputs.named_vehicle(plant)
+    given = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
+    itself = given if plant is None else inputs.named_vehicle(plant)
     itself = assigned(itself, set_plant or [], "the vehicle")
     tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, known=inputs.OWN_CONTROLLERS)
     at = _speeds(speeds)
@@ -104,7 +104,7 @@ def stability(
             tuning.params,
             itself,
             at,
-            believed=told,
+            believed=given,
             adapt=tuning.adapt,
             preset=tuning.preset,
             dt=dt,

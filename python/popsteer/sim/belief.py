@@ -56,9 +56,9 @@ def informed(controller: _C, plant: Vehicle) -> _C:
         # What makes an equal controller: adapting as it was told to, or as its kind does.
         (path, _, params), options = given.__getnewargs_ex__()
         return cast("_C", type(given)(path, plant, params, **options))
-    told = believed(controller)
-    if told is not None and told.rear_axle != plant.rear_axle:
-        raise ConfigError("rear_axle", told.rear_axle, f"that of the plant, {plant.rear_axle!r}")
+    given = believed(controller)
+    if given is not None and given.rear_axle != plant.rear_axle:
+        raise ConfigError("rear_axle", given.rear_axle, f"that of the plant, {plant.rear_axle!r}")
     return controller
 
 
@@ -81,5 +81,5 @@ def believed(controller: controllers.Controller | OwnController) -> Vehicle | No
     >>> believed(popsteer.Pop(popsteer.Path([(0.0, 0.0), (50.0, 0.0)]))).wheelbase
     3.0
     """
-    told = getattr(controller, "vehicle", None)
-    return told if isinstance(told, Vehicle) else None
+    given = getattr(controller, "vehicle", None)
+    return given if isinstance(given, Vehicle) else None

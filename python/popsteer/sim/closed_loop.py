@@ -131,10 +131,10 @@ def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | No
 
 
 def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
-    """Give what keeps a speed: the path with that reference speed, and a PI law for the pedals.
+    """Give the path with a constant reference speed, and a PI controller of the pedals.
 
-    The PI law has kp = 1 s/m, ki = 0.5 /m on the difference of the speeds, its integral bounded to
-    full pedals. Where the path is driven backwards, it still is.
+    The PI controller has kp = 1 s/m, ki = 0.5 /m on the difference of the speeds, its integral
+    bounded to full pedals. Where the path is driven backwards, it still is.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     Returns
     -------
     tuple
-        The same path with other reference speeds, and the law of the pedals.
+        The same path with other reference speeds, and the controller of the pedals.
 
     Raises
     ------
@@ -209,10 +209,10 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         Speed at the start [m/s]; by default `constant_speed` in the direction of the path, and 0
         where there is none.
     constant_speed : float, optional
-        Speed to be kept all the way [m/s]: a PI law works the pedals, and the path's reference
-        speeds do not count but for their direction.
+        Speed to be kept all the way [m/s]: a PI controller works the pedals, and the path's
+        reference speeds do not count but for their direction.
     longitudinal : CoupledLongitudinal or SpeedPid, optional
-        What works the pedals; the paper's coupled law by default.
+        What works the pedals; the paper's coupled controller by default.
     settings : Settings, optional
         Control period, limits and the like.
     noise : Noise, optional

@@ -61,7 +61,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     speed : float or array of shape (N,), default 0.0
         Speed at the start [m/s].
     longitudinal : CoupledLongitudinal or SpeedPid, optional
-        What works the pedals; the paper's coupled law by default.
+        What works the pedals; the paper's coupled controller by default.
     settings : Settings, optional
         Control period, limits and the like; no records are kept in any case.
     noise : Noise, optional

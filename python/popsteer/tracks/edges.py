@@ -1,7 +1,8 @@
 """Paths on which path trackers fail: crossings, near misses, odd spacings, and cusps.
 
-Each function gives the waypoints of one path, made for tests and for tables of what a law does at
-the edges; they are no tracks to compare laws on. Spacings are rounded so that they divide the path.
+Each function gives the waypoints of one path, made for tests and for tables of what a controller
+does at the edges; they are no tracks to compare controllers on. Spacings are rounded so that they
+divide the path.
 
 Those with cusps, `three_point_turn` and `parallel_parking`, live in `popsteer.tracks.cusps`, which
 says how they tell the direction of driving.

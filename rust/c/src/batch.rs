@@ -78,7 +78,14 @@ unsafe fn arrays<'a>(
     vehicles: *const CVehicleState,
     reported: *const CReported,
     out: *mut CCommand,
-) -> Result<(&'a mut Vec<Controller>, &'a [CVehicleState], &'a [CReported]), Failure> {
+) -> Result<
+    (
+        &'a mut Vec<Controller>,
+        &'a [CVehicleState],
+        &'a [CReported],
+    ),
+    Failure,
+> {
     // SAFETY: the caller vouches for the handle.
     let members = unsafe { handle::of_mut(batch, "batch")? };
     let count = members.len();
@@ -89,7 +96,11 @@ unsafe fn arrays<'a>(
     unsafe {
         let vehicles = handle::items(vehicles, count, "vehicles")?;
         let told = if reported.is_null() { 0 } else { count };
-        Ok((members, vehicles, handle::items(reported, told, "reported")?))
+        Ok((
+            members,
+            vehicles,
+            handle::items(reported, told, "reported")?,
+        ))
     }
 }
 

@@ -194,8 +194,12 @@ pub unsafe extern "C" fn popsteer_controller_set_path(
 ) -> CError {
     guard(|| {
         // SAFETY: the caller vouches for both.
-        let (controller, path) =
-            unsafe { (handle::of_mut(controller, "controller")?, path::shared(path)?) };
+        let (controller, path) = unsafe {
+            (
+                handle::of_mut(controller, "controller")?,
+                path::shared(path)?,
+            )
+        };
         controller.set_path(path);
         Ok(())
     })

@@ -107,9 +107,7 @@ impl fmt::Display for Failure {
             Self::NoVehicle(vehicle, count) => {
                 write!(f, "there is no vehicle {vehicle} in a batch of {count}")
             }
-            Self::NoStep => {
-                f.write_str("no step was taken yet that a prediction could go on from")
-            }
+            Self::NoStep => f.write_str("no step was taken yet that a prediction could go on from"),
             Self::Memory => f.write_str("out of memory"),
             Self::Internal => f.write_str("a fault of popsteer itself: please report it"),
         }

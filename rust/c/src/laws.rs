@@ -173,5 +173,13 @@ pub unsafe extern "C" fn popsteer_bang_bang_new(
     options: *const COptions,
     out: *mut *mut CController,
 ) -> CError {
-    make!(BangBang, BangBangParams, path, vehicle, params, options, out)
+    make!(
+        BangBang,
+        BangBangParams,
+        path,
+        vehicle,
+        params,
+        options,
+        out
+    )
 }

@@ -1,5 +1,6 @@
 //! The tuning of the controllers, and how they adapt and watch: plain structs with defaults.
 
+use popsteer_core::LateralLaw;
 use popsteer_core::error::{ConfigError, Requirement};
 use popsteer_core::lateral::{
     BangBangParams, MonitorParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams,
@@ -7,7 +8,6 @@ use popsteer_core::lateral::{
 };
 use popsteer_core::math::from_count;
 use popsteer_core::vehicle::AdaptParams;
-use popsteer_core::LateralLaw;
 
 use crate::error::Failure;
 use crate::fields::same_fields;

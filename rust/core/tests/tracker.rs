@@ -127,7 +127,7 @@ fn test_conditions_stand_side_by_side_in_a_status() {
 #[test]
 fn test_told_steering_offset_is_taken_off_the_command() {
     let path = straight();
-    let told = Vehicle {
+    let given = Vehicle {
         steer_offset: 0.02,
         ..Vehicle::PAPER
     };
@@ -137,7 +137,7 @@ fn test_told_steering_offset_is_taken_off_the_command() {
         let command = tracker.step(&path.view(), &mut state, beside(), 0.05);
         command.unwrap().steer
     };
-    assert!((step(Vehicle::PAPER) - 0.02 - step(told)).abs() < 1e-15);
+    assert!((step(Vehicle::PAPER) - 0.02 - step(given)).abs() < 1e-15);
 }
 
 #[test]

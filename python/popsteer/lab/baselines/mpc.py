@@ -33,7 +33,7 @@ _LEAST_SPEED = 1.0 / 3.0
 # Farther from the path, in wheelbases, the linear model says nothing; from there on it is
 # approached as from here.
 _MOST_ERROR, _MOST_HEADING = 1.0, 1.0
-_AS_TOLD = Corrections()
+_AS_GIVEN = Corrections()
 
 
 class MpcCommand(NamedTuple):
@@ -152,7 +152,7 @@ class Mpc:
         """
         steer = self.steer(x, y, yaw, speed, dt, reverse=reverse)
         lowest, highest = self._problem.reach
-        limited = not lowest < self._turned(steer) < highest
+        limited = not lowest < self._mirror(steer) < highest
         return MpcCommand(steer, Status.SATURATED if limited else Status.OK, self._reverse)
 
     def steer(
@@ -215,7 +215,7 @@ class Mpc:
         # What has come of the last commands by now, and will have when the next one arrives.
         self._in_flight = self._in_flight.elapse(self._chain, self.previous_steer, dt, 0.0)
         now = measured.ahead(self._chain.no_slip)
-        state, wheel = self._in_flight.predict(self._chain, now, _AS_TOLD)
+        state, wheel = self._in_flight.predict(self._chain, now, _AS_GIVEN)
 
         # As a vehicle that drives forward.
         length, slip = self.vehicle.wheelbase, self._chain.no_slip - self.vehicle.rear_axle
@@ -226,7 +226,7 @@ class Mpc:
         reach = 2.0 * length + abs(state.speed) * dt
         projection = self.path.locate(x, y, yaw, segment, reach)
         self._segment = projection.segment
-        speed = max(self._turned(state.speed), _LEAST_SPEED * length)
+        speed = max(self._mirror(state.speed), _LEAST_SPEED * length)
         heading = self._ahead.headings(
             projection.segment, projection.arc_length, speed * self._ends
         )
@@ -239,9 +239,9 @@ class Mpc:
                 ahead=ahead,
                 cross_track=_within(projection.cross_track_error, _MOST_ERROR * length),
                 heading=_within(error, _MOST_HEADING),
-                wheel=self._turned(wheel - offset),
-                offset=self._turned(offset),
-                previous=self._turned(self.previous_steer),
+                wheel=self._mirror(wheel - offset),
+                offset=self._mirror(offset),
+                previous=self._mirror(self.previous_steer),
                 dt=dt,
             )
         )
@@ -259,7 +259,7 @@ class Mpc:
         PopsteerError
             osqp found no solution.
         """
-        self.previous_steer = self._turned(self._problem.solve())
+        self.previous_steer = self._mirror(self._problem.solve())
         return self.previous_steer
 
     def _find(self, measured: VehicleState, *, reverse: bool | None) -> int:
@@ -277,7 +277,7 @@ class Mpc:
             self._reverse = backwards
         return segment
 
-    def _turned(self, value: float) -> float:
+    def _mirror(self, value: float) -> float:
         """Give an angle or a speed of the vehicle as that of the mirrored one, and back."""
         return -value if self._reverse else value
 

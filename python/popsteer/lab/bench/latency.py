@@ -60,7 +60,7 @@ def measure(
     drive : Drive, optional
         The states to drive through; by default those of `popsteer.lab.bench.states.at_hand`.
     calls : int, optional
-        How many calls of each Rust law to time one by one, at least; as many in batches.
+        How many calls of each Rust controller to time one by one, at least; as many in batches.
     reference_calls : int, optional
         The same for the pure-Python reference, which takes far longer; by default the drive once.
     outside : Yardsticks, optional

@@ -34,9 +34,9 @@ def differences(believed: Vehicle, vehicle: Vehicle) -> str:
     ''
     """
     is_so = vehicle.as_dict()
-    told = [
+    different = [
         f"{name} {'none' if value is None else format(value, 'g')}"
         for name, value in believed.as_dict().items()
         if value != is_so[name]
     ]
-    return f", believed {' and '.join(told)}" if told else ""
+    return f", believed {' and '.join(different)}" if different else ""

@@ -30,7 +30,7 @@ PAPER: Mapping[str, PaperFigures] = MappingProxyType(
         "pop": PaperFigures(0.1761, 0.0079),
     }
 )
-"""The paper's table by law: CARLA's race track, the authors' vehicle, steps of 50 ms."""
+"""The paper's table by controller: CARLA's race track, the authors' vehicle, steps of 50 ms."""
 
 # Of the waypoints that the authors published with their code.
 _WAYPOINTS = 1724

@@ -44,9 +44,9 @@ def caption(comparison: Comparison) -> str:
     """
     path = comparison.path
     name = f"{comparison.track}, " if comparison.track else ""
-    told = differences(comparison.believed, comparison.vehicle)
+    believed = differences(comparison.believed, comparison.vehicle)
     return (
-        f"{name}{len(path)} waypoints, {path.length:.0f} m, plant {comparison.plant}{told}, "
+        f"{name}{len(path)} waypoints, {path.length:.0f} m, plant {comparison.plant}{believed}, "
         f"preset {comparison.preset}, dt {comparison.dt:g} s"
     )
 

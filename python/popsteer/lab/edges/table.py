@@ -48,9 +48,9 @@ def edges_caption(plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None) -> 
     'plant kinematic-bicycle, speeds of the paths, largest angle 34°; errors of the rear axle'
     """
     itself = vehicle_of(plant)
-    told = "" if vehicle is None else differences(vehicle, itself)
+    believed = "" if vehicle is None else differences(vehicle, itself)
     return (
-        f"plant {plant_name(plant)}{told}, speeds of the paths, largest angle"
+        f"plant {plant_name(plant)}{believed}, speeds of the paths, largest angle"
         f" {math.degrees(itself.max_steer):.0f}°; errors of the rear axle"
     )
 

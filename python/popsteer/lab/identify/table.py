@@ -89,7 +89,7 @@ def identified_table(found: Identification, told: Vehicle | None = None) -> Tabl
 
     table = blank_table()
     table.add_column("", no_wrap=True)
-    for head in ("found", "± error", "told"):
+    for head in ("found", "± error", "given"):
         table.add_column(Text(head), justify="right", no_wrap=True)
     table.add_column("", no_wrap=True)
     for row in _ROWS:

@@ -28,7 +28,7 @@ _COSTS = (0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 _POP = "POP, over its lookahead [m]"
 _MODELS = {
     "preview POP, over its steer_rate_cost [m s/rad]": (1.0, "o"),
-    "preview POP that does not adapt, told a wheelbase 15 % too long": (1.15, "^"),
+    "preview POP that does not adapt, given a wheelbase 15 % too long": (1.15, "^"),
     "preview POP, 15 % too short (offset to the outside)": (0.85, "v"),
 }
 _MARKED = {_POP: (1.0, 3.0, 6.0, 9.0), next(iter(_MODELS)): (0.02, 0.25, 2.0)}
@@ -54,8 +54,8 @@ def choice_curves(result: Stability) -> dict[str, Choice]:
     bend = partial(choice, vehicle=vehicle, radius=_RADIUS, speed=_SPEED, dt=result.dt)
     curves = {_POP: bend(pop, values=_DISTANCES, believed=believed)}
     for said, (share, _) in _MODELS.items():
-        told = believed.replace(turning_wheelbase=share * believed.turning_length(0.0))
-        curves[said] = bend(preview, values=_COSTS, believed=told, adapt=None)
+        given = believed.replace(turning_wheelbase=share * believed.turning_length(0.0))
+        curves[said] = bend(preview, values=_COSTS, believed=given, adapt=None)
     return curves
 
 

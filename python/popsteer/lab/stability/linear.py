@@ -406,10 +406,10 @@ def _predicted(
     for duration, command in in_flight:
         steps = math.ceil(duration / _PREDICTION_STEP)
         step = duration / steps
-        left = decay(step, lag)
+        remaining = decay(step, lag)
         for _ in range(steps):
-            mean = command + (wheel - command) * lag * (1.0 - left) / step
-            wheel = command + (wheel - command) * left
+            mean = command + (wheel - command) * lag * (1.0 - remaining) / step
+            wheel = command + (wheel - command) * remaining
             turn = turning * step * mean
             offset = offset + speed * step * (heading + 0.5 * turn)
             heading = heading + turn

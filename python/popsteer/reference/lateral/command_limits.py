@@ -1,4 +1,4 @@
-"""From the angle that a law wants to the command: hand-over, then the limits of the vehicle."""
+"""From the wanted angle to the command: hand-over, then the limits of the vehicle."""
 
 from __future__ import annotations
 
@@ -49,25 +49,25 @@ def _fade(car: Vehicle, state: StateT, wanted: float, dt: float) -> tuple[StateT
     """Return the command of a hand-over: the difference to the last one fades."""
     if not hands_over(state):
         return state, wanted
-    offset, before = state.handover_offset, state.handover_left
-    left = before
+    offset, before = state.handover_offset, state.handover_remaining
+    remaining = before
     if offset is None and before >= HANDOVER_TIME:
         offset = state.steer - wanted
     elif offset is None:
-        # The path changed again on the way: the difference fades in the time that is left.
-        left -= dt
+        # The path changed again during a hand-over: the difference fades in the remaining time.
+        remaining -= dt
         share = before / HANDOVER_TIME
         offset = 0.0
-        if left > 0.0:
+        if remaining > 0.0:
             widest = widest_offset(car)
             offset = saturate((state.steer - wanted) / share, -widest, widest)
     else:
-        left -= dt
-    share = saturate(left / HANDOVER_TIME, 0.0, 1.0)
-    if left <= 0.0:
-        state = replace(state, handover_offset=None, handover_left=0.0)
+        remaining -= dt
+    share = saturate(remaining / HANDOVER_TIME, 0.0, 1.0)
+    if remaining <= 0.0:
+        state = replace(state, handover_offset=None, handover_remaining=0.0)
     else:
-        state = replace(state, handover_offset=offset, handover_left=left)
+        state = replace(state, handover_offset=offset, handover_remaining=remaining)
     return state, wanted + share * offset
 
 

@@ -41,7 +41,7 @@ SAME_COST = 1e-12
 """A cost that is lower by no more than this share is not lower."""
 
 
-class Way(enum.Enum):
+class PassKind(enum.Enum):
     """How a pass finds which limits to hold."""
 
     GUESS = enum.auto()
@@ -68,9 +68,9 @@ def limited(  # noqa: C901, PLR0912 - a loop over passes, as in the twin
         steps.append(Step(turn, CODES[code] if code < len(CODES) else Held()))
         guess >>= 3
     rounding = limits.begin(start.commanded, steps) * ROUNDING
-    best_cost, way, shortened = inf, Way.GUESS, 0
+    best_cost, kind, shortened = inf, PassKind.GUESS, 0
     for count in range(1, MAX_PASSES + 1):
-        if way is Way.ALONG:
+        if kind is PassKind.ALONG:
             _recur_along(horizon, start, steps)
         else:
             _recur(horizon, steps)
@@ -82,21 +82,21 @@ def limited(  # noqa: C901, PLR0912 - a loop over passes, as in the twin
             for step in steps:
                 step.best, step.best_held = step.next, step.next_held
                 step.held = step.next_held
-            if way is Way.GUESS:
-                way = Way.ALONG
+            if kind is PassKind.GUESS:
+                kind = PassKind.ALONG
             continue
         if _roll_held(horizon, start, steps, rounding):
             return plan(steps, [step.next for step in steps], count, cut_short=False)
-        if way is Way.ONE_BY_ONE:
+        if kind is PassKind.ONE_BY_ONE:
             best_cost = _go_on(horizon, start, steps, rounding)
             continue
         if shortened < SHORTENED:
             shorter = _shorten(horizon, start, steps, best_cost)
             if shorter is not None:
-                best_cost, way = shorter, Way.ALONG
+                best_cost, kind = shorter, PassKind.ALONG
                 shortened += 1
                 continue
-        way = Way.ONE_BY_ONE
+        kind = PassKind.ONE_BY_ONE
         for step in steps:
             step.held = step.best_held
     return plan(steps, [step.best for step in steps], MAX_PASSES, cut_short=True)
@@ -173,7 +173,7 @@ def _roll_held(horizon: Horizon, start: Predicted, steps: list[Step], rounding: 
         else:
             step.next = wanted
         # Half the slope of the cost over this move, and what of it counts.
-        stiffness = divide(horizon.move_cost, step.policy.left)
+        stiffness = divide(horizon.move_cost, step.policy.remaining)
         slope = stiffness * (step.next - wanted)
         least = stiffness * rounding
         rate, curvature = step.held

@@ -1,10 +1,10 @@
-"""Whether the vehicle keeps near its path, and whether it answers as its model says.
+"""Monitors two things: the deviation from the path, and whether the vehicle answers as modelled.
 
-The yaw that was measured over the last second is compared with what the commands explain: the turn
-that the vehicle's figures expect of them, as far as it goes with a gain that the estimator takes
-for possible, a steering offset that the motion has shown, and a response that is somewhat quicker
-or slower. What is beyond that by more than the noise of the measured yaw is not the told vehicle's:
-the sign of the steering is wrong, the wheels stick, or the commands come later than anybody told.
+The turn measured over the last second is compared with the turns that the commands explain. These
+follow from the vehicle's parameters, for every gain within the estimator's bounds, the steering
+offset seen in the motion, and a somewhat faster or slower response. A turn outside of them by more
+than the noise of the yaw is a fault: a wrong sign of the steering, stuck wheels, or a dead time
+longer than the vehicle's.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ StateT = TypeVar("StateT", bound=TrackerState)
 
 @dataclass(frozen=True, kw_only=True)
 class MonitorParams:
-    """From where on a controller says that something is wrong.
+    """Thresholds of the monitor's faults.
 
     Attributes
     ----------
@@ -44,8 +44,9 @@ class MonitorParams:
         Cross-track error beyond which a vehicle that was nearer before is deviating [m]; None is
         half a wheelbase, 1e9 for never.
     turn_tolerance : float
-        How far the yaw measured over a second may be from what the commands explain, besides its
-        noise [rad]; 1e9 for any. Less: sooner found, and sooner a false alarm.
+        Largest difference of the turn measured over a second to the turns that the commands
+        explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner, false
+        alarms are likelier.
 
     Raises
     ------
@@ -112,8 +113,12 @@ class Monitor:
         Another direction that begins farther off is another task, as another path is: see
         `set_path` and `relocalise`.
         """
-        error, within = now.here.foot.cross_track_error(), watched.within
-        if now.here.turned and last is not None and abs(error - last) > self._deviation_limit:
+        error, within = now.here.closest.cross_track_error(), watched.within
+        if (
+            now.here.direction_changed
+            and last is not None
+            and abs(error - last) > self._deviation_limit
+        ):
             within = False
         is_within = abs(error) <= self._deviation_limit
         within = within or is_within
@@ -133,7 +138,7 @@ class Monitor:
         share = speed / car.turning_length(speed)
         rate, excess = share * _tangent(mean), share * (_tangent(last) - last)
 
-        if now.here.turned or dt > MAX_PERIOD:
+        if now.here.direction_changed or dt > MAX_PERIOD:
             watched = watched.interrupted()
         alarm = saturate(watched.alarm - dt, 0.0, ALARM_TIME)
         watched = watched._replace(alarm=alarm)

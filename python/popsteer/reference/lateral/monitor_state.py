@@ -19,12 +19,12 @@ SLOWER = 0.1
 QUICKER = 0.3
 """A quicker one is ahead by this share of that."""
 OFFSET = 0.02
-"""The steering offset that nobody told and the motion has not yet shown [rad]."""
+"""Unknown steering offset, before the motion has shown it [rad]."""
 OFFSET_DOUBT = 2.0
 """How much motion halves it, as `offset_square` [1/s]: a quarter of a second at 8 m/s."""
 OFFSET_PRIOR = 8.0
-"""Weight of no steering offset in the least squares [1/s]. Smaller values take wheels that stick
-for a steering offset; larger ones take a steering offset for wheels that stick."""
+"""Weight of a steering offset of 0 in the least squares [1/s]. Smaller values mistake stuck wheels
+for a steering offset; larger values mistake a steering offset for stuck wheels."""
 OFFSET_TIME = 10.0
 """Time over which the steering offset is estimated [s]: too long for a fault to pass as one."""
 NOISE_TIME = 2.0
@@ -32,8 +32,8 @@ NOISE_TIME = 2.0
 NOISE_PRIOR = (0.005, 0.05)
 """Standard deviation of the noise before it is measured [rad], and for how long that counts."""
 EXCESS = 0.5
-"""The share of the excess of large angles that is let pass: commands that swing from lock to lock
-turn a vehicle by the tangent of angles that no model of its wheels tells well."""
+"""The share of the excess of large angles that is let pass: at commands that oscillate from lock to
+lock, the tangent amplifies every error of the modelled wheels."""
 DEVIATIONS = 5.0
 """How many standard deviations of the noise are let pass."""
 LEAST_TIME = 0.2
@@ -43,9 +43,9 @@ MAX_PERIOD = 0.3
 ALARM_TIME = 2.0
 """How long the vehicle is implausible after it last was beyond what is explained [s]."""
 MOST = 1e100
-"""More than a number comes to within the bounds of the input."""
+"""Bound that no valid input reaches."""
 MOST_RESIDUAL = 1e49
-"""The same for a residual, little enough that the square of a change keeps to that."""
+"""The same for a residual: the square of its change is below `MOST`."""
 
 
 class Turned(NamedTuple):

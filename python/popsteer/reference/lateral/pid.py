@@ -196,9 +196,9 @@ class Pid(Tracker[PidParams, PidState]):
 
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
-        error = at.foot.cross_track_error()
+        error = at.closest.cross_track_error()
         state = self.state
-        if at.turned or at.off_path:
+        if at.direction_changed or at.off_path:
             state = self.forget_path(state)
         # At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0:
@@ -217,7 +217,7 @@ class Pid(Tracker[PidParams, PidState]):
         wanted = -(self._kp * error + self._ki * state.sum + self._kd * rate)
         steer, status = limit_steer(self.vehicle, wanted)
         self._state = replace(state, previous_error=error, previous_position=position)
-        return Decision(steer, at.foot.point, status)
+        return Decision(steer, at.closest.point, status)
 
     def _rate_across(self, previous: Point, at: Located) -> float:
         """Tell how fast the front axle moved across the path since `previous` [m/s], to the left.
@@ -227,8 +227,8 @@ class Pid(Tracker[PidParams, PidState]):
         """
         step = (at.position[0] - previous[0], at.position[1] - previous[1])
         half = 0.5 * (step[0] * at.heading[0] + step[1] * at.heading[1])
-        middle = at.foot.arc_length(self.path) - half
-        yaw = Preview.yaw_at(self.path, self._smoothing_length, at.foot.segment, middle)
+        middle = at.closest.arc_length(self.path) - half
+        yaw = Preview.yaw_at(self.path, self._smoothing_length, at.closest.segment, middle)
         return (step[1] * cos(yaw) - step[0] * sin(yaw)) / at.dt
 
     def forget_path(self, state: PidState) -> PidState:
@@ -245,13 +245,13 @@ class Pid(Tracker[PidParams, PidState]):
         return replace(state, previous_error=previous)
 
     def restore(self, state: PidState) -> PidState:
-        """Return `state`, where a buffer of this law could hold its terms so."""
+        """Return `state`, where a buffer of this controller could hold its terms so."""
         length = self.params.buffer_length
         terms, following, total = restore(length, state.terms, state.next, state.sum)
         return replace(state, terms=terms, next=following, sum=total)
 
     def check_law_state(self, state: PidState) -> PidState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+        """Return `state`, where what is remembered in it is what this controller could remember."""
         previous = state.previous_error
         if previous is not None:
             previous = input_in_range("previous_error", previous, -BOUND, BOUND)

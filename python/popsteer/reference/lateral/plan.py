@@ -125,7 +125,7 @@ class Horizon:
         kept = limits.low <= present <= limits.high
         added = travel.added()
         for best, turn in zip(moves[1:], self.turns[1:], strict=True):
-            following = best.left_after(travel) * present - best.pull(state)
+            following = best.remaining_after(travel) * present - best.pull(state)
             kept = kept and abs(following - present) <= limits.later
             kept = kept and limits.low <= following <= limits.high
             state = travel.before_commanded(state, turn, self.drift)

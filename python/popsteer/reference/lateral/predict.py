@@ -149,7 +149,7 @@ class Predicting(Generic[StateT]):
             return step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
 
         # The poses to come have no age, and what is predicted shows nothing of the vehicle.
-        self._state = replace(with_past(before, None), seen=None, held_time=0.0)
+        self._state = replace(with_past(before, None), last_measured=None, held_time=0.0)
         try:
             return predict(self._vehicle, before, step, dt, count, models=self._models)
         finally:

@@ -15,7 +15,7 @@ __all__ = ["Reported"]
 
 
 class Reported(NamedTuple):
-    """What a step may be told beside pose and speed.
+    """The optional inputs of a step, besides pose and speed.
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""A control step whole: estimate, predict, locate, decide, limit.
+"""A whole control step: estimate, predict, locate, decide, limit.
 
-A `Tracker` is a law as a vehicle takes it. It shows the law the vehicle as it will be when the next
-command reaches the wheels, keeps the commands within what the vehicle does, goes on from a driver's
-angle without a jump, and answers every input.
+A `Tracker` runs a controller on a vehicle. It predicts the vehicle to the time when the next
+command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a driver
+without a jump of the angle, and answers every input.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from popsteer.reference.lateral.command_limits import limit, widest_offset
 from popsteer.reference.lateral.missed import Holding, elapse
 from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams
 from popsteer.reference.lateral.monitor_state import MonitorState
+from popsteer.reference.lateral.perception import (
+    Perception,
+    observe_slip,
+    perceive_aged,
+    predict_now,
+)
 from popsteer.reference.lateral.predict import Predicting
 from popsteer.reference.lateral.replan import carry_over
 from popsteer.reference.lateral.reported import Reported
-from popsteer.reference.lateral.sight import (
-    Sight,
-    observe_slip,
-    predict_now,
-    sight_aged,
-)
 from popsteer.reference.lateral.tracker_state import (
     HANDOVER_TIME,
     Answer,
+    Deviation,
     Place,
-    Seen,
     TrackerState,
     check_waypoint,
     estimator_of,
@@ -70,13 +70,13 @@ StateT = TypeVar("StateT", bound=TrackerState)
 class Tracker(
     Holding[StateT], Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]
 ):
-    """A law on a path, its vehicle, and how it adapts to that.
+    """A controller on a path, its vehicle, and how it adapts to that.
 
-    With a dead time the law is shown the vehicle as it will be when its command reaches the wheels.
-    Commands keep the vehicle's angle, rate and lateral acceleration. A law that starts from a
-    driver's angle, or on another path, goes on from the present angle: the difference to what the
-    law itself wants fades evenly over `HANDOVER_TIME`; POP, whose next angle lies in the
-    neighbourhood of the last, needs no fading.
+    With a dead time the controller gets the vehicle as predicted for the time when its command
+    reaches the wheels. Commands keep the vehicle's limits of angle, rate and lateral acceleration.
+    After a driver, or on another path, the command continues from the present angle: its difference
+    to the controller's own angle fades linearly over `HANDOVER_TIME`; POP, whose next angle lies in
+    the neighbourhood of the last, needs no fading.
     """
 
     TRACKED: ClassVar[Tracked]
@@ -98,7 +98,7 @@ class Tracker(
         self._monitor = None if watches is None else Monitor(watches, self._vehicle)
         # Whether wheels and motion of the vehicle are modelled.
         self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
-        # Whether the law's angle is the command as it is.
+        # Whether the controller's angle is the command as it is.
         offset = self._vehicle.steer_offset
         self._bare = (
             not self._models
@@ -166,10 +166,10 @@ class Tracker(
     def set_path(self, path: PathView) -> None:
         """Follow another path from the next step on.
 
-        The place on it is that of the last projection. Estimate, integral and commands in flight
-        carry on, and so does all of the state where the path is the same there. A path that lies
-        elsewhere is gone over to from the present angle, within `HANDOVER_TIME`; a hand-over that
-        is under way ends when it was to end. Before the first step nothing changes.
+        The place on it is that of the last projection. Estimates, integral and commands in flight
+        continue; so does the whole state if the path is unchanged there. To a path that lies
+        elsewhere the command changes over from the present angle within `HANDOVER_TIME`; a
+        hand-over in progress keeps its end. Before the first step nothing changes.
         """
         self._state = carry_over(self, self._follow, self._state, self._path, path)
         self._path = path
@@ -185,7 +185,7 @@ class Tracker(
         waypoint = relocalise(self._path, (base.x, base.y), yaw, self._follow.opposite_distance)
         # Nothing is learnt of the motion until then.
         self._state = replace(
-            self._state, waypoint=waypoint, measured_waypoint=None, place=None, seen=None
+            self._state, waypoint=waypoint, measured_waypoint=None, place=None, last_measured=None
         )
         watched = self._state.monitor
         if watched is not None:
@@ -233,20 +233,20 @@ class Tracker(
         dt = checked_dt(dt)
         reported = Reported(applied_steer, pose_age).checked(self._vehicle)
         self._state, dt = elapse(self._state, dt)
-        now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
+        now, predicted, belief, observed, travel = self._perceive(vehicle, dt, reported)
 
-        at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
-        self._state = replace(self._state, waypoint=at.foot.segment)
+        at = self._follow.locate(self._path, self._state.waypoint, predicted, dt)
+        self._state = replace(self._state, waypoint=at.closest.segment)
         here = at
         if self._vehicle.dead_time > 0.0:
             here = self._follow.locate(self._path, self._state.measured_waypoint, now, dt)
-            self._state = replace(self._state, measured_waypoint=here.foot.segment)
+            self._state = replace(self._state, measured_waypoint=here.closest.segment)
         else:
             # One that a state of another vehicle brought along may be none of this path.
             self._state = replace(self._state, measured_waypoint=None)
         if self._adapt is not None:
             estimator = estimator_of(self._state)
-            # A pose that was given before shows nothing new.
+            # A pose that was given before carries no new information.
             if observed >= MIN_DT:
                 since = (observed, travel)
                 follow, adapt = self._follow, self._adapt
@@ -260,12 +260,12 @@ class Tracker(
             self._state, fault = self._monitor.watch(self._state, measured, models=self._models)
 
         if not self._bare:
-            # The angle of the last command by the offset as it is known now.
+            # The angle of the last command, with the present estimate of the offset.
             offset = self._vehicle.steer_offset + belief.estimate.steer_offset
             last = self._vehicle.at_wheels(self._state.steer + offset)
             self._state, _ = self.set_steer(self._state, last)
         decision = self.decide(at, belief)
-        steer = at.turn(decision.steer)
+        steer = at.mirror(decision.steer)
         self._state = replace(self._state, held=0)
         limited = False
         if self._bare and not hands_over(self._state):
@@ -276,8 +276,10 @@ class Tracker(
             )
         ahead = Ahead.of(self._path, self._follow, here)
         pose = (now.x, now.y, now.yaw, now.speed)
-        answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse, ahead, pose)
-        place = Place(*at.foot.point, *here.foot.point)
+        answer = Answer(
+            Deviation.of(here), Deviation.of(at), decision.target, at.reverse, ahead, pose
+        )
+        place = Place(*at.closest.point, *here.closest.point)
         self._state = replace(self._state, answer=answer, place=place)
         status = decision.status | fault
         if limited:
@@ -296,26 +298,26 @@ class Tracker(
         return state
 
     def _take_over(self, state: StateT, steer: float) -> StateT:
-        """Let a law without a neighbourhood of its own fade from `steer`."""
+        """Let a controller without a neighbourhood of its own fade from `steer`."""
         state, goes_on = self.set_steer(state, steer)
-        left = 0.0 if goes_on else HANDOVER_TIME
-        return replace(state, steer=steer, handover_offset=None, handover_left=left)
+        remaining = 0.0 if goes_on else HANDOVER_TIME
+        return replace(state, steer=steer, handover_offset=None, handover_remaining=remaining)
 
-    def _sight(self, vehicle: VehicleState, dt: float, reported: Reported) -> Sight:
-        """Return the vehicle now, and as the law is to see it, after all that is `reported`."""
+    def _perceive(self, vehicle: VehicleState, dt: float, reported: Reported) -> Perception:
+        """Return measured and predicted vehicle, after all that is `reported`."""
         applied, age = reported
         if applied is not None:
             # All that goes on from the last command goes on from what was applied instead.
             self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
         if age > 0.0 or past_of(self._state) is not None:
-            self._state, sight = sight_aged(
+            self._state, perception = perceive_aged(
                 self._vehicle, self._adapt, self._state, vehicle, dt, age, models=self._models
             )
-            return sight
-        self._state, seen, belief = predict_now(
+            return perception
+        self._state, predicted, belief = predict_now(
             self._vehicle, self._adapt, self._state, vehicle, dt
         )
-        return Sight(vehicle, seen, belief, observed=dt, travel=0.0)
+        return Perception(vehicle, predicted, belief, observed=dt, travel=0.0)
 
     def _checked(self, state: StateT) -> StateT:
         """Return `state`, where it is one that this tracker could have on its path.
@@ -335,14 +337,14 @@ class Tracker(
         waypoint = check_waypoint("waypoint", self._path, state.waypoint)
         measured = check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
         steer = check_steer("steer", state.steer, car.max_steer)
-        offset, left = state.handover_offset, state.handover_left
+        offset, remaining = state.handover_offset, state.handover_remaining
         # No offset and no time left is no hand-over; NaN is one, and refused.
         if hands_over(state):
             if offset is not None:
                 offset = check_steer("handover_offset", offset, widest_offset(car))
-            left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
+            remaining = input_in_range("handover_remaining", remaining, 0.0, HANDOVER_TIME)
         else:
-            left = 0.0
+            remaining = 0.0
         place = None if state.place is None else Place(*state.place).checked()
         held_time = input_in_range("held_time", state.held_time, 0.0, MAX_DT)
         period = input_in_range("period", state.period, 0.0, MAX_DT)
@@ -359,7 +361,7 @@ class Tracker(
             place=place,
             steer=steer,
             handover_offset=offset,
-            handover_left=left,
+            handover_remaining=remaining,
             held=max(0, operator.index(state.held)),
             held_time=held_time,
             period=period,

@@ -226,16 +226,16 @@ class SpeedTracker:
         dt = checked_dt(dt)
         path, params, car, state = self._path, self._params, self._vehicle, self._state
         at = self._follow.locate(path, state.waypoint, vehicle, dt)
-        arc = at.foot.arc_length(path)
-        end = section_end(path, at.foot.segment)
-        stop = inf if end is None else _end_of(path, end, at.foot.segment)
+        arc = at.closest.arc_length(path)
+        end = section_end(path, at.closest.segment)
+        stop = inf if end is None else _end_of(path, end, at.closest.segment)
         left = stop - arc
         forward = at.vehicle.speed
         # When the command takes effect, in the middle of the time that it is held.
         later = params.drive_delay + car.drive_lag + 0.5 * dt
         moving = forward if forward > 0.0 else 0.0
-        here, _ = self._lookup(arc, at.foot.segment, end)
-        _, wanted = self._lookup(arc + moving * later, at.foot.segment, end)
+        here, _ = self._lookup(arc, at.closest.segment, end)
+        _, wanted = self._lookup(arc + moving * later, at.closest.segment, end)
         reference = sqrt(here)
         creep = CREEP * car.wheelbase
         room = left if left > 0.0 else 0.0
@@ -248,7 +248,7 @@ class SpeedTracker:
         error = target - forward
         if forward < slowest and wanted < 0.0:
             wanted = 0.0
-        turned = at.turned
+        turned = at.direction_changed
         last = 0.0 if turned else state.acceleration
         integral = 0.0 if turned else state.integral
         standing = left <= ARRIVED * car.wheelbase and forward < creep and end is not None
@@ -270,7 +270,7 @@ class SpeedTracker:
         change = params.max_jerk * dt
         command = saturate(command, last - change, last + change)
         self._state = SpeedTrackerState(
-            waypoint=at.foot.segment, acceleration=command, integral=integral
+            waypoint=at.closest.segment, acceleration=command, integral=integral
         )
         return SpeedCommand(command, reference, left, at.reverse, standing)
 

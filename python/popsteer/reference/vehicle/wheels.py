@@ -80,15 +80,16 @@ def _approach(lag: float, wheel: float, target: float, time: float) -> Moved:
 
 
 class Reached(NamedTuple):
-    """What reached the wheels in a period: integrals over the time.
+    """What the wheels did in a period.
 
-    They are for the speed 1 m/s and the turning length 1 m.
+    Times speed / turning length, the integrals are the turn of the vehicle and its derivative by a
+    steering offset.
     """
 
     turn: float = 0.0
-    """Of tan(wheel) [s]."""
+    """Integral of tan(wheel) over the time [s]."""
     slope: float = 0.0
-    """Of its derivative by the angle [s]."""
+    """Integral of its derivative by the angle, 1 + tan²(wheel), over the time [s]."""
 
     def plus(self, wheel: float, time: float) -> Reached:
         """Return the same and wheels that stand at the angle `wheel` [rad] for `time` [s]."""

@@ -1,28 +1,29 @@
-//! How preview POP approaches a path: how far it looks ahead, how fast its wheels turn, and how
-//! steeply it comes, which is no steeper than the vehicle can straighten on what remains of the way.
+//! How preview POP approaches a path: no steeper than the vehicle can straighten before it gets
+//! there.
 
 use crate::math::sqrt;
 
-/// How many lags of the wheels the prediction sees through, where their rate is told. With fewer,
-/// wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
+/// Least horizon in steering lags, for a vehicle with a `max_steer_rate`; added to [`TURNS`]. With
+/// fewer, wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
 pub(super) const LAGS: f64 = 3.0;
 
-/// And how many halves of the shortest time in which the wheels turn the vehicle by the approach
-/// angle: 2 are that time; less is needed, as the vehicle is not turned that far at once.
+/// And in halves of the shortest time in which the vehicle can turn by the approach angle. 2 would
+/// be all of that time; less suffices, because the vehicle does not turn that far at once.
 pub(super) const TURNS: f64 = 1.5;
 
-/// The longest prediction, in horizons: its steps get longer with it, and its commands coarser.
+/// Longest horizon, as a multiple of the parameter `horizon`. Larger values make the steps longer
+/// and the commands coarser.
 pub(super) const MOST_HORIZONS: f64 = 2.0;
 
-/// From this share of `min_speed` on, wheels whose rate is told turn at all of it. Smaller: a
-/// vehicle that creeps joins its path sooner, and turns its wheels more in noise.
+/// Share of `min_speed` from which on wheels with a `max_steer_rate` turn at that rate. Smaller: a
+/// creeping vehicle joins its path sooner, and turns its wheels more in noise.
 pub(super) const FULL_RATE: f64 = 0.5;
 
-/// How many lags of the wheels an approach keeps in hand: one in which they begin to turn back,
-/// and one in which they end it. With one, wheels of 1 rad/s with 0.3 s of lag overshoot a little.
+/// Reserve of an approach in steering lags: one to begin turning back, one to end it. With one
+/// alone, wheels of 1 rad/s with 0.3 s of lag overshoot a little.
 const LAGS_IN_HAND: f64 = 2.0;
 
-/// What straightens a vehicle that approaches its path, counted along the distance travelled.
+/// What limits how soon an approaching vehicle is straight again, per distance travelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Straightening {
     /// The largest curvature that the vehicle drives [1/m].
@@ -31,8 +32,8 @@ pub(super) struct Straightening {
     pub(super) rate: f64,
     /// The steering lag, as a distance [m].
     pub(super) lag: f64,
-    /// The cross-track error per radian of heading at which the unlimited law keeps its heading
-    /// [m]: close to the path it straightens sooner by itself.
+    /// The cross-track error per radian of heading at which the unlimited controller keeps its
+    /// heading [m]: close to the path it straightens sooner by itself.
     pub(super) unlimited: f64,
 }
 
@@ -45,9 +46,9 @@ impl Straightening {
     /// ```
     ///
     /// with the distance in brackets at most `unlimited`, so that close to the path the unlimited
-    /// law remains what it is. The first term is the arc of the largest curvature; the second the
-    /// way during which the wheels turn, and answer late. The curvature is no more than what they
-    /// reach while they turn the vehicle by the approach angle.
+    /// controller remains what it is. The first term is the arc of the largest curvature; the
+    /// second is the distance in which the wheels turn, and that of their lag. The curvature is at
+    /// most the one that they reach while the vehicle turns by the approach angle.
     #[inline]
     pub(super) fn steepest(&self, approach_angle: f64, error: f64) -> f64 {
         let reached = sqrt(approach_angle * self.rate);

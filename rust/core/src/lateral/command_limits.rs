@@ -1,4 +1,4 @@
-//! From the angle that a law wants to the command: hand-over, then the limits of the vehicle.
+//! From the wanted angle to the command: hand-over, then the limits of the vehicle.
 
 use super::tracker::Tracker;
 use super::tracker_state::{HANDOVER_TIME, Handover, TrackerState, widest_offset};
@@ -46,27 +46,28 @@ fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64, widest
     let Some(fading) = handover else {
         return wanted;
     };
-    let before = fading.left;
+    let before = fading.remaining;
     let offset = match fading.offset {
         None if before >= HANDOVER_TIME => last - wanted,
         None => {
-            // The path changed again on the way: the difference fades in the time that is left.
-            fading.left -= dt;
+            // The path changed again during a hand-over: the difference fades in the remaining
+            // time.
+            fading.remaining -= dt;
             let share = before / HANDOVER_TIME;
-            if fading.left > 0.0 {
+            if fading.remaining > 0.0 {
                 saturate((last - wanted) / share, -widest, widest)
             } else {
                 0.0
             }
         }
         Some(offset) => {
-            fading.left -= dt;
+            fading.remaining -= dt;
             offset
         }
     };
     fading.offset = Some(offset);
-    let share = saturate(fading.left / HANDOVER_TIME, 0.0, 1.0);
-    if fading.left <= 0.0 {
+    let share = saturate(fading.remaining / HANDOVER_TIME, 0.0, 1.0);
+    if fading.remaining <= 0.0 {
         *handover = None;
     }
     wanted + share * offset

@@ -8,9 +8,10 @@
 //! subject to  least_k <= u_k <= most_k,    low <= c_{k+1} <= high
 //! ```
 //!
-//! with the state `x_{k+1}` that [`Travel::after`](super::cost_to_go::Travel::after) predicts from `x_k` and `c_{k+1}`. It is solved
-//! by an active set: the limits that are reached are held as given, the backward recursion gives
-//! the best of the other moves, and which limits are held is put right until nothing changes. A
+//! with the state `x_{k+1}` that [`Travel::after`](super::cost_to_go::Travel::after) predicts from
+//! `x_k` and `c_{k+1}`. It is solved by an active set: the limits that are reached are held as
+//! given, the backward recursion gives the best of the other moves, and which limits are held is
+//! put right until nothing changes. A
 //! *pass* is one such recursion. The first holds what the guess says. Most of the others decide
 //! what to hold on the way back, by what the moves exceed along the best plan so far, as
 //! control-limited differential dynamic programming does (Tassa, Mansard and Todorov, 2014), which
@@ -39,7 +40,7 @@ const SAME_COST: f64 = 1e-12;
 
 /// How a pass finds which limits to hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum PassKind {
     /// Those of the guess.
     Guess,
     /// Those that the moves exceed along the best plan so far.
@@ -73,10 +74,10 @@ impl Horizon<'_> {
         let scale = limits.begin(start.commanded, self.turns, steps);
         let rounding = scale * ROUNDING;
         let mut best_cost = f64::INFINITY;
-        let mut way = Way::Guess;
+        let mut kind = PassKind::Guess;
         let mut shortened = 0;
         for pass in 1..=most_passes {
-            if way == Way::Along {
+            if kind == PassKind::Along {
                 self.recur_along(start, steps);
             } else {
                 self.recur(steps);
@@ -92,15 +93,15 @@ impl Horizon<'_> {
                     step.best_held = step.next_held;
                     step.held = step.next_held;
                 }
-                if way == Way::Guess {
-                    way = Way::Along;
+                if kind == PassKind::Guess {
+                    kind = PassKind::Along;
                 }
                 continue;
             }
             if self.roll_held(start, steps, rounding) {
                 return plan(steps, |step| step.next, pass, false);
             }
-            if way == Way::OneByOne {
+            if kind == PassKind::OneByOne {
                 best_cost = self.go_on(start, steps, rounding);
                 continue;
             }
@@ -109,10 +110,10 @@ impl Horizon<'_> {
             {
                 best_cost = cost;
                 shortened += 1;
-                way = Way::Along;
+                kind = PassKind::Along;
                 continue;
             }
-            way = Way::OneByOne;
+            kind = PassKind::OneByOne;
             for step in steps.iter_mut() {
                 step.held = step.best_held;
             }
@@ -193,7 +194,7 @@ impl Horizon<'_> {
                 (None, None) => wanted,
             };
             // Half the slope of the cost over this move, and what of it counts.
-            let stiffness = self.move_cost / step.policy.left;
+            let stiffness = self.move_cost / step.policy.remaining;
             let slope = stiffness * (step.next - wanted);
             let least = stiffness * rounding;
             step.next_held = step.held;

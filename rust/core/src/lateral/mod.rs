@@ -1,7 +1,7 @@
 //! The lateral controllers, one a file, behind [`LateralLaw`], and [`Tracker`], which steps them.
 //!
-//! A law decides an angle for a located vehicle; it is a vehicle, validated parameters and a small
-//! plain state. A [`Tracker`] is all of a step around it: estimate, predict, locate, limit.
+//! A controller decides an angle for a located vehicle; it is a vehicle, validated parameters and a
+//! small plain state. A [`Tracker`] is all of a step around it: estimate, predict, locate, limit.
 
 mod approach;
 pub mod bang_bang;
@@ -14,6 +14,7 @@ pub mod limited;
 pub mod missed;
 pub mod monitor;
 pub mod monitor_state;
+mod perception;
 pub mod pid;
 pub mod plan;
 pub mod pop;
@@ -24,7 +25,6 @@ pub mod pure_pursuit;
 pub mod replan;
 pub mod reported;
 pub mod search;
-mod sight;
 pub mod stanley;
 pub mod tracker;
 pub mod tracker_state;
@@ -42,7 +42,7 @@ pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
 pub use reported::Reported;
 pub use stanley::{Stanley, StanleyParams, StanleyState};
 pub use tracker::Tracker;
-pub use tracker_state::{Answer, Handover, Place, Seen, TrackerState};
+pub use tracker_state::{Answer, Deviation, Handover, Place, TrackerState};
 
 use core::fmt;
 
@@ -52,7 +52,7 @@ use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
 use crate::vehicle::{AdaptParams, Estimate, Vehicle};
 
-/// What a law decides, for the vehicle as one that drives forward.
+/// What a controller decides, for the vehicle as one that drives forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
     /// Angle of the front wheels that is wanted [rad], within the vehicle's `max_steer`.
@@ -63,17 +63,17 @@ pub struct Decision {
     pub status: Status,
 }
 
-/// What a law may know of the vehicle beyond its own figures, in the vehicle's own frame.
+/// What a controller may know of the vehicle besides its parameters, in the vehicle's own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Belief {
     /// Angle of the wheels when the command to be decided reaches them, without the estimated
     /// offset [rad].
     pub wheel: f64,
-    /// What the motion has shown.
+    /// The estimates.
     pub estimate: Estimate,
 }
 
-/// What all states of laws have in common.
+/// What all states of controllers have in common.
 pub trait LateralState {
     /// Forgets what was measured against the path: it leads another way from now on.
     fn leave_path(&mut self) {}
@@ -82,16 +82,16 @@ pub trait LateralState {
     /// by nobody knows how much where that is none.
     fn change_path(&mut self, _offset: Option<f64>) {}
 
-    /// Takes note of the angle [rad] that the wheels were given instead of the law's answer.
-    /// Whether the law's next answer goes on from it.
+    /// Sets the last angle [rad] to the one that the wheels got in place of the controller's.
+    /// Returns whether the next angle continues from it.
     fn set_steer(&mut self, _steer: f64) -> bool {
         false
     }
 }
 
-/// A steering law: a vehicle and validated parameters that decide an angle.
+/// A steering controller: a vehicle and validated parameters that decide an angle.
 pub trait LateralLaw {
-    /// What the law remembers from one step to the next.
+    /// What the controller remembers from one step to the next.
     type State: Clone + PartialEq + fmt::Debug + LateralState;
 
     /// The state before the first step.
@@ -100,10 +100,10 @@ pub trait LateralLaw {
     /// The vehicle that is steered.
     fn vehicle(&self) -> &Vehicle;
 
-    /// Which point of the vehicle the law follows along the path, and how.
+    /// Which point of the vehicle the controller follows along the path, and how.
     fn follow(&self) -> &Follow;
 
-    /// Whether the law reads the [`Belief`]: its wheels are then modelled at every step.
+    /// Whether the controller reads the [`Belief`]: its wheels are then modelled at every step.
     fn predicts(&self) -> bool {
         false
     }
@@ -117,21 +117,21 @@ pub trait LateralLaw {
         belief: &Belief,
     ) -> Decision;
 
-    /// Whether `state` is one that this law could have.
+    /// Whether `state` is one that this controller could have.
     ///
     /// # Errors
     ///
     /// [`InputError`], naming the field that is not.
     fn check_state(&self, state: &Self::State) -> Result<(), InputError>;
 
-    /// How a tracker of this law adapts unless it is told otherwise: at all where an estimate
-    /// counts, in a law that predicts and where commands are in flight.
+    /// How a tracker of this controller adapts by default: only if estimates are used, which is in
+    /// controllers that predict and for vehicles with a dead time.
     fn default_adapt(&self) -> Option<AdaptParams> {
         (self.predicts() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
     }
 }
 
-/// Which axle a law steers by.
+/// Which axle a controller steers by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tracked {
     FrontAxle,

@@ -1,11 +1,10 @@
-//! Whether the vehicle keeps near its path, and whether it answers as its model says.
+//! Monitors two things: the deviation from the path, and whether the vehicle answers as modelled.
 //!
-//! The yaw that was measured over the last second is compared with what the commands explain: the
-//! turn that the vehicle's figures expect of them, as far as it goes with a gain that the
-//! estimator takes for possible, a steering offset that the motion has shown, and a response that
-//! is somewhat quicker or slower. What is beyond that by more than the noise of the measured yaw is
-//! not the told vehicle's: the sign of the steering is wrong, the wheels stick, or the commands
-//! come later than anybody told.
+//! The turn measured over the last second is compared with the turns that the commands explain.
+//! These follow from the vehicle's parameters, for every gain within the estimator's bounds, the
+//! steering offset seen in the motion, and a somewhat faster or slower response. A turn outside of
+//! them by more than the noise of the yaw is a fault: a wrong sign of the steering, stuck wheels,
+//! or a dead time longer than the vehicle's.
 
 use super::command::Status;
 use super::monitor_state::MonitorState;
@@ -14,14 +13,15 @@ use crate::math::{saturate, wrap};
 use crate::path::follow::Located;
 use crate::vehicle::{Vehicle, VehicleState};
 
-/// From where on a controller says that something is wrong.
+/// Thresholds of the monitor's faults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonitorParams {
-    /// Cross-track error beyond which a vehicle that was nearer before is deviating [m]; half a
-    /// wheelbase by default, 1e9 for never.
+    /// Cross-track error from which a vehicle that was within it is deviating [m]. Half a wheelbase
+    /// by default; 1e9 switches it off.
     pub deviation_limit: Option<f64>,
-    /// How far the yaw measured over a second may be from what the commands explain, besides its
-    /// noise [rad]; 1e9 for any. Less: sooner found, and sooner a false alarm.
+    /// Largest difference of the turn measured over a second to the turns that the commands
+    /// explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner, false
+    /// alarms are likelier.
     pub turn_tolerance: f64,
 }
 
@@ -116,8 +116,8 @@ impl Monitor {
         Status::DEVIATING.when(is_deviating) | Status::IMPLAUSIBLE.when(is_implausible)
     }
 
-    /// Whether the vehicle is beyond the limit, after it was within. Another direction that begins
-    /// farther off is another task, as another path is: see `set_path` and `set_waypoint`.
+    /// Whether the vehicle is beyond the limit after it was within. A change of direction that
+    /// begins farther off is a new task, as a new path is: see `set_path` and `set_waypoint`.
     #[inline]
     fn watch_path(
         &self,
@@ -125,8 +125,8 @@ impl Monitor {
         now: &Measured<'_>,
         last: Option<f64>,
     ) -> bool {
-        let error = now.here.foot.cross_track_error();
-        if let (true, Some(last)) = (now.here.turned, last)
+        let error = now.here.closest.cross_track_error();
+        if let (true, Some(last)) = (now.here.direction_changed, last)
             && (error - last).abs() > self.deviation_limit
         {
             watched.within = false;
@@ -136,7 +136,7 @@ impl Monitor {
         watched.within && !is_within
     }
 
-    /// Whether the vehicle turns otherwise than what was commanded explains, or did lately.
+    /// Whether the vehicle turns otherwise than the commands explain, now or within the alarm time.
     #[inline]
     fn watch_turn(
         &self,
@@ -156,7 +156,7 @@ impl Monitor {
         let rate = share * tangent(mean);
         let excess = share * (tangent(last) - last);
 
-        if now.here.turned || dt > MonitorState::MAX_PERIOD {
+        if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {
             watched.interrupt();
         }
         watched.alarm = saturate(watched.alarm - dt, 0.0, MonitorState::ALARM_TIME);
@@ -176,8 +176,8 @@ impl Monitor {
 }
 
 /// The wheels at the angle `wheel` [rad] `dt` [s] later under the angle `command`, and their mean:
-/// the vehicle's response with a Pade approximant in place of the exponential. At most 3.3 % of a move
-/// is off up to a `dt` of the lag.
+/// the vehicle's response with a Pade approximant in place of the exponential. At most 3.3 % of a
+/// move is off up to a `dt` of the lag.
 #[inline]
 fn respond(car: &Vehicle, wheel: f64, command: f64, dt: f64) -> (f64, f64) {
     let gap = car.at_wheels(command + car.steer_offset) - wheel;

@@ -6,7 +6,7 @@ use crate::limits::MAX_YAW;
 use crate::math::{saturate, sqrt};
 use crate::vehicle::estimator::Estimator;
 
-/// What the monitor remembers; the turns are sums of which the old terms are forgotten.
+/// The monitor's state; the turns are sums with exponential forgetting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonitorState {
     /// Angle of the wheels by the vehicle's own figures [rad].
@@ -48,12 +48,12 @@ impl MonitorState {
     const SLOWER: f64 = 0.1;
     /// A quicker one is ahead by this share of that.
     const QUICKER: f64 = 0.3;
-    /// The steering offset that nobody told and the motion has not yet shown [rad].
+    /// Unknown steering offset, before the motion has shown it [rad].
     const OFFSET: f64 = 0.02;
     /// How much motion halves it, as `offset_square` [1/s]: a quarter of a second at 8 m/s.
     const OFFSET_DOUBT: f64 = 2.0;
-    /// Weight of no steering offset in the least squares [1/s]. Smaller values take wheels that
-    /// stick for a steering offset; larger ones take a steering offset for wheels that stick.
+    /// Weight of a steering offset of 0 in the least squares [1/s]. Smaller values mistake stuck
+    /// wheels for a steering offset; larger values mistake a steering offset for stuck wheels.
     const OFFSET_PRIOR: f64 = 8.0;
     /// Time over which the steering offset is estimated [s]: too long for a fault to pass as one.
     const OFFSET_TIME: f64 = 10.0;
@@ -61,8 +61,8 @@ impl MonitorState {
     pub const NOISE_TIME: f64 = 2.0;
     /// Standard deviation of the noise before it is measured [rad], and for how long that counts.
     const NOISE_PRIOR: (f64, f64) = (0.005, 0.05);
-    /// The share of the excess of large angles that is let pass: commands that swing from lock to
-    /// lock turn a vehicle by the tangent of angles that no model of its wheels tells well.
+    /// The share of the excess of large angles that is let pass: at commands that oscillate from
+    /// lock to lock, the tangent amplifies every error of the modelled wheels.
     const EXCESS: f64 = 0.5;
     /// How many standard deviations of the noise are let pass.
     const DEVIATIONS: f64 = 5.0;
@@ -72,12 +72,12 @@ impl MonitorState {
     pub(super) const MAX_PERIOD: f64 = 0.3;
     /// How long the vehicle is implausible after it last was beyond what is explained [s].
     pub const ALARM_TIME: f64 = 2.0;
-    /// More than a number comes to within the bounds of the input.
+    /// Bound that no valid input reaches.
     const MAX: f64 = 1e100;
     /// The same for a residual, little enough that the square of a change keeps to that.
     const MAX_RESIDUAL: f64 = 1e49;
 
-    /// Nothing seen yet; the wheels stand at the angle `wheel` [rad].
+    /// The state before the first step, with the wheels at the angle `wheel` [rad].
     pub(super) fn settled(wheel: f64) -> Self {
         let (deviation, time) = Self::NOISE_PRIOR;
         Self {
@@ -99,7 +99,7 @@ impl MonitorState {
         }
     }
 
-    /// The motion until the next step shows nothing.
+    /// The motion until the next step is not used.
     pub(super) fn interrupt(&mut self) {
         self.yaw = None;
         self.residual = None;

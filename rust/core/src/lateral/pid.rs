@@ -28,9 +28,9 @@ pub struct PidParams {
     /// Whether the integral weighs each error with its `dt`, as the published code does; the
     /// paper's equation sums the bare errors.
     pub integral_with_dt: bool,
-    /// Length of path over which its heading is taken [m]; two wheelbases by default. The derivative is
-    /// then how fast the front axle moves across that heading, which noise of the waypoints hardly
-    /// reaches. 0: that of the error, as printed.
+    /// Length of path over which its heading is taken [m]; two wheelbases by default. The
+    /// derivative is then how fast the front axle moves across that heading, which noise of the
+    /// waypoints hardly reaches. 0: that of the error, as printed.
     pub smoothing_length: Option<f64>,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
@@ -107,7 +107,7 @@ pub struct Pid {
 }
 
 impl Pid {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
@@ -151,8 +151,8 @@ impl Pid {
     fn rate_across(&self, path: &PathView<'_>, previous: Point, at: &Located) -> f64 {
         let step = at.position - previous;
         let half = 0.5 * (step.x * at.heading.x + step.y * at.heading.y);
-        let middle = at.foot.arc_length(path) - half;
-        let yaw = Preview::yaw_at(path, self.smoothing_length, at.foot.segment, middle);
+        let middle = at.closest.arc_length(path) - half;
+        let yaw = Preview::yaw_at(path, self.smoothing_length, at.closest.segment, middle);
         (step.y * cos(yaw) - step.x * sin(yaw)) / at.dt
     }
 }
@@ -200,8 +200,8 @@ impl LateralLaw for Pid {
         at: &Located,
         _belief: &Belief,
     ) -> Decision {
-        let error = at.foot.cross_track_error();
-        if at.turned || at.off_path {
+        let error = at.closest.cross_track_error();
+        if at.direction_changed || at.off_path {
             state.leave_path();
         }
         // At rest an error cannot be steered away; summing it would wind the integral up.
@@ -226,7 +226,7 @@ impl LateralLaw for Pid {
         state.previous_error = Some(error);
         Decision {
             steer,
-            target: at.foot.point,
+            target: at.closest.point,
             status,
         }
     }

@@ -102,7 +102,7 @@ impl Horizon<'_> {
         let mut kept = within(present);
         let added = travel.added();
         for (best, &turn) in moves.iter().zip(turns) {
-            let next = best.left_after(travel) * present - best.pull(&state);
+            let next = best.remaining_after(travel) * present - best.pull(&state);
             kept &= (next - present).abs() <= limits.later;
             kept &= within(next);
             state = travel.before_commanded(&state, turn, self.drift);

@@ -110,7 +110,7 @@ impl Pop {
     /// The largest number of candidates.
     pub const MAX_CANDIDATES: usize = 100_001;
 
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
@@ -153,7 +153,7 @@ impl Pop {
             .unwrap_or_else(|| self.choose_by_loop(target, vehicle, previous_steer, dt))
     }
 
-    /// The loop of Algorithm 1: the definition of the law.
+    /// The loop of Algorithm 1: the definition of the controller.
     #[cold]
     fn choose_by_loop(
         &self,
@@ -288,9 +288,9 @@ impl LateralLaw for Pop {
             yaw: at.vehicle.yaw,
             speed,
         };
-        let previous_steer = at.turn(state.previous_steer);
+        let previous_steer = at.mirror(state.previous_steer);
         let steer = self.choose(target.point - at.position, here, previous_steer, at.dt);
-        state.previous_steer = at.turn(steer);
+        state.previous_steer = at.mirror(steer);
         Decision {
             steer,
             target: target.point,

@@ -65,7 +65,7 @@ impl<L: LateralLaw> Tracker<L> {
         let wheel = state.past.map(|past| past.wheel());
         state.past = None;
         state.held_time = 0.0;
-        state.estimator.seen = None;
+        state.estimator.last_measured = None;
         let (estimate, mut plant) = match state.in_flight {
             Some(in_flight) if self.models => (state.estimator.estimate, in_flight),
             _ => (

@@ -1,4 +1,7 @@
-//! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
+//! Preview POP: of the angles near the last one, the one with the least predicted cost.
+//!
+//! One step of the controller: [`PreviewPop::choose`] predicts without limits and finds the best
+//! angle in closed form. Only if that plan breaks a limit, [`PreviewPop::best_within`] replaces it.
 
 use super::approach::{FULL_RATE, LAGS, MOST_HORIZONS, Straightening, TURNS};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
@@ -18,30 +21,32 @@ use crate::vehicle::bicycle::{MAX_STEPS, steps};
 pub struct PreviewPopState {
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
-    /// The limits that the last plan reaches, three bits a step: what the next plan is sought from,
-    /// which makes it quicker to find and no other.
+    /// The limits that the last plan reached, three bits a step. The search for the next plan
+    /// starts from them: it gets faster, its result stays the same.
     pub reached_limits: u64,
 }
 
 /// Preview POP: of the angles in the neighbourhood of the last one, the angle with the least cost
 /// over a horizon.
 ///
-/// The cost of a step is `e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`, with the
-/// cross-track error `e`, the heading error `p` and the rate of the wheels, predicted by a bicycle
-/// with lag along the curvature of the path ahead. What follows the first step is taken at its
-/// best, the cost-to-go, so the cost of an angle is a parabola, and the best angle is the lowest
-/// point of it. There is no list of candidates; the law is this closed form. Where that plan breaks
-/// a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the best plan
-/// that keeps them takes its place ([`limited`](super::limited)).
+/// The cost of a step is `e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`: cross-track error
+/// `e`, heading error `p`, and the rate of the commanded angle, linearised about straight wheels. A
+/// linear bicycle with steering lag predicts them along the curvature of the path ahead. The moves
+/// after the first one are assumed optimal; their cost is the cost-to-go. The cost of an angle is
+/// then a parabola, and its minimum is the best angle. There is no list of candidates; the
+/// controller is this closed form. Where that plan breaks a limit of the wheels' rate or angle or
+/// of the lateral acceleration, at any step, the best plan that keeps them takes its place
+/// ([`limited`](super::limited)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
     pub(super) vehicle: Vehicle,
     follow: Follow,
-    /// The lesser of the neighbourhood's and the vehicle's.
+    /// Largest rate of the commanded angle [rad/s]: the lesser of `steer_span_rate` and the
+    /// vehicle's `max_steer_rate`.
     pub(super) steer_span_rate: f64,
-    /// Whether that is the vehicle's.
+    /// Whether that is the vehicle's `max_steer_rate`.
     pub(super) rate_is_the_vehicles: bool,
-    /// Of the vehicle's `max_steer`.
+    /// Tangent of the vehicle's `max_steer`.
     pub(super) max_tangent: f64,
     pub(super) horizon: f64,
     heading_cost: f64,
@@ -51,22 +56,22 @@ pub struct PreviewPop {
     smoothing_length: f64,
 }
 
-/// The angles that the wheels can be brought to in a control period.
+/// The angles that can be commanded in this control period.
 struct Neighbourhood {
     /// The least [rad].
     low: f64,
     /// The greatest [rad].
     high: f64,
-    /// What makes an angle of a curvature [m].
+    /// Turning length [m]: `angle = atan(curvature * length)`.
     length: f64,
-    /// Of a step of the horizon that a control period is.
+    /// Control period as a share of a step of the horizon, at most 1.
     share: f64,
-    /// Whether the rate of the vehicle's wheels bounds it.
+    /// Whether the vehicle's `max_steer_rate` bounds it.
     is_the_vehicles: bool,
 }
 
 impl PreviewPop {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
@@ -103,8 +108,8 @@ impl PreviewPop {
         })
     }
 
-    /// The best angle of the neighbourhood of `previous_steer`, both of the mirrored vehicle, and
-    /// how it was planned.
+    /// The best angle in the neighbourhood of `previous_steer`, and the status of the plan. Both
+    /// angles are of the mirrored vehicle.
     #[inline]
     fn choose(
         &self,
@@ -114,7 +119,7 @@ impl PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> (f64, Status) {
-        let (vehicle, estimate, foot) = (&self.vehicle, &belief.estimate, &at.foot);
+        let (vehicle, estimate, closest) = (&self.vehicle, &belief.estimate, &at.closest);
         let speed = at.vehicle.forward_speed();
         let pace = if speed > self.min_speed {
             speed
@@ -125,8 +130,8 @@ impl PreviewPop {
         let step = pace * period;
         let lag = vehicle.steer_lag * speed;
         let kept = decay(step, lag);
-        // In a bend the point that moves where the vehicle looks lies elsewhere by this much.
-        let offset = at.turn(estimate.slip_length);
+        // A slip that grows with the curvature shifts the no-slip point along the vehicle.
+        let offset = at.mirror(estimate.slip_length);
         let travel = Travel::new(step, lag, kept, offset);
         let length = vehicle.turning_length(speed) / estimate.gain;
         let move_cost = self.steer_rate_cost * length / period;
@@ -134,10 +139,10 @@ impl PreviewPop {
 
         let mut turns = [0.0; MAX_STEPS];
         let turns = turns.get_mut(..count).unwrap_or_default();
-        let arc_length = foot.arc_length(path);
+        let arc_length = closest.arc_length(path);
         let distance = from_count(count) * step;
         let smoothing = self.smoothing_length;
-        let path_yaw = Preview::new(path, smoothing, foot.segment, arc_length, distance)
+        let path_yaw = Preview::new(path, smoothing, closest.segment, arc_length, distance)
             .turns(arc_length, step, turns);
         let horizon = Horizon {
             travel,
@@ -149,11 +154,11 @@ impl PreviewPop {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let cost = horizon.unlimited(&mut moves);
 
-        let (rate, span) = self.turned(speed, at.dt);
-        // From afar the error counts only as far as it calls for the approach angle, or for what
-        // can be straightened on the way.
+        let (rate, span) = self.rate_and_span(speed, at.dt);
+        // The pull of a large error is limited: to that of the approach angle, or of the steepest
+        // heading that the vehicle can still straighten before the path.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let error = foot.cross_track_error();
+        let error = closest.cross_track_error();
         let most = self.approach_angle_at(
             error,
             &Straightening {
@@ -166,13 +171,16 @@ impl PreviewPop {
         let most = if most > 0.0 { most } else { 0.0 };
         let wanted_pull = error * cost.ec;
         let pull = saturate(wanted_pull, -most, most);
-        let driven = tan(at.turn(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
+        let driven =
+            tan(at.mirror(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
         let tangent = tan(previous_steer);
-        let told = tangent / length;
-        let slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c;
-        // The lowest point of the parabola; a control period may be a part of the step.
+        let commanded = tangent / length;
+        let slope =
+            pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c;
+        // The minimum of the parabola is a move per step of the horizon; a control period may be
+        // shorter, and makes its share of the move.
         let share = at.dt / period;
-        let wanted = told - slope / (move_cost + cost.cc) * share;
+        let wanted = commanded - slope / (move_cost + cost.cc) * share;
 
         let (low, high) = (previous_steer - span, previous_steer + span);
         let unlimited = atan(wanted * length);
@@ -184,7 +192,7 @@ impl PreviewPop {
             },
             heading: heading_error,
             driven,
-            commanded: told,
+            commanded,
         };
         let later = rate * period * self.steepness(tangent) / length;
         let limits = |(least, greatest)| Limits {
@@ -196,7 +204,7 @@ impl PreviewPop {
         let keeps = |limits: &Limits| {
             low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, limits)
         };
-        // What keeps the narrower limits keeps the limits.
+        // The narrower limits are cheaper, and a plan that keeps them keeps the limits.
         let narrower = self.narrower_curvatures(at, belief, length);
         if keeps(&limits(narrower)) {
             *guess = ReachedLimits::default();
@@ -207,7 +215,7 @@ impl PreviewPop {
             *guess = ReachedLimits::default();
             return (unlimited, Status::OK);
         }
-        // At rest the wheels stand.
+        // At rest the wheels do not turn.
         if span <= 0.0 {
             return (previous_steer, Status::OK);
         }
@@ -237,9 +245,9 @@ impl PreviewPop {
             share,
             is_the_vehicles,
         } = around;
-        let (most, told) = (self.vehicle.max_steer, start.commanded);
-        let first = |angle: f64| (tan(angle) / length - told) / share;
-        // Beyond its largest angle it is the curvature that is limited.
+        let (most, commanded) = (self.vehicle.max_steer, start.commanded);
+        let first = |angle: f64| (tan(angle) / length - commanded) / share;
+        // An angle beyond `max_steer` is excluded by the limits of the curvature already.
         let least = if low > -most {
             first(low)
         } else {
@@ -260,14 +268,15 @@ impl PreviewPop {
         } else {
             plan.limits
         };
-        // A move to the largest curvature is made as fast as the wheels turn: its part in each
-        // control period would bring them there late.
+        // A move that ends at a limit of the curvature is commanded at once: by its share in each
+        // control period the wheels would come there too late.
         let made = match plan.reached {
             Reached::Curvature => 1.0,
             _ => share,
         };
-        let angle = atan((told + (plan.first() - told) * made) * length);
-        // The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        let angle = atan((commanded + (plan.first() - commanded) * made) * length);
+        // SATURATED means that the vehicle limits the angle. To be held back by `steer_span_rate`,
+        // which is a choice, does not count; to arrive at a limit of the curvature does.
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
@@ -280,19 +289,19 @@ impl PreviewPop {
         )
     }
 
-    /// The curvatures that the vehicle may be told: of the angles that a command can bring the
-    /// wheels to, and within its lateral acceleration.
+    /// Least and greatest curvature that may be commanded [1/m]: by `max_steer` with the steering
+    /// offset, and by `max_lateral_acceleration`.
     #[inline]
     fn curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
         let vehicle = &self.vehicle;
-        let offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset);
+        let offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset);
         let most = vehicle.max_steer;
         let end = |angle: f64| tan(vehicle.at_wheels(angle)) / length;
         self.within_lateral_acceleration(at, end(offset - most), end(offset + most))
     }
 
-    /// Curvatures within [`curvatures`](Self::curvatures), by how steep a tangent is at its widest:
-    /// most plans keep them, and need no tangent.
+    /// Curvatures within [`curvatures`](Self::curvatures), from a linear bound of the tangent. Most
+    /// plans keep them, which saves two tangents a step.
     #[inline]
     fn narrower_curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
         let offset = self.vehicle.steer_offset + belief.estimate.steer_offset;
@@ -315,14 +324,15 @@ impl PreviewPop {
         )
     }
 
-    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
-    /// longer to straighten a vehicle that approaches the path.
+    /// The horizon at a speed [s]. It is longer than the parameter if the vehicle's wheels need
+    /// longer to straighten it on its approach to the path.
     #[inline]
     fn horizon_at(&self, pace: f64) -> f64 {
         if !self.rate_is_the_vehicles {
             return self.horizon;
         }
-        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
+        // Half the time in which wheels that turn out and back at their rate turn the vehicle by
+        // the approach angle.
         let length = self.vehicle.turning_length(pace);
         let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
         let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
@@ -335,12 +345,13 @@ impl PreviewPop {
         }
     }
 
-    /// The rate of the wheels that is planned with [rad/s], and how far they turn in a control
-    /// period `dt` [rad]. Below `min_speed` they turn in proportion to the distance, where the
-    /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
-    /// time at `min_speed`.
+    /// The planned rate of the wheels [rad/s], and their travel in a control period `dt` [rad].
+    ///
+    /// Below `min_speed` the wheels turn in proportion to the distance travelled. With a
+    /// `max_steer_rate` they turn at all of it down to [`FULL_RATE`] of `min_speed`. The prediction
+    /// assumes at least `min_speed`, so the rate is converted to its time.
     #[inline]
-    fn turned(&self, speed: f64, dt: f64) -> (f64, f64) {
+    fn rate_and_span(&self, speed: f64, dt: f64) -> (f64, f64) {
         let rate = self.steer_span_rate;
         if speed >= self.min_speed {
             return (rate, rate * dt);
@@ -355,9 +366,9 @@ impl PreviewPop {
         }
     }
 
-    /// How fast the tangent of the wheels' angle is planned to change, per radian, when it is
-    /// `tangent`. It changes faster where the wheels stand wide. With the vehicle's own rate that
-    /// is not counted on, as the wheels have to be straight again in time.
+    /// The planned change of the tangent of the wheels' angle per radian, at `tangent`. It grows
+    /// with the angle. With the vehicle's own rate that is not relied on: the wheels have to be
+    /// straight again in time.
     #[inline]
     fn steepness(&self, tangent: f64) -> f64 {
         if self.rate_is_the_vehicles {
@@ -425,14 +436,14 @@ impl LateralLaw for PreviewPop {
         belief: &Belief,
     ) -> Decision {
         let mut reached = ReachedLimits(state.reached_limits);
-        let previous = at.turn(state.previous_steer);
+        let previous = at.mirror(state.previous_steer);
         let (wanted, planned) = self.choose(path, previous, &mut reached, at, belief);
         state.reached_limits = reached.0;
         let (steer, status) = self.vehicle.limit_steer(wanted);
-        state.previous_steer = at.turn(steer);
+        state.previous_steer = at.mirror(steer);
         Decision {
             steer,
-            target: at.foot.point,
+            target: at.closest.point,
             status: planned | status,
         }
     }

@@ -1,11 +1,10 @@
-//! What a step is told beside pose and speed: the angle that was really applied, and how old the pose
-//! is.
+//! Optional inputs of a step: the angle that was really applied, and the age of the pose.
 
 use crate::error::{InputError, input_in_range};
 use crate::vehicle::Vehicle;
 use crate::vehicle::past::MAX_POSE_AGE;
 
-/// What a step may be told beside pose and speed.
+/// The optional inputs of a step, besides pose and speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reported {
     /// The angle that was applied since the last step in place of the commanded one [rad]: a

@@ -1,13 +1,13 @@
-//! A control step whole: estimate, predict, locate, decide, limit.
+//! A whole control step: estimate, predict, locate, decide, limit.
 //!
-//! A [`Tracker`] is a law as a vehicle takes it. It shows the law the vehicle as it will be when
-//! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
-//! from a driver's angle without a jump, and answers every input.
+//! A [`Tracker`] runs a controller on a vehicle. It predicts the vehicle to the time when the next
+//! command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a
+//! driver without a jump of the angle, and answers every input.
 
 use super::monitor::{Measured, Monitor, MonitorParams};
 use super::reported::Reported;
 use super::tracker_state::{
-    Answer, HANDOVER_TIME, Handover, Place, Seen, TrackerState, check_waypoint, widest_offset,
+    Answer, Deviation, HANDOVER_TIME, Handover, Place, TrackerState, check_waypoint, widest_offset,
 };
 use super::{Command, LateralLaw, LateralState, Status, check_steer};
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
@@ -20,13 +20,13 @@ use crate::path::view::PathView;
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
-/// A law, and how it adapts to its vehicle.
+/// A controller, and how it adapts to its vehicle.
 ///
-/// With a dead time the law is shown the vehicle as it will be when its command reaches the
-/// wheels. Commands keep the vehicle's angle, rate and lateral acceleration. A law that starts from
-/// a driver's angle, or on another path, goes on from the present angle: the difference to what the
-/// law itself wants fades evenly over [`HANDOVER_TIME`]; POP, whose next angle lies in the
-/// neighbourhood of the last, needs no fading.
+/// With a dead time the controller gets the vehicle as predicted for the time when its command
+/// reaches the wheels. Commands keep the vehicle's limits of angle, rate and lateral acceleration.
+/// After a driver, or on another path, the command continues from the present angle: its difference
+/// to the controller's own angle fades linearly over [`HANDOVER_TIME`]; POP, whose next angle lies
+/// in the neighbourhood of the last, needs no fading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracker<L> {
     pub(super) law: L,
@@ -34,7 +34,7 @@ pub struct Tracker<L> {
     pub(super) monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
     pub(super) models: bool,
-    /// Whether the law's angle is the command as it is.
+    /// Whether the controller's angle is the command as it is.
     bare: bool,
 }
 
@@ -52,7 +52,7 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(Self::unchecked(law, adapt))
     }
 
-    /// `law` with its vehicle, adapting as laws of its kind do.
+    /// `law` with its vehicle, adapting as controllers of its kind do.
     pub fn of(law: L) -> Self {
         let adapt = law.default_adapt();
         Self::unchecked(law, adapt)
@@ -74,7 +74,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The law.
+    /// The controller.
     pub fn law(&self) -> &L {
         &self.law
     }
@@ -99,7 +99,7 @@ impl<L: LateralLaw> Tracker<L> {
         self.follow().base + self.follow().reference_offset
     }
 
-    /// The same with the law made into another by `change`.
+    /// The same with the controller made into another by `change`.
     pub fn map<M: LateralLaw>(self, change: impl FnOnce(L) -> M) -> Tracker<M> {
         let (models, bare) = (self.models, self.bare);
         Tracker {
@@ -133,8 +133,8 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The state before the first step of a vehicle that a driver leaves to the law, steering at
-    /// the angle `steer` [rad].
+    /// The state before the first step of a vehicle that a driver leaves to the controller,
+    /// steering at the angle `steer` [rad].
     ///
     /// # Errors
     ///
@@ -149,9 +149,9 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(state)
     }
 
-    /// After a jump of the vehicle, of its localisation or along the path: finds the place that
-    /// the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest
-    /// of `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
+    /// After a jump of the vehicle, of its localisation or along the path: finds the place that the
+    /// next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest of
+    /// `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
     /// at worst.
     ///
     /// # Errors
@@ -191,10 +191,10 @@ impl<L: LateralLaw> Tracker<L> {
         check_waypoint("waypoint", path, state.waypoint)?;
         check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
-        if let Some(Handover { offset, left }) = state.handover {
+        if let Some(Handover { offset, remaining }) = state.handover {
             let widest = widest_offset(vehicle);
             check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
-            input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
+            input_in_range("handover_remaining", remaining, 0.0, HANDOVER_TIME)?;
         }
         if let Some(place) = state.place {
             place.checked()?;
@@ -230,7 +230,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// What is known of the vehicle beyond its own figures, its gain also where it is not used.
+    /// The present estimates, with the fitted gain even if the controller does not use it.
     pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
         state.estimator.known()
     }
@@ -248,15 +248,15 @@ impl<L: LateralLaw> Tracker<L> {
         let dt = checked_dt(dt)?;
         let reported = reported.checked(self.law.vehicle())?;
         let dt = state.elapse(dt);
-        let sight = self.sight(state, vehicle, dt, reported);
-        let mut belief = sight.belief;
+        let perception = self.perceive(state, vehicle, dt, reported);
+        let mut belief = perception.belief;
 
         let follow = self.law.follow();
-        let at = follow.locate(path, state.waypoint, sight.seen, dt);
-        state.waypoint = Some(at.foot.segment);
+        let at = follow.locate(path, state.waypoint, perception.predicted, dt);
+        state.waypoint = Some(at.closest.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
-            let measured = follow.locate(path, state.measured_waypoint, sight.here, dt);
-            state.measured_waypoint = Some(measured.foot.segment);
+            let measured = follow.locate(path, state.measured_waypoint, perception.here, dt);
+            state.measured_waypoint = Some(measured.closest.segment);
             Some(measured)
         } else {
             // One that a state of another vehicle brought along may be none of this path.
@@ -265,25 +265,25 @@ impl<L: LateralLaw> Tracker<L> {
         };
         if let Some(adapt) = &self.adapt {
             let place = measured.as_ref().unwrap_or(&at);
-            // A pose that was given before shows nothing new.
-            if sight.observed >= MIN_DT {
-                let since = (sight.observed, sight.travel);
+            // A pose that was given before carries no new information.
+            if perception.observed >= MIN_DT {
+                let since = (perception.observed, perception.travel);
                 self.observe_slip(path, state, adapt, place, vehicle, since);
             }
             belief.estimate = state.estimator.estimate;
         }
 
         let here = measured.as_ref().unwrap_or(&at);
-        let fault = self.watch(state, here, sight.here, dt);
+        let fault = self.watch(state, here, perception.here, dt);
 
         if !self.bare {
-            // The angle of the last command by the offset as it is known now.
+            // The angle of the last command, with the present estimate of the offset.
             let offset = self.law.vehicle().steer_offset + belief.estimate.steer_offset;
             let last = self.law.vehicle().at_wheels(state.steer + offset);
             state.law.set_steer(last);
         }
         let decision = self.law.decide(path, &mut state.law, &at, &belief);
-        let steer = at.turn(decision.steer);
+        let steer = at.mirror(decision.steer);
         state.held = 0;
         let limited = if self.bare && state.handover.is_none() {
             state.steer = steer;
@@ -291,20 +291,22 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
         };
-        let predicted = Seen::of(&at);
+        let predicted = Deviation::of(&at);
         let ahead = Ahead::of(path, follow, measured.as_ref().unwrap_or(&at));
         let answer = Answer {
-            measured: measured.as_ref().map_or(predicted, Seen::of),
+            measured: measured.as_ref().map_or(predicted, Deviation::of),
             predicted,
             target: decision.target,
             reverse: at.reverse,
             ahead,
-            vehicle: sight.here,
+            vehicle: perception.here,
         };
         state.answer = Some(answer);
         state.place = Some(Place {
-            predicted: at.foot.point,
-            measured: measured.as_ref().map_or(at.foot.point, |at| at.foot.point),
+            predicted: at.closest.point,
+            measured: measured
+                .as_ref()
+                .map_or(at.closest.point, |at| at.closest.point),
         });
         let status = decision.status
             | fault
@@ -332,8 +334,7 @@ impl<L: LateralLaw> Tracker<L> {
         self.monitor.as_ref().map(Monitor::params)
     }
 
-    /// Compares the step of a vehicle that is measured at `here` with what was commanded before it,
-    /// and says what is wrong.
+    /// Compares the measured motion with the last commands, and returns the faults.
     #[inline]
     fn watch(
         &self,
@@ -345,7 +346,7 @@ impl<L: LateralLaw> Tracker<L> {
         let Some(monitor) = &self.monitor else {
             return Status::OK;
         };
-        // Where nothing is modelled, what a state of another vehicle brings along does not count.
+        // A tracker that models nothing ignores what a state of another vehicle holds.
         let in_flight = state.in_flight.as_ref().filter(|_| self.models);
         let now = Measured {
             here,

@@ -233,8 +233,8 @@ impl SpeedTracker {
         let dt = checked_dt(dt)?;
         let (params, car) = (&self.params, &self.vehicle);
         let at = self.follow.locate(path, state.waypoint, vehicle, dt);
-        let segment = at.foot.segment;
-        let arc = at.foot.arc_length(path);
+        let segment = at.closest.segment;
+        let arc = at.closest.arc_length(path);
         let end = path.section_end(segment);
         let stop = end.map_or(f64::INFINITY, |end| end_of(path, end, segment));
         let left = stop - arc;
@@ -262,7 +262,7 @@ impl SpeedTracker {
         if forward < slowest && wanted < 0.0 {
             wanted = 0.0;
         }
-        let (last, mut integral) = if at.turned {
+        let (last, mut integral) = if at.direction_changed {
             (0.0, 0.0)
         } else {
             (state.acceleration, state.integral)

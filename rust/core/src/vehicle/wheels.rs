@@ -60,13 +60,13 @@ impl Vehicle {
     }
 }
 
-/// What reached the wheels in a period: integrals over the time, for the speed 1 m/s and the
-/// turning length 1 m.
+/// What the wheels did in a period. Times `speed / turning length`, the integrals are the turn of
+/// the vehicle and its derivative by a steering offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reached {
-    /// Of `tan(wheel)` [s].
+    /// Integral of `tan(wheel)` over the time [s].
     pub turn: f64,
-    /// Of its derivative by the angle [s].
+    /// Integral of its derivative by the angle, `1 + tan(wheel)^2`, over the time [s].
     pub slope: f64,
 }
 

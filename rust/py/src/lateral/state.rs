@@ -15,7 +15,7 @@ use crate::params::{Count, Field, repr};
 
 /// How a state goes between Python and the core.
 pub(crate) trait StateClass: Sized {
-    /// The core's law.
+    /// The core's controller.
     type Law: LateralLaw;
     /// The class that shows `state`, with `tail` beside it.
     fn show(state: &<Self::Law as LateralLaw>::State, tail: Tail) -> Self;

@@ -1,4 +1,4 @@
-"""The vehicle as the law is to see it, after all that is reported of it."""
+"""Measured and predicted vehicle of a step, from the pose, its age and the applied angle."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle.estimator import AdaptParams, Estimator
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Sight", "observe_slip", "predict_now", "sight_aged"]
+__all__ = ["Perception", "observe_slip", "perceive_aged", "predict_now"]
 
 StateT = TypeVar("StateT", bound=TrackerState)
 
 
-class Sight(NamedTuple):
-    """The vehicle at a step, as it is and as the law is to see it."""
+class Perception(NamedTuple):
+    """The vehicle at a step: as it is measured, and as it is predicted for the controller."""
 
     here: VehicleState
-    """The vehicle now."""
-    seen: VehicleState
+    """The vehicle now; an old pose is rolled forward to now."""
+    predicted: VehicleState
     """The vehicle when the next command reaches the wheels."""
     belief: Belief
     observed: float
-    """How long after the last pose this one was measured [s]."""
+    """Time between the last pose and this one [s]; 0 or less for a pose given before."""
     travel: float
-    """How far the vehicle has come since [m]."""
+    """Distance travelled since the pose was measured [m]."""
 
 
-def sight_aged(
+def perceive_aged(
     car: Vehicle,
     adapt: AdaptParams | None,
     state: StateT,
@@ -57,14 +57,14 @@ def sight_aged(
     age: float,
     *,
     models: bool,
-) -> tuple[StateT, Sight]:
-    """Do as a step without ages does, for a pose that was measured `age` [s] before.
+) -> tuple[StateT, Perception]:
+    """Give measured and predicted vehicle for a pose that was measured `age` [s] ago.
 
-    Observes the motion between the poses, lets the last command take flight, and predicts.
+    Observes the motion between the poses, puts the last command in flight, and predicts.
     """
     past, in_flight = past_of(state), in_flight_of(state) if models else None
     if past is None:
-        # Nothing was remembered: the wheels count as still.
+        # Nothing is remembered before the first pose with an age: the wheels count as still.
         still = car.at_wheels(state.steer + car.steer_offset)
         past = Past.settled(still if in_flight is None else in_flight.wheel)
     past = _remember(car, past, in_flight, state.steer, dt)
@@ -72,7 +72,7 @@ def sight_aged(
     old = vehicle.ahead(car.no_slip)
     estimator = estimator_of(state)
     before = estimator.estimate.longer_dead_time
-    # A pose that was given before shows nothing new.
+    # A pose that was given before carries no new information.
     if observed >= MIN_DT:
         if adapt is not None and in_flight is not None:
             estimator = estimator.observe_turn(adapt, car, old, past.reached(age), observed)
@@ -87,23 +87,25 @@ def sight_aged(
     if age > 0.0:
         now = past.advance(car, old, age, estimate).bounded()
         here = now.ahead(-car.no_slip).bounded()
-    seen, wheel = here, state.steer
+    predicted, wheel = here, state.steer
     if in_flight is not None:
         longer = estimate.longer_dead_time - before
         in_flight = in_flight.elapse(car, state.steer, dt, longer)
         wheel = in_flight.wheel
         if car.dead_time > 0.0:
             predicted, wheel = in_flight.predict(car, now, estimate)
-            seen = predicted.bounded().ahead(-car.no_slip).bounded()
+            predicted = predicted.bounded().ahead(-car.no_slip).bounded()
         state = with_in_flight(state, in_flight)
     state = with_past(with_estimator(state, estimator), past)
-    return state, Sight(here, seen, Belief(wheel, estimate), observed, vehicle.speed * age)
+    return state, Perception(
+        here, predicted, Belief(wheel, estimate), observed, vehicle.speed * age
+    )
 
 
 def predict_now(
     car: Vehicle, adapt: AdaptParams | None, state: StateT, vehicle: VehicleState, dt: float
 ) -> tuple[StateT, VehicleState, Belief]:
-    """Return the state, and the vehicle as the law is to see it.
+    """Return the state, and the vehicle as the controller is to see it.
 
     Before, its motion since the last step is observed, and the last command takes flight.
     """
@@ -122,8 +124,8 @@ def predict_now(
     if car.dead_time > 0.0:
         predicted, wheel = in_flight.predict(car, now, estimate)
         # What was given is good, so what comes of it is not refused.
-        seen = predicted.bounded().ahead(-car.no_slip).bounded()
-        return state, seen, Belief(wheel, estimate)
+        predicted = predicted.bounded().ahead(-car.no_slip).bounded()
+        return state, predicted, Belief(wheel, estimate)
     return state, vehicle, Belief(in_flight.wheel, estimate)
 
 
@@ -134,34 +136,35 @@ def observe_slip(
     estimator: Estimator,
     here: Located,
     vehicle: VehicleState,
-    seen: tuple[float, float],
+    since: tuple[float, float],
 ) -> Estimator:
-    """Observe the slip of a vehicle that is at `here`.
+    """Update the estimated slip.
 
-    It was `seen` at `vehicle` so long [s] after the last time, and since then has come so far [m].
-    Nothing is learnt across a change of the direction.
+    `vehicle` is the measured pose; `since` are the time [s] since the last pose and the distance
+    [m] travelled from that pose to `here`, the vehicle now. A change of the driving direction
+    interrupts the estimation.
     """
-    (dt, since), car, path = seen, law.vehicle, law.path
+    (dt, travelled), car, path = since, law.vehicle, law.path
     now = vehicle.ahead(car.no_slip)
-    if here.turned or here.vehicle.speed <= 0.0:
-        return replace(estimator, seen=now)
+    if here.direction_changed or here.vehicle.speed <= 0.0:
+        return replace(estimator, last_measured=now)
 
     def curvature(travel: float) -> float:
         travel = abs(travel)
-        # The tracked point lies ahead of the one that slips by about this much.
-        start = here.foot.arc_length(path) - follow.reference_offset - travel
-        start -= abs(since)
+        # The tracked point lies ahead of the no-slip point by about `reference_offset`.
+        start = here.closest.arc_length(path) - follow.reference_offset - travel
+        start -= abs(travelled)
         smoothing = 2.0 / 3.0 * car.wheelbase
-        preview = Preview(path, smoothing, here.foot.segment, start, travel)
+        preview = Preview(path, smoothing, here.closest.segment, start, travel)
         _, (turn,) = preview.turns(start, travel, 1)
-        return here.turn(turn / travel)
+        return here.mirror(turn / travel)
 
     estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
-    return replace(estimator, seen=now)
+    return replace(estimator, last_measured=now)
 
 
 def _remember(car: Vehicle, past: Past, in_flight: InFlight | None, last: float, dt: float) -> Past:
-    """Let `dt` [s] pass under the angle `last` [rad], which takes flight if there is one."""
+    """Record `dt` [s] of the commanded angle `last` [rad]; in flight first if commands are."""
     if in_flight is None:
         return past.elapse(car, [(last, dt)], past.wheel, dt)
     return past.elapse(car, (*in_flight.commands, (last, dt)), in_flight.wheel, dt)

@@ -1,4 +1,4 @@
-//! The vehicle as the law is to see it, after all that is reported of it.
+//! Measured and predicted vehicle of a step, from the pose, its age and the applied angle.
 
 use super::reported::Reported;
 use super::tracker::{Tracker, command};
@@ -13,16 +13,16 @@ use crate::path::view::PathView;
 use crate::vehicle::past::Past;
 use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
 
-/// The vehicle at a step, as it is and as the law is to see it.
-pub(super) struct Sight {
-    /// The vehicle now.
+/// The vehicle at a step: as it is measured, and as it is predicted for the controller.
+pub(super) struct Perception {
+    /// The vehicle now; an old pose is rolled forward to now.
     pub(super) here: VehicleState,
     /// The vehicle when the next command reaches the wheels.
-    pub(super) seen: VehicleState,
+    pub(super) predicted: VehicleState,
     pub(super) belief: Belief,
-    /// How long after the last pose this one was measured [s].
+    /// Time between the last pose and this one [s]; 0 or less for a pose that was given before.
     pub(super) observed: f64,
-    /// How far the vehicle has come since [m].
+    /// Distance travelled since the pose was measured [m].
     pub(super) travel: f64,
 }
 
@@ -97,44 +97,43 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(state.steer)
     }
 
-    /// The vehicle as it is and as the law is to see it, after all that is `reported`, which is
-    /// checked.
+    /// Measured and predicted vehicle, after all that is `reported`, which is checked.
     #[inline]
-    pub(super) fn sight(
+    pub(super) fn perceive(
         &self,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
         reported: Reported,
-    ) -> Sight {
+    ) -> Perception {
         if let Some(applied) = reported.applied_steer {
-            // All that goes on from the last command goes on from what was applied instead.
+            // The angle that was applied takes the place of the last command.
             state.steer = applied;
             state.law.set_steer(applied);
         }
         if reported.pose_age > 0.0 || state.past.is_some() {
-            return self.sight_aged(state, vehicle, dt, reported.pose_age);
+            return self.perceive_aged(state, vehicle, dt, reported.pose_age);
         }
-        let (seen, belief) = self.predict_now(state, vehicle, dt);
-        Sight {
+        let (predicted, belief) = self.predict_now(state, vehicle, dt);
+        Perception {
             here: vehicle,
-            seen,
+            predicted,
             belief,
             observed: dt,
             travel: 0.0,
         }
     }
 
-    /// As a step without ages does, for a pose that was measured `age` [s] before: observes the
-    /// motion between the poses, lets the last command take flight, and predicts.
+    /// [`perceive`](Self::perceive) for a pose that was measured `age` [s] ago: observes the motion
+    /// between the poses, puts the last command in flight, and predicts.
     #[cold]
-    fn sight_aged(
+    fn perceive_aged(
         &self,
         state: &mut TrackerState<L::State>,
         vehicle: VehicleState,
         dt: f64,
         age: f64,
-    ) -> Sight {
+    ) -> Perception {
         let car = self.vehicle();
         let TrackerState {
             steer,
@@ -145,7 +144,7 @@ impl<L: LateralLaw> Tracker<L> {
         } = state;
         let steer = *steer;
         let mut in_flight = in_flight.as_mut().filter(|_| self.models);
-        // Before the first pose with an age nothing was remembered: the wheels count as still.
+        // Nothing is remembered before the first pose with an age: the wheels count as still.
         let past = past.get_or_insert_with(|| {
             let standing = car.at_wheels(steer + car.steer_offset);
             Past::settled(in_flight.as_ref().map_or(standing, |line| line.wheel()))
@@ -154,12 +153,12 @@ impl<L: LateralLaw> Tracker<L> {
         let observed = past.since() - age;
         let old = vehicle.ahead(car.no_slip());
         let before = estimator.estimate.longer_dead_time;
-        // A pose that was given before shows nothing new.
+        // A pose that was given before carries no new information.
         if observed >= MIN_DT {
             if let (Some(adapt), Some(_)) = (self.adapt(), &in_flight) {
                 estimator.observe_turn(adapt, car, old, past.reached(age), observed);
-                // No command reaches the wheels before it is given, so in a period the flight
-                // becomes longer by that at most.
+                // No command reaches the wheels before it is given: within a period the dead time
+                // grows by at most that period.
                 let longer = &mut estimator.estimate.longer_dead_time;
                 *longer = saturate(*longer, before - dt, before + dt);
             }
@@ -175,27 +174,27 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             (vehicle, old)
         };
-        let (mut seen, mut wheel) = (here, steer);
+        let (mut predicted, mut wheel) = (here, steer);
         if let Some(in_flight) = &mut in_flight {
             in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
             wheel = in_flight.wheel();
             if car.dead_time > 0.0 {
-                let (predicted, then) = in_flight.predict(car, now, &estimate);
-                seen = predicted.bounded().ahead(-car.no_slip()).bounded();
+                let (arriving, then) = in_flight.predict(car, now, &estimate);
+                predicted = arriving.bounded().ahead(-car.no_slip()).bounded();
                 wheel = then;
             }
         }
-        Sight {
+        Perception {
             here,
-            seen,
+            predicted,
             belief: Belief { wheel, estimate },
             observed,
             travel: vehicle.speed * age,
         }
     }
 
-    /// The vehicle as the law is to see it, after its motion since the last step was observed and
-    /// the last command took flight.
+    /// The predicted vehicle of a pose that is not old: observes the motion since the last step,
+    /// puts the last command in flight, and predicts.
     #[inline]
     fn predict_now(
         &self,
@@ -204,7 +203,7 @@ impl<L: LateralLaw> Tracker<L> {
         dt: f64,
     ) -> (VehicleState, Belief) {
         let car = self.law.vehicle();
-        // Where nothing is modelled, what a state of another vehicle brings along does not count.
+        // A tracker that models nothing ignores what a state of another vehicle holds.
         let (true, Some(in_flight)) = (self.models, &mut state.in_flight) else {
             let belief = Belief {
                 wheel: state.steer,
@@ -223,18 +222,18 @@ impl<L: LateralLaw> Tracker<L> {
         in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before);
         if car.dead_time > 0.0 {
             let (predicted, wheel) = in_flight.predict(car, now, &estimate);
-            // What was given is good, so what comes of it is not refused.
-            let seen = predicted.bounded().ahead(-car.no_slip()).bounded();
-            (seen, Belief { wheel, estimate })
+            // The input was valid, so its prediction is put within the bounds and not refused.
+            let predicted = predicted.bounded().ahead(-car.no_slip()).bounded();
+            (predicted, Belief { wheel, estimate })
         } else {
             let wheel = in_flight.wheel();
             (vehicle, Belief { wheel, estimate })
         }
     }
 
-    /// Observes the slip of a vehicle that is at `here`, and was seen at `vehicle` so long [s] after
-    /// the last time, and since then has come so far [m]. Nothing is learnt across a change of the
-    /// direction.
+    /// Updates the estimated slip. `vehicle` is the measured pose, `dt` [s] after the last one;
+    /// `here` is the vehicle now, `travelled` [m] from that pose. A change of the driving direction
+    /// interrupts the estimation.
     #[inline]
     pub(super) fn observe_slip(
         &self,
@@ -243,32 +242,32 @@ impl<L: LateralLaw> Tracker<L> {
         adapt: &AdaptParams,
         here: &Located,
         vehicle: VehicleState,
-        (dt, since): (f64, f64),
+        (dt, travelled): (f64, f64),
     ) {
         let car = self.law.vehicle();
         let now = vehicle.ahead(car.no_slip());
-        if here.turned || here.vehicle.speed <= 0.0 {
-            state.estimator.seen = Some(now);
+        if here.direction_changed || here.vehicle.speed <= 0.0 {
+            state.estimator.last_measured = Some(now);
             return;
         }
         let curvature = |travel: f64| {
             let travel = travel.abs();
             let mut turn = [0.0];
-            // The tracked point lies ahead of the one that slips by about this much.
-            let start = here.foot.arc_length(path) - self.follow().reference_offset - travel;
-            let start = start - since.abs();
+            // The tracked point lies ahead of the no-slip point by about `reference_offset`.
+            let start = here.closest.arc_length(path) - self.follow().reference_offset - travel;
+            let start = start - travelled.abs();
             let smoothing = 2.0 / 3.0 * car.wheelbase;
-            Preview::new(path, smoothing, here.foot.segment, start, travel)
+            Preview::new(path, smoothing, here.closest.segment, start, travel)
                 .turns(start, travel, &mut turn);
             let [turn] = turn;
-            here.turn(turn / travel)
+            here.mirror(turn / travel)
         };
         state.estimator.observe_slip(adapt, car, now, curvature, dt);
-        state.estimator.seen = Some(now);
+        state.estimator.last_measured = Some(now);
     }
 }
 
-/// Lets `dt` [s] pass under the angle `last` [rad], which takes flight where there is a flight.
+/// Records `dt` [s] of the commanded angle `last` [rad]; it is in flight first if commands are.
 fn remember(car: &Vehicle, past: &mut Past, in_flight: Option<&InFlight>, last: f64, dt: f64) {
     let last = core::iter::once((last, dt));
     match in_flight {
