@@ -33,11 +33,14 @@ MODULES = [
         "popsteer.reference",
         "popsteer.sim",
     ),
+    "popsteer.adapters.carla",
     *("popsteer.controllers", "popsteer.presets", "popsteer.tracks", "popsteer.vehicles"),
     *(f"popsteer.lab.{name}" for name in popsteer.lab.__all__),
 ]
 # What a module needs that neither popsteer nor its extra `test` brings.
 OF_EXTRAS = {
+    "popsteer.adapters.carla": "carla",
+    "popsteer.adapters.carla.conversions": "carla",
     "popsteer.plants.commonroad": "vehiclemodels",
     "popsteer.plants.mujoco_car": "mujoco",
     "popsteer.lab.baselines.mpc": "osqp",
