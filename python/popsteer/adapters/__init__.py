@@ -1,0 +1,8 @@
+"""Where popsteer plugs in: adapters to the frameworks that its users drive with.
+
+Each is a module of its own with an extra of its own, imported nowhere else. An adapter converts and
+calls the API; none has a control law, a unit or a sign of its own.
+
+`popsteer.adapters.gymnasium`
+    Environments for reinforcement learning, extra ``gym``.
+"""
