@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from bisect import bisect_right
 from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, get_args
 
@@ -110,9 +111,15 @@ class Task:
         if actions == "steer" and path.speed is None and isinstance(keeping, SpeedPid):
             raise PathError("the path has no reference speeds: give it some, or a constant_speed")
         self.path = path
+        # An episode begins in a few microseconds; attributes of the path are arrays, made anew.
+        self._waypoints = (path.x.tolist(), path.y.tolist(), path.s.tolist())
+        self._speeds = None if path.speed is None else path.speed.tolist()
+        self._reverse = None if path.reverse is None else path.reverse.tolist()
+        self._drawn_from = path.length if path.closed else _START_SHARE * path.length
         self.longitudinal = keeping if actions == "steer" else None
         self.name = plant_name(plant)  # refuses what is no plant
-        self.plant = plant
+        # A name of the core's is looked up once, not at each episode.
+        self.plant = _CORE[plant]() if isinstance(plant, str) and plant in _CORE else plant
         self.ranges = self._checked_ranges(vehicle_ranges)
         self.random_start = bool(random_start)
         self.start_offset = _range("start_offset", start_offset, 1e3)
@@ -193,22 +200,20 @@ class Task:
             drawn = {field: rng.uniform(*ends) for field, ends in self.ranges.items()}
             car = car.replace(**drawn)
             plant = _with_vehicle(plant, car)
-        path = self.path
-        length = path.length if path.closed else _START_SHARE * path.length
-        arc = rng.uniform(0.0, length) if self.random_start else 0.0
+        arc = rng.uniform(0.0, self._drawn_from) if self.random_start else 0.0
         offset, turn = rng.uniform(*self.start_offset), rng.uniform(*self.start_yaw)
-        segment = int(np.searchsorted(path.s, arc, side="right")) - 1
-        following = (segment + 1) % len(path)
-        x, y = float(path.x[segment]), float(path.y[segment])
-        dx, dy = float(path.x[following]) - x, float(path.y[following]) - y
-        yaw = math.atan2(dy, dx)
-        along = arc - float(path.s[segment])
+        xs, ys, arcs = self._waypoints
+        segment = bisect_right(arcs, arc) - 1
+        following = (segment + 1) % len(arcs)
+        x, y = xs[segment], ys[segment]
+        yaw = math.atan2(ys[following] - y, xs[following] - x)
+        along = arc - arcs[segment]
         x += along * math.cos(yaw) - offset * math.sin(yaw)
         y += along * math.sin(yaw) + offset * math.cos(yaw)
-        backwards = path.reverse is not None and bool(path.reverse[segment])
         speed = self.start_speed
         if speed is None:
-            speed = 0.0 if path.speed is None else abs(float(path.speed[segment]))
+            speed = 0.0 if self._speeds is None else abs(self._speeds[segment])
+        backwards = self._reverse is not None and self._reverse[segment]
         if backwards:
             yaw, speed = yaw + math.pi, -speed
         pose = (x, y, math.remainder(yaw + turn, math.tau))
@@ -233,7 +238,7 @@ def _checked_actions(actions: Actions) -> Actions:
 
 def _with_vehicle(plant: Any, car: Vehicle) -> Any:  # noqa: ANN401
     """Give a plant of the core that is another car."""
-    return _CORE[plant](car) if isinstance(plant, str) else plant.replace(vehicle=car)
+    return plant.replace(vehicle=car)
 
 
 def _reward_of(reward: RewardWeights | Mapping[str, float] | None) -> RewardWeights:
