@@ -146,7 +146,7 @@ impl Episode {
         let dt = simulation.settings().dt;
         let at = simulation.rear.find(simulation.path(), state.vehicle, dt);
         let path = simulation.path().view();
-        let place = at.foot.projection(&path);
+        let place = at.closest.projection(&path);
         let e = place.cross_track_error;
         let psi = wrap(at.vehicle.yaw - place.path_yaw);
         let figures = [
