@@ -15,7 +15,7 @@ Examples
 >>> result.metrics.finished, result.metrics.mean_abs_cross_track_error < 0.5
 (True, True)
 
-A car that is made from a vehicle, and a controller that is told a lag too short:
+A car that is made from a vehicle, and a controller that is given a lag too short:
 
 >>> car = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.2)
 >>> pop = popsteer.Pop(path, car.replace(steer_lag=0.1))

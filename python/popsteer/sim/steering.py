@@ -29,7 +29,7 @@ class OwnLaw(Protocol):
     `Vehicle` that it believes to steer) and `name`. One whose `vehicle_given` is False takes the
     plant's vehicle: its method ``with_vehicle(vehicle)`` gives what drives then.
 
-    A `step` that accepts a keyword `reverse` is told by it whether the path is driven backwards
+    A `step` that accepts a keyword `reverse` gets by it whether the path is driven backwards
     where the rear axle is; one that requires it makes an `OwnReversingLaw`.
     """
 
@@ -41,7 +41,7 @@ class OwnLaw(Protocol):
 
 
 class OwnReversingLaw(Protocol):
-    """An `OwnLaw` whose step wants to be told the direction of the path."""
+    """An `OwnLaw` whose step takes the direction of the path."""
 
     def step(
         self, x: float, y: float, yaw: float, speed: float, dt: float, /, *, reverse: bool

@@ -14,7 +14,7 @@ __all__ = ["Moved", "Reached", "move_wheel"]
 
 
 class Moved(NamedTuple):
-    """Where the wheels come to, and their mean angle on the way."""
+    """The wheels' angle after a move, and their mean angle during it."""
 
     wheel: float
     """Angle at the end [rad]."""

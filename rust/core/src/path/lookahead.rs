@@ -61,7 +61,7 @@ pub fn get_lookahead_point_index(
 /// The first point of the path, from `closest` on, that is `lookahead` [m] away from `position`,
 /// and whether there is one.
 ///
-/// Where an open path ends, or the vehicle has to turn round, the last segment goes on as a
+/// At an end of an open path and at a cusp the last segment goes on as a
 /// straight line, so there always is one while the closest point lies within the circle. Of a
 /// position farther than `lookahead` from its closest point the point is the closest point, in
 /// which a circle that touches the path ends as well; on a closed path that lies within the circle

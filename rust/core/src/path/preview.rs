@@ -163,7 +163,7 @@ impl<'a> Preview<'a> {
 }
 
 impl Stretch {
-    /// The stretch about `segment`, looked for between two arc lengths, once round at most.
+    /// The stretch about `segment`, searched for between two arc lengths, at most once around.
     fn about(path: &PathView<'_>, segment: usize, nearest: f64, farthest: f64) -> Self {
         let mut stretch = Self {
             first: segment,

@@ -8,7 +8,7 @@ use super::index::{self, Found};
 use super::view::PathView;
 use crate::geometry::Point;
 
-/// The segment to go on from after a jump to `position` with heading `yaw`, as
+/// The segment to start from after a jump to `position` with heading `yaw`, as
 /// [`relocalise_by_scan`] has it. On a path with an index it takes a few microseconds where few
 /// segments are as near, and visits all of them at worst.
 pub fn relocalise(path: &PathView<'_>, position: Point, yaw: f64, opposite_distance: f64) -> usize {
@@ -37,7 +37,7 @@ pub fn relocalise_within(
     }
 }
 
-/// The segment to go on from after a jump to `position` with heading `yaw`: the one of least
+/// The segment to start from after a jump to `position` with heading `yaw`: the one of least
 /// distance, which counts up to `opposite_distance` [m] more the less the vehicle would look along
 /// it; the first of several. Visits every segment.
 ///

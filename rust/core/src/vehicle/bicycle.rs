@@ -103,9 +103,8 @@ pub fn advance(vehicle: VehicleState, travel: f64, curvature: f64, slip: f64) ->
 /// curvature = gain tan(wheel + steer_offset) / turning_length,   yaw' = speed curvature
 /// ```
 ///
-/// The state is that of the point that does not slip; what the estimate knows better than the
-/// vehicle counts. The speed changes by the acceleration that is estimated, and the turning length
-/// is that of the first speed.
+/// The state is that of the no-slip point; the estimate corrects the vehicle. The speed changes by
+/// the acceleration that is estimated, and the turning length is that of the first speed.
 #[derive(Clone, Copy, Debug)]
 pub struct Rollout<'a> {
     vehicle: &'a Vehicle,

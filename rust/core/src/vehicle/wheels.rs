@@ -3,7 +3,7 @@
 use super::Vehicle;
 use crate::math::{decay, saturate, tan};
 
-/// Where the wheels come to, and their mean angle on the way.
+/// The wheels' angle after a move, and their mean angle during it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moved {
     /// Angle at the end [rad].
