@@ -30,7 +30,12 @@ from popsteer.sim.closed_loop import Run, default_start, run
 from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names, vehicle_of
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
-from popsteer.sim.steering import OwnCommand, OwnController, OwnLaw, OwnReversingLaw
+from popsteer.sim.steering import (
+    OwnCommand,
+    OwnController,
+    OwnReversingController,
+    OwnSimpleController,
+)
 
 __all__ = [
     "CarlaIdentified",
@@ -39,8 +44,8 @@ __all__ = [
     "Noise",
     "OwnCommand",
     "OwnController",
-    "OwnLaw",
-    "OwnReversingLaw",
+    "OwnReversingController",
+    "OwnSimpleController",
     "Plant",
     "Pose",
     "Run",

@@ -195,8 +195,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
         What steers. A controller of popsteer drives in the core, from a fresh state. Your own has a
         method ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it
-        as `steer`; see `OwnLaw` for what else it may have. It is called in the state that it is in,
-        and what it raises reaches you.
+        as `steer`; see `OwnSimpleController` for what else it may have. It is called in the state
+        that it is in, and what it raises reaches you.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
         What moves; `popsteer.plants` has those from elsewhere.
     path : Path, optional
