@@ -336,11 +336,10 @@ impl PyPath {
 
     /// Find the first crossing of the lookahead circle ahead of a closest point on the path.
     ///
-    /// At an end of the path and at a cusp the last segment goes on as a
-    /// straight line, so there always is a crossing while the closest point lies within the circle.
-    /// Of a position farther than `lookahead` from its closest point the point is the closest
-    /// point, in which a circle that touches the path ends as well; on a closed path that lies
-    /// within the circle it is the waypoint at least a quarter round.
+    /// At an end of the path and at a cusp the last segment goes on as a straight line, so there
+    /// always is a crossing while the closest point lies within the circle. If the closest point is
+    /// at least `lookahead` away, it is the answer itself. On a closed path that lies within the
+    /// circle the answer is the waypoint at least a quarter round.
     ///
     /// Parameters
     /// ----------

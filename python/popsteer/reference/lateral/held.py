@@ -1,4 +1,4 @@
-"""What holds the moves of a plan while it is made: the set of `limited`."""
+"""The active set of `limited`."""
 
 from __future__ import annotations
 

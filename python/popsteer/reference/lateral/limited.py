@@ -9,12 +9,13 @@ commanded, c_{k+1} = c_k + u_k::
 with the state x_{k+1} that `Travel.after` predicts from x_k and c_{k+1}. It is solved by an active
 set: the limits that are reached are held as given, the backward recursion gives the best of the
 other moves, and which limits are held is put right until nothing changes. A *pass* is one such
-recursion. The first holds what the guess says. Most of the others decide what to hold on the way
-back, by what the moves exceed along the best plan so far, as control-limited differential dynamic
-programming does (Tassa, Mansard and Todorov, 2014), which changes the whole set at once. Of a pass
-whose plan costs more, only a part of the step is taken. Once that fails to lower the cost as well,
-one limit at a time is added, or those that keep the cost up are released, which lowers it at every
-pass (Nocedal and Wright, *Numerical Optimization*, section 16.5).
+recursion. The first holds what the guess says. Most of the others decide what to hold during the
+backward recursion: the limits that the moves exceed along the best plan so far, as in
+control-limited differential dynamic programming does (Tassa, Mansard and Todorov, 2014), which
+changes the whole set at once. If the plan of a pass costs more, only a part of the step towards it
+is taken. Once that does not lower the cost either, one limit at a time is added, or those that keep
+the cost up are released, which lowers it at every pass (Nocedal and Wright, *Numerical
+Optimization*, section 16.5).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where am I after a jump? The segment of least distance and heading error of all."""
+"""Finds the segment of least distance and heading error on the whole path, after a jump."""
 
 from __future__ import annotations
 

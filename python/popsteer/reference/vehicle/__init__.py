@@ -1,4 +1,4 @@
-"""The vehicle: what is true of it, where it will be, how commands come to its wheels, and more.
+"""The vehicle: its parameters, prediction, commands in flight, and estimation from its motion.
 
 `bicycle` predicts, `delay` holds the commands in flight, `estimator` finds what the motion shows.
 """

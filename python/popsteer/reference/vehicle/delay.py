@@ -1,6 +1,6 @@
-"""The commands in flight: what lies between a command and the wheels.
+"""The commands in flight: given, but not yet at the wheels.
 
-A controller that steers by the vehicle of now while its last commands are still in flight steers
+A controller that steers by the present vehicle, while its last commands are still in flight, steers
 too late. `InFlight.predict` rolls the vehicle forward through them, so that the controller steers
 by its state when the next command reaches the wheels.
 """

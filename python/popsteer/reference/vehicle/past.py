@@ -1,7 +1,7 @@
 """The recent angles of the wheels, to roll an old pose forward to the present.
 
-A localisation takes its time, which is none of the steering's. `Past.advance` rolls the vehicle
-forward from where it was measured, through the angles of its wheels since.
+A localisation has a delay of its own, besides that of the steering. `Past.advance` rolls the
+vehicle forward from where it was measured, through the angles of its wheels since.
 """
 
 from __future__ import annotations

@@ -166,8 +166,8 @@ pub struct Command {
     pub reverse: bool,
     /// The path's speed beside the rear axle [m/s], negative where it is driven backwards; none
     /// where the path has no speeds. Its square is linear between waypoints; a speed of 0 at a cusp
-    /// or at an end counts as a tenth of the wheelbase a second, so that no vehicle stands still
-    /// before it.
+    /// or at an end counts as a tenth of the wheelbase a second, so that no vehicle stops before
+    /// it.
     pub reference_speed: Option<f64>,
     /// Distance that the rear axle has to go along the path to the next cusp, or to the end [m];
     /// negative past the end, infinite on a closed path without cusps.

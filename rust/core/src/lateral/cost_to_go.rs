@@ -79,8 +79,8 @@ impl Travel {
 }
 
 impl Travel {
-    /// The state after this step from `state`, without what the curvature that is commanded on the
-    /// way adds to it.
+    /// The state after this step from `state`, without the contribution of the curvature commanded
+    /// during it.
     #[inline]
     pub(super) fn before_commanded(&self, state: &Predicted, turn: f64, drift: f64) -> Predicted {
         let moved = drift - 0.5 * self.step * turn;
@@ -98,7 +98,7 @@ impl Travel {
         }
     }
 
-    /// What a curvature of 1, commanded on the way of the step before, adds to
+    /// The contribution of a curvature of 1, commanded during the step before, to
     /// [`before_commanded`](Self::before_commanded).
     #[inline]
     pub(super) fn added(&self) -> Predicted {
@@ -137,8 +137,8 @@ impl BestMove {
         (self.e * state.error + self.p * state.heading) + (self.a * state.driven + self.constant)
     }
 
-    /// What of a curvature commanded on the way of the last step is left in the next one, where
-    /// the state does not hold what it has added.
+    /// The share of a curvature commanded during the last step that remains in the next command, if
+    /// the state lacks its contribution.
     #[inline]
     pub(super) fn remaining_after(&self, travel: &Travel) -> f64 {
         self.remaining
@@ -193,8 +193,8 @@ impl CostToGo {
         }
     }
 
-    /// This cost, of where a step of travel leads to, as a cost of where it starts: the path turns
-    /// by `turn` [rad] on the way, the vehicle drifts to the left by `drift` [m].
+    /// This cost of the state after a step of travel, as a cost of the state before it: within the
+    /// step the path turns by `turn` [rad], and the vehicle drifts to the left by `drift` [m].
     #[inline]
     pub fn before(&self, travel: &Travel, turn: f64, drift: f64) -> Self {
         let Travel {

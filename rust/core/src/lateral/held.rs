@@ -1,8 +1,9 @@
-//! What holds the moves of a plan while it is made: the set of [`limited`](super::limited).
+//! The active set of [`limited`](super::limited).
 
 use super::cost_to_go::{BestMove, Predicted};
 
-/// The limits that a plan reaches, three bits a step: what the next plan starts from.
+/// The limits that a plan reaches, three bits a step. The search for the next plan starts from
+/// them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReachedLimits(pub u64);
 

@@ -13,12 +13,12 @@
 //! given, the backward recursion gives the best of the other moves, and which limits are held is
 //! put right until nothing changes. A
 //! *pass* is one such recursion. The first holds what the guess says. Most of the others decide
-//! what to hold on the way back, by what the moves exceed along the best plan so far, as
-//! control-limited differential dynamic programming does (Tassa, Mansard and Todorov, 2014), which
-//! changes the whole set at once. Of a pass whose plan costs more, only a part of the step is
-//! taken. Once that fails to lower the cost as well, one limit at a time is added, or those that
-//! keep the cost up are released, which lowers it at every pass (Nocedal and Wright, *Numerical
-//! Optimization*, section 16.5).
+//! what to hold during the backward recursion: the limits that the moves exceed along the best plan
+//! so far, as in control-limited differential dynamic programming does (Tassa, Mansard and Todorov,
+//! 2014), which changes the whole set at once. If the plan of a pass costs more, only a part of the
+//! step towards it is taken. Once that does not lower the cost either, one limit at a time is
+//! added, or those that keep the cost up are released, which lowers it at every pass (Nocedal and
+//! Wright, *Numerical Optimization*, section 16.5).
 
 use super::cost_to_go::Predicted;
 use super::held::{Held, Side, Step, first_stop};

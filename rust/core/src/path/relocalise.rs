@@ -1,4 +1,5 @@
-//! Where am I after a jump? The segment of least distance and heading error of all.
+//! Finds the vehicle on the whole path after a jump: the segment of least distance and heading
+//! error.
 //!
 //! [`relocalise_by_scan`] visits every segment and is the definition; [`relocalise`] leaves out
 //! those that the `index` shows to be too far off.

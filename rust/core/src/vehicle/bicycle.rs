@@ -1,5 +1,5 @@
-//! Where the vehicle will be: the paper's one-step prediction, the kinematic bicycle, and a vehicle
-//! rolled forward through its commands.
+//! Predictions of the vehicle: the paper's one-step prediction, the kinematic bicycle, and a
+//! roll-out through the commands.
 
 use super::{Estimate, Vehicle, VehicleState};
 use crate::geometry::Point;
@@ -135,7 +135,7 @@ impl<'a> Rollout<'a> {
         }
     }
 
-    /// The vehicle as it is by now.
+    /// The present vehicle.
     #[inline]
     pub fn state(&self) -> VehicleState {
         self.state

@@ -1,5 +1,4 @@
-//! The vehicle: what is true of it, where it will be, how commands come to its wheels, and what
-//! its motion shows of it.
+//! The vehicle: its parameters, prediction, commands in flight, and estimation from its motion.
 
 pub mod bicycle;
 pub mod delay;

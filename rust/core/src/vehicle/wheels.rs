@@ -1,4 +1,4 @@
-//! The wheels: how they answer a command that reaches them, and what they turn the vehicle by.
+//! The wheels: their response to a command, and the turn of the vehicle by them.
 
 use super::Vehicle;
 use crate::math::{decay, saturate, tan};
