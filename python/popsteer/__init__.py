@@ -2,7 +2,7 @@
 
 The POP controller (proximally optimal predictive) and the controllers it is measured against,
 computed in Rust. SI units and radians; x forward, y left, yaw counter-clockwise; positive steering
-turns left. All that is true of the car is told once, in a `Vehicle`. A pose is that of the
+turns left. All parameters of the car are in one `Vehicle`. A pose is that of the
 vehicle's point, wherever it is measured; each controller finds the point it tracks from there.
 
 >>> import popsteer

@@ -44,7 +44,7 @@ Controller by controller:
 crossing of the lookahead circle, the others the paper's threshold search on the re-discretised
 path (``exact_lookahead=False``).
 
-What is true of the vehicle is told in a `popsteer.Vehicle`; no preset sets it, see
+The vehicle's parameters are in a `popsteer.Vehicle`; no preset sets it, see
 `popsteer.vehicles`.
 
 Examples

@@ -28,22 +28,24 @@ class Status(enum.IntFlag):
     """Degraded: a larger angle, a larger lateral acceleration or a faster move of the wheels is
     wanted than the vehicle allows. The command is limited."""
     LOOKAHEAD_LOST = 2
-    """Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at."""
+    """Degraded: no point ahead lies on the lookahead circle. The controller aims at a
+    substitute."""
     END_OF_PATH = 4
     """Degraded: the tracked point is past the end of the path. The last segment is followed on as
     a straight line."""
     OFF_PATH = 8
-    """Degraded: the vehicle was farther than `lost_distance` from its place on the path, and was
-    looked for on the whole of it. The controller steers to where it was found."""
+    """Degraded: the vehicle was farther than `lost_distance` from its place, and was searched for
+    on the whole path. The controller steers to the place that was found."""
     INPUT_HELD = 16
     """Degraded: the input was refused. The last command is held."""
     INPUT_LOST = 32
-    """Fault: more inputs in a row were refused than are held. The last command stands; stop."""
+    """Fault: more inputs in a row were refused than `hold_limit`. The last command is repeated;
+    stop."""
     DEVIATING = 64
     """Fault: the measured cross-track error is beyond `deviation_limit`, once it was within."""
     IMPLAUSIBLE = 128
-    """Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s:
-    a wrong sign of the steering, wheels that stick, a dead time or a lag that nobody told."""
+    """Fault: within the last 2 s the vehicle turned otherwise than the commands explain: a wrong
+    sign of the steering, stuck wheels, or an unknown dead time or lag."""
     PLAN_CUT_SHORT = 256
     """Degraded: the best plan within the vehicle's limits was not found in the time that a step
     may take. The command is that of the best plan found, which keeps them."""

@@ -17,7 +17,7 @@ from tests.pages.layout import line
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from popsteer.sim import OwnLaw
+    from popsteer.sim import OwnSimpleController
 
 START = (-183.797, 79.760, -1.574)
 CAR = vehicles.get("carla-identified")
@@ -39,7 +39,7 @@ class Misinformed:
         return self.law.steer(x, y, yaw + self.yaw, speed, dt)
 
 
-def _row(name: str, law: OwnLaw, noise: Noise | None = None, **settings: Any) -> str:
+def _row(name: str, law: OwnSimpleController, noise: Noise | None = None, **settings: Any) -> str:
     seeds = range(8 if noise else 1)
     runs = [sim.run(law, start=START, noise=noise, seed=seed, **settings).metrics for seed in seeds]
 

@@ -13,7 +13,7 @@ from tests.closed_loop.rolling import Car, Given, critical_dead_time, driven_pre
 from tests.pages.layout import line
 
 if TYPE_CHECKING:
-    from popsteer.sim import OwnLaw
+    from popsteer.sim import OwnSimpleController
 
 CAR = vehicles.get("paper")
 SPEEDS = (5.0, 10.0, 15.0, 20.0)
@@ -73,7 +73,7 @@ def late_line(name: str) -> str:
     given = Given(name, presets.get(name, "default"), vehicles.get("carla-identified"))
     cells = []
     for milliseconds in (0, 50, 100, 150, 200, 300):
-        late: OwnLaw = _Late(given.on(path), milliseconds // 50)
+        late: OwnSimpleController = _Late(given.on(path), milliseconds // 50)
         metrics = sim.run(late, path=path).metrics
         error = f"{metrics.settled_mean_abs_cross_track_error:.3f}"
         cells.append(error if metrics.finished else "off the road")

@@ -156,7 +156,7 @@ _DEVIATION = (0.5, 0.1, 1.0, 0.0)
 _AHEAD = (None, INF)
 # What the monitor remembers: of the last step, of the last second, of all the time, its alarm, and
 # whether the deviation was within its limit.
-_WATCHED: tuple[Any, ...] = (
+_MONITORED: tuple[Any, ...] = (
     *((0.1, 0.2, 0.01), (0.1, 0.2, 0.1, 0.3, 2.0, 0.0), (1.0, 1e-6, 9.0, 0.1)),
     *(0.5, True),
 )
@@ -217,15 +217,15 @@ BAD_TAILS: list[dict[str, Any]] = [
         for each in ((NAN, 0.1), (1.6, 0.1), (0.1, NAN), (0.1, -0.1), (0.1, 2e6))
     ),
     *(
-        {"monitor": (*_WATCHED[:place], *(fields["part"],), *_WATCHED[place + 1 :])}
+        {"monitor": (*_MONITORED[:place], *(fields["part"],), *_MONITORED[place + 1 :])}
         for place, bounds in (
             (0, (0.5 * math.pi, 1e6, 1e100)),
             (1, (1e100,) * 6),
             (2, (2.0, 1e100, 1e100, 1e100)),
         )
-        for fields in _spoilt("part", _WATCHED[place], bounds)
+        for fields in _spoilt("part", _MONITORED[place], bounds)
     ),
-    *({"monitor": (*_WATCHED[:3], value, False)} for value in (NAN, INF, -0.1, 2.1)),
+    *({"monitor": (*_MONITORED[:3], value, False)} for value in (NAN, INF, -0.1, 2.1)),
     # The first in the order of the check is the one named.
     {"waypoint": 99, "measured_waypoint": 99, "steer": NAN, "handover_remaining": NAN, "gain": NAN},
     {"measured_waypoint": 99, "steer": NAN, "handover_remaining": NAN, "gain": NAN},
@@ -269,7 +269,7 @@ def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) 
             "measured_waypoint": 3,
         },
         {"past_wheel": 0.1, "past_angles": ((0.2, 0.3), (0.1, 0.5)), "past_since": 0.05},
-        {"monitor": _WATCHED},
+        {"monitor": _MONITORED},
         {"wheel": 0.1, "commands_in_flight": ((5.0, 9.0),) * 300 if not law.predicts else ()},
     ):
         assert pair.set_state(make(law.state_name, **{**good, **fields}))

@@ -44,7 +44,7 @@ class PedalParams(Parameters):
     braking: float = 9.0
 
     def acceleration(self, throttle: float, brake: float, speed: float) -> float:
-        """Give the acceleration that pedals and air come to.
+        """Give the acceleration by pedals and air.
 
         Parameters
         ----------

@@ -15,7 +15,7 @@ Examples
 >>> result.metrics.finished, result.metrics.mean_abs_cross_track_error < 0.5
 (True, True)
 
-A car that is made from a vehicle, and a controller that is told a lag too short:
+A car that is made from a vehicle, and a controller that is given a lag too short:
 
 >>> car = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.2)
 >>> pop = popsteer.Pop(path, car.replace(steer_lag=0.1))
@@ -31,7 +31,12 @@ from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names,
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
 from popsteer.sim.pedals import PedalMap
-from popsteer.sim.steering import OwnCommand, OwnController, OwnLaw, OwnReversingLaw
+from popsteer.sim.steering import (
+    OwnCommand,
+    OwnController,
+    OwnReversingController,
+    OwnSimpleController,
+)
 
 __all__ = [
     "CarlaIdentified",
@@ -40,8 +45,8 @@ __all__ = [
     "Noise",
     "OwnCommand",
     "OwnController",
-    "OwnLaw",
-    "OwnReversingLaw",
+    "OwnReversingController",
+    "OwnSimpleController",
     "PedalMap",
     "Plant",
     "Pose",

@@ -85,7 +85,7 @@ class Run:
 
 
 def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | None = None) -> Pose:
-    """Give the pose that a run starts from unless told otherwise.
+    """Give the pose that a run starts from by default.
 
     The front axle stands beside the first waypoint and looks along the first segment; by default
     `START_OFFSET` to the right, as in the paper's run, but no more than a wheelbase. Where that
@@ -195,8 +195,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
         What steers. A controller of popsteer drives in the core, from a fresh state. Your own has a
         method ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it
-        as `steer`; see `OwnLaw` for what else it may have. It is called in the state that it is in,
-        and what it raises reaches you.
+        as `steer`; see `OwnSimpleController` for what else it may have. It is called in the state
+        that it is in, and what it raises reaches you.
     plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
         What moves; `popsteer.plants` has those from elsewhere.
     path : Path, optional
@@ -209,7 +209,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         Speed at the start [m/s]; by default `constant_speed` in the direction of the path, and 0
         where there is none.
     constant_speed : float, optional
-        Speed to be kept all the way [m/s]: a PI controller works the pedals, and the path's
+        Speed to be kept throughout [m/s]: a PI controller works the pedals, and the path's
         reference speeds do not count but for their direction.
     longitudinal : CoupledLongitudinal or SpeedPid, optional
         What works the pedals; the paper's coupled controller by default.
@@ -226,7 +226,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     Returns
     -------
     Run
-        The records and what they come to.
+        The records and the metrics.
 
     Raises
     ------

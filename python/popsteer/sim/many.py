@@ -65,7 +65,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     settings : Settings, optional
         Control period, limits and the like; no records are kept in any case.
     noise : Noise, optional
-        How far off the controllers see the vehicle; none by default.
+        Noise of pose and speed as the controllers get them; none by default.
     seed : int, default 0
         Where the noise comes from, 0 to 2**64 - 1. Run k draws from a stream of its own: the same
         seed gives the same bits on any number of threads.
@@ -96,7 +96,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
 
     Examples
     --------
-    A POP that sees its position 0.1 m off, a hundred times:
+    A hundred runs of a POP whose position has 0.1 m of noise:
 
     >>> import popsteer
     >>> from popsteer.sim import Noise

@@ -1,4 +1,4 @@
-"""What a run comes to."""
+"""The metrics of a run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Metrics"]
 
 @dataclass(frozen=True)
 class Metrics:
-    """What a run comes to.
+    """The metrics of a run.
 
     Errors are those of the point that the controller tracks, as the paper measured; with the prefix
     `rear_axle_` they are those of the rear axle, one point for all controllers. `settled_` leaves

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, TypeAlias
 
-__all__ = ["OwnCommand", "OwnController", "OwnLaw", "OwnReversingLaw"]
+__all__ = ["OwnCommand", "OwnController", "OwnReversingController", "OwnSimpleController"]
 
 
 class OwnCommand(Protocol):
@@ -21,7 +21,7 @@ class OwnCommand(Protocol):
         ...
 
 
-class OwnLaw(Protocol):
+class OwnSimpleController(Protocol):
     """What `run` asks of a controller of your own.
 
     It may carry `path` (what it follows), `tracked_point` (where its errors are measured, ahead of
@@ -29,8 +29,8 @@ class OwnLaw(Protocol):
     `Vehicle` that it believes to steer) and `name`. One whose `vehicle_given` is False takes the
     plant's vehicle: its method ``with_vehicle(vehicle)`` gives what drives then.
 
-    A `step` that accepts a keyword `reverse` is told by it whether the path is driven backwards
-    where the rear axle is; one that requires it makes an `OwnReversingLaw`.
+    A `step` that accepts a keyword `reverse` gets by it whether the path is driven backwards
+    where the rear axle is; one that requires it makes an `OwnReversingController`.
     """
 
     def step(
@@ -40,15 +40,15 @@ class OwnLaw(Protocol):
         ...
 
 
-class OwnReversingLaw(Protocol):
-    """An `OwnLaw` whose step wants to be told the direction of the path."""
+class OwnReversingController(Protocol):
+    """A controller like `OwnSimpleController` whose step takes the direction of the path."""
 
     def step(
         self, x: float, y: float, yaw: float, speed: float, dt: float, /, *, reverse: bool
     ) -> OwnCommand | float:
-        """Answer as that of `OwnLaw`, where the path is driven backwards or not."""
+        """Answer as that of `OwnSimpleController`, where the path is driven backwards or not."""
         ...
 
 
-OwnController: TypeAlias = OwnLaw | OwnReversingLaw
+OwnController: TypeAlias = OwnSimpleController | OwnReversingController
 """Either of them."""

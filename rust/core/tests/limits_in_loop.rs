@@ -125,7 +125,7 @@ fn test_control_period_hardly_matters_to_the_way_back() {
 
 #[test]
 fn test_slalom_is_kept_behind_slow_wheels() {
-    // The vehicle identified from the authors' run, the point that does not slip its own.
+    // The vehicle identified from the authors' run, the no-slip point its own.
     for rate in [0.4, 0.2] {
         let car = Vehicle {
             turning_wheelbase: Some(3.553),

@@ -71,7 +71,7 @@ pub(crate) struct PyBatch {
     copies: Option<usize>,
     /// The paths that were given since, one a vehicle.
     paths: Vec<Option<Py<PyPath>>>,
-    /// What the vehicles were told at the last step.
+    /// The commands of the last step.
     inputs: Inputs,
 }
 

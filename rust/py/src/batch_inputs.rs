@@ -1,4 +1,4 @@
-//! What a batch is told at a step: arrays, copied and kept, to spare their allocation.
+//! The inputs of a batch at a step: arrays, copied and kept, to spare their allocation.
 
 use popsteer_core::VehicleState;
 use popsteer_core::lateral::Reported;

@@ -1,4 +1,4 @@
-//! What a controller was told to do in some respect: as always, so, or not at all.
+//! A choice of a controller: the default, given parameters, or none.
 
 use pyo3::PyClass;
 use pyo3::exceptions::PyTypeError;

@@ -20,7 +20,7 @@ use crate::plants::plant_of;
 use crate::pool;
 use crate::settings::{PyNoise, PySettings};
 
-/// How often signals and progress are seen to: well within the 100 ms that a person notices.
+/// How often signals and progress are handled: well within the 100 ms that a person notices.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// Drive many runs; as `popsteer.sim.run_many`, which prepares the arguments.
@@ -72,7 +72,7 @@ pub(crate) fn run_many<'py>(
     columns(py, &metrics)
 }
 
-/// What `work` comes to on a thread of its own, while this one sees to signals and progress and
+/// What `work` comes to on a thread of its own, while this one handles signals and progress and
 /// stops it for an error in them.
 fn watched<T: Send>(
     py: Python<'_>,

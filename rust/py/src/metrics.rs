@@ -1,4 +1,4 @@
-//! The names of what a run comes to.
+//! The names of a run's metrics.
 
 use popsteer_sim::Metrics;
 

@@ -58,7 +58,7 @@ impl PyPath {
         self.0.view()
     }
 
-    /// A waypoint to go on from, by default the nearest of all.
+    /// A waypoint to start from, by default the nearest of all.
     fn start(
         &self,
         field: &'static str,
@@ -274,9 +274,9 @@ impl PyPath {
     /// Of the segments from the one at `waypoint` until more than `reach` of arc before and behind
     /// it, each that is no farther off than the one before it and nearer than the one after it is a
     /// candidate; the one of least distance counts, each distance with up to `opposite_distance`
-    /// more the less the path leads along `yaw`. Other branches of the path are not seen, and where
-    /// it is driven in both directions neither is what lies beyond the place where the vehicle
-    /// turns round. All controllers find their place so.
+    /// more the less the path leads along `yaw`. Other branches of the path are not searched, and
+    /// where it is driven in both directions neither is what lies beyond the place where the
+    /// vehicle turns round. All controllers find their place like this.
     ///
     /// Parameters
     /// ----------
@@ -336,11 +336,10 @@ impl PyPath {
 
     /// Find the first crossing of the lookahead circle ahead of a closest point on the path.
     ///
-    /// Where the path ends, or the vehicle has to turn round, its last segment goes on as a
-    /// straight line, so there always is a crossing while the closest point lies within the circle.
-    /// Of a position farther than `lookahead` from its closest point the point is the closest
-    /// point, in which a circle that touches the path ends as well; on a closed path that lies
-    /// within the circle it is the waypoint at least a quarter round.
+    /// At an end of the path and at a cusp the last segment goes on as a straight line, so there
+    /// always is a crossing while the closest point lies within the circle. If the closest point is
+    /// at least `lookahead` away, it is the answer itself. On a closed path that lies within the
+    /// circle the answer is the waypoint at least a quarter round.
     ///
     /// Parameters
     /// ----------
@@ -390,7 +389,7 @@ impl PyPath {
             .or_raise(py)
     }
 
-    /// Find the waypoint to go on from after a jump: the nearest where the direction fits.
+    /// Find the waypoint to start from after a jump: the nearest one whose direction fits.
     ///
     /// The segment of least distance counts, each distance with up to `opposite_distance` more the
     /// less a vehicle that looks along `yaw` would drive along it; the first of several. The

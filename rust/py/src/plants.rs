@@ -64,7 +64,7 @@ plant! {
     /// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag.
     ///
     /// It does what its vehicle says: dead time, lag, rate, largest angle and offset of the wheels,
-    /// turning wheelbase and understeer, the point that does not slip, `drive_lag` and `max_speed`.
+    /// turning wheelbase and understeer, the no-slip point, `drive_lag` and `max_speed`.
     PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle", of "``popsteer.vehicles.get('kinematic-bicycle')``, whose wheels turn at once",
     drive, "float, default 6.0",
         "Acceleration at full throttle [m/s²].";

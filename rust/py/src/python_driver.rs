@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyFloat, PyInt};
 #[derive(Debug)]
 pub(crate) struct PythonDriver {
     object: Py<PyAny>,
-    /// Whether `step` is told the direction of the path.
+    /// Whether `step` takes the direction of the path.
     takes_reverse: bool,
     /// What the object raised, which ends the run.
     fault: Option<PyErr>,

@@ -51,7 +51,7 @@ pub(crate) type Begin<'py> = (
     Py<PySettings>,
 );
 
-/// Its numbers, its commands on their way, its records, and what kept the plant from going on.
+/// Its numbers, its commands in flight, its records, and what kept the plant from going on.
 pub(crate) type SavedState<'py> = (
     PyReadonlyArray1<'py, f64>,
     Vec<(f64, f64)>,

@@ -27,7 +27,7 @@ params! {
 }
 
 params! {
-    /// How far off a controller sees the vehicle: standard deviations of normal noise.
+    /// Noise of pose and speed as a controller gets them: standard deviations of normal noise.
     ///
     /// Drawn anew at every control step, independent of one another. The vehicle itself, and what
     /// is measured of it, are without noise.

@@ -260,7 +260,7 @@ impl PySimulation {
     }
 
     /// How the run ended: "finished", "time limit", "too far from the path", "plant limit: WHICH";
-    /// None while it goes on.
+    /// None while it continues.
     #[getter]
     fn ending(&self) -> Option<String> {
         if let Some(limit) = &self.limit {
@@ -339,14 +339,14 @@ impl PySimulation {
     ///     One of popsteer drives from a fresh state; the object's own state is left alone. Your
     ///     own has a method ``step(x, y, yaw, speed, dt)``, which returns an angle [rad] or an
     ///     object with `steer` and, if it likes, `target`, `status` and `reverse`. If it has a
-    ///     parameter `reverse`, it is told whether the path is driven backwards where the rear axle
+    ///     parameter `reverse`, it gets whether the path is driven backwards where the rear axle
     ///     is.
     /// longitudinal : CoupledLongitudinal or SpeedPid, optional
     ///     The pedals; by default the paper's controller.
     /// progress : callable, optional
     ///     Called ten times a second with the share of the path done, 0 to 1.
     /// noise : Noise, optional
-    ///     How far off the controllers see the vehicle; none by default.
+    ///     Noise of pose and speed as the controllers get them; none by default.
     /// seed : int, default 0
     ///     Where the noise comes from.
     ///
@@ -457,7 +457,7 @@ impl PySimulation {
 }
 
 impl PySimulation {
-    /// How often signals and progress are seen to, however long a step takes.
+    /// How often signals and progress are handled, however long a step takes.
     const LOOK_EVERY: Duration = Duration::from_millis(100);
 
     /// Raises what a plant in Python raised; a limit of it ends the run instead.

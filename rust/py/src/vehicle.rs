@@ -14,9 +14,9 @@ use crate::errors::OrRaise;
 use crate::params::{Number, params, repr};
 
 params! {
-    /// All that is true of a car-like vehicle, told once.
+    /// All parameters of a car-like vehicle, in one immutable value.
     ///
-    /// A pose is always the pose of the vehicle's point, wherever it is measured; `rear_axle` tells
+    /// A pose is always the pose of the vehicle's point, wherever it is measured; `rear_axle` says
     /// where the axles lie from there. One chain leads from a command to the motion, in prediction,
     /// in preview POP and in plants that are made from a vehicle: ``wheel' = clip((command(t -
     /// dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)`` with ``|wheel| <=
@@ -201,8 +201,8 @@ fn vehicle_file(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
 params! {
     /// How fast a controller adapts to its vehicle.
     ///
-    /// From commands and motion it estimates how much more the vehicle turns than it was told, the
-    /// offset of the steering, the dead time, the slip, and the acceleration. The prediction
+    /// From commands and motion it estimates the ratio of the vehicle's turning to the given one,
+    /// the offset of the steering, the dead time, the slip, and the acceleration. The prediction
     /// through the dead time and preview POP use them.
     PyAdaptParams(AdaptParams) named "AdaptParams" in "popsteer",
     shown as "(*, turn_time=10.0, slip_time=5.0, min_speed=None)",
@@ -229,15 +229,15 @@ impl Chosen for PyAdaptParams {
     const REQUIRED: &'static str = "adapt must be AdaptParams, None or 'auto'";
 }
 
-/// How a controller was told to adapt.
+/// How a controller adapts.
 pub(crate) type Adapt = Choice<PyAdaptParams>;
 
-/// What a controller knows of its vehicle from its motion, and what it was told.
+/// The estimated vehicle: the given parameters, corrected by what its motion has shown.
 ///
 /// Parameters
 /// ----------
 /// gain : float, default 1.0
-///     How many times more the vehicle turns than it was told. Controllers use it where the
+///     Ratio of the measured turning to that of the given vehicle. Controllers use it where the
 ///     vehicle has a dead time; elsewhere it is only shown, and left to the feedback.
 /// steer_offset : float, default 0.0
 ///     Angle of the wheels at the command 0 [rad].
@@ -306,7 +306,7 @@ impl PyEstimate {
         }
     }
 
-    /// How many times more the vehicle turns than it was told.
+    /// Ratio of the measured turning to that of the given vehicle.
     #[getter]
     fn gain(&self) -> f64 {
         self.gain

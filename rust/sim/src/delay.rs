@@ -21,12 +21,12 @@ impl Delay {
         }
     }
 
-    /// Commands on their way, oldest first.
+    /// Commands in flight, oldest first.
     pub fn commands(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.commands.iter().copied()
     }
 
-    /// Commands on their way as they were.
+    /// Commands in flight before.
     pub fn restored(commands: impl Iterator<Item = (f64, f64)>) -> Self {
         Self {
             commands: commands.collect(),

@@ -1,4 +1,4 @@
-//! A point of the vehicle on its way along the path of a run.
+//! A tracked point of the vehicle in a run.
 
 use popsteer_core::path::{Follow, Located};
 use popsteer_core::{Path, VehicleState};
@@ -11,7 +11,8 @@ pub(crate) struct Follower {
 }
 
 impl Follower {
-    /// Follows as `follow` says; the point is never looked for anew, as it never jumps.
+    /// Tracks as `follow` says. The whole path is never searched, because a simulated point does
+    /// not jump.
     pub(crate) fn new(follow: Follow) -> Self {
         Self {
             follow: Follow {

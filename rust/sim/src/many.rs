@@ -28,7 +28,7 @@ pub struct Run {
     pub start: VehicleState,
 }
 
-/// What can be seen of [`run_many`] from another thread, and how to stop it.
+/// The progress of [`run_many`], for another thread, and a way to stop it.
 #[derive(Debug, Default)]
 pub struct Watch {
     done: AtomicUsize,

@@ -1,4 +1,4 @@
-//! What a run comes to.
+//! The metrics of a run.
 
 use popsteer_core::Status;
 
@@ -28,7 +28,7 @@ pub struct Errors {
     pub settled_heading: ErrorStats,
 }
 
-/// What a run comes to.
+/// The metrics of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Metrics {
     /// Errors at the controller's own reference point, as the paper measures.

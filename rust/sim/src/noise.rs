@@ -1,4 +1,4 @@
-//! How a driver sees the vehicle.
+//! The noise of the measured vehicle.
 
 use popsteer_core::VehicleState;
 use popsteer_core::error::{ConfigError, config_in_range};
@@ -6,8 +6,8 @@ use popsteer_core::math::wrap;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// How far off a driver sees the vehicle: standard deviations of normal noise, drawn anew at
-/// every step.
+/// Noise of pose and speed as a driver gets them: standard deviations of normal noise, drawn anew
+/// at every step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {
     /// Of x and of y [m].
@@ -52,7 +52,7 @@ impl Noise {
     }
 }
 
-/// The vehicle seen through [`Noise`] of one stream of a generator.
+/// The vehicle measured with [`Noise`] from one stream of a generator.
 #[derive(Clone, Debug)]
 pub struct Perception(Option<(Noise, Pcg64)>);
 

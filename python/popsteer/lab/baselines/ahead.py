@@ -15,7 +15,7 @@ __all__ = ["Ahead"]
 
 
 class Ahead:
-    """The headings of a path, stretch by stretch between the places where the vehicle turns round.
+    """The headings of a path, one stretch between cusps after the other.
 
     The heading at a waypoint is the mean of those of the segments beside it, between waypoints it
     is taken linearly, and beyond the ends of a stretch it stays.

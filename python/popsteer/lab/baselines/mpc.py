@@ -37,7 +37,7 @@ _AS_GIVEN = Corrections()
 
 
 class MpcCommand(NamedTuple):
-    """What a step of the controller comes to."""
+    """The result of a step of the controller."""
 
     steer: float
     """Angle of the front wheels [rad]."""
@@ -263,7 +263,7 @@ class Mpc:
         return self.previous_steer
 
     def _find(self, measured: VehicleState, *, reverse: bool | None) -> int:
-        """Give the segment to look for the vehicle from, and take note of the direction."""
+        """Give the segment at which to search for the vehicle, and set the direction."""
         segment = self._segment
         if segment is None:
             rear = measured.ahead(self.vehicle.rear_axle)

@@ -2,7 +2,7 @@
 
 The model is the vehicle's chain in coordinates of the path, linearised along it, for a vehicle that
 drives forward. With v the speed, L the wheelbase that it turns by, K the understeer, τ the lag, d
-how far the tracked point lies ahead of the one that does not slip, κ_k the path's mean curvature
+how far the tracked point lies ahead of the no-slip point, κ_k the path's mean curvature
 over stage k, h the length of a stage, δ the command and a the angle of the wheels, both without the
 steering offset δ_0::
 
@@ -63,7 +63,7 @@ class Instant(NamedTuple):
     speed: float
     """Speed [m/s]; positive."""
     ahead: float
-    """How far the tracked point lies ahead of the one that does not slip [m]."""
+    """How far the tracked point lies ahead of the no-slip point [m]."""
     cross_track: float
     """Cross-track error of the tracked point [m]."""
     heading: float

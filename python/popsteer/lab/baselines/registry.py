@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from popsteer import Path, Vehicle
-    from popsteer.sim.steering import OwnLaw
+    from popsteer.sim.steering import OwnSimpleController
 
 __all__ = ["Baseline", "get", "names"]
 
@@ -28,11 +28,13 @@ class Baseline(NamedTuple):
     """Name as a person reads it, in tables and figures."""
     params: type[MpcParams]
     """The class of its parameters."""
-    controller: Callable[[Path, Vehicle | None, MpcParams | None], OwnLaw]
+    controller: Callable[[Path, Vehicle | None, MpcParams | None], OwnSimpleController]
     """Makes what steers, of path, vehicle and parameters; without a vehicle, of the plant's."""
 
 
-def _mpc(path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None) -> OwnLaw:
+def _mpc(
+    path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None
+) -> OwnSimpleController:
     try:
         from popsteer.lab.baselines.mpc import Mpc
     except ModuleNotFoundError as error:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from popsteer._core import AdaptParams, CoupledLongitudinal, Path, Settings, SpeedPid, Vehicle
     from popsteer.controllers import Controller, Params
     from popsteer.lab.baselines import MpcParams
-    from popsteer.sim import OwnLaw, Plant, Run
+    from popsteer.sim import OwnSimpleController, Plant, Run
     from popsteer.sim.closed_loop import Pose
     from popsteer.sim.geometry import StartAt
 
@@ -154,7 +154,7 @@ def controller(
     vehicle: Vehicle,
     params: Params | MpcParams,
     adapt: AdaptParams | Literal["auto"] | None = "auto",
-) -> Controller | OwnLaw:
+) -> Controller | OwnSimpleController:
     """Make what steers.
 
     Parameters
@@ -172,7 +172,7 @@ def controller(
 
     Returns
     -------
-    Controller or OwnLaw
+    Controller or OwnSimpleController
         In a fresh state.
 
     Raises
@@ -234,7 +234,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     start_at : {"pose", "rear", "front"}, default "pose"
         Whose pose `start` is: the vehicle's point's, or that of an axle.
     speed, constant_speed : float, optional
-        Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
+        Speed at the start, and speed to be kept throughout [m/s]; as `popsteer.sim.run` has them.
     longitudinal : CoupledLongitudinal or SpeedPid, optional
         What works the pedals; the paper's coupled controller by default.
     settings : Settings, optional

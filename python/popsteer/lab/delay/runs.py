@@ -102,7 +102,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     start_at : {"pose", "rear", "front"}, default "pose"
         Whose pose `start` is: the vehicle's point's, or that of an axle.
     speed, constant_speed : float, optional
-        Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
+        Speed at the start, and speed to be kept throughout [m/s]; as `popsteer.sim.run` has them.
     settings : Settings, optional
         Control period, limits and the like.
     preset : str, default "reproduction"

@@ -43,7 +43,7 @@ class Matrix:
     comparisons: Sequence[Comparison]
     """One for each plant and track, with step times; at least one."""
     constant_speed: float | None
-    """Speed kept all the way [m/s]; None where the paper's coupled controller worked the pedals."""
+    """Speed kept throughout [m/s]; None where the paper's coupled controller worked the pedals."""
 
 
 def run(  # noqa: PLR0913 - as `compare`
@@ -83,7 +83,7 @@ def run(  # noqa: PLR0913 - as `compare`
         How far to the left of the first waypoint the front axle starts [m], as
         `popsteer.sim.default_start` has it.
     speed, constant_speed : float, optional
-        Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
+        Speed at the start, and speed to be kept throughout [m/s]; as `popsteer.sim.run` has them.
     settings : Settings, optional
         Control period, limits and the like.
     progress : callable, optional

@@ -111,7 +111,7 @@ def margins(
     dt : float, default 0.05
         Control period [s].
     believed : Vehicle, optional
-        The vehicle that the controller is given; `vehicle` by default. A controller that is told a
+        The vehicle that the controller is given; `vehicle` by default. A controller that is given a
         dead time predicts through it.
     adapt : AdaptParams or None, optional
         How the controller adapts; None: not at all. Left out: as it does by default. The slip

@@ -147,7 +147,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     def change_path(self, state: StateT, _offset: float | None) -> StateT:
         """Follow another path, against which the last error is so much larger [m].
 
-        By nobody knows how much where that is None.
+        None if that is unknown.
         """
         return state
 

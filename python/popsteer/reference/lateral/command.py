@@ -1,4 +1,4 @@
-"""What one step answers."""
+"""The command of one step, with its errors and status."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Command"]
 
 @dataclass(frozen=True)
 class Command:
-    """What one step answers.
+    """The command of one step, with its errors and status.
 
     Attributes
     ----------

@@ -79,7 +79,7 @@ def widest_offset(car: Vehicle) -> float:
 def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:
     """Bring the angle `wheel` [rad] within `max_lateral_acceleration` at `speed` [m/s].
 
-    For a vehicle that turns `gain` times more than its figures say.
+    For a vehicle that turns `gain` times as much as its parameters say.
     """
     most = car.max_lateral_acceleration
     if most is None:

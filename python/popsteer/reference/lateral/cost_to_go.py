@@ -1,4 +1,4 @@
-"""What a prediction comes to: the cost-to-go of a linear model with a quadratic cost.
+"""The cost of a prediction: the cost-to-go of a linear model with a quadratic cost.
 
 The state of the prediction has four entries: the cross-track error e [m], the heading error p
 [rad], the curvature that the vehicle drives, a [1/m], and the curvature that its wheels are told,
@@ -45,7 +45,7 @@ class Travel:
         """Solve the model over `step` [m].
 
         The curvature follows over `lag` [m], of which the share `kept`, exp(-step / lag), remains;
-        errors are those of a point `offset` [m] ahead of the one that does not slip.
+        errors are those of a point `offset` [m] ahead of the no-slip point.
 
         Examples
         --------
@@ -69,7 +69,8 @@ class Travel:
     def after(self, state: Predicted, turn: float, drift: float) -> Predicted:
         """Return the state after this step from `state`, whose wheels were just moved.
 
-        The path turns by `turn` [rad] on the way, the vehicle drifts to the left by `drift` [m].
+        Within the step the path turns by `turn` [rad], and the vehicle drifts to the left by
+        `drift` [m].
 
         Examples
         --------
@@ -212,7 +213,8 @@ class CostToGo:
     def before(self, travel: Travel, turn: float, drift: float) -> CostToGo:
         """Carry this cost, of where a step of travel leads to, back to where it starts.
 
-        The path turns by `turn` [rad] on the way, the vehicle drifts to the left by `drift` [m].
+        Within the step the path turns by `turn` [rad], and the vehicle drifts to the left by
+        `drift` [m].
 
         Examples
         --------

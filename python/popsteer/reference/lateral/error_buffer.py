@@ -12,7 +12,7 @@ __all__ = ["BOUND", "CAPACITY", "Buffer", "push", "restore"]
 CAPACITY = 500
 """The longest buffer: the paper's."""
 BOUND = 1e16
-"""More than any error, term or sum of them can come to [m], [m s]."""
+"""Bound of errors, terms and their sums [m], [m s], which no valid input reaches."""
 
 Buffer = tuple[tuple[float, ...], int, float]
 """The terms, oldest first, the place of the next one, and their sum as carried along."""

@@ -1,4 +1,4 @@
-"""What holds the moves of a plan while it is made: the set of `limited`."""
+"""The active set of `limited`."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class Step:
 
 
 def first_stop(start: float, steps: list[Step], rounding: float) -> tuple[float, int | None, Held]:
-    """Return the share of the way from the best plan to the next one that keeps all limits.
+    """Return the share of the step from the best plan to the next one that keeps all limits.
 
     And the step that ends it, with what it is held at then.
     """
@@ -149,7 +149,7 @@ def first_stop(start: float, steps: list[Step], rounding: float) -> tuple[float,
 def _crossed(
     held: Side, way: tuple[float, float], low: float, high: float, rounding: float
 ) -> tuple[float, Side] | None:
-    """Return the share of the way between two numbers at which a limit is crossed, and which.
+    """Return the share of the step between two numbers at which a limit is crossed, and which.
 
     None where it is `held`, or not crossed.
     """

@@ -9,12 +9,13 @@ commanded, c_{k+1} = c_k + u_k::
 with the state x_{k+1} that `Travel.after` predicts from x_k and c_{k+1}. It is solved by an active
 set: the limits that are reached are held as given, the backward recursion gives the best of the
 other moves, and which limits are held is put right until nothing changes. A *pass* is one such
-recursion. The first holds what the guess says. Most of the others decide what to hold on the way
-back, by what the moves exceed along the best plan so far, as control-limited differential dynamic
-programming does (Tassa, Mansard and Todorov, 2014), which changes the whole set at once. A pass
-whose plan costs more is gone a part of the way. Once that fails to lower the cost as well, one
-limit at a time is added, or those that keep the cost up are released, which lowers it at every
-pass (Nocedal and Wright, *Numerical Optimization*, section 16.5).
+recursion. The first holds what the guess says. Most of the others decide what to hold during the
+backward recursion: the limits that the moves exceed along the best plan so far, as in
+control-limited differential dynamic programming does (Tassa, Mansard and Todorov, 2014), which
+changes the whole set at once. If the plan of a pass costs more, only a part of the step towards it
+is taken. Once that does not lower the cost either, one limit at a time is added, or those that keep
+the cost up are released, which lowers it at every pass (Nocedal and Wright, *Numerical
+Optimization*, section 16.5).
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ __all__ = ["Horizon", "Limits", "Plan", "Reached", "later", "limited"]
 MAX_PASSES = 40
 """The most passes of a plan; after them the best plan so far is taken."""
 SHORTENED = 2
-"""How often a pass that does not lower the cost is gone a part of the way; after that limits are
-added one at a time."""
+"""How often a part of the step is tried in a pass that does not lower the cost; after that limits
+are added one at a time."""
 SAME_COST = 1e-12
 """A cost that is lower by no more than this share is not lower."""
 
@@ -195,7 +196,7 @@ def _roll_held(horizon: Horizon, start: Predicted, steps: list[Step], rounding: 
 def _shorten(
     horizon: Horizon, start: Predicted, steps: list[Step], best_cost: float
 ) -> float | None:
-    """Go a part of the way from the best plan to the next one, with the moves cut.
+    """Take a part of the step from the best plan to the next one, with the moves cut.
 
     Where that costs less than `best_cost`; returns the cost then.
     """
@@ -243,7 +244,7 @@ def _go_on(horizon: Horizon, start: Predicted, steps: list[Step], rounding: floa
 def _cost_along(
     horizon: Horizon, start: Predicted, steps: list[Step], share: float, *, cut: bool
 ) -> float:
-    """Return the cost of a plan a `share` of the way from the best one to the next.
+    """Return the cost of a plan a `share` of the step from the best one to the next.
 
     Cut to its limits where that is asked for; the plan is `trial`.
     """

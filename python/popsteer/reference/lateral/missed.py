@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 __all__ = ["ESTIMATION_GAP", "Holding", "elapse", "miss"]
 
 ESTIMATION_GAP = 0.25
-"""From a motion over more time than this nothing is learnt [s].
+"""Longest period whose motion is used for estimates [s].
 
-What happened within it is not known well enough. Larger values learn from slower loops, and more
-wrongly from gaps.
+What happened within a longer one is not known well enough. Larger values allow slower loops, and
+let gaps disturb the estimates.
 """
 
 StateT = TypeVar("StateT", bound=TrackerState)

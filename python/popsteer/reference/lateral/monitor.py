@@ -79,7 +79,7 @@ class Measured(NamedTuple):
 
 
 class Monitor:
-    """The parameters, and what they come to for a vehicle."""
+    """The parameters with their defaults for a vehicle filled in."""
 
     def __init__(self, params: MonitorParams, vehicle: Vehicle) -> None:
         limit = params.deviation_limit
@@ -87,33 +87,33 @@ class Monitor:
         self._deviation_limit = 0.5 * vehicle.wheelbase if limit is None else limit
         self._turn_tolerance = params.turn_tolerance
 
-    def watch(self, state: StateT, now: Measured, *, models: bool) -> tuple[StateT, Status]:
+    def check(self, state: StateT, now: Measured, *, models: bool) -> tuple[StateT, Status]:
         """Compare a step with what was commanded before it.
 
         Returns the state after it, and what is wrong. Only where the tracker `models` the wheels
         theirs in the state count.
         """
-        car, watched = self._vehicle, state.monitor
-        if watched is None:
-            watched = MonitorState.settled(car.at_wheels(state.steer + car.steer_offset))
+        car, monitored = self._vehicle, state.monitor
+        if monitored is None:
+            monitored = MonitorState.settled(car.at_wheels(state.steer + car.steer_offset))
         last = None if state.answer is None else state.answer.measured.cross_track_error
-        watched, is_deviating = self._watch_path(watched, now, last)
+        monitored, is_deviating = self._check_path(monitored, now, last)
         wheel = state.wheel if models else None
-        watched, is_implausible = self._watch_turn(watched, now, state.steer, wheel)
+        monitored, is_implausible = self._check_turn(monitored, now, state.steer, wheel)
         status = Status.DEVIATING if is_deviating else Status.OK
         if is_implausible:
             status |= Status.IMPLAUSIBLE
-        return replace(state, monitor=watched), status
+        return replace(state, monitor=monitored), status
 
-    def _watch_path(
-        self, watched: MonitorState, now: Measured, last: float | None
+    def _check_path(
+        self, monitored: MonitorState, now: Measured, last: float | None
     ) -> tuple[MonitorState, bool]:
         """Tell whether the vehicle is beyond the limit, after it was within.
 
         Another direction that begins farther off is another task, as another path is: see
         `set_path` and `relocalise`.
         """
-        error, within = now.here.closest.cross_track_error(), watched.within
+        error, within = now.here.closest.cross_track_error(), monitored.within
         if (
             now.here.direction_changed
             and last is not None
@@ -122,37 +122,37 @@ class Monitor:
             within = False
         is_within = abs(error) <= self._deviation_limit
         within = within or is_within
-        return watched._replace(within=within), within and not is_within
+        return monitored._replace(within=within), within and not is_within
 
-    def _watch_turn(
-        self, watched: MonitorState, now: Measured, last: float, wheel: float | None
+    def _check_turn(
+        self, monitored: MonitorState, now: Measured, last: float, wheel: float | None
     ) -> tuple[MonitorState, bool]:
         """Tell whether the vehicle turns otherwise than commands explain, or did lately."""
         car, speed, dt = self._vehicle, now.vehicle.speed, now.dt
-        before = watched.turned.wheel
+        before = monitored.last_step.wheel
         if wheel is not None:
             mean = 0.5 * (before + wheel)
         else:
             wheel, mean = _respond(car, before, last, dt)
-        watched = watched._replace(turned=watched.turned._replace(wheel=wheel))
+        monitored = monitored._replace(last_step=monitored.last_step._replace(wheel=wheel))
         share = speed / car.turning_length(speed)
         rate, excess = share * _tangent(mean), share * (_tangent(last) - last)
 
         if now.here.direction_changed or dt > MAX_PERIOD:
-            watched = watched.interrupted()
-        alarm = saturate(watched.alarm - dt, 0.0, ALARM_TIME)
-        watched = watched._replace(alarm=alarm)
-        yaw = watched.turned.yaw
+            monitored = monitored.interrupted()
+        alarm = saturate(monitored.alarm - dt, 0.0, ALARM_TIME)
+        monitored = monitored._replace(alarm=alarm)
+        yaw = monitored.last_step.yaw
         if yaw is None:
-            watched = watched._replace(turns=watched.turns._replace(rate=rate))
+            monitored = monitored._replace(turns=monitored.turns._replace(rate=rate))
         else:
             turn = wrap(now.vehicle.yaw - yaw)
-            watched = watched.observed(turn, rate, excess, share, dt)
-            is_beyond = watched.is_beyond(self._turn_tolerance, share)
-            if is_beyond and watched.evidence.time >= LEAST_TIME:
-                watched = watched._replace(alarm=ALARM_TIME)
-        turned = watched.turned._replace(yaw=now.vehicle.yaw)
-        return watched._replace(turned=turned), watched.alarm > 0.0
+            monitored = monitored.observed(turn, rate, excess, share, dt)
+            is_beyond = monitored.is_beyond(self._turn_tolerance, share)
+            if is_beyond and monitored.evidence.time >= LEAST_TIME:
+                monitored = monitored._replace(alarm=ALARM_TIME)
+        last_step = monitored.last_step._replace(yaw=now.vehicle.yaw)
+        return monitored._replace(last_step=last_step), monitored.alarm > 0.0
 
 
 def _respond(car: Vehicle, wheel: float, command: float, dt: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ __all__ = ["ALARM_TIME", "LEAST_TIME", "MAX_PERIOD", "MonitorState"]
 WINDOW = 1.0
 """Time over which turns are compared [s]."""
 SLOWER = 0.1
-"""The slower response lags by so much more than the vehicle's own figures say [s]."""
+"""The slower response lags by so much more than the vehicle's parameters say [s]."""
 QUICKER = 0.3
 """A quicker one is ahead by this share of that."""
 OFFSET = 0.02
@@ -48,11 +48,11 @@ MOST_RESIDUAL = 1e49
 """The same for a residual: the square of its change is below `MOST`."""
 
 
-class Turned(NamedTuple):
+class LastStep(NamedTuple):
     """The last step."""
 
     wheel: float
-    """Angle of the wheels by the vehicle's own figures [rad]."""
+    """Angle of the wheels by the vehicle's parameters [rad]."""
     yaw: float | None
     """The yaw last measured [rad]; None where the motion since shows nothing."""
     residual: float | None
@@ -110,32 +110,32 @@ class Evidence(NamedTuple):
 class MonitorState(NamedTuple):
     """What the monitor remembers."""
 
-    turned: Turned
+    last_step: LastStep
     """The last step."""
     turns: Turns
     """The last second."""
     evidence: Evidence
     """The time before."""
     alarm: float
-    """How long the vehicle goes on being implausible [s]."""
+    """Remaining time of the alarm [s]."""
     within: bool
     """Whether the vehicle was within the limit of the deviation."""
 
     @classmethod
     def settled(cls, wheel: float) -> MonitorState:
         """Give the state with nothing seen yet; the wheels stand at the angle `wheel` [rad]."""
-        return cls(Turned(wheel, None, None), Turns(), Evidence(), alarm=0.0, within=False)
+        return cls(LastStep(wheel, None, None), Turns(), Evidence(), alarm=0.0, within=False)
 
     @classmethod
     def of(cls, state: MonitorState) -> MonitorState:
         """Give the state of plain tuples."""
-        turned, turns, evidence, alarm, within = state
-        return cls(Turned(*turned), Turns(*turns), Evidence(*evidence), alarm, within)
+        last_step, turns, evidence, alarm, within = state
+        return cls(LastStep(*last_step), Turns(*turns), Evidence(*evidence), alarm, within)
 
     def interrupted(self) -> MonitorState:
         """Give the state when the motion until the next step shows nothing."""
-        turned = Turned(self.turned.wheel, None, None)
-        return self._replace(turned=turned, turns=Turns(rate=self.turns.rate))
+        last_step = LastStep(self.last_step.wheel, None, None)
+        return self._replace(last_step=last_step, turns=Turns(rate=self.turns.rate))
 
     def observed(
         self, turn: float, rate: float, excess: float, share: float, dt: float
@@ -172,10 +172,10 @@ class MonitorState(NamedTuple):
             reach=(self.turns.reach + abs(share) * dt) * kept,
             excess=(self.turns.excess + abs(excess) * dt) * kept,
         )
-        evidence = self.evidence.with_noise(residual, self.turned.residual, dt)
+        evidence = self.evidence.with_noise(residual, self.last_step.residual, dt)
         evidence = evidence.with_offset(residual, share, dt)
-        turned = self.turned._replace(residual=residual)
-        return self._replace(turned=turned, turns=turns, evidence=evidence)
+        last_step = self.last_step._replace(residual=residual)
+        return self._replace(last_step=last_step, turns=turns, evidence=evidence)
 
     def is_beyond(self, tolerance: float, share: float) -> bool:
         """Tell whether the turns are beyond what is explained by more than `tolerance` [rad].
@@ -217,18 +217,18 @@ class MonitorState(NamedTuple):
         InputError
             Where it could not.
         """
-        (wheel, yaw, residual), turns, evidence = self.turned, self.turns, self.evidence
+        (wheel, yaw, residual), turns, evidence = self.last_step, self.turns, self.evidence
 
         def number(value: float, low: float = -MOST, high: float = MOST) -> float:
             return input_in_range("monitor", value, low, high)
 
-        turned = Turned(
+        last_step = LastStep(
             number(wheel, -0.5 * PI, 0.5 * PI),
             None if yaw is None else number(yaw, -MAX_YAW, MAX_YAW),
             None if residual is None else number(residual, -MOST_RESIDUAL, MOST_RESIDUAL),
         )
         return MonitorState(
-            turned,
+            last_step,
             Turns(
                 number(turns.measured),
                 number(turns.expected),

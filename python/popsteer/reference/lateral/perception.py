@@ -123,7 +123,7 @@ def predict_now(
     state = with_in_flight(with_estimator(state, estimator), in_flight)
     if car.dead_time > 0.0:
         predicted, wheel = in_flight.predict(car, now, estimate)
-        # What was given is good, so what comes of it is not refused.
+        # The input was valid, so its prediction is put within the bounds and not refused.
         predicted = predicted.bounded().ahead(-car.no_slip).bounded()
         return state, predicted, Belief(wheel, estimate)
     return state, vehicle, Belief(in_flight.wheel, estimate)

@@ -1,4 +1,4 @@
-"""What preview POP plans over its horizon, and what the moves of a plan keep to."""
+"""The plan of preview POP over its horizon, and the limits of its moves."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Plan(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What the moves of a plan keep to."""
+    """The limits of a plan."""
 
     first: tuple[float, float]
     """Least and greatest first move [1/m]; 0 lies between them."""
@@ -81,7 +81,7 @@ class Limits(NamedTuple):
 
 @dataclass(frozen=True)
 class Horizon:
-    """What is planned: a prediction, and what its steps cost.
+    """The planning problem: the prediction over the horizon, and the cost of its steps.
 
     Attributes
     ----------

@@ -63,11 +63,11 @@ class PopParams:
         Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
         None is 1/300 of the wheelbase.
     search_distance : float or None
-        How far along the path from the last place the vehicle is looked for [m], beside what it
-        travels in a step; None is two wheelbases.
+        Arc of the path that is searched on each side of the last place [m], besides the distance
+        travelled in a step; None is two wheelbases.
     lost_distance : float or None
-        Farther than this from its place the vehicle is lost, and looked for on the whole path
-        [m]; None is ten wheelbases.
+        Distance from the path beyond which the vehicle is lost and is searched for on the whole
+        path [m]; None is ten wheelbases.
 
     Raises
     ------

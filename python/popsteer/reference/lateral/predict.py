@@ -1,4 +1,4 @@
-"""The trajectory that a controller intends: its answers to its own vehicle, step after step."""
+"""The trajectory that a controller intends: it drives its own vehicle ahead, step by step."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def predict(
     *,
     models: bool,
 ) -> Prediction:
-    """Let `step` drive the vehicle as it is known by now, from the last step of `state` on.
+    """Let `step` drive the estimated vehicle, from the last step of `state` on.
 
     At its present acceleration, and to the next stop at most.
     """
@@ -148,7 +148,7 @@ class Predicting(Generic[StateT]):
             step: Callable[..., Command] = getattr(self, "step")  # noqa: B009 - a tracker's
             return step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
 
-        # The poses to come have no age, and what is predicted shows nothing of the vehicle.
+        # Predicted poses have no age, and carry no information on the vehicle.
         self._state = replace(with_past(before, None), last_measured=None, held_time=0.0)
         try:
             return predict(self._vehicle, before, step, dt, count, models=self._models)

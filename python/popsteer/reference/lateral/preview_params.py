@@ -27,8 +27,9 @@ class PreviewPopParams:
         50 ms, where it has none.
     horizon : float
         How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
-        seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
-        Up to twice as long where the vehicle's `max_steer_rate` is told and its wheels need it.
+        anticipated. If it is shorter than the lag and the return to the path, the vehicle
+        oscillates. Up to twice as long if the vehicle has a `max_steer_rate` and its wheels need
+        it.
     heading_cost : float or None
         How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; None is
         a wheelbase. More: the path is joined more gently, and offsets take longer to vanish.
@@ -37,22 +38,22 @@ class PreviewPopParams:
         [m s/rad]; None is a twelfth of the wheelbase. More: calmer wheels, less noise passed on,
         wider bends where the model is wrong.
     approach_angle : float
-        Heading at which the path is approached from afar [rad]; less where the vehicle's limits
-        would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
+        Heading at which the path is approached from afar [rad]; less if the vehicle's limits would
+        not straighten it in time. More: sooner back on the path, by a sharper manoeuvre.
     min_speed : float or None
         Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
         prediction looks as far as at this speed; at rest they keep their angle. Where the
-        vehicle's `max_steer_rate` is told, they turn at all of it down to half this speed. None is
+        vehicle's `max_steer_rate` is given, they turn at all of it down to half this speed. None is
         5/3 wheelbases a second.
     smoothing_length : float or None
         Length of path over which its direction is taken [m]; None is 2/3 of the wheelbase. More:
         less of the waypoints' noise is steered, and bends shorter than this are cut.
     search_distance : float or None
-        How far along the path from the last place the vehicle is looked for [m], beside what it
-        travels in a step; None is two wheelbases.
+        Arc of the path that is searched on each side of the last place [m], besides the distance
+        travelled in a step; None is two wheelbases.
     lost_distance : float or None
-        Farther than this from its place the vehicle is lost, and looked for on the whole path
-        [m]; None is ten wheelbases.
+        Distance from the path beyond which the vehicle is lost and is searched for on the whole
+        path [m]; None is ten wheelbases.
 
     Raises
     ------

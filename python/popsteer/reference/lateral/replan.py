@@ -103,8 +103,8 @@ def carry_over(
 def hand_over(law: LateralLaw[Any, StateT], state: StateT) -> StateT:
     """Go on from the present angle.
 
-    Its difference to what the controller wants fades in what is left of the hand-over that is under
-    way, or within `HANDOVER_TIME`.
+    Its difference to the controller's angle fades in the remaining time of a hand-over in progress,
+    or within `HANDOVER_TIME`.
     """
     remaining = state.handover_remaining if hands_over(state) else HANDOVER_TIME
     if state.handover_offset is not None:

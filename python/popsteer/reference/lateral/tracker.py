@@ -94,8 +94,8 @@ class Tracker(
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
         self._adapt = self.default_adapt() if adapt == "auto" else adapt
         self._monitor_params = MonitorParams() if monitor == "auto" else monitor
-        watches = self._monitor_params
-        self._monitor = None if watches is None else Monitor(watches, self._vehicle)
+        monitor_params = self._monitor_params
+        self._monitor = None if monitor_params is None else Monitor(monitor_params, self._vehicle)
         # Whether wheels and motion of the vehicle are modelled.
         self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
         # Whether the controller's angle is the command as it is.
@@ -131,7 +131,7 @@ class Tracker(
 
     @property
     def estimate(self) -> Estimate:
-        """What is known of the vehicle: its own figures, corrected by what its motion has shown."""
+        """What is known of the vehicle: its parameters, corrected by what its motion has shown."""
         return estimator_of(self._state).known().of(self._vehicle)
 
     @property
@@ -177,8 +177,8 @@ class Tracker(
     def relocalise(self, x: float, y: float, yaw: float) -> None:
         """Find the vehicle's place on the path anew, after a jump to x, y [m] and `yaw` [rad].
 
-        Puts the remembered waypoint to `relocalise` of the rear axle, or of the point that does not
-        slip; the rest of the state stays, as does all of it where `InputError` is raised.
+        Puts the remembered waypoint to `relocalise` of the rear axle, or of the no-slip point; the
+        rest of the state stays, as does all of it where `InputError` is raised.
         """
         vehicle = VehicleState(x, y, yaw, speed=0.0).checked()
         base = vehicle.ahead(self._follow.base)
@@ -187,10 +187,10 @@ class Tracker(
         self._state = replace(
             self._state, waypoint=waypoint, measured_waypoint=None, place=None, last_measured=None
         )
-        watched = self._state.monitor
-        if watched is not None:
-            watched = watched.interrupted()._replace(within=False)
-            self._state = replace(self._state, monitor=watched)
+        monitored = self._state.monitor
+        if monitored is not None:
+            monitored = monitored.interrupted()._replace(within=False)
+            self._state = replace(self._state, monitor=monitored)
 
     def step(
         self,
@@ -257,7 +257,7 @@ class Tracker(
         fault = Status.OK
         if self._monitor is not None:
             measured = Measured(here, now, dt)
-            self._state, fault = self._monitor.watch(self._state, measured, models=self._models)
+            self._state, fault = self._monitor.check(self._state, measured, models=self._models)
 
         if not self._bare:
             # The angle of the last command, with the present estimate of the offset.

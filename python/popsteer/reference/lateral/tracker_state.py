@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 MAX_DISTANCE = 1e18
-"""More than a distance along a path can come to [m]."""
+"""Bound of a distance along a path [m], which no valid path reaches."""
 HANDOVER_TIME = 1.0
 """Time in which the difference to a driver's angle fades [s]."""
 
@@ -196,18 +196,18 @@ class TrackerState:
     period : float
         The time that the last step counted [s]; 0 before the first.
     wheel : float or None
-        Angle of the wheels by the vehicle's own figures [rad]; None where the vehicle is not
+        Angle of the wheels by the vehicle's parameters [rad]; None where the vehicle is not
         modelled.
     commands_in_flight : tuple of tuple of float
-        Commands on their way to the wheels, oldest first: angle [rad] and duration [s].
+        Commands in flight, oldest first: angle [rad] and duration [s].
     past_angles : tuple of tuple of float
-        Mean angles of the wheels of late, oldest first: angle [rad] and duration [s].
+        Recent mean angles of the wheels, oldest first: angle [rad] and duration [s].
     past_wheel : float or None
         Angle that they end with [rad]; None before the first pose that had an age.
     past_since : float
         How long ago the last pose was measured [s].
     last_measured : tuple of float or None
-        x [m], y [m], yaw [rad] and speed [m/s] of the point that does not slip as it was last seen;
+        x [m], y [m], yaw [rad] and speed [m/s] of the no-slip point when it was last measured;
         None where the motion since shows nothing.
     turn_turn, turn_offset, offset_offset : float
         Sums over the turns expected and those of a radian of steering offset [rad²], [rad], [1];
@@ -219,13 +219,13 @@ class TrackerState:
     change : float
         Rates at which the expected turns changed, squared [rad²/s²].
     gain : float
-        How many times more the vehicle turns than its figures say.
+        Ratio of the measured turning to that of the vehicle's parameters.
     steer_offset : float
         Angle of the wheels at the command 0, beyond the vehicle's [rad].
     longer_dead_time : float
         How much longer the dead time is than the vehicle's [s].
     slip : float
-        Angle of the motion of the point that does not slip to the heading, straight on [rad].
+        Angle of the motion of the no-slip point to the heading, straight on [rad].
     slip_length : float
         How much that angle grows with the curvature [m].
     acceleration : float
@@ -293,7 +293,7 @@ def with_in_flight(state: StateT, in_flight: InFlight | None) -> StateT:
 
 
 def past_of(state: TrackerState) -> Past | None:
-    """Return what the wheels did of late; None before the first pose that had an age."""
+    """Return the wheels' recent angles; None before the first pose with an age."""
     if state.past_wheel is None:
         return None
     return Past(state.past_angles, state.past_wheel, state.past_since)

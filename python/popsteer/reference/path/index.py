@@ -1,4 +1,4 @@
-"""Which segments can be the closest? A search of the boxes along a path, which stays bounded.
+"""Searches the boxes along a path for the closest segments, within a budget.
 
 It goes down the tree of `boxes`, the nearer box first, and leaves out each box that is farther off
 than the best segment so far.
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["STEP_BUDGET", "Found", "search"]
 
 MARGIN = 32.0 * float_info.epsilon
-"""More than rounding moves a closest point, as a share of the numbers in it."""
+"""Bound of the rounding of a closest point, as a share of its coordinates."""
 STEP_BUDGET = 2048
 """How many boxes a control step visits at most."""
 

@@ -1,4 +1,4 @@
-"""Where do I aim? The paper's search for the lookahead point, and an exact one."""
+"""The lookahead point: the paper's search, and an exact one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Lookahead", "get_crossing", "get_lookahead_point", "get_lookahead_po
 
 @dataclass(frozen=True)
 class Lookahead:
-    """What the search came back with.
+    """The result of the search.
 
     Attributes
     ----------
@@ -105,11 +105,10 @@ def get_crossing(
 ) -> tuple[Point, bool]:
     """Find the first point after `closest` that is `lookahead` [m] away, and whether there is one.
 
-    Where an open path ends, or the vehicle has to turn round, the last segment goes on as a
-    straight line, so there always is one while the closest point lies within the circle. Of a
-    position farther than `lookahead` from its closest point the point is the closest point, in
-    which a circle that touches the path ends as well; on a closed path that lies within the circle
-    it is the waypoint at least a quarter round.
+    At an end of an open path and at a cusp the last segment goes on as a straight line, so there
+    always is one while the closest point lies within the circle. If the closest point is at least
+    `lookahead` away, it is the answer itself. On a closed path that lies within the circle the
+    answer is the waypoint at least a quarter round.
 
     Examples
     --------
@@ -120,10 +119,10 @@ def get_crossing(
     squared_lookahead = lookahead * lookahead
     if closest.squared_distance >= squared_lookahead:
         return closest.point, False
-    # From the closest point itself, which keeps the digits far beyond the end of the path.
+    # Starts from the closest point itself, which keeps digits far beyond the end of the path.
     start = closest.point
     segment = closest.segment
-    # How much of the segment is left; more than all of it before the start of the path.
+    # Remaining share of the segment; more than 1 before the start of the path.
     remaining = 1.0 - closest.fraction
     for _ in range(path.segments):
         begin, end = path.segment(segment)

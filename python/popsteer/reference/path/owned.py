@@ -94,7 +94,7 @@ class Path(PathView):
     def relocalise(
         self, x: float, y: float, yaw: float, *, opposite_distance: float = OPPOSITE
     ) -> int:
-        """Find the segment to go on from after a jump to (x, y) [m] with heading `yaw` [rad]."""
+        """Find the segment to start from after a jump to (x, y) [m] with heading `yaw` [rad]."""
         position = _position(x, y)
         yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
         opposite = input_in_range("opposite_distance", opposite_distance, 0.0, 1e9)

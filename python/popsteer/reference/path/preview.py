@@ -1,4 +1,4 @@
-"""What lies ahead? The direction of the path at distances along it."""
+"""The smoothed direction of the path at distances along it."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ class Preview:
     """The direction of a path, smoothed over `base` [m] of it.
 
     The direction at an arc length is that of the chord from half a base behind to half a base
-    ahead: on a bend it is the tangent, where segments would turn by leaps. Where segments are
-    longer than half a base, the chord reaches one segment's length either way instead, up to five
-    bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back within the
-    chord, the direction is that of the segment. Beyond an open path's ends, and where the vehicle
-    turns round to go on the other way, it goes straight on; a closed path wraps.
+    ahead: on a bend it is the tangent, where the direction of the segments would jump. Where
+    segments are longer than half a base, the chord reaches one segment's length either way instead,
+    up to five bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back
+    within the chord, the direction is that of the segment. Beyond an open path's ends, and where
+    the vehicle turns round to go on the other way, it goes straight on; a closed path wraps.
 
     Parameters
     ----------
@@ -119,8 +119,9 @@ class Preview:
     def yaw_at(cls, path: PathView, base: float, segment: int, arc_length: float) -> float:
         """Return the direction of `path` [rad] at one place, `arc_length` on segment `segment`.
 
-        The chord reaches at most one base either way. Farther, a vehicle that steers by it would
-        cut the corners of coarse waypoints, which a plan over several places does not.
+        The chord reaches at most one base on each side. A longer one makes a vehicle that steers by
+        this direction alone cut the corners of coarse waypoints; a plan over several places does
+        not.
         """
         return cls(path, base, segment, arc_length, 0.0, base).path_yaw(arc_length)
 

@@ -1,4 +1,4 @@
-"""Where am I after a jump? The segment of least distance and heading error of all."""
+"""Finds the segment of least distance and heading error on the whole path, after a jump."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["relocalise", "relocalise_within"]
 def relocalise(
     path: PathView, position: Point, yaw: float, opposite_distance: float = OPPOSITE
 ) -> int:
-    """Find the segment to go on from after a jump to `position` with heading `yaw` [rad].
+    """Find the segment to start from after a jump to `position` with heading `yaw` [rad].
 
     The one of least distance, which counts up to `opposite_distance` [m] more the less the vehicle
     would look along it; the first of several. The heading thus tells branches apart that cross or

@@ -1,8 +1,8 @@
-"""Where to stop, and how fast to go until there.
+"""The next stop: its distance, and the speed until there.
 
-A vehicle stops at the end of an open path, and at each cusp, where it changes its direction. That
-is an event of its rear axle, wherever the point lies that a controller tracks, so both numbers here
-are of the place beside the rear axle.
+A vehicle stops at the end of an open path, and at each cusp, where it changes its direction. The
+rear axle decides, whatever point a controller tracks, so both numbers here are those beside the
+rear axle.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ longer, and at 0 it would never start again from a cusp.
 
 
 class Ahead(NamedTuple):
-    """What the path says of driving on from the place beside the vehicle."""
+    """Reference speed and distance to the next stop, beside the rear axle."""
 
     reference_speed: float | None
     """Reference speed [m/s], negative where the path is driven backwards."""
@@ -37,7 +37,7 @@ class Ahead(NamedTuple):
     @classmethod
     def of(cls, path: PathView, follow: Follow, at: Located) -> Ahead:
         """Take it from a vehicle that `follow` has located."""
-        # How far the followed point lies ahead of the rear axle, in the direction of driving.
+        # Distance of the tracked point ahead of the rear axle, in the direction of driving.
         lead = follow.reference_offset - at.mirror(follow.rear_axle - follow.base)
         segment = at.closest.segment
         arc = at.closest.arc_length(path) - lead
@@ -66,8 +66,8 @@ def _speed_beside(
 
     In the section that ends with segment `end`; beyond the section, that at its nearer end. Between
     waypoints the square of the speed is linear in the arc, as under a constant acceleration. A
-    speed of 0 at an end of the section counts as `creep` [m/s], so that no vehicle stands still
-    before it or never leaves it.
+    speed of 0 at an end of the section counts as `creep` [m/s], so that no vehicle stops before it
+    or stays there.
     """
     if path.closed and arc < 0.0:
         arc += path.length

@@ -1,4 +1,4 @@
-"""The vehicle: what is true of it, where it will be, how commands come to its wheels, and more.
+"""The vehicle: its parameters, prediction, commands in flight, and estimation from its motion.
 
 `bicycle` predicts, `delay` holds the commands in flight, `estimator` finds what the motion shows.
 """
@@ -25,7 +25,7 @@ class Vehicle:
         |wheel| ≤ max_steer
         yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed²)
 
-    and the point that does not slip moves where the vehicle looks.
+    and the no-slip point moves where the vehicle looks.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Vehicle:
         How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
         axle's, negative where it is of a point ahead of that.
     no_slip_point : float or None
-        How far ahead of the pose's point lies the point that does not slip [m]: the one that moves
+        How far ahead of the pose's point lies the no-slip point [m]: the one that moves
         where the vehicle looks; None is the rear axle.
     turning_wheelbase : float or None
         The wheelbase that the vehicle turns by [m]; None is `wheelbase`.

@@ -252,7 +252,7 @@ class Rollout:
     Parameters
     ----------
     vehicle : Vehicle
-        What the vehicle's figures say.
+        What the vehicle's parameters say.
     estimate : Corrections
         What its motion has shown.
     state : VehicleState

@@ -1,8 +1,8 @@
-"""The commands in flight: what lies between a command and the wheels.
+"""The commands in flight: given, but not yet at the wheels.
 
-A controller that steers by the vehicle of now while its last commands are still in flight steers
-too late. `InFlight.predict` rolls the vehicle forward through them, so that the controller sees it
-as it will be when its next command reaches the wheels.
+A controller that steers by the present vehicle, while its last commands are still in flight, steers
+too late. `InFlight.predict` rolls the vehicle forward through them, so that the controller steers
+by its state when the next command reaches the wheels.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class InFlight:
     commands : tuple of tuple of float
         Oldest first: angle [rad] and how long it was commanded [s].
     wheel : float
-        Angle of the wheels by the vehicle's own figures, without an estimated offset [rad].
+        Angle of the wheels by the vehicle's parameters, without an estimated offset [rad].
 
     Examples
     --------
@@ -133,7 +133,7 @@ class InFlight:
         """Return vehicle and wheels as they will be when a command given now reaches the wheels.
 
         The vehicle is rolled forward through the commands in flight. The state is that of the
-        point that does not slip; what the `estimate` knows better than `vehicle` counts.
+        no-slip point; the `estimate` corrects `vehicle`.
         """
         rollout = Rollout(vehicle, estimate, state)
         wheel = rollout.drive(self.wheel, self.commands)

@@ -1,7 +1,7 @@
-"""What the wheels did of late: for poses that are older than the step they are given to.
+"""The recent angles of the wheels, to roll an old pose forward to the present.
 
-A localisation takes its time, which is none of the steering's. `Past.advance` rolls the vehicle
-forward from where it was seen, through the angles that its wheels have had since.
+A localisation has a delay of its own, besides that of the steering. `Past.advance` rolls the
+vehicle forward from where it was measured, through the angles of its wheels since.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ CAPACITY = 2 * RESOLUTION + 2
 Two neighbours are together longer than a share, so half as many shares are remembered.
 """
 MAX_SINCE = 1e6
-"""More than the time since the last pose can come to [s]."""
+"""Bound of the time since the last pose [s], which no valid input reaches."""
 
 
 @dataclass(frozen=True)
 class Past:
-    """The angles of the wheels by the vehicle's own figures over the last second.
+    """The angles of the wheels by the vehicle's parameters over the last second.
 
     Attributes
     ----------
@@ -131,8 +131,7 @@ class Past:
     ) -> VehicleState:
         """Return a vehicle that was at `state` `age` [s] ago, as it is now.
 
-        The state is that of the point that does not slip; what the `estimate` knows better than
-        `vehicle` counts.
+        The state is that of the no-slip point; the `estimate` corrects `vehicle`.
         """
         rollout = Rollout(vehicle, estimate, state)
         for angle, time in self._between(age, 0.0):

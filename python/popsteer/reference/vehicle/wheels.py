@@ -1,4 +1,4 @@
-"""The wheels: how they answer a command that reaches them, and what they turn the vehicle by."""
+"""The wheels: their response to a command, and the turn of the vehicle by them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Moved", "Reached", "move_wheel"]
 
 
 class Moved(NamedTuple):
-    """Where the wheels come to, and their mean angle on the way."""
+    """The wheels' angle after a move, and their mean angle during it."""
 
     wheel: float
     """Angle at the end [rad]."""

@@ -14,11 +14,11 @@ pub struct BangBangParams {
     pub amplitude: f64,
     /// Cross-track errors up to this leave the wheels straight [m].
     pub deadband: f64,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last place [m], besides the distance
+    /// travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
-    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
-    /// [m]; ten wheelbases by default.
+    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
+    /// path [m]; ten wheelbases by default.
     pub lost_distance: Option<f64>,
 }
 

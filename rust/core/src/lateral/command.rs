@@ -1,11 +1,11 @@
-//! What one step answers, and how it went.
+//! The command of one step, and its status.
 
 use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
 
 use crate::geometry::Point;
 
-/// How a step went: a set of conditions, each of which may hold beside the others. None is `OK`.
+/// How a step went: a set of conditions, of which several may hold. The empty set is `OK`.
 ///
 /// The bits are the same in Rust, Python, arrays and files.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -16,7 +16,7 @@ pub struct Status(u32);
 pub enum Level {
     /// As the controller wants it.
     Ok,
-    /// It goes on, with less than it needs.
+    /// It continues with less than it needs.
     Degraded,
     /// Stop the vehicle.
     Fault,
@@ -28,22 +28,23 @@ impl Status {
     /// Degraded: a larger angle, a larger lateral acceleration or a faster move of the wheels is
     /// wanted than the vehicle allows. The command is limited.
     pub const SATURATED: Self = Self(1);
-    /// Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at.
+    /// Degraded: no point ahead lies on the lookahead circle. The controller aims at a substitute.
     pub const LOOKAHEAD_LOST: Self = Self(1 << 1);
     /// Degraded: the tracked point is past the end of the path. The last segment is followed on as
     /// a straight line.
     pub const END_OF_PATH: Self = Self(1 << 2);
-    /// Degraded: the vehicle was farther than `lost_distance` from its place on the path, and was
-    /// looked for on the whole of it. The controller steers to where it was found.
+    /// Degraded: the vehicle was farther than `lost_distance` from its place, and was searched for
+    /// on the whole path. The controller steers to the place that was found.
     pub const OFF_PATH: Self = Self(1 << 3);
     /// Degraded: the input was refused. The last command is held.
     pub const INPUT_HELD: Self = Self(1 << 4);
-    /// Fault: more inputs in a row were refused than are held. The last command stands; stop.
+    /// Fault: more inputs in a row were refused than `hold_limit`. The last command is repeated;
+    /// stop.
     pub const INPUT_LOST: Self = Self(1 << 5);
     /// Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
     pub const DEVIATING: Self = Self(1 << 6);
-    /// Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s:
-    /// a wrong sign of the steering, wheels that stick, a dead time or a lag that nobody told.
+    /// Fault: within the last 2 s the vehicle turned otherwise than the commands explain: a wrong
+    /// sign of the steering, stuck wheels, or an unknown dead time or lag.
     pub const IMPLAUSIBLE: Self = Self(1 << 7);
     /// Degraded: the best plan within the vehicle's limits was not found in the time that a step
     /// may take. The command is that of the best plan found, which keeps them.
@@ -145,7 +146,7 @@ impl fmt::Debug for Status {
     }
 }
 
-/// What one step answers.
+/// The command of one step, with its errors and status.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
     /// Angle to command [rad], positive to the left.
@@ -165,8 +166,8 @@ pub struct Command {
     pub reverse: bool,
     /// The path's speed beside the rear axle [m/s], negative where it is driven backwards; none
     /// where the path has no speeds. Its square is linear between waypoints; a speed of 0 at a cusp
-    /// or at an end counts as a tenth of the wheelbase a second, so that no vehicle stands still
-    /// before it.
+    /// or at an end counts as a tenth of the wheelbase a second, so that no vehicle stops before
+    /// it.
     pub reference_speed: Option<f64>,
     /// Distance that the rear axle has to go along the path to the next cusp, or to the end [m];
     /// negative past the end, infinite on a closed path without cusps.

@@ -7,8 +7,8 @@ use crate::math::{atan, saturate};
 use crate::vehicle::{Estimate, Vehicle};
 
 impl<L: LateralLaw> Tracker<L> {
-    /// Commands the angle `wanted` of the wheels [rad] as far as the vehicle allows, and tells
-    /// whether it had to be limited.
+    /// Commands the angle `wanted` of the wheels [rad] as far as the vehicle allows; returns
+    /// whether it was limited.
     pub(super) fn limit(
         &self,
         state: &mut TrackerState<L::State>,
@@ -75,7 +75,7 @@ fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64, widest
 
 impl Vehicle {
     /// The angle `wheel` [rad], brought within `max_lateral_acceleration` at `speed` [m/s] for a
-    /// vehicle that turns `gain` times more than its figures say.
+    /// vehicle that turns `gain` times as much as its parameters say.
     #[inline]
     fn limit_lateral_acceleration(&self, wheel: f64, speed: f64, gain: f64) -> f64 {
         let Some(most) = self.max_lateral_acceleration else {

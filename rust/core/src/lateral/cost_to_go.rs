@@ -1,9 +1,8 @@
-//! What a prediction comes to: the cost-to-go of a linear model with a quadratic cost.
+//! The cost of a prediction: the cost-to-go of a linear model with a quadratic cost.
 //!
-//! The state of the prediction has four entries: the cross-track error `e` [m], the heading error
-//! `p` [rad], the curvature that the vehicle drives, `a` [1/m], and the curvature that its wheels
-//! are told, `c` [1/m]. Everything is counted along the way travelled, so the model is the same
-//! at any speed; the steering lag alone becomes a distance, `lag * speed`:
+//! The state has four entries: cross-track error `e` [m], heading error `p` [rad], driven curvature
+//! `a` [1/m] and commanded curvature `c` [1/m]. The independent variable is the distance travelled,
+//! so the model is the same at any speed; only the steering lag becomes a distance, `lag * speed`:
 //!
 //! ```text
 //! e' = p + offset a,    p' = a - path curvature,    a' = (c - a) / lag distance
@@ -22,9 +21,9 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// Over `step` [m], with the curvature following over `lag` [m], of which the share `kept`,
-    /// `exp(-step / lag)`, remains; errors at a point `offset` [m] ahead of the one that does not
-    /// slip.
+    /// Over `step` [m], with a first-order lag of the curvature over `lag` [m], of which the share
+    /// `kept`, `exp(-step / lag)`, remains; errors at a point `offset` [m] ahead of the no-slip
+    /// point.
     #[inline]
     pub fn new(step: f64, lag: f64, kept: f64, offset: f64) -> Self {
         let taken = 1.0 - kept;
@@ -57,8 +56,8 @@ pub struct Predicted {
 }
 
 impl Travel {
-    /// The state after this step from `state`, whose wheels were just moved: the path turns by
-    /// `turn` [rad] on the way, the vehicle drifts to the left by `drift` [m].
+    /// The state after this step from `state`, after its move: within the step the path turns by
+    /// `turn` [rad], and the vehicle drifts to the left by `drift` [m].
     #[inline]
     pub fn after(&self, state: &Predicted, turn: f64, drift: f64) -> Predicted {
         let moved = drift - 0.5 * self.step * turn;
@@ -80,8 +79,8 @@ impl Travel {
 }
 
 impl Travel {
-    /// The state after this step from `state`, without what the curvature that is commanded on the
-    /// way adds to it.
+    /// The state after this step from `state`, without the contribution of the curvature commanded
+    /// during it.
     #[inline]
     pub(super) fn before_commanded(&self, state: &Predicted, turn: f64, drift: f64) -> Predicted {
         let moved = drift - 0.5 * self.step * turn;
@@ -99,7 +98,7 @@ impl Travel {
         }
     }
 
-    /// What a curvature of 1, commanded on the way of the step before, adds to
+    /// The contribution of a curvature of 1, commanded during the step before, to
     /// [`before_commanded`](Self::before_commanded).
     #[inline]
     pub(super) fn added(&self) -> Predicted {
@@ -113,7 +112,7 @@ impl Travel {
     }
 }
 
-/// The best move of the wheels in a state: the curvature that is commanded next is
+/// The optimal feedback: the next commanded curvature is
 /// `remaining * commanded - (e * error + p * heading + a * driven + constant)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(missing_docs, reason = "one letter an entry of the state")]
@@ -126,20 +125,20 @@ pub struct BestMove {
 }
 
 impl BestMove {
-    /// The curvature that is best commanded in `state` [1/m].
+    /// The optimal commanded curvature in `state` [1/m].
     #[inline]
     pub fn commanded(&self, state: &Predicted) -> f64 {
         self.remaining * state.commanded - self.pull(state)
     }
 
-    /// What of it is not of the curvature that is commanded already, with the sign changed.
+    /// The part of it that does not come from the present commanded curvature, negated.
     #[inline]
     pub(super) fn pull(&self, state: &Predicted) -> f64 {
         (self.e * state.error + self.p * state.heading) + (self.a * state.driven + self.constant)
     }
 
-    /// What of a curvature commanded on the way of the last step is left in the next one, where
-    /// the state does not hold what it has added.
+    /// The share of a curvature commanded during the last step that remains in the next command, if
+    /// the state lacks its contribution.
     #[inline]
     pub(super) fn remaining_after(&self, travel: &Travel) -> f64 {
         self.remaining
@@ -194,8 +193,8 @@ impl CostToGo {
         }
     }
 
-    /// This cost, of where a step of travel leads to, as a cost of where it starts: the path turns
-    /// by `turn` [rad] on the way, the vehicle drifts to the left by `drift` [m].
+    /// This cost of the state after a step of travel, as a cost of the state before it: within the
+    /// step the path turns by `turn` [rad], and the vehicle drifts to the left by `drift` [m].
     #[inline]
     pub fn before(&self, travel: &Travel, turn: f64, drift: f64) -> Self {
         let Travel {

@@ -3,7 +3,7 @@
 use crate::error::{InputError, Requirement, input_in_range};
 use crate::math::from_count;
 
-/// More than any error, term or sum of them can come to [m], [m s].
+/// Bound of errors, terms and their sums [m], [m s], which no valid input reaches.
 pub(super) const BOUND: f64 = 1e16;
 
 /// The last so many terms of the integral, first in, first out, and their sum.

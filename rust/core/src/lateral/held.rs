@@ -1,8 +1,9 @@
-//! What holds the moves of a plan while it is made: the set of [`limited`](super::limited).
+//! The active set of [`limited`](super::limited).
 
 use super::cost_to_go::{BestMove, Predicted};
 
-/// The limits that a plan reaches, three bits a step: what the next plan starts from.
+/// The limits that a plan reaches, three bits a step. The search for the next plan starts from
+/// them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReachedLimits(pub u64);
 
@@ -79,7 +80,7 @@ pub(super) struct Step {
     pub most: f64,
     pub low: f64,
     pub high: f64,
-    /// Whether the move is given: the curvature is on its way back into its limits.
+    /// Whether the move is fixed, because the curvature is being brought back into its limits.
     pub forced: bool,
     pub held: Held,
     /// Before the move, along the best plan so far.
@@ -193,7 +194,7 @@ impl Step {
     }
 }
 
-/// The share of the way from the best plan to the next one that keeps all limits; the step that
+/// The share of the step from the best plan to the next one that keeps all limits; the step that
 /// ends it, with what it is held at then.
 pub(super) fn first_stop(
     start: f64,
@@ -225,7 +226,7 @@ pub(super) fn first_stop(
     first
 }
 
-/// The share of the way between two numbers at which a limit is crossed, and which; none where
+/// The share of the step between two numbers at which a limit is crossed, and which; none where
 /// it is `held`, or not crossed.
 fn crossed(held: Side, way: (f64, f64), low: f64, high: f64, rounding: f64) -> Option<(f64, Side)> {
     let (from, to) = way;

@@ -13,12 +13,12 @@
 //! given, the backward recursion gives the best of the other moves, and which limits are held is
 //! put right until nothing changes. A
 //! *pass* is one such recursion. The first holds what the guess says. Most of the others decide
-//! what to hold on the way back, by what the moves exceed along the best plan so far, as
-//! control-limited differential dynamic programming does (Tassa, Mansard and Todorov, 2014), which
-//! changes the whole set at once. A pass whose plan costs more is gone a part of the way. Once that
-//! fails to lower the cost as well, one limit at a time is added, or those that keep the cost up
-//! are released, which lowers it at every pass (Nocedal and Wright, *Numerical Optimization*,
-//! section 16.5).
+//! what to hold during the backward recursion: the limits that the moves exceed along the best plan
+//! so far, as in control-limited differential dynamic programming does (Tassa, Mansard and Todorov,
+//! 2014), which changes the whole set at once. If the plan of a pass costs more, only a part of the
+//! step towards it is taken. Once that does not lower the cost either, one limit at a time is
+//! added, or those that keep the cost up are released, which lowers it at every pass (Nocedal and
+//! Wright, *Numerical Optimization*, section 16.5).
 
 use super::cost_to_go::Predicted;
 use super::held::{Held, Side, Step, first_stop};
@@ -31,8 +31,8 @@ pub use super::plan::{Horizon, Limits, Plan, Reached};
 /// The most passes of a plan; after them the best plan so far is taken.
 pub const MAX_PASSES: usize = 40;
 
-/// How often a pass that does not lower the cost is gone a part of the way; after that limits are
-/// added one at a time.
+/// How often a part of the step is tried in a pass that does not lower the cost; after that limits
+/// are added one at a time.
 const SHORTENED: usize = 2;
 
 /// A cost that is lower by no more than this share is not lower.
@@ -220,7 +220,7 @@ impl Horizon<'_> {
         right
     }
 
-    /// Goes a part of the way from the best plan to the next one, with the moves cut to their
+    /// Takes a part of the step from the best plan to the next one, with the moves cut to their
     /// limits, where that costs less than `best_cost`; the cost then.
     fn shorten(&self, start: Predicted, steps: &mut [Step], best_cost: f64) -> Option<f64> {
         let mut share = 0.5;
@@ -275,7 +275,7 @@ impl Horizon<'_> {
         best.1
     }
 
-    /// The cost of a plan a `share` of the way from the best one to the next, cut to its limits
+    /// The cost of a plan a `share` of the step from the best one to the next, cut to its limits
     /// where that is asked for; the plan is `trial`.
     fn cost_along(&self, start: Predicted, steps: &mut [Step], share: f64, cut: bool) -> f64 {
         let mut state = start;

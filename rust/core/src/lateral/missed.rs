@@ -8,8 +8,8 @@ use crate::path::view::PathView;
 use crate::vehicle::VehicleState;
 use crate::vehicle::state::checked_dt;
 
-/// From a motion over more time than this nothing is learnt [s]: what happened within it is not
-/// known well enough. Larger values learn from slower loops, and more wrongly from gaps.
+/// Longest period whose motion is used for estimates [s]: what happened within a longer one is not
+/// known well enough. Larger values allow slower loops, and let gaps disturb the estimates.
 pub const ESTIMATION_GAP: f64 = 0.25;
 
 impl<L: LateralLaw> Tracker<L> {

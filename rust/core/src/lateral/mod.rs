@@ -75,11 +75,10 @@ pub struct Belief {
 
 /// What all states of controllers have in common.
 pub trait LateralState {
-    /// Forgets what was measured against the path: it leads another way from now on.
+    /// Forgets what was measured against the path, because the path changes its direction.
     fn leave_path(&mut self) {}
 
-    /// Another path is followed from now on, against which the last error is `offset` [m] larger;
-    /// by nobody knows how much where that is none.
+    /// Notes a new path, to which the last error is `offset` [m] larger; none if that is unknown.
     fn change_path(&mut self, _offset: Option<f64>) {}
 
     /// Sets the last angle [rad] to the one that the wheels got in place of the controller's.
@@ -100,7 +99,7 @@ pub trait LateralLaw {
     /// The vehicle that is steered.
     fn vehicle(&self) -> &Vehicle;
 
-    /// Which point of the vehicle the controller follows along the path, and how.
+    /// Which point of the vehicle is tracked, and how it is searched for on the path.
     fn follow(&self) -> &Follow;
 
     /// Whether the controller reads the [`Belief`]: its wheels are then modelled at every step.

@@ -65,7 +65,7 @@ pub(super) struct Measured<'a> {
     pub(super) dt: f64,
 }
 
-/// The parameters, and what they come to for a vehicle.
+/// The parameters with their defaults for a vehicle filled in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Monitor {
     params: MonitorParams,
@@ -82,7 +82,7 @@ impl Monitor {
             .map(|params| Self::unchecked(params, vehicle))
     }
 
-    /// As it is unless it is told otherwise.
+    /// The default of a controller.
     pub(super) fn usual(vehicle: &Vehicle) -> Self {
         Self::unchecked(MonitorParams::DEFAULT, vehicle)
     }
@@ -101,27 +101,27 @@ impl Monitor {
     /// Compares a step with the angle `steer` [rad] that was commanded before it, and says what is
     /// wrong; `last` is the cross-track error then [m].
     #[inline]
-    pub(super) fn watch(
+    pub(super) fn check(
         &self,
         car: &Vehicle,
-        watched: &mut Option<MonitorState>,
+        monitored: &mut Option<MonitorState>,
         steer: f64,
         last: Option<f64>,
         now: &Measured<'_>,
     ) -> Status {
         let at_rest = || MonitorState::settled(car.at_wheels(steer + car.steer_offset));
-        let watched = watched.get_or_insert_with(at_rest);
-        let is_deviating = self.watch_path(watched, now, last);
-        let is_implausible = self.watch_turn(watched, car, steer, now);
+        let monitored = monitored.get_or_insert_with(at_rest);
+        let is_deviating = self.check_path(monitored, now, last);
+        let is_implausible = self.check_turn(monitored, car, steer, now);
         Status::DEVIATING.when(is_deviating) | Status::IMPLAUSIBLE.when(is_implausible)
     }
 
     /// Whether the vehicle is beyond the limit after it was within. A change of direction that
     /// begins farther off is a new task, as a new path is: see `set_path` and `set_waypoint`.
     #[inline]
-    fn watch_path(
+    fn check_path(
         &self,
-        watched: &mut MonitorState,
+        monitored: &mut MonitorState,
         now: &Measured<'_>,
         last: Option<f64>,
     ) -> bool {
@@ -129,49 +129,49 @@ impl Monitor {
         if let (true, Some(last)) = (now.here.direction_changed, last)
             && (error - last).abs() > self.deviation_limit
         {
-            watched.within = false;
+            monitored.within = false;
         }
         let is_within = error.abs() <= self.deviation_limit;
-        watched.within |= is_within;
-        watched.within && !is_within
+        monitored.within |= is_within;
+        monitored.within && !is_within
     }
 
     /// Whether the vehicle turns otherwise than the commands explain, now or within the alarm time.
     #[inline]
-    fn watch_turn(
+    fn check_turn(
         &self,
-        watched: &mut MonitorState,
+        monitored: &mut MonitorState,
         car: &Vehicle,
         last: f64,
         now: &Measured<'_>,
     ) -> bool {
         let (speed, dt) = (now.vehicle.speed, now.dt);
         let (wheel, mean) = if let Some(wheel) = now.wheel {
-            (wheel, 0.5 * (watched.wheel + wheel))
+            (wheel, 0.5 * (monitored.wheel + wheel))
         } else {
-            respond(car, watched.wheel, last, dt)
+            respond(car, monitored.wheel, last, dt)
         };
-        watched.wheel = wheel;
+        monitored.wheel = wheel;
         let share = speed / car.turning_length(speed);
         let rate = share * tangent(mean);
         let excess = share * (tangent(last) - last);
 
         if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {
-            watched.interrupt();
+            monitored.interrupt();
         }
-        watched.alarm = saturate(watched.alarm - dt, 0.0, MonitorState::ALARM_TIME);
-        if let Some(yaw) = watched.yaw {
+        monitored.alarm = saturate(monitored.alarm - dt, 0.0, MonitorState::ALARM_TIME);
+        if let Some(yaw) = monitored.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
-            watched.observe(turn, rate, excess, share, dt);
-            let is_beyond = watched.is_beyond(self.params.turn_tolerance, share);
-            if is_beyond && watched.time >= MonitorState::LEAST_TIME {
-                watched.alarm = MonitorState::ALARM_TIME;
+            monitored.observe(turn, rate, excess, share, dt);
+            let is_beyond = monitored.is_beyond(self.params.turn_tolerance, share);
+            if is_beyond && monitored.time >= MonitorState::LEAST_TIME {
+                monitored.alarm = MonitorState::ALARM_TIME;
             }
         } else {
-            watched.rate = rate;
+            monitored.rate = rate;
         }
-        watched.yaw = Some(now.vehicle.yaw);
-        watched.alarm > 0.0
+        monitored.yaw = Some(now.vehicle.yaw);
+        monitored.alarm > 0.0
     }
 }
 

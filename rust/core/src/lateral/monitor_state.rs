@@ -9,7 +9,7 @@ use crate::vehicle::estimator::Estimator;
 /// The monitor's state; the turns are sums with exponential forgetting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonitorState {
-    /// Angle of the wheels by the vehicle's own figures [rad].
+    /// Angle of the wheels by the vehicle's parameters [rad].
     pub wheel: f64,
     /// The yaw last measured [rad]; none where the motion since shows nothing.
     pub yaw: Option<f64>,
@@ -35,7 +35,7 @@ pub struct MonitorState {
     pub offset_square: f64,
     /// The same rates times the residuals [rad/s].
     pub offset_sum: f64,
-    /// How long the vehicle goes on being implausible [s].
+    /// Remaining time of the alarm [s].
     pub alarm: f64,
     /// Whether the vehicle was within the limit of the deviation.
     pub within: bool,
@@ -44,7 +44,7 @@ pub struct MonitorState {
 impl MonitorState {
     /// Time over which turns are compared [s].
     const WINDOW: f64 = 1.0;
-    /// The slower response lags by so much more than the vehicle's own figures say [s].
+    /// The slower response lags by so much more than the vehicle's parameters say [s].
     const SLOWER: f64 = 0.1;
     /// A quicker one is ahead by this share of that.
     const QUICKER: f64 = 0.3;

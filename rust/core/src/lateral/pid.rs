@@ -32,11 +32,11 @@ pub struct PidParams {
     /// derivative is then how fast the front axle moves across that heading, which noise of the
     /// waypoints hardly reaches. 0: that of the error, as printed.
     pub smoothing_length: Option<f64>,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last place [m], besides the distance
+    /// travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
-    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
-    /// [m]; ten wheelbases by default.
+    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
+    /// path [m]; ten wheelbases by default.
     pub lost_distance: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What preview POP plans over its horizon, and what the moves of a plan keep to.
+//! The plan of preview POP over its horizon, and the limits of its moves.
 
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::held::{Held, ReachedLimits, Side, Step};
@@ -7,7 +7,7 @@ use crate::vehicle::bicycle::MAX_STEPS;
 /// Shares of the largest move that are rounding: a limit that is exceeded by less is kept.
 pub(super) const ROUNDING: f64 = 1e-10;
 
-/// What is planned: a prediction, and what its steps cost.
+/// The planning problem: the prediction over the horizon, and the cost of its steps.
 #[derive(Clone, Copy, Debug)]
 pub struct Horizon<'a> {
     /// One step of travel.
@@ -22,7 +22,7 @@ pub struct Horizon<'a> {
     pub drift: f64,
 }
 
-/// What the moves of a plan keep to.
+/// The limits of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Least and greatest first move [1/m]; 0 lies between them.

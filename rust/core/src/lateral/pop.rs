@@ -33,11 +33,11 @@ pub struct PopParams {
     /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
     /// 1/300 of the wheelbase by default.
     pub grid_spacing: Option<f64>,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last place [m], besides the distance
+    /// travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
-    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
-    /// [m]; ten wheelbases by default.
+    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
+    /// path [m]; ten wheelbases by default.
     pub lost_distance: Option<f64>,
 }
 
@@ -205,7 +205,7 @@ impl Pop {
     ) -> Option<f64> {
         let Self { half, step, .. } = *self;
         let wanted = wrap(atan2(target.y, target.x) - vehicle.yaw - previous_steer);
-        // Near the opposite direction the cosine turns round within the list.
+        // Near the opposite direction the cosine has its minimum within the list.
         if wanted.abs() >= PI - 2.0 * self.steer_span {
             return None;
         }

@@ -1,4 +1,4 @@
-//! The trajectory that a controller intends: its answers to its own vehicle, step after step.
+//! The trajectory that a controller intends: it drives its own vehicle ahead, step by step.
 
 use super::LateralLaw;
 use super::tracker::Tracker;
@@ -42,8 +42,8 @@ impl<L: LateralLaw> Tracker<L> {
     /// Writes the trajectory from the last step of `state` on into `out`, an instant each `dt` [s],
     /// the last step first. Tells how many were written: none before the first step.
     ///
-    /// A copy of the controller drives the vehicle as it is known by now, at its present
-    /// acceleration, and to the next stop at most. `state` stays as it is.
+    /// A copy of the controller drives the estimated vehicle at its present acceleration, and to
+    /// the next stop at most. `state` is unchanged.
     ///
     /// # Errors
     ///
@@ -61,7 +61,7 @@ impl<L: LateralLaw> Tracker<L> {
         };
         let car = self.vehicle();
         let mut state = state.clone();
-        // The poses to come have no age, and what is predicted shows nothing of the vehicle.
+        // Predicted poses have no age, and carry no information on the vehicle.
         let wheel = state.past.map(|past| past.wheel());
         state.past = None;
         state.held_time = 0.0;

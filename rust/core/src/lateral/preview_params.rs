@@ -12,8 +12,9 @@ pub struct PreviewPopParams {
     /// paper's 3 degrees in 50 ms, where it has none.
     pub steer_span_rate: Option<f64>,
     /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
-    /// seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
-    /// Up to twice as long where the vehicle's `max_steer_rate` is told and its wheels need it.
+    /// anticipated. If it is shorter than the lag and the return to the path, the vehicle
+    /// oscillates. Up to twice as long if the vehicle has a `max_steer_rate` and its wheels need
+    /// it.
     pub horizon: f64,
     /// How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a
     /// wheelbase by default. More: the path is joined more gently, and offsets take longer to
@@ -23,22 +24,22 @@ pub struct PreviewPopParams {
     /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
     /// bends where the model is wrong.
     pub steer_rate_cost: Option<f64>,
-    /// Heading at which the path is approached from afar [rad]; less where the vehicle's limits
-    /// would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
+    /// Heading at which the path is approached from afar [rad]; less if the vehicle's limits would
+    /// not straighten it in time. More: sooner back on the path, by a sharper manoeuvre.
     pub approach_angle: f64,
     /// Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
     /// prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's
-    /// `max_steer_rate` is told, they turn at all of it down to half this speed. By default 5/3
+    /// `max_steer_rate` is given, they turn at all of it down to half this speed. By default 5/3
     /// wheelbases a second.
     pub min_speed: Option<f64>,
     /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
     /// More: less of the waypoints' noise is steered, and bends shorter than this are cut.
     pub smoothing_length: Option<f64>,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last place [m], besides the distance
+    /// travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
-    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
-    /// [m]; ten wheelbases by default.
+    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
+    /// path [m]; ten wheelbases by default.
     pub lost_distance: Option<f64>,
 }
 

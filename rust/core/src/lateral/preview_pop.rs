@@ -1,7 +1,7 @@
 //! Preview POP: of the angles near the last one, the one with the least predicted cost.
 //!
-//! One step of the controller: [`PreviewPop::choose`] predicts without limits and finds the best
-//! angle in closed form. Only if that plan breaks a limit, [`PreviewPop::best_within`] replaces it.
+//! One step of the controller: `PreviewPop::choose` predicts without limits and finds the best
+//! angle in closed form. Only if that plan breaks a limit, `PreviewPop::best_within` replaces it.
 
 use super::approach::{FULL_RATE, LAGS, MOST_HORIZONS, Straightening, TURNS};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};

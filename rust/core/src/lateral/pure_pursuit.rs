@@ -33,11 +33,11 @@ pub struct PurePursuitParams {
     /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
     /// 1/300 of the wheelbase by default.
     pub grid_spacing: Option<f64>,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last place [m], besides the distance
+    /// travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
-    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
-    /// [m]; ten wheelbases by default.
+    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
+    /// path [m]; ten wheelbases by default.
     pub lost_distance: Option<f64>,
 }
 
@@ -81,7 +81,7 @@ impl Default for PurePursuitParams {
 /// What [`PurePursuit`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PurePursuitState {
-    /// The last bearing `alpha` [rad], which stands in where its arc cosine is not defined; 0
+    /// The last bearing `alpha` [rad], the substitute where its arc cosine is not defined; 0
     /// without `alpha_by_arccos`.
     pub previous_alpha: f64,
 }

@@ -97,8 +97,8 @@ impl<L: LateralLaw> Tracker<L> {
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// Goes on from the present angle: its difference to what the controller wants fades in what is
-    /// left of the hand-over that is under way, or within [`HANDOVER_TIME`].
+    /// Continues from the present angle: its difference to the controller's angle fades in the
+    /// remaining time of a hand-over in progress, or within [`HANDOVER_TIME`].
     fn hand_over(&mut self) {
         if let Some(monitor) = &mut self.monitor {
             // A new path is a new task: the vehicle may start it beyond the limit.

@@ -9,7 +9,7 @@ use crate::vehicle::past::MAX_POSE_AGE;
 pub struct Reported {
     /// The angle that was applied since the last step in place of the commanded one [rad]: a
     /// driver's, another controller's, or one that was measured. Prediction, estimates and limits
-    /// go on from it. An angle up to a quarter turn counts as the nearest one within `max_steer`.
+    /// continue from it. An angle of up to 90 degrees counts as the nearest one within `max_steer`.
     pub applied_steer: Option<f64>,
     /// How long before the step pose and speed were measured [s], from 0 to [`MAX_POSE_AGE`].
     pub pose_age: f64,

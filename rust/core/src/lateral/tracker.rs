@@ -39,7 +39,7 @@ pub struct Tracker<L> {
 }
 
 impl<L: LateralLaw> Tracker<L> {
-    /// `law` with its vehicle, adapting so; not at all where that is none.
+    /// A tracker of `law` that adapts as given; not at all if none.
     ///
     /// # Errors
     ///
@@ -52,7 +52,7 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(Self::unchecked(law, adapt))
     }
 
-    /// `law` with its vehicle, adapting as controllers of its kind do.
+    /// A tracker of `law` that adapts by the controller's default.
     pub fn of(law: L) -> Self {
         let adapt = law.default_adapt();
         Self::unchecked(law, adapt)
@@ -84,12 +84,12 @@ impl<L: LateralLaw> Tracker<L> {
         self.law.vehicle()
     }
 
-    /// How it adapts; none where it does not.
+    /// How it adapts; none if it does not.
     pub fn adapt(&self) -> Option<&AdaptParams> {
         self.adapt.as_ref()
     }
 
-    /// Which point of the vehicle is followed along the path, and how.
+    /// Which point of the vehicle is tracked, and how it is searched for on the path.
     pub fn follow(&self) -> &Follow {
         self.law.follow()
     }
@@ -149,10 +149,9 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(state)
     }
 
-    /// After a jump of the vehicle, of its localisation or along the path: finds the place that the
-    /// next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest of
-    /// `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
-    /// at worst.
+    /// After a jump of the vehicle or of its localisation: finds the place that the next step
+    /// starts from, by [`relocalise`](crate::path::relocalise::relocalise). The rest of `state`
+    /// stays. Unlike a step it is exact everywhere, and visits every segment at worst.
     ///
     /// # Errors
     ///
@@ -221,7 +220,7 @@ impl<L: LateralLaw> Tracker<L> {
             (true, Some(in_flight)) => {
                 in_flight.check(vehicle, state.estimator.estimate.longer_dead_time)
             }
-            // With no command in flight known nothing could be predicted.
+            // Without a command in flight nothing could be predicted.
             (true, None) => Err(InputError {
                 field: "commands_in_flight",
                 value: 0.0,
@@ -274,7 +273,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
 
         let here = measured.as_ref().unwrap_or(&at);
-        let fault = self.watch(state, here, perception.here, dt);
+        let fault = self.find_faults(state, here, perception.here, dt);
 
         if !self.bare {
             // The angle of the last command, with the present estimate of the offset.
@@ -316,7 +315,7 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(status)
     }
 
-    /// The same, watching the vehicle so; not at all where that is none.
+    /// The same tracker with these thresholds of its monitor; without a monitor if none.
     ///
     /// # Errors
     ///
@@ -329,14 +328,14 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(self)
     }
 
-    /// How it watches the vehicle; none where it does not.
+    /// The thresholds of its monitor; none without a monitor.
     pub fn monitor(&self) -> Option<&MonitorParams> {
         self.monitor.as_ref().map(Monitor::params)
     }
 
     /// Compares the measured motion with the last commands, and returns the faults.
     #[inline]
-    fn watch(
+    fn find_faults(
         &self,
         state: &mut TrackerState<L::State>,
         here: &Located,
@@ -356,7 +355,7 @@ impl<L: LateralLaw> Tracker<L> {
         };
         let answer = state.answer.as_ref();
         let last = answer.map(|answer| answer.measured.cross_track_error);
-        monitor.watch(
+        monitor.check(
             self.law.vehicle(),
             &mut state.monitor,
             state.steer,

@@ -130,7 +130,7 @@ impl Answer {
             },
         }
     };
-    /// More than a distance along a path can come to [m].
+    /// Bound of a distance along a path [m], which no valid path reaches.
     const MAX_DISTANCE: f64 = 1e18;
 
     pub(super) fn checked_ahead(&self) -> Result<(), InputError> {

@@ -1,5 +1,4 @@
-//! Which segments can be the closest? A search of the boxes along a path, which does not visit all
-//! of it.
+//! Searches the boxes along a path for the closest segments, without visiting all of it.
 //!
 //! It goes down the tree of [`boxes`](super::boxes), the nearer box first, and leaves out each box
 //! that is farther off than the best segment so far. Unless its budget runs out it finds what
@@ -9,10 +8,10 @@ use super::best::Best;
 use super::boxes::{Bounds, RUN};
 use super::view::PathView;
 
-/// More levels than a tree has: each has twice the boxes of the one above.
+/// Bound of the tree's levels: each has twice the boxes of the one above.
 const LEVELS: usize = 64;
 
-/// More than rounding moves a closest point, as a share of the numbers in it. A length would not
+/// Bound of the rounding of a closest point, as a share of its coordinates: a length would not
 /// scale with the path.
 const MARGIN: f64 = 32.0 * f64::EPSILON;
 

@@ -1,4 +1,4 @@
-//! Where do I aim? The paper's search for the lookahead point, and an exact one.
+//! The lookahead point: the paper's search, and an exact one.
 
 use super::projection::ClosestPoint;
 use super::resample::Grid;
@@ -6,7 +6,7 @@ use super::view::PathView;
 use crate::geometry::{Point, get_distance, squared_distance};
 use crate::math::{saturate, sqrt};
 
-/// What the search came back with.
+/// The result of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lookahead {
     /// The index of the point in the grid.
@@ -61,11 +61,10 @@ pub fn get_lookahead_point_index(
 /// The first point of the path, from `closest` on, that is `lookahead` [m] away from `position`,
 /// and whether there is one.
 ///
-/// Where an open path ends, or the vehicle has to turn round, the last segment goes on as a
-/// straight line, so there always is one while the closest point lies within the circle. Of a
-/// position farther than `lookahead` from its closest point the point is the closest point, in
-/// which a circle that touches the path ends as well; on a closed path that lies within the circle
-/// it is the point a quarter round.
+/// At an end of an open path and at a cusp the last segment goes on as a straight line, so there
+/// always is one while the closest point lies within the circle. If the closest point is at least
+/// `lookahead` away, it is the answer itself. On a closed path that lies within the circle the
+/// answer is the point a quarter round.
 #[inline]
 pub fn get_crossing(
     path: &PathView<'_>,
@@ -77,10 +76,10 @@ pub fn get_crossing(
     if closest.squared_distance >= squared_lookahead {
         return (closest.point, false);
     }
-    // From the closest point itself, which keeps the digits far beyond the end of the path.
+    // Starts from the closest point itself, which keeps digits far beyond the end of the path.
     let mut from = closest.point;
     let mut segment = closest.segment;
-    // How much of the segment is left; more than all of it before the start of the path.
+    // Remaining share of the segment; more than 1 before the start of the path.
     let mut remaining = 1.0 - closest.fraction;
     for _ in 0..path.segments() {
         let (start, end) = path.segment(segment);

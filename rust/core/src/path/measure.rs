@@ -7,7 +7,7 @@ use crate::limits::{MAX_COORDINATE, MAX_SPEED};
 /// Neighbouring waypoints at most this far apart [m] coincide.
 pub const COINCIDING: f64 = 1e-9;
 
-/// What is measured of a path once [m].
+/// Lengths of a path, measured once [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Measures {
     /// Arc length of the whole path, the closing segment included.

@@ -29,7 +29,7 @@ pub struct Path {
     measures: Measures,
     closed: bool,
     index: Option<Box<[Bounds]>>,
-    /// The segments at whose ends the vehicle turns round, where any is driven backwards.
+    /// The segments that end at a cusp, where any is driven backwards.
     ends: Option<Box<[usize]>>,
 }
 

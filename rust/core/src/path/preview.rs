@@ -1,4 +1,4 @@
-//! What lies ahead? The direction of the path at distances along it.
+//! The smoothed direction of the path at distances along it.
 
 use super::view::PathView;
 use crate::geometry::{Point, get_distance, squared_distance};
@@ -7,27 +7,27 @@ use crate::math::{atan2, remainder, saturate};
 /// The direction of a path, smoothed over `base` [m] of it.
 ///
 /// The direction at an arc length is that of the chord from half a base behind to half a base
-/// ahead: on a bend it is the tangent, where segments would turn by leaps. Where segments are
-/// longer than half a base, the chord reaches one segment's length either way instead, up to five
-/// bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back within the
-/// chord, the direction is that of the segment. Beyond an open path's ends, and where the vehicle
-/// turns round to go on the other way, it goes straight on; a closed path wraps.
+/// ahead: on a bend it is the tangent, where the direction of the segments would jump. Where
+/// segments are longer than half a base, the chord reaches one segment's length either way instead,
+/// up to five bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back
+/// within the chord, the direction is that of the segment. Beyond an open path's ends, and where
+/// the vehicle turns round to go on the other way, it goes straight on; a closed path wraps.
 ///
-/// Looking at a place costs a search by halves at worst, and next to nothing where it lies on the
-/// segment of the last place, or on the next one.
+/// A query costs a bisection at worst, and next to nothing on the segment of the last query or the
+/// next one.
 #[derive(Clone, Copy, Debug)]
 pub struct Preview<'a> {
     path: &'a PathView<'a>,
     base: f64,
-    /// The farthest that a chord reaches either way [m].
+    /// Longest reach of a chord on each side [m].
     reach: f64,
     stretch: Option<Stretch>,
     /// The segments of the last places: behind, at, and ahead of the arc length asked for.
     hints: [usize; 3],
 }
 
-/// What is driven without a change of direction: from the start of the first segment to the end of
-/// the last, with the arc lengths [m] of both, which are infinite where neither is near.
+/// A stretch without a cusp: from the start of the first segment to the end of the last, with the
+/// arc lengths [m] of both, which are infinite where neither is near.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     first: usize,
@@ -75,8 +75,9 @@ impl<'a> Preview<'a> {
     /// The direction of `path` [rad], smoothed over `base` [m], at `arc_length` on segment
     /// `segment`: that of one place, where [`new`](Self::new) is for several.
     ///
-    /// The chord reaches at most one base either way. Farther, a vehicle that steers by it would
-    /// cut the corners of coarse waypoints, which a plan over several places does not.
+    /// The chord reaches at most one base on each side. A longer one makes a vehicle that steers by
+    /// this direction alone cut the corners of coarse waypoints; a plan over several places does
+    /// not.
     #[inline]
     pub fn yaw_at(path: &'a PathView<'a>, base: f64, segment: usize, arc_length: f64) -> f64 {
         Self::reaching(path, base, base, segment, arc_length, 0.0).path_yaw(arc_length)
@@ -163,7 +164,7 @@ impl<'a> Preview<'a> {
 }
 
 impl Stretch {
-    /// The stretch about `segment`, looked for between two arc lengths, once round at most.
+    /// The stretch about `segment`, searched for between two arc lengths, at most once around.
     fn about(path: &PathView<'_>, segment: usize, nearest: f64, farthest: f64) -> Self {
         let mut stretch = Self {
             first: segment,
@@ -217,7 +218,7 @@ fn angle_between(from: (f64, f64), to: (f64, f64)) -> f64 {
     }
 }
 
-/// `arc_length` brought onto a closed path; unchanged on an open one.
+/// `arc_length` wrapped on a closed path; unchanged on an open one.
 #[inline]
 fn on_path(path: &PathView<'_>, arc_length: f64) -> f64 {
     if !path.is_closed() {

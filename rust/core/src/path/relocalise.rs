@@ -1,4 +1,5 @@
-//! Where am I after a jump? The segment of least distance and heading error of all.
+//! Finds the vehicle on the whole path after a jump: the segment of least distance and heading
+//! error.
 //!
 //! [`relocalise_by_scan`] visits every segment and is the definition; [`relocalise`] leaves out
 //! those that the `index` shows to be too far off.
@@ -8,7 +9,7 @@ use super::index::{self, Found};
 use super::view::PathView;
 use crate::geometry::Point;
 
-/// The segment to go on from after a jump to `position` with heading `yaw`, as
+/// The segment to start from after a jump to `position` with heading `yaw`, as
 /// [`relocalise_by_scan`] has it. On a path with an index it takes a few microseconds where few
 /// segments are as near, and visits all of them at worst.
 pub fn relocalise(path: &PathView<'_>, position: Point, yaw: f64, opposite_distance: f64) -> usize {
@@ -37,7 +38,7 @@ pub fn relocalise_within(
     }
 }
 
-/// The segment to go on from after a jump to `position` with heading `yaw`: the one of least
+/// The segment to start from after a jump to `position` with heading `yaw`: the one of least
 /// distance, which counts up to `opposite_distance` [m] more the less the vehicle would look along
 /// it; the first of several. Visits every segment.
 ///

@@ -1,14 +1,14 @@
-//! Where to stop, and how fast to go until there.
+//! The next stop: its distance, and the speed until there.
 //!
 //! A vehicle stops at the end of an open path, and at each cusp, where it changes its direction.
-//! That is an event of its rear axle, wherever the point lies that a controller tracks, so both
-//! numbers here are of the place beside the rear axle.
+//! The rear axle decides, whatever point a controller tracks, so both numbers here are those beside
+//! the rear axle.
 
 use super::follow::{Follow, Located};
 use super::view::PathView;
 use crate::math::{saturate, sqrt};
 
-/// What the path says of driving on from the place beside the vehicle.
+/// Reference speed and distance to the next stop, beside the rear axle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahead {
     /// Reference speed [m/s], negative where the path is driven backwards; none where the path
@@ -20,26 +20,26 @@ pub struct Ahead {
 }
 
 impl Ahead {
-    /// The speed that a speed of 0 at a cusp or at the end counts as, in arrival distances a
-    /// second: a tenth of the wheelbase a second. More: the vehicle arrives faster; less: the last
-    /// centimetres take longer, and at 0 it would never start again from a cusp.
+    /// Speed that replaces a speed of 0 at a cusp or at the end, in arrival distances a second: a
+    /// tenth of the wheelbase a second. Larger: the vehicle arrives faster. Smaller: the last
+    /// centimetres take longer; at 0 it would never leave a cusp.
     const CREEP: f64 = 2.0;
 
-    /// What `path` says beside the rear axle of a vehicle that `follow` has located.
+    /// The values beside the rear axle of a vehicle that `follow` has located.
     #[inline]
     pub fn of(path: &PathView<'_>, follow: &Follow, at: &Located) -> Self {
-        // How far the followed point lies ahead of the rear axle, in the direction of driving.
+        // Distance of the tracked point ahead of the rear axle, in the direction of driving.
         let lead = follow.reference_offset - at.mirror(follow.rear_axle - follow.base);
         Self::behind(path, follow, at, lead)
     }
 
-    /// The speed that a speed of 0 at a cusp or at the end counts as [m/s].
+    /// Speed that replaces a speed of 0 at a cusp or at the end [m/s].
     #[inline]
     pub fn creep(follow: &Follow) -> f64 {
         Self::CREEP * follow.arrival_distance
     }
 
-    /// What `path` says `lead` [m] behind the point that `follow` has located.
+    /// The values `lead` [m] behind the point that `follow` has located.
     #[inline]
     pub fn behind(path: &PathView<'_>, follow: &Follow, at: &Located, lead: f64) -> Self {
         let segment = at.closest.segment;
@@ -76,7 +76,7 @@ impl Ahead {
 ///
 /// Between waypoints the square of the speed is linear in the arc, as under a constant
 /// acceleration. A speed of 0 at an end of the section counts as `creep` [m/s], so that no vehicle
-/// stands still before it or never leaves it.
+/// stops before it or stays there.
 #[inline(never)]
 fn speed_beside(
     path: &PathView<'_>,
@@ -155,8 +155,8 @@ impl PathView<'_> {
         }
     }
 
-    /// The last segment of the section that segment `index` is in: where the vehicle turns round,
-    /// or the path ends. None where neither comes.
+    /// The last segment of the section that segment `index` is in: it ends at a cusp or at the end
+    /// of the path. None if there is neither.
     #[inline]
     pub fn section_end(&self, index: usize) -> Option<usize> {
         if self.reverse().is_none() {

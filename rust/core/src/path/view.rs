@@ -19,7 +19,7 @@ pub struct PathView<'a> {
     measures: Measures,
     closed: bool,
     index: Option<&'a [Bounds]>,
-    /// The segments at whose ends the vehicle turns round, where they are known.
+    /// The segments that end at a cusp, where they are known.
     ends: Option<&'a [usize]>,
 }
 
@@ -105,14 +105,14 @@ impl<'a> PathView<'a> {
         Self { index, ..self }
     }
 
-    /// The same path with the segments at whose ends the vehicle turns round, in order.
+    /// The same path with the segments that end at a cusp, in order.
     #[cfg(feature = "alloc")]
     #[inline]
     pub(super) fn with_ends(self, ends: Option<&'a [usize]>) -> Self {
         Self { ends, ..self }
     }
 
-    /// The segments at whose ends the vehicle turns round, in order, where they are known.
+    /// The segments that end at a cusp, in order, where they are known.
     #[inline]
     pub(super) fn ends(&self) -> Option<&'a [usize]> {
         self.ends
@@ -251,7 +251,7 @@ impl<'a> PathView<'a> {
     }
 
     /// The segment that holds `arc` [m]: the last whose start does not lie beyond it, the first
-    /// before all. It is looked for on segment `near` and those beside it, then by halves.
+    /// before all. It is searched for on segment `near` and those beside it, then by bisection.
     #[inline]
     pub(crate) fn segment_by_arc(&self, arc: f64, near: usize) -> usize {
         let last = self.segments() - 1;
@@ -285,7 +285,7 @@ impl<'a> PathView<'a> {
         self.next(index).filter(|&next| next < self.segments())
     }
 
-    /// The segment after `index`, where the vehicle goes on without changing its direction.
+    /// The segment after `index`; none if the path ends or a cusp lies between.
     #[inline]
     pub(crate) fn following(&self, index: usize) -> Option<usize> {
         self.next_segment(index)

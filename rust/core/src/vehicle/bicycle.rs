@@ -1,5 +1,5 @@
-//! Where the vehicle will be: the paper's one-step prediction, the kinematic bicycle, and a vehicle
-//! rolled forward through its commands.
+//! Predictions of the vehicle: the paper's one-step prediction, the kinematic bicycle, and a
+//! roll-out through the commands.
 
 use super::{Estimate, Vehicle, VehicleState};
 use crate::geometry::Point;
@@ -103,9 +103,8 @@ pub fn advance(vehicle: VehicleState, travel: f64, curvature: f64, slip: f64) ->
 /// curvature = gain tan(wheel + steer_offset) / turning_length,   yaw' = speed curvature
 /// ```
 ///
-/// The state is that of the point that does not slip; what the estimate knows better than the
-/// vehicle counts. The speed changes by the acceleration that is estimated, and the turning length
-/// is that of the first speed.
+/// The state is that of the no-slip point; the estimate corrects the vehicle. The speed changes by
+/// the acceleration that is estimated, and the turning length is that of the first speed.
 #[derive(Clone, Copy, Debug)]
 pub struct Rollout<'a> {
     vehicle: &'a Vehicle,
@@ -136,7 +135,7 @@ impl<'a> Rollout<'a> {
         }
     }
 
-    /// The vehicle as it is by now.
+    /// The present vehicle.
     #[inline]
     pub fn state(&self) -> VehicleState {
         self.state

@@ -1,8 +1,8 @@
-//! The commands in flight: what lies between a command and the wheels.
+//! The commands in flight: given, but not yet at the wheels.
 //!
-//! A controller that steers by the vehicle of now while its last commands are still in flight
+//! A controller that steers by the present vehicle, while its last commands are still in flight,
 //! steers too late. [`InFlight::predict`] rolls the vehicle forward through them, so that the
-//! controller sees it as it will be when its next command reaches the wheels.
+//! controller steers by its state when the next command reaches the wheels.
 
 use super::bicycle::Rollout;
 use super::timed::{Timed, clipped};
@@ -16,7 +16,7 @@ use crate::math::{from_count, saturate};
 pub struct InFlight {
     /// Angle [rad] and how long it was commanded [s].
     commands: Timed<{ Self::CAPACITY }>,
-    /// Angle of the wheels by the vehicle's own figures, without an estimated offset [rad].
+    /// Angle of the wheels by the vehicle's parameters, without an estimated offset [rad].
     wheel: f64,
 }
 
@@ -100,7 +100,7 @@ impl InFlight {
         self.commands.iter()
     }
 
-    /// Angle of the wheels by the vehicle's own figures, without an estimated offset [rad].
+    /// Angle of the wheels by the vehicle's parameters, without an estimated offset [rad].
     pub fn wheel(&self) -> f64 {
         self.wheel
     }
@@ -117,9 +117,9 @@ impl InFlight {
         reached
     }
 
-    /// Lets `dt` [s] pass since `last` was commanded: it takes flight, and the oldest commands
-    /// reach the wheels. With a dead time that turns out `longer` by so much [s] they reach them
-    /// later. Commands shorter than a 64th of the dead time are joined to their mean.
+    /// Advances by `dt` [s] since `last` was commanded: `last` is then in flight, and the oldest
+    /// commands reach the wheels. With a dead time that turns out `longer` by so much [s] they
+    /// reach them later. Commands shorter than a 64th of the dead time are joined to their mean.
     pub fn elapse(&mut self, vehicle: &Vehicle, last: f64, dt: f64, longer: f64) {
         let mut gone = dt - longer;
         let joined = if self.commands.is_full() {
@@ -137,8 +137,8 @@ impl InFlight {
     }
 
     /// The vehicle and its wheels as they will be when a command given now reaches them: rolled
-    /// forward through the commands in flight. The state is that of the point that does not slip;
-    /// what the `estimate` knows better than `vehicle` counts.
+    /// forward through the commands in flight. The state is that of the no-slip point;
+    /// the `estimate` corrects `vehicle`.
     pub fn predict(
         &self,
         vehicle: &Vehicle,

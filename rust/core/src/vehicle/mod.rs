@@ -1,5 +1,4 @@
-//! The vehicle: what is true of it, where it will be, how commands come to its wheels, and what
-//! its motion shows of it.
+//! The vehicle: its parameters, prediction, commands in flight, and estimation from its motion.
 
 pub mod bicycle;
 pub mod delay;
@@ -17,10 +16,10 @@ pub use state::VehicleState;
 use crate::error::{ConfigError, config_in_range};
 use crate::math::saturate;
 
-/// All that is true of a car-like vehicle, told once.
+/// All parameters of a car-like vehicle, in one immutable value.
 ///
-/// A *pose* is always that of the vehicle's point, wherever it is measured; the axles are told
-/// from there. One chain leads from a command to the motion of the vehicle, in prediction, in
+/// A *pose* is always that of the vehicle's point, wherever it is measured; the axles are given
+/// relative to it. One chain leads from a command to the motion of the vehicle, in prediction, in
 /// preview POP and in plants that are made from a vehicle:
 ///
 /// ```text
@@ -29,7 +28,7 @@ use crate::math::saturate;
 /// yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed^2)
 /// ```
 ///
-/// and the point that does not slip moves where the vehicle looks.
+/// and the no-slip point moves where the vehicle looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vehicle {
     /// Distance of the axles `L` [m]; the default lengths of all parameters scale with it.
@@ -37,7 +36,7 @@ pub struct Vehicle {
     /// How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
     /// axle's, negative where it is of a point ahead of that.
     pub rear_axle: f64,
-    /// How far ahead of the pose's point lies the point that does not slip [m]: the one that moves
+    /// How far ahead of the pose's point lies the no-slip point [m]: the one that moves
     /// where the vehicle looks; the rear axle by default.
     pub no_slip_point: Option<f64>,
     /// The wheelbase that the vehicle turns by [m]; `wheelbase` by default.
@@ -145,7 +144,7 @@ impl Vehicle {
         self.turning_wheelbase.unwrap_or(self.wheelbase) + self.understeer * speed * speed
     }
 
-    /// An angle that the wheels can stand at [rad].
+    /// An angle that the wheels can have [rad].
     #[inline]
     pub fn at_wheels(&self, angle: f64) -> f64 {
         saturate(angle, -self.max_steer, self.max_steer)

@@ -1,7 +1,7 @@
-//! What the wheels did of late: for poses that are older than the step they are given to.
+//! The recent angles of the wheels, to roll an old pose forward to the present.
 //!
-//! A localisation takes its time, which is none of the steering's. [`Past::advance`] rolls the
-//! vehicle forward from where it was seen, through the angles that its wheels have had since.
+//! A localisation has a delay of its own, besides that of the steering. [`Past::advance`] rolls the
+//! vehicle forward from where it was measured, through the angles of its wheels since.
 
 use super::bicycle::Rollout;
 use super::timed::{Timed, clipped};
@@ -13,7 +13,7 @@ use crate::math::{from_count, saturate};
 /// The oldest pose that a step takes [s].
 pub const MAX_POSE_AGE: f64 = 1.0;
 
-/// The angles of the wheels by the vehicle's own figures over the last second, oldest first.
+/// The angles of the wheels by the vehicle's parameters over the last second, oldest first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Past {
     /// Mean angle [rad] and for how long [s].
@@ -30,7 +30,7 @@ impl Past {
     /// The most angles. Two neighbours are together longer than a share, so half as many shares
     /// are remembered as there are places.
     pub const CAPACITY: usize = 2 * Self::RESOLUTION + 2;
-    /// More than the time since the last pose can come to [s].
+    /// Bound of the time since the last pose [s], which no valid input reaches.
     const MAX_SINCE: f64 = 1e6;
 
     /// The wheels as they have stood at the angle `wheel` [rad] for long.
@@ -129,8 +129,8 @@ impl Past {
         reached
     }
 
-    /// A vehicle that was at `state` `age` [s] ago, as it is now. The state is that of the point
-    /// that does not slip; what the `estimate` knows better than `vehicle` counts.
+    /// A vehicle that was at `state` `age` [s] ago, as it is now. The state is that of the no-slip
+    /// point; the `estimate` corrects `vehicle`.
     pub fn advance(
         &self,
         vehicle: &Vehicle,

@@ -1,4 +1,4 @@
-//! Pose and speed of the vehicle, checked at the door of every step.
+//! Pose and speed of the vehicle, checked at every step.
 
 use crate::error::{InputError, input_in_range};
 use crate::geometry::Point;

@@ -1,4 +1,4 @@
-//! Angles that follow one another, each for its time: commands in flight, and where wheels stood.
+//! A ring of angles with durations: commands in flight, or past angles of the wheels.
 
 use crate::error::{InputError, Requirement};
 use crate::math::from_count;

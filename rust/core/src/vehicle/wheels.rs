@@ -1,9 +1,9 @@
-//! The wheels: how they answer a command that reaches them, and what they turn the vehicle by.
+//! The wheels: their response to a command, and the turn of the vehicle by them.
 
 use super::Vehicle;
 use crate::math::{decay, saturate, tan};
 
-/// Where the wheels come to, and their mean angle on the way.
+/// The wheels' angle after a move, and their mean angle during it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moved {
     /// Angle at the end [rad].

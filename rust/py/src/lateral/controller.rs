@@ -6,7 +6,7 @@ use popsteer_core::{ConfigError, LateralLaw};
 use super::monitor::Monitored;
 use crate::vehicle::Adapt;
 
-/// The tracker of `law`, adapting and watching as it was told to.
+/// The tracker of `law`, with the given adaptation and monitor.
 pub(super) fn track<L: LateralLaw>(
     law: L,
     adapt: &Adapt,
@@ -150,7 +150,7 @@ macro_rules! controller {
             ///     The angle that was applied since the last step where that was not the last
             ///     command [rad]: a driver's, another controller's, or one that was measured; up to
             ///     a quarter turn, and counted as at most `max_steer`. Commands in flight,
-            ///     estimates and limits go on from it. Given at each step the controller only
+            ///     estimates and limits continue from it. Given at each step the controller only
             ///     watches: its answers do not depend on what it answered before.
             /// pose_age : float, default 0.0
             ///     How long ago pose and speed were measured [s], 0 to 1: what the localisation
@@ -338,7 +338,7 @@ macro_rules! controller {
             ///
             /// A step looks for the vehicle near its last place. After a jump, of the vehicle, of
             /// its localisation or along the path, this looks for it on the whole path, as
-            /// `Path.relocalise` does, and the next step goes on from there. The rest of the state
+            /// `Path.relocalise` does, and the next step starts from there. The rest of the state
             /// stays.
             ///
             /// Parameters
@@ -461,7 +461,7 @@ macro_rules! controller {
                 self.monitor.or(py, self.law.monitor().copied().map(PyMonitorParams))
             }
 
-            /// What the controller knows of its vehicle by now, with what it was told.
+            /// The present estimate of the controller's vehicle.
             #[getter]
             fn estimate(&self) -> PyEstimate {
                 PyEstimate::of(self.law.vehicle(), self.law.estimate(&self.state))
@@ -474,7 +474,7 @@ macro_rules! controller {
             }
 
             /// How far ahead of the vehicle's point the tracked point lies [m], driving forward:
-            /// the point whose errors a command tells.
+            /// the point whose errors a command has.
             #[getter]
             fn tracked_point(&self) -> f64 {
                 self.law.tracked_point()

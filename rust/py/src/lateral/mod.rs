@@ -37,7 +37,7 @@ use crate::params::{Count, Number};
 use crate::path::PyPath;
 use crate::vehicle::{Adapt, PyAdaptParams, PyEstimate, PyVehicle};
 
-/// What a step is told beside pose and speed.
+/// The optional inputs of a step.
 fn reported(applied_steer: Option<Number>, pose_age: Number) -> Reported {
     Reported {
         applied_steer: applied_steer.map(|steer| steer.0),

@@ -13,13 +13,13 @@ params! {
     /// ``Status.DEVIATING`` where the measured cross-track error is beyond `deviation_limit`, once
     /// the vehicle has been within it. ``Status.IMPLAUSIBLE`` where the yaw measured over the last
     /// second is farther than `turn_tolerance` and five standard deviations of its noise from what
-    /// the commands explain, and for 2 s after: with the turn ``E`` that the vehicle's figures
+    /// the commands explain, and for 2 s after: with the turn ``E`` that the vehicle's parameters
     /// expect of them, quicker by 0.03 s to slower by 0.1 s, and the turn ``S`` of a radian of
     /// steering offset, all turns ``gain (E + offset S)`` with a gain from 0.4 to 2.5 and the
     /// offset that the motion has shown. Nothing is concluded across inputs that were refused,
     /// periods longer than 0.3 s, changes of the direction, and `relocalise`. A steering offset of
-    /// more than some 1.5 degrees that nobody told is implausible until the motion has shown it,
-    /// and so is a localisation whose yaw jumps.
+    /// more than some 1.5 degrees that the vehicle's parameters lack is implausible until the
+    /// motion has shown it, and so is a localisation whose yaw jumps.
     PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer",
     shown as "(*, deviation_limit=None, turn_tolerance=0.01)",
     defaults MonitorParams::DEFAULT, checked by MonitorParams::checked,
@@ -44,5 +44,5 @@ impl Chosen for PyMonitorParams {
     const REQUIRED: &'static str = "monitor must be MonitorParams, None or 'auto'";
 }
 
-/// How a controller was told to watch.
+/// The thresholds of a controller's monitor.
 pub(crate) type Monitored = Choice<PyMonitorParams>;

@@ -12,7 +12,7 @@ use crate::params::params;
 use crate::vehicle::PyVehicle;
 
 /// [`params!`] of a controller: lengths, speeds and gains per metre that are not given scale with
-/// the vehicle, and `resolved` tells what they come to.
+/// the vehicle, and `resolved` gives their values.
 macro_rules! tuning {
     (
         $(#[doc = $about:literal])+
@@ -72,9 +72,9 @@ tuning! {
     grid_spacing: Option<f64>, "float, optional",
         "Greatest distance of neighbours on the path as the paper's search re-discretises it [m]; 1/300 of the wheelbase by default.";
     search_distance: Option<f64>, "float, optional",
-        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
     lost_distance: Option<f64>, "float, optional",
-        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
+        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.PopParams().resolved(popsteer.Vehicle(wheelbase=0.5)).min_lookahead
         /// 1.0
@@ -88,21 +88,21 @@ tuning! {
     steer_span_rate: Option<f64>, "float, optional",
         "Optimization range delta_nbd over the control period [rad/s]: an angle lies at most this times dt from the last one; by default the vehicle's max_steer_rate, or 60 degrees/s, the paper's 3 degrees in 50 ms.";
     horizon: f64, "float, default 1.0",
-        "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is seen through; shorter than the lag and the way back to the path, the vehicle oscillates. Up to twice as long where the vehicle's ``max_steer_rate`` is given and its wheels need it.";
+        "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is anticipated. If it is shorter than the lag and the return to the path, the vehicle oscillates. Up to twice as long where the vehicle's ``max_steer_rate`` is given and its wheels need it.";
     heading_cost: Option<f64>, "float, optional",
         "How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a wheelbase by default. More: the path is joined more gently, and offsets take longer to vanish.";
     steer_rate_cost: Option<f64>, "float, optional",
         "How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad]; a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider bends where the model is wrong.";
     approach_angle: f64, "float, default 0.25",
-        "Heading at which the path is approached from afar [rad]; less where the vehicle's limits would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.";
+        "Heading at which the path is approached from afar [rad]; less if the vehicle's limits would not straighten it in time. More: sooner back on the path, by a sharper manoeuvre.";
     min_speed: Option<f64>, "float, optional",
         "Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's max_steer_rate is given, they turn at all of it down to half this speed. By default 5/3 wheelbases a second.";
     smoothing_length: Option<f64>, "float, optional",
         "Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default. More: less of the waypoints' noise is steered, and bends shorter than this are cut.";
     search_distance: Option<f64>, "float, optional",
-        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
     lost_distance: Option<f64>, "float, optional",
-        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
+        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.PreviewPopParams().resolved(popsteer.Vehicle(wheelbase=2.7)).heading_cost
         /// 2.7
@@ -126,9 +126,9 @@ tuning! {
     smoothing_length: Option<f64>, "float, optional",
         "Length of path over which its heading is taken [m]; two wheelbases by default. The derivative is then how fast the front axle moves across that heading, which noise of the waypoints hardly reaches. 0: that of the error, as printed.";
     search_distance: Option<f64>, "float, optional",
-        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
     lost_distance: Option<f64>, "float, optional",
-        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
+        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.PidParams().resolved(popsteer.Vehicle(wheelbase=0.3)).kp
         /// 2.5
@@ -155,9 +155,9 @@ tuning! {
     grid_spacing: Option<f64>, "float, optional",
         "Greatest distance of neighbours on the path as the paper's search re-discretises it [m]; 1/300 of the wheelbase by default.";
     search_distance: Option<f64>, "float, optional",
-        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
     lost_distance: Option<f64>, "float, optional",
-        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
+        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.PurePursuitParams().resolved(popsteer.Vehicle(wheelbase=0.3)).min_lookahead
         /// 1.0
@@ -179,9 +179,9 @@ tuning! {
     smoothing_length: Option<f64>, "float, optional",
         "Length of path over which its heading is taken [m]; a wheelbase by default. More: less of the waypoints' noise is steered, and bends shorter than this are cut. 0, or heading_behind: the heading of one segment, as printed.";
     search_distance: Option<f64>, "float, optional",
-        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
     lost_distance: Option<f64>, "float, optional",
-        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
+        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.StanleyParams().resolved(popsteer.Vehicle(wheelbase=3.0)).lost_distance
         /// 30.0
@@ -197,9 +197,9 @@ tuning! {
     deadband: f64, "float, default 0.0",
         "Cross-track errors up to this leave the wheels straight [m].";
     search_distance: Option<f64>, "float, optional",
-        "How far along the path from the last place the vehicle is looked for [m], beside what it travels in a step; two wheelbases by default.";
+        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
     lost_distance: Option<f64>, "float, optional",
-        "Farther than this from its place the vehicle is lost, and looked for on the whole path [m]; ten wheelbases by default.";
+        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.BangBangParams().resolved(popsteer.Vehicle(wheelbase=0.3)).search_distance
         /// 0.6

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::state_class::{state, state_class};
-use super::tail::{Answered, Motion, Pairs, Tail, Watched};
+use super::tail::{Answered, MonitorMemory, Motion, Pairs, Tail};
 use crate::params::{Count, Field, repr};
 
 /// How a state goes between Python and the core.

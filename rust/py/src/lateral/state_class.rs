@@ -26,7 +26,7 @@ macro_rules! state {
                 handover_offset: Option<f64> = [None] at [handover_offset], "float, optional",
                     "Difference to the angle that was taken over [rad]; None before the first step.";
                 handover_remaining: f64 = [0.0] at [handover_remaining], "float, default 0.0",
-                    "How long it goes on fading [s]; 0 without a hand-over.";
+                    "Remaining time of its fading [s]; 0 without a hand-over.";
                 held: Count = [Count(0)] at [held], "int, default 0",
                     "How many inputs in a row were refused.";
                 held_time: f64 = [0.0] at [held_time], "float, default 0.0",
@@ -34,11 +34,11 @@ macro_rules! state {
                 period: f64 = [0.0] at [period], "float, default 0.0",
                     "The time that the last step counted [s]; 0 before the first.";
                 wheel: Option<f64> = [None] at [wheel], "float, optional",
-                    "Angle of the wheels by the vehicle's own figures [rad]; None where they are not modelled.";
+                    "Angle of the wheels by the vehicle's parameters [rad]; None where they are not modelled.";
                 commands_in_flight: Pairs = [Pairs(Vec::new())] at [commands_in_flight], "tuple of tuple of float, default ()",
                     "Commands that have not reached the wheels, oldest first: angle [rad] and duration [s].";
                 past_angles: Pairs = [Pairs(Vec::new())] at [past_angles], "tuple of tuple of float, default ()",
-                    "Mean angles of the wheels of late, oldest first: angle [rad] and duration [s].";
+                    "Recent mean angles of the wheels, oldest first: angle [rad] and duration [s].";
                 past_wheel: Option<f64> = [None] at [past_wheel], "float, optional",
                     "Angle that they end with [rad]; None before the first pose that had an age.";
                 past_since: f64 = [0.0] at [past_since], "float, default 0.0",
@@ -60,11 +60,11 @@ macro_rules! state {
                 change: f64 = [0.0] at [estimator.change], "float, default 0.0",
                     "Rates at which the expected turns changed, squared [rad^2/s^2].";
                 gain: f64 = [1.0] at [estimator.estimate.gain], "float, default 1.0",
-                    "How many times more the vehicle turns than it was given.";
+                    "Ratio of the measured turning to that of the given vehicle.";
                 steer_offset: f64 = [0.0] at [estimator.estimate.steer_offset], "float, default 0.0",
-                    "Estimated angle of the wheels at the command 0, beyond the one given [rad].";
+                    "Estimated steering offset, in addition to the given one [rad].";
                 longer_dead_time: f64 = [0.0] at [estimator.estimate.longer_dead_time], "float, default 0.0",
-                    "How much longer the dead time is than the one given [s].";
+                    "Estimated dead time, in addition to the given one [s].";
                 slip: f64 = [0.0] at [estimator.estimate.slip], "float, default 0.0",
                     "Angle of the motion of the no-slip point to the heading, straight on [rad].";
                 slip_length: f64 = [0.0] at [estimator.estimate.slip_length], "float, default 0.0",
@@ -73,8 +73,8 @@ macro_rules! state {
                     "Acceleration [m/s^2].";
                 answer: Option<Answered> = [None] at [answer], "tuple, optional",
                     "What the last step answered, for as long as an input is held: cross-track error [m], yaw [rad] and the vector (x, y) along the path [m] of the measured vehicle, the same of the predicted one, the target (x, y) [m], whether it drove backwards, reference speed [m/s] and distance to stop [m], and where the vehicle was: x, y [m], yaw [rad] and speed [m/s].";
-                monitor: Option<Watched> = [None] at [monitor], "tuple, optional",
-                    "What the monitor remembers; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset; excess of large angles [rad]), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.";
+                monitor: Option<MonitorMemory> = [None] at [monitor], "tuple, optional",
+                    "The monitor's state; None before the first step: (angle of the wheels [rad], yaw last measured [rad] or None, its residual [rad] or None), the turns of the last second ([rad]: measured, expected, of a slower response; its rate [rad/s]; of a radian of steering offset; excess of large angles [rad]), (time [s] and variance [rad^2] of the noise, sums of the offset [1/s], [rad/s]), how long it goes on being implausible [s], and whether it was within the limit of the deviation.";
             }
         }
     };

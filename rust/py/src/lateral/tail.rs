@@ -1,4 +1,4 @@
-//! What the states of all controllers have in common, on its way between Python and the core.
+//! What the states of all controllers have in common, converted between Python and the core.
 
 use popsteer_core::lateral::{
     Answer, Deviation, Handover, MonitorState, Place, Tracker, TrackerState,
@@ -27,7 +27,7 @@ pub(super) type Answered = (
 );
 
 /// Of the wheels, the yaw and its residual [rad].
-type Turned = (f64, Option<f64>, Option<f64>);
+type LastStep = (f64, Option<f64>, Option<f64>);
 /// Turns measured, expected, and of a slower response [rad], its rate [rad/s], the turns of a
 /// radian of steering offset, and the excess of large angles [rad].
 type Turns = (f64, f64, f64, f64, f64, f64);
@@ -35,7 +35,7 @@ type Turns = (f64, f64, f64, f64, f64, f64);
 type Evidence = (f64, f64, f64, f64);
 /// What the monitor remembers, how long its alarm lasts [s], and whether the deviation was within
 /// its limit.
-pub(super) type Watched = (Turned, Turns, Evidence, f64, bool);
+pub(super) type MonitorMemory = (LastStep, Turns, Evidence, f64, bool);
 
 /// What all states remember beside the controller's own.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,11 +54,11 @@ pub(crate) struct Tail {
     pub(super) past_angles: Pairs,
     pub(super) past_wheel: Option<f64>,
     pub(super) past_since: f64,
-    /// Where the no-slip point was last seen, which the estimator beside it does not know here.
+    /// State of the no-slip point when last measured; kept here and not in `estimator`.
     pub(super) last_measured: Option<Motion>,
     pub(super) estimator: Estimator,
     pub(super) answer: Option<Answered>,
-    pub(super) monitor: Option<Watched>,
+    pub(super) monitor: Option<MonitorMemory>,
 }
 
 fn from_waypoint(waypoint: Option<usize>) -> Option<Count> {
@@ -103,7 +103,7 @@ fn to_answer((measured, predicted, target, reverse, ahead, vehicle): Answered) -
     }
 }
 
-fn from_monitor(state: MonitorState) -> Watched {
+fn from_monitor(state: MonitorState) -> MonitorMemory {
     (
         (state.wheel, state.yaw, state.residual),
         (
@@ -125,8 +125,8 @@ fn from_monitor(state: MonitorState) -> Watched {
     )
 }
 
-fn to_monitor((turned, turns, evidence, alarm, within): Watched) -> MonitorState {
-    let (wheel, yaw, residual) = turned;
+fn to_monitor((last_step, turns, evidence, alarm, within): MonitorMemory) -> MonitorState {
+    let (wheel, yaw, residual) = last_step;
     let (measured, expected, delayed, rate, reach, excess) = turns;
     let (time, noise, offset_square, offset_sum) = evidence;
     MonitorState {

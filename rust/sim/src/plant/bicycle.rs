@@ -8,7 +8,7 @@ use popsteer_core::vehicle::bicycle::advance;
 
 /// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag.
 ///
-/// Wheels, turning and the point that does not slip are those of [`Vehicle`]; its `drive_lag` and
+/// Wheels, turning and the no-slip point are those of [`Vehicle`]; its `drive_lag` and
 /// `max_speed` count as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KinematicBicycle {

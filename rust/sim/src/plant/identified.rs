@@ -11,7 +11,7 @@ use popsteer_core::error::{ConfigError, config_in_range};
 /// yaw_rate' = (speed tan(steer) / (turning_wheelbase + understeer speed^2) - yaw_rate) / steer_lag
 /// u'        = (throttle - u) / throttle_lag
 /// speed'    = drive u - drag speed - air_drag speed^2 - bend_loss |yaw_rate| speed - braking brake
-/// x', y'    = speed (cos yaw, sin yaw)   of the point that does not slip
+/// x', y'    = speed (cos yaw, sin yaw)   of the no-slip point
 /// ```
 ///
 /// The lag acts on the yaw rate, where the chain of [`Vehicle`] has it at the wheels: to first
@@ -40,8 +40,8 @@ impl CarlaIdentified {
     /// Its name on the command line.
     pub const NAME: &str = "carla-identified";
 
-    /// The vehicle found in the authors' run: its axles are 3 m apart, about the point that does
-    /// not slip, and it turns as with 3.553 m.
+    /// The vehicle found in the authors' run: its axles are 3 m apart, about the no-slip point, and
+    /// it turns as with 3.553 m.
     pub const VEHICLE: Vehicle = Vehicle {
         wheelbase: 3.0,
         turning_wheelbase: Some(3.553),
