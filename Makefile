@@ -42,7 +42,7 @@ help: ## list these targets
 
 setup: $(VENV)/.dev ## make .venv with popsteer and all that developing it needs
 
-demo: $(VENV)/.lab ## drive the embedded track with every law, and draw it
+demo: $(VENV)/.lab ## drive the embedded track with the paper's controllers, and draw it
 	$(VENV)/bin/popsteer compare --out $(DEMO)
 	@echo
 	@echo "Figures are in $(CURDIR)/$(DEMO):"
@@ -73,13 +73,13 @@ bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and
 	mkdir -p $(BENCH)
 	touch $(BENCH)/started
 	cargo bench --package popsteer-bench --locked
-	$(VENV)/bin/popsteer bench --json $(BENCH)/latency.json
+	$(VENV)/bin/popsteer bench --out $(BENCH)
 	$(PY) benches/path_scale.py --json $(BENCH)/path_scale.json
 	$(PY) benches/instruction_counts.py --json $(BENCH)/instruction_counts.json
 	$(PY) benches/tables.py $(BENCH)
 
-matrix: $(VENV)/.dev ## laws, plants and tracks side by side; write README's table and figure of it
-	$(VENV)/bin/popsteer matrix --laws pop,preview-pop,pure-pursuit,stanley,pid,mpc \
+matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write README's table and figure of it
+	$(VENV)/bin/popsteer matrix --controllers pop,preview-pop,pure-pursuit,stanley,pid,mpc \
 		--plants carla-identified,kinematic-bicycle,commonroad-mb-2,mujoco-car \
 		--tracks racetrack,double-lane-change,slalom --constant-speed 10 --start-offset 1 --out $(MATRIX)
 	$(PY) -m benches.matrix_table $(MATRIX)

@@ -1,11 +1,11 @@
-//! One control step of each law: the angle alone, and the command with its diagnostics.
+//! One control step of each controller: the angle alone, and the command with its diagnostics.
 
 use std::error::Error;
 use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::Criterion;
-use popsteer_bench::{Course, Drive, FREE, LATE, SLOW, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, Drive, FREE, SLOW, WAYPOINTS};
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     bench_law(each, &course, "pop", Pop::new(car, pop)?);
     bench_law(each, &course, "pop-paper", Pop::new(car, paper)?);
-    bench_law(each, &course, "pop-late", Pop::new(LATE, pop)?);
+    bench_law(each, &course, "pop-late", Pop::new(DELAYED, pop)?);
     let preview_pop = PreviewPopParams::DEFAULT;
     let law = PreviewPop::new(car, preview_pop)?;
     bench_law(each, &course, "preview-pop", law);
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     bench_law(each, &course, "preview-pop-free", law);
     let law = PreviewPop::new(SLOW, preview_pop)?;
     bench_law(each, &course, "preview-pop-slow", law);
-    let law = PreviewPop::new(LATE, preview_pop)?;
+    let law = PreviewPop::new(DELAYED, preview_pop)?;
     bench_law(each, &course, "preview-pop-late", law);
     let law = Pid::new(car, PidParams::DEFAULT)?;
     bench_law(each, &course, "pid", law);

@@ -44,8 +44,8 @@ class Slalom(NamedTuple):
     def make(self) -> sim.CarlaIdentified | PythonPlant:
         """Give the plant."""
         if self.plant == "carla-identified":
-            told = vehicles.get(self.plant).replace(max_steer_rate=self.rate)
-            return sim.CarlaIdentified(told)
+            given = vehicles.get(self.plant).replace(max_steer_rate=self.rate)
+            return sim.CarlaIdentified(given)
         if self.plant == "mujoco-car":
             from popsteer.plants.mujoco_car import MujocoCar
             from popsteer.plants.pedals import MujocoCarParams
@@ -60,7 +60,7 @@ class Slalom(NamedTuple):
         path = popsteer.Path(tracks.get("slalom").xy)
         plant = self.make()
         if controller == "mpc":
-            from popsteer.baselines.mpc import Mpc
+            from popsteer.lab.baselines.mpc import Mpc
 
             mpc = Mpc(path, plant.vehicle)
             return sim.run(mpc, plant, path=path, constant_speed=self.speed).metrics
@@ -106,7 +106,7 @@ def straight_table() -> str:
         return f"{found.overshoot:.2f}, {within}"
 
     lines = [
-        "| rate [rad/s] | speed [m/s] | from 1 m: before | inside | from 3 m: before | inside |",
+        "| rate [rad/s] | speed [m/s] | 1 m, clipped | 1 m, within | 3 m, clipped | 3 m, within |",
         "|---|---|---|---|---|---|",
     ]
     for near, far in zip(STRAIGHTS[::2], STRAIGHTS[1::2], strict=True):
@@ -119,7 +119,7 @@ def straight_table() -> str:
 def sweep_table() -> str:
     """Give what the sweep came to, a line for each wheelbase."""
     lines = [
-        "| wheelbase [m] | speeds [m/s] | runs | too far | by > 0.1 m | late |",
+        "| wheelbase [m] | speeds [m/s] | runs | too far | by > 0.1 m | not settled |",
         "|--:|---|--:|--:|--:|--:|",
     ]
     with ProcessPoolExecutor(os.cpu_count()) as pool:

@@ -88,8 +88,8 @@ def join(case: Straight, *, inside: bool = True) -> Joined:
         if not inside:
             steer = max(-widest, min(steer, widest))
             steer = max(last - case.rate * DT, min(steer, last + case.rate * DT))
-            told = controller.state.as_dict() | {"steer": steer, "previous_steer": steer}
-            controller.state = popsteer.PreviewPopState(**told)
+            fields = controller.state.as_dict() | {"steer": steer, "previous_steer": steer}
+            controller.state = popsteer.PreviewPopState(**fields)
         last = steer
         chain.advance(steer)
     far = [k for k, error in enumerate(errors) if abs(error) > 0.1]
@@ -124,8 +124,8 @@ def best_overshoot(case: Straight) -> float:
         (error, chain.yaw, 0.0, 0.0), case.rate * DT / length, curvature
     )
     lowest = chain.y
-    for told in np.cumsum(moves):
-        chain.advance(math.atan(told * length))
+    for commanded in np.cumsum(moves):
+        chain.advance(math.atan(commanded * length))
         lowest = min(lowest, chain.y)
     return max(0.0, -lowest / case.scale)
 
@@ -147,12 +147,12 @@ class _Manoeuvre:
         step, kept = speed * DT, math.exp(-DT / lag)
         way, taken = speed * lag, 1.0 - kept
         by_driven = way * taken
-        by_told = step - by_driven
+        by_commanded = step - by_driven
         # Of cross-track error, heading error, curvature driven and commanded, after the move.
         self.transition = np.array(
             [
-                [1.0, step, way * by_told, 0.5 * step * step - way * by_told],
-                [0.0, 1.0, by_driven, by_told],
+                [1.0, step, way * by_commanded, 0.5 * step * step - way * by_commanded],
+                [0.0, 1.0, by_driven, by_commanded],
                 [0.0, 0.0, kept, taken],
                 [0.0, 0.0, 0.0, 1.0],
             ]

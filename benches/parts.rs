@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::Criterion;
-use popsteer_bench::{Course, DT, LATE, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, DT, WAYPOINTS};
 use popsteer_core::lateral::{Pop, PopParams};
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::locate::{OPPOSITE, locate, locate_by_scan};
@@ -27,7 +27,7 @@ struct At {
     last: usize,
     nearest: usize,
     lookahead: f64,
-    /// How far the law looks around the last place [m].
+    /// How far the controller looks around the last place [m].
     reach: f64,
 }
 
@@ -62,12 +62,12 @@ fn located(course: &Course, follow: &Follow) -> Vec<At> {
         .iter()
         .map(|&vehicle| {
             let located = follow.locate(&path, last, vehicle, DT);
-            let segment = located.foot.segment;
+            let segment = located.closest.segment;
             At {
                 vehicle,
                 located,
                 last: last.replace(segment).unwrap_or(segment),
-                nearest: located.foot.nearest_waypoint(&path),
+                nearest: located.closest.nearest_waypoint(&path),
                 lookahead: min_lookahead + gain * vehicle.speed,
                 reach: follow.search_distance + vehicle.speed * DT,
             }
@@ -91,7 +91,7 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
     bench_part(criterion, "path/project", lap, |at| {
         project(&path, at.nearest, at.located.position)
     });
-    // The foot as the laws find it, and the scan that defines it.
+    // The closest point as the controllers find it, and the scan that defines it.
     bench_part(criterion, "path/locate", lap, |at| {
         let Located {
             position, heading, ..
@@ -116,12 +116,17 @@ fn bench_locate(criterion: &mut Criterion, path: PathView<'_>, lap: &[At], follo
 fn bench_lookahead(criterion: &mut Criterion, path: PathView<'_>, lap: &[At]) {
     let params = search();
     bench_part(criterion, "path/get_crossing", lap, |at| {
-        get_crossing(&path, &at.located.foot, at.located.position, at.lookahead)
+        get_crossing(
+            &path,
+            &at.located.closest,
+            at.located.position,
+            at.lookahead,
+        )
     });
     bench_part(criterion, "path/window", lap, |at| {
         window(&path, at.nearest, params.window_ahead)
     });
-    // The paper's search as the laws do it, and the plain loop that defines what it finds.
+    // The paper's search as the controllers do it, and the plain loop that defines what it finds.
     bench_part(criterion, "path/find_lookahead_point", lap, |at| {
         find_lookahead_point(
             &path,
@@ -151,25 +156,25 @@ fn bench_vehicle(criterion: &mut Criterion, lap: &[At]) {
         get_predicted_location(at.vehicle, 0.1, DT)
     });
     // Four commands in flight.
-    let mut in_flight = InFlight::settled(&LATE, 0.1);
+    let mut in_flight = InFlight::settled(&DELAYED, 0.1);
     for _ in 0..8 {
-        in_flight.elapse(&LATE, 0.1, DT, 0.0);
+        in_flight.elapse(&DELAYED, 0.1, DT, 0.0);
     }
     let estimate = Estimate::DEFAULT;
     bench_part(criterion, "vehicle/predict", lap, |at| {
-        in_flight.predict(&LATE, at.vehicle, &estimate)
+        in_flight.predict(&DELAYED, at.vehicle, &estimate)
     });
     bench_part(criterion, "vehicle/reaching", lap, |at| {
-        in_flight.reaching(&LATE, 0.01 * at.vehicle.speed, DT)
+        in_flight.reaching(&DELAYED, 0.01 * at.vehicle.speed, DT)
     });
     let mut estimator = Estimator::default();
     bench_part(criterion, "vehicle/observe_turn", lap, |at| {
-        let reached = in_flight.reaching(&LATE, 0.1, DT);
-        estimator.observe_turn(&AdaptParams::DEFAULT, &LATE, at.vehicle, reached, DT);
-        estimator.seen = Some(at.vehicle);
+        let reached = in_flight.reaching(&DELAYED, 0.1, DT);
+        estimator.observe_turn(&AdaptParams::DEFAULT, &DELAYED, at.vehicle, reached, DT);
+        estimator.last_measured = Some(at.vehicle);
     });
     bench_part(criterion, "vehicle/elapse", lap, |at| {
-        in_flight.elapse(&LATE, 0.01 * at.vehicle.speed, DT, 0.0);
+        in_flight.elapse(&DELAYED, 0.01 * at.vehicle.speed, DT, 0.0);
     });
 }
 

@@ -40,7 +40,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer.bench.machine import describe
+from popsteer.lab.common.machine import describe
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,7 +83,7 @@ class Drive:
         self._states = np.empty((0, 4))
 
     def begin(self, drive: int) -> int:
-        """Go to a row, the law's place with it; give the number of batches in it."""
+        """Go to a row, the controller's place with it; give the number of batches in it."""
         first = (ROW + TURN) * self._rows[drive % len(self._rows)]
         along = np.arange(100.0, 900.0, SPEED * DT)
         whole = along.astype(int)
@@ -280,7 +280,7 @@ def draw(rows: list[dict[str, Any]], on: str) -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    from popsteer.report.figures.theme import THEMES
+    from popsteer.lab.common.theme import THEMES
 
     theme = THEMES["light"]
     blue, orange, green = (theme.laws[name] for name in ("pop", "pid", "pure-pursuit"))

@@ -4,7 +4,7 @@
     python benches/soak.py --steps 1000000     # a quick look
     python benches/soak.py --json FILE         # write the samples to FILE besides
 
-All laws take turns on the racetrack. Four steps in five are calls of their own, `step` and
+All controllers take turns on the racetrack. Four steps in five are calls of their own, `step` and
 `steer` by turns; the fifth is made by `Batch`, a thousand vehicles a call. Each round also refuses
 bad inputs, resets, relocalises, saves, pickles and restores the state, and makes paths and
 controllers that it throws away.
@@ -45,7 +45,7 @@ VEHICLES = 1000
 CALLS = 16_000
 BATCHES = 4
 ROUND = CALLS + BATCHES * VEHICLES
-"""Steps of one law in one round: calls of their own, and those of the batches."""
+"""Steps of one controller in one round: calls of their own, and those of the batches."""
 SAMPLES = 40
 DT = 0.05
 
@@ -97,7 +97,7 @@ def poses(track: tracks.Track) -> NDArray[np.float64]:
 
 
 class Soak:
-    """One law, its batch, and where its vehicles are."""
+    """One controller, its batch, and where its vehicles are."""
 
     def __init__(self, law: str, path: popsteer.Path, vehicles: NDArray[np.float64]) -> None:
         self._controller: Any = getattr(popsteer, law)(path)
@@ -224,8 +224,8 @@ def main() -> int:
     print(report(run))
     if asked.json:
         asked.json.parent.mkdir(parents=True, exist_ok=True)
-        told = asdict(run) | {"growth": growth(run.samples), "bound": BOUND, "stopped": stopped}
-        asked.json.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+        summary = asdict(run) | {"growth": growth(run.samples), "bound": BOUND, "stopped": stopped}
+        asked.json.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     if growth(run.samples) > BOUND:
         print("memory grows", file=sys.stderr)
         return 1

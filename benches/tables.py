@@ -18,9 +18,9 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from popsteer.bench.laws import EMPTY_CALL, LABELS, POP_STEP
-from popsteer.bench.layout import digits, duration
 from popsteer.files import write_text_atomic
+from popsteer.lab.bench.calls import EMPTY_CALL, LABELS, POP_STEP
+from popsteer.lab.bench.table import digits, duration
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -42,7 +42,7 @@ def machine(latency: dict[str, Any], rustc: str) -> str:
 
 def latency_table(latency: dict[str, Any]) -> str:
     """Lay out the steps as called from Python; a yardstick that was not at hand says why."""
-    heading = "law", "p50", "p99", "p99.9", "max", "net p50", "/ empty", "net / empty", "/ POP"
+    heading = "call", "p50", "p99", "p99.9", "max", "net p50", "/ empty", "net / empty", "/ POP"
     step, empty = (latency["results"][name] for name in (POP_STEP, EMPTY_CALL))
     rows = []
     for name, row in latency["results"].items():

@@ -2,7 +2,7 @@
 //!
 //! The course is of the kind of the track that popsteer ships: waypoints about 1 m apart, bends
 //! of 30 m least radius to both sides. It is closed, so that a lap goes on into the next one and
-//! no law has to find its place anew while it is timed.
+//! no controller has to find its place anew while it is timed.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ pub const WAYPOINTS: usize = 1274;
 
 /// A vehicle with 0.2 s between a command and the wheels, limited and off centre, whose controllers
 /// predict and estimate it.
-pub const LATE: Vehicle = Vehicle {
+pub const DELAYED: Vehicle = Vehicle {
     rear_axle: -1.5,
     steer_offset: 0.01,
     dead_time: 0.2,
@@ -191,10 +191,10 @@ mod tests {
             let mut last = 0;
             for state in &course.lap {
                 let heading = Point::new(state.yaw.cos(), state.yaw.sin());
-                let foot = locate(&view, last, state.point_ahead(0.0), heading, 6.0, 10.0);
-                assert!(foot.cross_track_error().abs() < 0.35);
-                assert!((state.yaw - foot.path_yaw()).sin().abs() < 0.1);
-                last = foot.segment;
+                let closest = locate(&view, last, state.point_ahead(0.0), heading, 6.0, 10.0);
+                assert!(closest.cross_track_error().abs() < 0.35);
+                assert!((state.yaw - closest.path_yaw()).sin().abs() < 0.1);
+                last = closest.segment;
             }
             let spacing = view.length() / from_count(waypoints);
             assert!((1.0..1.05).contains(&spacing));

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 import numba
 import numpy as np
 
-from popsteer.bench.laws import Driver
+from popsteer.lab.common.timing import Driver
 from popsteer.reference import PopParams, Vehicle
 
 if TYPE_CHECKING:
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from popsteer.bench.states import Drive
+    from popsteer.lab.common.timing import Drive
 
     _Array: TypeAlias = NDArray[np.float64]
     # Abscissas, ordinates, arc lengths, whether it is closed, its length.
     _Path: TypeAlias = tuple[_Array, _Array, _Array, bool, float]
     _Point: TypeAlias = tuple[float, float]
-    # Segment, the foot itself, its squared distance, the segment from its start to its end, and
-    # where on it the foot lies.
-    _Foot: TypeAlias = tuple[int, _Point, float, _Point, float]
+    # Segment, the closest point itself, its squared distance, the segment from its start to its
+    # end, and where on it the closest point lies.
+    _ClosestPoint: TypeAlias = tuple[int, _Point, float, _Point, float]
 
 _F = TypeVar("_F")
 _EPSILON = 2.0**-52
@@ -113,17 +113,17 @@ def compiled(
         if start < 0:
             start = _relocalise(path, axle, heading, opposite)
         reach = search + abs(speed) * dt
-        foot = _locate(path, start, position, heading, reach, opposite)
-        if foot[2] > lost * lost:
+        closest = _locate(path, start, position, heading, reach, opposite)
+        if closest[2] > lost * lost:
             start = _relocalise(path, axle, heading, opposite)
             anew = _locate(path, start, position, heading, reach, opposite)
-            if anew[2] < foot[2]:
-                foot = anew
+            if anew[2] < closest[2]:
+                closest = anew
         forward = max(speed, 0.0)
-        target = _cross(path, foot, position, min_lookahead + lookahead_gain * forward)
+        target = _cross(path, closest, position, min_lookahead + lookahead_gain * forward)
         seen = (target[0] - position[0], target[1] - position[1])
         steer = _choose(seen, yaw, forward, state[1], dt, (span, count, max_steer))
-        state[0], state[1] = foot[0], steer
+        state[0], state[1] = closest[0], steer
         return steer
 
     return step
@@ -139,7 +139,7 @@ def _relocalise(path: _Path, position: _Point, heading: _Point, opposite: float)
     """Find the segment of least distance and heading error of all."""
     best, least = 0, math.inf
     for segment in range(_segments(path)):
-        cost = _cost(_foot_between(path, segment, position, 0.0, 1.0), heading, opposite)
+        cost = _cost(_closest_point_between(path, segment, position, 0.0, 1.0), heading, opposite)
         if cost < least:
             best, least = segment, cost
     return best
@@ -148,15 +148,15 @@ def _relocalise(path: _Path, position: _Point, heading: _Point, opposite: float)
 @_jit
 def _locate(
     path: _Path, start: int, position: _Point, heading: _Point, reach: float, opposite: float
-) -> _Foot:
-    """Find the foot on the stretch around a segment: of the nearest places the best one."""
+) -> _ClosestPoint:
+    """Find the local minima of the distance around a segment, and return the one of least cost."""
     first, count = _stretch(path, start, reach)
-    here = _foot(path, first, position)
+    here = _closest_point(path, first, position)
     best, least, behind = here, math.inf, math.inf
     for k in range(count):
         following, ahead = here, math.inf
         if k + 1 < count:
-            following = _foot(path, (first + k + 1) % len(path[0]), position)
+            following = _closest_point(path, (first + k + 1) % len(path[0]), position)
             ahead = following[2]
         if behind >= here[2] and here[2] < ahead:
             cost = _least_cost(path, here, heading, opposite)
@@ -183,16 +183,18 @@ def _stretch(path: _Path, segment: int, reach: float) -> tuple[int, int]:
 
 
 @_jit
-def _foot(path: _Path, segment: int, position: _Point) -> _Foot:
-    """Find the foot on a segment, which goes on as a straight line where an open path ends."""
+def _closest_point(path: _Path, segment: int, position: _Point) -> _ClosestPoint:
+    """Find the closest point of a segment; the ends of an open path go on as straight lines."""
     low = 0.0 if path[3] or segment > 0 else -math.inf
     high = 1.0 if path[3] or segment + 1 < _segments(path) else math.inf
-    return _foot_between(path, segment, position, low, high)
+    return _closest_point_between(path, segment, position, low, high)
 
 
 @_jit
-def _foot_between(path: _Path, segment: int, position: _Point, low: float, high: float) -> _Foot:
-    """Find the foot between two fractions of a segment."""
+def _closest_point_between(
+    path: _Path, segment: int, position: _Point, low: float, high: float
+) -> _ClosestPoint:
+    """Find the closest point between two fractions of a segment."""
     start, end = _waypoint(path, segment), _waypoint(path, segment + 1)
     along = (end[0] - start[0], end[1] - start[1])
     to = (position[0] - start[0], position[1] - start[1])
@@ -203,19 +205,19 @@ def _foot_between(path: _Path, segment: int, position: _Point, low: float, high:
 
 
 @_jit
-def _cost(foot: _Foot, heading: _Point, opposite: float) -> float:
+def _cost(closest: _ClosestPoint, heading: _Point, opposite: float) -> float:
     """Measure the distance, and more the less the path leads along the heading."""
-    _, _, squared_distance, along, _ = foot
+    _, _, squared_distance, along, _ = closest
     squared_length = along[0] * along[0] + along[1] * along[1]
     share = (heading[0] * along[0] + heading[1] * along[1]) / math.sqrt(squared_length)
     return math.sqrt(squared_distance) + 0.5 * opposite * (1.0 - share)
 
 
 @_jit
-def _least_cost(path: _Path, foot: _Foot, heading: _Point, opposite: float) -> float:
+def _least_cost(path: _Path, closest: _ClosestPoint, heading: _Point, opposite: float) -> float:
     """Take the same, or that by the path's heading over a length, where that is less."""
-    by_segment = _cost(foot, heading, opposite)
-    segment, _, squared_distance, along, fraction = foot
+    by_segment = _cost(closest, heading, opposite)
+    segment, _, squared_distance, along, fraction = closest
     squared_length = along[0] * along[0] + along[1] * along[1]
     arc_length = path[2][segment] + fraction * math.sqrt(squared_length)
     yaw = _yaw_over(path, 0.2 * opposite, arc_length)
@@ -256,10 +258,10 @@ def _point_at(path: _Path, arc_length: float) -> tuple[int, _Point]:
 
 
 @_jit
-def _cross(path: _Path, foot: _Foot, position: _Point, lookahead: float) -> _Point:
-    """Find the first point from the foot on that is the lookahead away."""
+def _cross(path: _Path, closest: _ClosestPoint, position: _Point, lookahead: float) -> _Point:
+    """Find the first point from the closest point on that is the lookahead away."""
     squared_lookahead = lookahead * lookahead
-    segment, start, squared_distance, _, fraction = foot
+    segment, start, squared_distance, _, fraction = closest
     if squared_distance >= squared_lookahead:
         return start
     left = 1.0 - fraction
@@ -275,7 +277,7 @@ def _cross(path: _Path, foot: _Foot, position: _Point, lookahead: float) -> _Poi
                 fraction = _saturate(fraction, 0.0, left)
             return start[0] + fraction * along[0], start[1] + fraction * along[1]
         start, left, segment = end, 1.0, (segment + 1) % len(path[0])
-    return _quarter_round(path, foot[0])
+    return _quarter_round(path, closest[0])
 
 
 @_jit

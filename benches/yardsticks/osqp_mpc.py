@@ -1,16 +1,17 @@
-"""The model-predictive controller of `popsteer.baselines`, as the benchmark drives it."""
+"""The model-predictive controller of `popsteer.lab.baselines`, as the benchmark drives it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from popsteer.baselines.mpc import Mpc
-from popsteer.bench.laws import MPC_SOLVE, MPC_UPDATE, Driver
+from popsteer.lab.baselines.mpc import Mpc
+from popsteer.lab.bench.calls import MPC_SOLVE, MPC_UPDATE
+from popsteer.lab.common.timing import Driver
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer.bench.states import Drive
+    from popsteer.lab.common.timing import Drive
 
 
 def prepare(drive: Drive) -> Callable[[], Driver]:

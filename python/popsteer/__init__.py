@@ -16,14 +16,17 @@ True
 "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal Predictive
 Control Algorithm for Path Tracking of Self-Driving Cars*.
 
-Modules: `popsteer.vehicles` (vehicles by name), `popsteer.sim` (plants and the closed loop),
-`popsteer.tracks`, `popsteer.laws` and `popsteer.presets` (the controllers and their parameter sets
-by name), `popsteer.study` (comparisons), `popsteer.report` (tables, figures, files),
-`popsteer.bench`, and `popsteer.reference` (the same controllers in plain Python, to read and to
-compare with).
+For a vehicle: `popsteer.vehicles` (vehicles by name), `popsteer.controllers` and `popsteer.presets`
+(the controllers and their parameter sets by name), `popsteer.sim` (plants and the closed loop),
+`popsteer.plants`, `popsteer.tracks` and `popsteer.planning`. For a log of it: `popsteer.logs` and
+`popsteer.identification`. To read beside the paper: `popsteer.paper` (its functions)
+and `popsteer.reference` (the same controllers in plain Python). To look at: `popsteer.lab`
+(comparisons, margins, benchmarks, their tables and figures).
 """
 
-from popsteer import vehicles
+from typing import TYPE_CHECKING, Any
+
+from popsteer import _core, paper, planning, vehicles
 from popsteer._core import (
     AdaptParams,
     BangBang,
@@ -51,25 +54,27 @@ from popsteer._core import (
     PurePursuit,
     PurePursuitParams,
     PurePursuitState,
+    SpeedCommand,
     SpeedPid,
     SpeedPidParams,
     SpeedPidState,
+    SpeedTracker,
+    SpeedTrackerParams,
+    SpeedTrackerState,
     Stanley,
     StanleyParams,
     StanleyState,
     Vehicle,
     __version__,
     build_profile,
-    get_distance,
-    get_predicted_location,
-    kinematic_bicycle,
-    saturate,
-    state_transition,
-    wrap,
 )
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
 from popsteer.prediction import Prediction
+from popsteer.signatures import spell_out
 from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from popsteer.identification import identify
 
 __all__ = [
     "AdaptParams",
@@ -103,9 +108,13 @@ __all__ = [
     "PurePursuit",
     "PurePursuitParams",
     "PurePursuitState",
+    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
+    "SpeedTracker",
+    "SpeedTrackerParams",
+    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",
@@ -113,11 +122,20 @@ __all__ = [
     "Vehicle",
     "__version__",
     "build_profile",
-    "get_distance",
-    "get_predicted_location",
-    "kinematic_bicycle",
-    "saturate",
-    "state_transition",
+    "identify",
+    "paper",
+    "planning",
     "vehicles",
-    "wrap",
 ]
+
+spell_out(BangBangState, PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
+spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Settings)
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - what an attribute is depends on its name
+    # Loaded where it is used: what drives a car needs none of it.
+    if name == "identify":
+        from popsteer.identification import identify
+
+        return identify
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Sequence
+from inspect import Signature
 from typing import Any, ClassVar, Literal, TypeAlias, final
 
 import numpy as np
@@ -44,14 +45,20 @@ __all__ = [
     "PurePursuitState",
     "Settings",
     "Simulation",
+    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
+    "SpeedTracker",
+    "SpeedTrackerParams",
+    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",
     "Vehicle",
     "__version__",
+    "_path_curvature",
+    "_plan_speeds",
     "build_profile",
     "get_distance",
     "get_predicted_location",
@@ -418,7 +425,7 @@ class PopParams:
         *,
         lookahead_gain: float = 0.2,
         min_lookahead: float | None = None,
-        steer_span: float = ...,
+        steer_span: float = 0.05235987755982989,
         candidate_count: int = 21,
         exact_lookahead: bool = True,
         lookahead_tolerance: float | None = None,
@@ -638,40 +645,41 @@ class BangBangParams:
 
 @final
 class PopState:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         *,
-        previous_steer: float = ...,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
-        place: tuple[float, float, float, float] | None = ...,
-        steer: float = ...,
-        handover_offset: float | None = ...,
-        handover_left: float = ...,
-        held: int = ...,
-        held_time: float = ...,
-        period: float = ...,
-        wheel: float | None = ...,
-        commands_in_flight: tuple[_Point, ...] = ...,
-        past_angles: tuple[_Point, ...] = ...,
-        past_wheel: float | None = ...,
-        past_since: float = ...,
-        seen: _Numbers | None = ...,
-        turn_turn: float = ...,
-        turn_offset: float = ...,
-        offset_offset: float = ...,
-        turn_measured: float = ...,
-        offset_measured: float = ...,
-        turn: float = ...,
-        change: float = ...,
-        gain: float = ...,
-        steer_offset: float = ...,
-        longer_dead_time: float = ...,
-        slip: float = ...,
-        slip_length: float = ...,
-        acceleration: float = ...,
-        answer: _Answer | None = ...,
-        monitor: _Monitor | None = ...,
+        previous_steer: float = 0.0,
+        waypoint: int | None = None,
+        measured_waypoint: int | None = None,
+        place: tuple[float, float, float, float] | None = None,
+        steer: float = 0.0,
+        handover_offset: float | None = None,
+        handover_remaining: float = 0.0,
+        held: int = 0,
+        held_time: float = 0.0,
+        period: float = 0.0,
+        wheel: float | None = None,
+        commands_in_flight: tuple[_Point, ...] = (),
+        past_angles: tuple[_Point, ...] = (),
+        past_wheel: float | None = None,
+        past_since: float = 0.0,
+        last_measured: _Numbers | None = None,
+        turn_turn: float = 0.0,
+        turn_offset: float = 0.0,
+        offset_offset: float = 0.0,
+        turn_measured: float = 0.0,
+        offset_measured: float = 0.0,
+        turn: float = 0.0,
+        change: float = 0.0,
+        gain: float = 1.0,
+        steer_offset: float = 0.0,
+        longer_dead_time: float = 0.0,
+        slip: float = 0.0,
+        slip_length: float = 0.0,
+        acceleration: float = 0.0,
+        answer: _Answer | None = None,
+        monitor: _Monitor | None = None,
     ) -> Self: ...
     @property
     def previous_steer(self) -> float: ...
@@ -686,7 +694,7 @@ class PopState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -704,7 +712,7 @@ class PopState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -743,41 +751,42 @@ class PopState:
 
 @final
 class PreviewPopState:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         *,
-        previous_steer: float = ...,
-        reached_limits: int = ...,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
-        place: tuple[float, float, float, float] | None = ...,
-        steer: float = ...,
-        handover_offset: float | None = ...,
-        handover_left: float = ...,
-        held: int = ...,
-        held_time: float = ...,
-        period: float = ...,
-        wheel: float | None = ...,
-        commands_in_flight: tuple[_Point, ...] = ...,
-        past_angles: tuple[_Point, ...] = ...,
-        past_wheel: float | None = ...,
-        past_since: float = ...,
-        seen: _Numbers | None = ...,
-        turn_turn: float = ...,
-        turn_offset: float = ...,
-        offset_offset: float = ...,
-        turn_measured: float = ...,
-        offset_measured: float = ...,
-        turn: float = ...,
-        change: float = ...,
-        gain: float = ...,
-        steer_offset: float = ...,
-        longer_dead_time: float = ...,
-        slip: float = ...,
-        slip_length: float = ...,
-        acceleration: float = ...,
-        answer: _Answer | None = ...,
-        monitor: _Monitor | None = ...,
+        previous_steer: float = 0.0,
+        reached_limits: int = 0,
+        waypoint: int | None = None,
+        measured_waypoint: int | None = None,
+        place: tuple[float, float, float, float] | None = None,
+        steer: float = 0.0,
+        handover_offset: float | None = None,
+        handover_remaining: float = 0.0,
+        held: int = 0,
+        held_time: float = 0.0,
+        period: float = 0.0,
+        wheel: float | None = None,
+        commands_in_flight: tuple[_Point, ...] = (),
+        past_angles: tuple[_Point, ...] = (),
+        past_wheel: float | None = None,
+        past_since: float = 0.0,
+        last_measured: _Numbers | None = None,
+        turn_turn: float = 0.0,
+        turn_offset: float = 0.0,
+        offset_offset: float = 0.0,
+        turn_measured: float = 0.0,
+        offset_measured: float = 0.0,
+        turn: float = 0.0,
+        change: float = 0.0,
+        gain: float = 1.0,
+        steer_offset: float = 0.0,
+        longer_dead_time: float = 0.0,
+        slip: float = 0.0,
+        slip_length: float = 0.0,
+        acceleration: float = 0.0,
+        answer: _Answer | None = None,
+        monitor: _Monitor | None = None,
     ) -> Self: ...
     @property
     def previous_steer(self) -> float: ...
@@ -794,7 +803,7 @@ class PreviewPopState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -812,7 +821,7 @@ class PreviewPopState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -851,44 +860,45 @@ class PreviewPopState:
 
 @final
 class PidState:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         *,
-        previous_error: float | None = ...,
-        previous_position: tuple[float, float] | None = ...,
-        terms: tuple[float, ...] = ...,
-        next: int = ...,
-        sum: float = ...,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
-        place: tuple[float, float, float, float] | None = ...,
-        steer: float = ...,
-        handover_offset: float | None = ...,
-        handover_left: float = ...,
-        held: int = ...,
-        held_time: float = ...,
-        period: float = ...,
-        wheel: float | None = ...,
-        commands_in_flight: tuple[_Point, ...] = ...,
-        past_angles: tuple[_Point, ...] = ...,
-        past_wheel: float | None = ...,
-        past_since: float = ...,
-        seen: _Numbers | None = ...,
-        turn_turn: float = ...,
-        turn_offset: float = ...,
-        offset_offset: float = ...,
-        turn_measured: float = ...,
-        offset_measured: float = ...,
-        turn: float = ...,
-        change: float = ...,
-        gain: float = ...,
-        steer_offset: float = ...,
-        longer_dead_time: float = ...,
-        slip: float = ...,
-        slip_length: float = ...,
-        acceleration: float = ...,
-        answer: _Answer | None = ...,
-        monitor: _Monitor | None = ...,
+        previous_error: float | None = None,
+        previous_position: tuple[float, float] | None = None,
+        terms: tuple[float, ...] = (),
+        next: int = 0,
+        sum: float = 0.0,
+        waypoint: int | None = None,
+        measured_waypoint: int | None = None,
+        place: tuple[float, float, float, float] | None = None,
+        steer: float = 0.0,
+        handover_offset: float | None = None,
+        handover_remaining: float = 0.0,
+        held: int = 0,
+        held_time: float = 0.0,
+        period: float = 0.0,
+        wheel: float | None = None,
+        commands_in_flight: tuple[_Point, ...] = (),
+        past_angles: tuple[_Point, ...] = (),
+        past_wheel: float | None = None,
+        past_since: float = 0.0,
+        last_measured: _Numbers | None = None,
+        turn_turn: float = 0.0,
+        turn_offset: float = 0.0,
+        offset_offset: float = 0.0,
+        turn_measured: float = 0.0,
+        offset_measured: float = 0.0,
+        turn: float = 0.0,
+        change: float = 0.0,
+        gain: float = 1.0,
+        steer_offset: float = 0.0,
+        longer_dead_time: float = 0.0,
+        slip: float = 0.0,
+        slip_length: float = 0.0,
+        acceleration: float = 0.0,
+        answer: _Answer | None = None,
+        monitor: _Monitor | None = None,
     ) -> Self: ...
     @property
     def previous_error(self) -> float | None: ...
@@ -911,7 +921,7 @@ class PidState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -929,7 +939,7 @@ class PidState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -968,40 +978,41 @@ class PidState:
 
 @final
 class PurePursuitState:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         *,
-        previous_alpha: float = ...,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
-        place: tuple[float, float, float, float] | None = ...,
-        steer: float = ...,
-        handover_offset: float | None = ...,
-        handover_left: float = ...,
-        held: int = ...,
-        held_time: float = ...,
-        period: float = ...,
-        wheel: float | None = ...,
-        commands_in_flight: tuple[_Point, ...] = ...,
-        past_angles: tuple[_Point, ...] = ...,
-        past_wheel: float | None = ...,
-        past_since: float = ...,
-        seen: _Numbers | None = ...,
-        turn_turn: float = ...,
-        turn_offset: float = ...,
-        offset_offset: float = ...,
-        turn_measured: float = ...,
-        offset_measured: float = ...,
-        turn: float = ...,
-        change: float = ...,
-        gain: float = ...,
-        steer_offset: float = ...,
-        longer_dead_time: float = ...,
-        slip: float = ...,
-        slip_length: float = ...,
-        acceleration: float = ...,
-        answer: _Answer | None = ...,
-        monitor: _Monitor | None = ...,
+        previous_alpha: float = 0.0,
+        waypoint: int | None = None,
+        measured_waypoint: int | None = None,
+        place: tuple[float, float, float, float] | None = None,
+        steer: float = 0.0,
+        handover_offset: float | None = None,
+        handover_remaining: float = 0.0,
+        held: int = 0,
+        held_time: float = 0.0,
+        period: float = 0.0,
+        wheel: float | None = None,
+        commands_in_flight: tuple[_Point, ...] = (),
+        past_angles: tuple[_Point, ...] = (),
+        past_wheel: float | None = None,
+        past_since: float = 0.0,
+        last_measured: _Numbers | None = None,
+        turn_turn: float = 0.0,
+        turn_offset: float = 0.0,
+        offset_offset: float = 0.0,
+        turn_measured: float = 0.0,
+        offset_measured: float = 0.0,
+        turn: float = 0.0,
+        change: float = 0.0,
+        gain: float = 1.0,
+        steer_offset: float = 0.0,
+        longer_dead_time: float = 0.0,
+        slip: float = 0.0,
+        slip_length: float = 0.0,
+        acceleration: float = 0.0,
+        answer: _Answer | None = None,
+        monitor: _Monitor | None = None,
     ) -> Self: ...
     @property
     def previous_alpha(self) -> float: ...
@@ -1016,7 +1027,7 @@ class PurePursuitState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1034,7 +1045,7 @@ class PurePursuitState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -1073,39 +1084,40 @@ class PurePursuitState:
 
 @final
 class StanleyState:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         *,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
-        place: tuple[float, float, float, float] | None = ...,
-        steer: float = ...,
-        handover_offset: float | None = ...,
-        handover_left: float = ...,
-        held: int = ...,
-        held_time: float = ...,
-        period: float = ...,
-        wheel: float | None = ...,
-        commands_in_flight: tuple[_Point, ...] = ...,
-        past_angles: tuple[_Point, ...] = ...,
-        past_wheel: float | None = ...,
-        past_since: float = ...,
-        seen: _Numbers | None = ...,
-        turn_turn: float = ...,
-        turn_offset: float = ...,
-        offset_offset: float = ...,
-        turn_measured: float = ...,
-        offset_measured: float = ...,
-        turn: float = ...,
-        change: float = ...,
-        gain: float = ...,
-        steer_offset: float = ...,
-        longer_dead_time: float = ...,
-        slip: float = ...,
-        slip_length: float = ...,
-        acceleration: float = ...,
-        answer: _Answer | None = ...,
-        monitor: _Monitor | None = ...,
+        waypoint: int | None = None,
+        measured_waypoint: int | None = None,
+        place: tuple[float, float, float, float] | None = None,
+        steer: float = 0.0,
+        handover_offset: float | None = None,
+        handover_remaining: float = 0.0,
+        held: int = 0,
+        held_time: float = 0.0,
+        period: float = 0.0,
+        wheel: float | None = None,
+        commands_in_flight: tuple[_Point, ...] = (),
+        past_angles: tuple[_Point, ...] = (),
+        past_wheel: float | None = None,
+        past_since: float = 0.0,
+        last_measured: _Numbers | None = None,
+        turn_turn: float = 0.0,
+        turn_offset: float = 0.0,
+        offset_offset: float = 0.0,
+        turn_measured: float = 0.0,
+        offset_measured: float = 0.0,
+        turn: float = 0.0,
+        change: float = 0.0,
+        gain: float = 1.0,
+        steer_offset: float = 0.0,
+        longer_dead_time: float = 0.0,
+        slip: float = 0.0,
+        slip_length: float = 0.0,
+        acceleration: float = 0.0,
+        answer: _Answer | None = None,
+        monitor: _Monitor | None = None,
     ) -> Self: ...
     @property
     def waypoint(self) -> int | None: ...
@@ -1118,7 +1130,7 @@ class StanleyState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1136,7 +1148,7 @@ class StanleyState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -1175,39 +1187,40 @@ class StanleyState:
 
 @final
 class BangBangState:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         *,
-        waypoint: int | None = ...,
-        measured_waypoint: int | None = ...,
-        place: tuple[float, float, float, float] | None = ...,
-        steer: float = ...,
-        handover_offset: float | None = ...,
-        handover_left: float = ...,
-        held: int = ...,
-        held_time: float = ...,
-        period: float = ...,
-        wheel: float | None = ...,
-        commands_in_flight: tuple[_Point, ...] = ...,
-        past_angles: tuple[_Point, ...] = ...,
-        past_wheel: float | None = ...,
-        past_since: float = ...,
-        seen: _Numbers | None = ...,
-        turn_turn: float = ...,
-        turn_offset: float = ...,
-        offset_offset: float = ...,
-        turn_measured: float = ...,
-        offset_measured: float = ...,
-        turn: float = ...,
-        change: float = ...,
-        gain: float = ...,
-        steer_offset: float = ...,
-        longer_dead_time: float = ...,
-        slip: float = ...,
-        slip_length: float = ...,
-        acceleration: float = ...,
-        answer: _Answer | None = ...,
-        monitor: _Monitor | None = ...,
+        waypoint: int | None = None,
+        measured_waypoint: int | None = None,
+        place: tuple[float, float, float, float] | None = None,
+        steer: float = 0.0,
+        handover_offset: float | None = None,
+        handover_remaining: float = 0.0,
+        held: int = 0,
+        held_time: float = 0.0,
+        period: float = 0.0,
+        wheel: float | None = None,
+        commands_in_flight: tuple[_Point, ...] = (),
+        past_angles: tuple[_Point, ...] = (),
+        past_wheel: float | None = None,
+        past_since: float = 0.0,
+        last_measured: _Numbers | None = None,
+        turn_turn: float = 0.0,
+        turn_offset: float = 0.0,
+        offset_offset: float = 0.0,
+        turn_measured: float = 0.0,
+        offset_measured: float = 0.0,
+        turn: float = 0.0,
+        change: float = 0.0,
+        gain: float = 1.0,
+        steer_offset: float = 0.0,
+        longer_dead_time: float = 0.0,
+        slip: float = 0.0,
+        slip_length: float = 0.0,
+        acceleration: float = 0.0,
+        answer: _Answer | None = None,
+        monitor: _Monitor | None = None,
     ) -> Self: ...
     @property
     def waypoint(self) -> int | None: ...
@@ -1220,7 +1233,7 @@ class BangBangState:
     @property
     def handover_offset(self) -> float | None: ...
     @property
-    def handover_left(self) -> float: ...
+    def handover_remaining(self) -> float: ...
     @property
     def held(self) -> int: ...
     @property
@@ -1238,7 +1251,7 @@ class BangBangState:
     @property
     def past_since(self) -> float: ...
     @property
-    def seen(self) -> _Numbers | None: ...
+    def last_measured(self) -> _Numbers | None: ...
     @property
     def turn_turn(self) -> float: ...
     @property
@@ -1859,8 +1872,8 @@ class SpeedPidState:
     def __new__(
         cls,
         *,
-        integral: float = ...,
-        previous_error: float | None = ...,
+        integral: float = 0.0,
+        previous_error: float | None = None,
     ) -> Self: ...
     @property
     def integral(self) -> float: ...
@@ -1892,17 +1905,106 @@ class SpeedPid:
     def params(self) -> SpeedPidParams: ...
 
 @final
+class SpeedTrackerParams:
+    def __new__(
+        cls,
+        *,
+        kp: float = 1.5,
+        ki: float = 0.2,
+        max_jerk: float = 20.0,
+        reserve: float = 0.4,
+        drive_delay: float = 0.0,
+    ) -> Self: ...
+    @property
+    def kp(self) -> float: ...
+    @property
+    def ki(self) -> float: ...
+    @property
+    def max_jerk(self) -> float: ...
+    @property
+    def reserve(self) -> float: ...
+    @property
+    def drive_delay(self) -> float: ...
+    def as_dict(self) -> dict[str, Any]: ...
+    def replace(self, **changes: object) -> Self: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
+class SpeedTrackerState:
+    def __new__(
+        cls,
+        *,
+        waypoint: int | None = None,
+        acceleration: float = 0.0,
+        integral: float = 0.0,
+    ) -> Self: ...
+    @property
+    def waypoint(self) -> int | None: ...
+    @property
+    def acceleration(self) -> float: ...
+    @property
+    def integral(self) -> float: ...
+    def as_dict(self) -> dict[str, Any]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
+class SpeedCommand:
+    @property
+    def acceleration(self) -> float: ...
+    @property
+    def reference_speed(self) -> float: ...
+    @property
+    def distance_to_stop(self) -> float: ...
+    @property
+    def reverse(self) -> bool: ...
+    @property
+    def standing(self) -> bool: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
+class SpeedTracker:
+    def __new__(
+        cls,
+        path: Path,
+        vehicle: Vehicle | None = None,
+        params: SpeedTrackerParams | None = None,
+    ) -> Self: ...
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> SpeedCommand: ...
+    def reset(self) -> None: ...
+    @property
+    def state(self) -> SpeedTrackerState: ...
+    @state.setter
+    def state(self, state: SpeedTrackerState) -> None: ...
+    @property
+    def path(self) -> Path: ...
+    @property
+    def vehicle(self) -> Vehicle: ...
+    @property
+    def params(self) -> SpeedTrackerParams: ...
+    @property
+    def plan(self) -> NDArray[np.float64]: ...
+
+@final
 class CarlaIdentified:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         vehicle: Vehicle | None = None,
         *,
-        throttle_lag: float = ...,
-        drive: float = ...,
-        drag: float = ...,
-        air_drag: float = ...,
-        bend_loss: float = ...,
-        braking: float = ...,
+        throttle_lag: float = 0.25,
+        drive: float = 6.0,
+        drag: float = 0.28,
+        air_drag: float = 0.001,
+        bend_loss: float = 0.11,
+        braking: float = 9.0,
     ) -> Self: ...
     @property
     def vehicle(self) -> Vehicle: ...
@@ -1927,13 +2029,14 @@ class CarlaIdentified:
 
 @final
 class KinematicBicycle:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         vehicle: Vehicle | None = None,
         *,
-        drive: float = ...,
-        drag: float = ...,
-        braking: float = ...,
+        drive: float = 6.0,
+        drag: float = 0.28,
+        braking: float = 9.0,
     ) -> Self: ...
     @property
     def vehicle(self) -> Vehicle: ...
@@ -1952,16 +2055,17 @@ class KinematicBicycle:
 
 @final
 class Settings:
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
         cls,
         *,
-        dt: float = ...,
-        substeps: int = ...,
-        stop_distance: float = ...,
-        time_limit: float = ...,
-        give_up_distance: float = ...,
-        settling_time: float = ...,
-        keep_records: bool = ...,
+        dt: float = 0.05,
+        substeps: int = 10,
+        stop_distance: float = 1.0,
+        time_limit: float = 1000.0,
+        give_up_distance: float = 50.0,
+        settling_time: float = 5.0,
+        keep_records: bool = True,
     ) -> Self: ...
     @property
     def dt(self) -> float: ...
@@ -1986,7 +2090,8 @@ class Settings:
 
 @final
 class Noise:
-    def __new__(cls, *, position: float = ..., yaw: float = ..., speed: float = ...) -> Self: ...
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
+    def __new__(cls, *, position: float = 0.0, yaw: float = 0.0, speed: float = 0.0) -> Self: ...
     @property
     def position(self) -> float: ...
     @property
@@ -2053,3 +2158,22 @@ class Simulation:
     @staticmethod
     def _restored(begin: tuple[Any, ...], state: tuple[Any, ...]) -> Simulation: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
+
+def _path_curvature(path: Path, smoothing_length: float) -> NDArray[np.float64]: ...
+def _plan_speeds(
+    curvature: NDArray[np.float64],
+    spacing: NDArray[np.float64],
+    *,
+    closed: bool,
+    cusps: NDArray[np.bool_] | None,
+    speed_limits: NDArray[np.float64] | None,
+    start_speed: float | None,
+    end_speed: float | None,
+    max_speed: float,
+    max_lateral_acceleration: float,
+    acceleration: tuple[NDArray[np.float64], NDArray[np.float64]],
+    deceleration: tuple[NDArray[np.float64], NDArray[np.float64]],
+    longitudinal_grip: float | None,
+    exponent: float,
+    vehicle: Vehicle,
+) -> tuple[NDArray[np.float64], NDArray[np.uint8]]: ...

@@ -143,7 +143,7 @@ class ConfigError(_FieldError):
         Parameters
         ----------
         what : str
-            What is named, such as "law", "plant" or "track"; becomes `field`.
+            What is named, such as "controller", "plant" or "track"; becomes `field`.
         name : object
             The name that was given; becomes `value`.
         known : iterable of str
@@ -156,8 +156,8 @@ class ConfigError(_FieldError):
 
         Examples
         --------
-        >>> print(ConfigError.unknown("law", "foo", ["bang-bang", "pid"]))
-        unknown law 'foo'; known: bang-bang, pid
+        >>> print(ConfigError.unknown("controller", "foo", ["bang-bang", "pid"]))
+        unknown controller 'foo'; known: bang-bang, pid
         """
         listed = ", ".join(known)
         error = cls(what, name, f"one of {listed}")
@@ -166,7 +166,7 @@ class ConfigError(_FieldError):
 
 
 class InputError(_FieldError):
-    """An argument of one control step that a law refuses; the law's state is unchanged.
+    """An argument of a control step that a controller refuses; its state is unchanged.
 
     Parameters
     ----------

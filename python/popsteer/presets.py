@@ -59,7 +59,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from popsteer import laws
+from popsteer import controllers
 from popsteer._core import (
     BangBangParams,
     PidParams,
@@ -71,12 +71,12 @@ from popsteer._core import (
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
-    from popsteer.laws import Params
+    from popsteer.controllers import Params
 
 __all__ = ["REPRODUCTION", "get", "names"]
 
 REPRODUCTION = "reproduction"
-"""The preset that comparisons with the paper use unless told otherwise."""
+"""The preset that comparisons with the paper use by default."""
 
 # The published code's numbers for a car of 3 m wheelbase, where the paper has none.
 _SEARCH: dict[str, Any] = {
@@ -162,7 +162,7 @@ def names(law: str) -> tuple[str, ...]:
     Parameters
     ----------
     law : str
-        A name that `popsteer.laws.names` gives.
+        A name that `popsteer.controllers.names` gives.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def names(law: str) -> tuple[str, ...]:
     >>> names("pid")
     ('default', 'paper', 'published-code', 'reproduction')
     """
-    return tuple(_PRESETS[laws.get(law).name])
+    return tuple(_PRESETS[controllers.get(law).name])
 
 
 def get(law: str, name: str) -> Params:
@@ -188,7 +188,7 @@ def get(law: str, name: str) -> Params:
     Parameters
     ----------
     law : str
-        A name that `popsteer.laws.names` gives.
+        A name that `popsteer.controllers.names` gives.
     name : str
         One of `names(law)`.
 

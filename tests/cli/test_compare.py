@@ -13,8 +13,8 @@ import pytest
 from matplotlib import image
 
 import popsteer
-from popsteer import report, sim, study, tracks
-from popsteer.report.table import WIDE
+from popsteer import lab, sim, tracks
+from popsteer.lab.common.layout import WIDE
 from tests.cli import command
 from tests.helpers import authors_data
 
@@ -82,7 +82,9 @@ def test_compare_metrics_have_the_documented_layout(demo: tuple[Outcome, Path]) 
         assert all(math.isfinite(controller["rear_axle"][name]) for name in METRICS[:5])
         assert controller["finished"] is True
         assert isinstance(controller["steps"], int)
-    assert metrics["paper"] == {law: study.PAPER[law]._asdict() for law in metrics["paper"]}
+    assert metrics["paper"] == {
+        law: lab.compare.paper.PAPER[law]._asdict() for law in metrics["paper"]
+    }
     assert set(metrics["paper"]) == set(LAWS)
 
 
@@ -99,7 +101,7 @@ def test_compare_table_shows_the_figures_of_the_metrics(demo: tuple[Outcome, Pat
 def test_compare_runs_read_back_to_the_bits_that_were_measured(demo: tuple[Outcome, Path]) -> None:
     track = tracks.get("racetrack")
     path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
-    run = study.compare(path, ["stanley"]).runs["stanley"]
+    run = lab.compare.run(path, ["stanley"]).runs["stanley"]
     text = (demo[1] / "runs" / "stanley.csv").read_text(encoding="utf-8")
     comments = [line for line in text.splitlines() if line.startswith("#")]
     assert any("cross_track_error [m]" in line for line in comments)
@@ -148,10 +150,10 @@ def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axle
     monkeypatch: pytest.MonkeyPatch,
     begin: tuple[str, str],
 ) -> None:
-    monkeypatch.setattr("popsteer.report.figures.render", lambda *arguments: {})
+    monkeypatch.setattr("popsteer.lab.compare.figures.render", lambda *arguments: {})
     waypoints = str(authors_data() / "waypoints.csv")
     yaw = -1.574
-    # Where CARLA's front axle stood: 1.06 m ahead of the point whose pose is given.
+    # Where CARLA's front axle stood: 1.06 m ahead of the point whose pose is predicted.
     front = (-183.8, 78.7)
     point = (front[0] - 1.06 * math.cos(yaw), front[1] - 1.06 * math.sin(yaw))
     rear = (front[0] - 3.0 * math.cos(yaw), front[1] - 3.0 * math.sin(yaw))
@@ -169,8 +171,8 @@ def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axle
         assert (first["x"], first["y"], first["yaw"]) == pytest.approx((*point, yaw), abs=1e-3)
         reference = (first["reference_x"], first["reference_y"])
         assert reference == pytest.approx(front, abs=1e-3)
-        told = json.loads((out / "metrics.json").read_text(encoding="utf-8"))["start"]
-        assert (told["x"], told["y"], told["yaw"]) == (first["x"], first["y"], first["yaw"])
+        begun = json.loads((out / "metrics.json").read_text(encoding="utf-8"))["start"]
+        assert (begun["x"], begun["y"], begun["yaw"]) == (first["x"], first["y"], first["yaw"])
 
 
 def _records(file: Path) -> list[dict[str, float]]:
@@ -186,12 +188,12 @@ def test_compare_with_a_car_of_ones_own_says_what_the_controllers_believed(
     popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35, dead_time=0.15).save(car)
     arguments = ("compare", "--track", "slalom", "--controllers", "preview-pop,stanley")
     plant = ("--plant", str(car))
-    told = command.call(capsys, *arguments, *plant)
-    assert (told.status, told.err) == (0, "")
-    assert "plant car.toml, preset reproduction" in told.out
+    predicted = command.call(capsys, *arguments, *plant)
+    assert (predicted.status, predicted.err) == (0, "")
+    assert "plant car.toml, preset reproduction" in predicted.out
     late = command.call(capsys, *arguments, *plant, "--set-vehicle", "dead_time=0")
     assert "plant car.toml, believed dead_time 0, preset reproduction" in late.out
-    assert late.out != told.out
+    assert late.out != predicted.out
     elsewhere = command.call(capsys, *arguments, *plant, "--vehicle", "paper")
     assert (elsewhere.status, elsewhere.out) == (2, "")
     assert "rear_axle must be that of the plant, -1.35, got 0.0" in elsewhere.err
@@ -238,7 +240,7 @@ def test_compare_closed_waypoints_go_round(
 def test_compare_where_drawing_fails_writes_nothing(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from popsteer.report import figures
+    from popsteer.lab.compare import figures
 
     def fail(*arguments: Any) -> Any:
         raise OSError(28, "No space left on device")
@@ -251,21 +253,21 @@ def test_compare_where_drawing_fails_writes_nothing(
 
 
 def test_figures_drawn_twice_are_the_same_files() -> None:
-    comparison = study.compare(popsteer.Path(tracks.get("straight").xy), ["pop"])
-    assert report.files(comparison) == report.files(comparison)
+    comparison = lab.compare.run(popsteer.Path(tracks.get("straight").xy), ["pop"])
+    assert lab.compare.files.files(comparison) == lab.compare.files.files(comparison)
 
 
 @pytest.mark.parametrize("width", [80, WIDE])
 def test_table_of_all_laws_fits_its_width(width: int) -> None:
     from rich.console import Console
 
-    comparison = study.compare(
+    comparison = lab.compare.run(
         popsteer.Path(tracks.get("racetrack").xy),
         ["bang-bang", *LAWS],
     )
     stream = io.StringIO()
     console = Console(file=stream, width=width)
-    for table in report.tables(comparison, width):
+    for table in lab.compare.table.tables(comparison, width):
         console.print(table)
     lines = stream.getvalue().splitlines()
     assert max(map(len, lines)) <= width
@@ -275,7 +277,9 @@ def test_table_of_all_laws_fits_its_width(width: int) -> None:
 def test_metrics_of_a_single_step_hold_null_for_what_is_not_a_number() -> None:
     settings = popsteer.sim.Settings(time_limit=0.05)
     path = popsteer.Path(tracks.get("straight").xy)
-    document = report.metrics_document(study.compare(path, ["pop"], settings=settings))
+    document = lab.compare.metrics_json.metrics_document(
+        lab.compare.run(path, ["pop"], settings=settings)
+    )
     pop = document["controllers"]["pop"]
     assert pop["steps"] == 1
     assert pop["settled_mean_abs_cross_track_error"] is None
@@ -286,7 +290,9 @@ def test_metrics_of_a_single_step_hold_null_for_what_is_not_a_number() -> None:
 def test_files_of_a_single_step_can_be_drawn() -> None:
     settings = popsteer.sim.Settings(time_limit=0.05)
     path = popsteer.Path([(0.0, 0.0), (0.0, 30.0)])
-    content = report.files(study.compare(path, ["bang-bang", "pop"], settings=settings))
+    content = lab.compare.files.files(
+        lab.compare.run(path, ["bang-bang", "pop"], settings=settings)
+    )
     assert content["results.png"].startswith(b"\x89PNG")
 
 

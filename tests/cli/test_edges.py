@@ -1,4 +1,4 @@
-"""``popsteer edges`` and ``popsteer dead-time``: a table, CSV and JSON."""
+"""``popsteer edges`` and ``popsteer delay``: a table, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import popsteer
-from popsteer import sim, study
+from popsteer import lab, sim
 from tests.cli import command
 from tests.closed_loop.paths import track
 
@@ -32,12 +32,12 @@ def test_edges_writes_what_the_study_finds(
     outcome = command.call(
         capsys,
         "edges",
-        *("--laws", ",".join(LAWS), "--tracks", ",".join(TRACKS)),
-        *("--csv", str(table), "--json", str(document)),
+        *("--controllers", ",".join(LAWS), "--tracks", ",".join(TRACKS)),
+        *("--out", str(tmp_path)),
     )
     assert (outcome.status, outcome.err) == (0, "")
-    known = {track.name: track for track in study.edge_tracks()}
-    runs = study.edges(LAWS, [known[name] for name in TRACKS])
+    known = {track.name: track for track in lab.edges.edge_tracks()}
+    runs = lab.edges.run(LAWS, [known[name] for name in TRACKS])
     written = json.loads(document.read_text(encoding="utf-8"))
     assert written["plant"] == "kinematic-bicycle"
     assert written["vehicle"] == written["plant_vehicle"]
@@ -55,7 +55,7 @@ def test_edges_writes_what_the_study_finds(
             status: str(count) for status, count in counts.items()
         }
         assert f"{run.max_error:.3f}" in outcome.out
-    assert f"Written to {table}" in outcome.out
+    assert f"Written to {tmp_path}/: edges.csv, edges.json" in outcome.out
     assert "end-of-path" in outcome.out
 
 
@@ -63,11 +63,11 @@ def test_edges_by_default_drives_every_law_on_every_track(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     table = tmp_path / "edges.csv"
-    outcome = command.call(capsys, "edges", "--csv", str(table))
+    outcome = command.call(capsys, "edges", "--out", str(tmp_path))
     assert outcome.status == 0
     driven = {(row["track"], row["law"]) for row in _rows(table)}
-    tracks = [track.name for track in study.edge_tracks()]
-    assert driven == {(track, law) for track in tracks for law in study.EDGE_LAWS}
+    tracks = [track.name for track in lab.edges.edge_tracks()]
+    assert driven == {(track, law) for track in tracks for law in lab.edges.runs.EDGE_CONTROLLERS}
 
 
 def test_edges_of_a_car_of_ones_own_are_driven_by_it(
@@ -76,17 +76,24 @@ def test_edges_of_a_car_of_ones_own_are_driven_by_it(
     car, document = tmp_path / "car.toml", tmp_path / "edges.json"
     vehicle = popsteer.Vehicle(rear_axle=-1.5, max_steer=0.5, steer_lag=0.2)
     vehicle.save(car)
-    options = ("--laws", "preview-pop", "--tracks", "parallel-parking", "--json", str(document))
-    told = ("--plant", str(car), "--set-vehicle", "steer_lag=0.1")
-    outcome = command.call(capsys, "edges", *options, *told)
+    options = (
+        "--controllers",
+        "preview-pop",
+        "--tracks",
+        "parallel-parking",
+        "--out",
+        str(tmp_path),
+    )
+    given = ("--plant", str(car), "--set-vehicle", "steer_lag=0.1")
+    outcome = command.call(capsys, "edges", *options, *given)
     assert (outcome.status, outcome.err) == (0, "")
     assert "plant kinematic-bicycle, believed steer_lag 0.1, speeds" in outcome.out
     assert "largest angle 29°" in outcome.out
     written = json.loads(document.read_text(encoding="utf-8"))
     assert written["plant_vehicle"] == vehicle.as_dict()
     assert written["vehicle"] == vehicle.replace(steer_lag=0.1).as_dict()
-    track = next(track for track in study.edge_tracks() if track.name == "parallel-parking")
-    (run,) = study.edges(
+    track = next(track for track in lab.edges.edge_tracks() if track.name == "parallel-parking")
+    (run,) = lab.edges.run(
         ["preview-pop"],
         [track],
         plant=sim.KinematicBicycle(vehicle),
@@ -101,16 +108,16 @@ def test_edges_of_a_car_of_ones_own_are_driven_by_it(
         (("edges", "--tracks", "monza"), "unknown track 'monza'"),
         (("edges", "--plant", "tank"), "unknown plant 'tank'"),
         (("edges", "--plant", "carla-identified"), "carla-identified does not reverse"),
-        (("edges", "--laws", "lqr"), "unknown law 'lqr'"),
-        (("edges", "--json", "nowhere/at/all/edges.json", "--tracks", "touching"), "nowhere"),
-        (("dead-time", "--laws", "lqr"), "unknown law 'lqr'"),
-        (("dead-time", "--track", "monza"), "unknown track 'monza'"),
-        (("dead-time", "--dead-time", "0"), "dead_time"),
-        (("dead-time", "--preset", "tuned"), "unknown preset 'tuned'"),
-        (("dead-time", "--plant", "mujoco-car"), "--plant must be carla-identified, kinematic-"),
+        (("edges", "--controllers", "lqr"), "unknown controller 'lqr'"),
+        (("edges", "--out", "nowhere/at/all", "--tracks", "touching"), "nowhere"),
+        (("delay", "--controllers", "lqr"), "unknown controller 'lqr'"),
+        (("delay", "--track", "monza"), "unknown track 'monza'"),
+        (("delay", "--dead-time", "0"), "dead_time"),
+        (("delay", "--preset", "tuned"), "unknown preset 'tuned'"),
+        (("delay", "--plant", "mujoco-car"), "--plant must be carla-identified, kinematic-"),
     ],
 )
-def test_edges_and_dead_time_refuse_what_is_wrong(
+def test_edges_and_delay_refuse_what_is_wrong(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...], said: str
 ) -> None:
     (tmp_path / "nowhere").write_text("a file, not a folder", encoding="utf-8")
@@ -122,20 +129,20 @@ def test_edges_and_dead_time_refuse_what_is_wrong(
 
 
 @pytest.mark.parametrize("no_adapt", [(), ("--no-adapt",)])
-def test_dead_time_writes_what_the_study_finds(
+def test_delay_writes_what_the_study_finds(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, no_adapt: tuple[str, ...]
 ) -> None:
-    table, document = tmp_path / "late.csv", tmp_path / "late.json"
+    table, document = tmp_path / "delay.csv", tmp_path / "delay.json"
     outcome = command.call(
         capsys,
-        "dead-time",
-        *("--laws", "stanley,pop", "--track", "slalom", "--dead-time", "0.15", *no_adapt),
-        *("--csv", str(table), "--json", str(document)),
+        "delay",
+        *("--controllers", "stanley,pop", "--track", "slalom", "--dead-time", "0.15", *no_adapt),
+        *("--out", str(tmp_path)),
     )
     assert (outcome.status, outcome.err) == (0, "")
     assert "slalom, plant carla-identified, dead time 0.15 s" in outcome.out
     slalom = track("slalom")
-    rows = study.dead_times(slalom, LAWS, dead_time=0.15, adapt=None if no_adapt else "auto")
+    rows = lab.delay.run(slalom, LAWS, dead_time=0.15, adapt=None if no_adapt else "auto")
     written = json.loads(document.read_text(encoding="utf-8"))
     assert (written["track"], written["plant"]) == ("slalom", "carla-identified")
     cells = iter(_rows(table))

@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 
 RAGGED = "0,0\n1,0\n2,0,5\n"
 WRONG = {
-    "law": (("compare", "--controllers", "pid,lqr"), "unknown law 'lqr'; known: bang-bang, pid, "),
-    "no-law": (("compare", "--controllers", " , "), "--controllers must be names of controllers"),
+    "law": (
+        ("compare", "--controllers", "pid,lqr"),
+        "unknown controller 'lqr'; known: bang-bang, pid, ",
+    ),
+    "no-law": (("compare", "--controllers", " , "), "--controllers must be names, separated"),
     "plant": (("compare", "--plant", "tank"), "unknown plant 'tank'; known: carla-identified, "),
     "track": (("compare", "--track", "monza"), "unknown track 'monza'; known: racetrack, "),
     "preset": (("compare", "--preset", "mine"), "unknown preset 'mine'; known: default, paper, "),
@@ -41,12 +44,16 @@ WRONG = {
     "dt-text": (("compare", "--dt", "soon"), "Invalid value for '--dt': "),
     "closed-track": (("compare", "--closed"), "--closed must be given with --waypoints"),
     "both": (("compare", "--waypoints", "a.csv", "--track", "circle"), "--track must be left out"),
+    "former-option": (("matrix", "--laws", "pop"), "--controllers now"),
+    "former-file": (("edges", "--json", "a.json"), "No such option: --json; it is --out now"),
+    "former-command": (("dead-time",), "No such command 'dead-time'; it is delay now"),
+    "former-tracks": (("tracks", "export-all", "out"), "it is tracks --out now"),
     "option": (("compare", "--colour"), "No such option: --colour"),
     "command": (("drive",), "No such command 'drive'"),
     "argument": (("compare", "extra"), "unexpected extra argument"),
     "missing": (("tracks", "export", "circle"), "Missing argument 'FILE'"),
     "export": (("tracks", "export", "monza", "a.csv"), "unknown track 'monza'"),
-    "controller": (("simulate", "--controller", "x"), "unknown law 'x'"),
+    "controller": (("simulate", "--controller", "x"), "unknown controller 'x'"),
     "set-name": (("simulate", "--set", "gain=1"), "unknown parameter of pop 'gain'; known: look"),
     "set-form": (("simulate", "--set", "turn_time"), "must be written NAME=VALUE, got 'turn_time'"),
     "set-text": (("simulate", "--set", "turn_time=x"), "turn_time must be a number, got 'x'"),
@@ -75,7 +82,10 @@ WRONG = {
     "set-plant": (("simulate", "--set-plant", "mass=1"), "unknown parameter of carla-identified"),
     "set-run": (("simulate", "--set-run", "substeps=0"), "substeps must be"),
     "set-records": (("simulate", "--set-run", "keep_records=no"), "keep_records must be true"),
-    "longitudinal": (("simulate", "--longitudinal", "x"), "unknown longitudinal law 'x'; known: "),
+    "longitudinal": (
+        ("simulate", "--longitudinal", "x"),
+        "unknown longitudinal controller 'x'; known: ",
+    ),
 }
 
 
@@ -142,7 +152,7 @@ def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:
     assert outcome.status == 2
     assert outcome.out == ""
     assert outcome.err == (
-        "popsteer: unknown law 'foo'; known: bang-bang, pid, pure-pursuit, stanley, pop, "
+        "popsteer: unknown controller 'foo'; known: bang-bang, pid, pure-pursuit, stanley, pop, "
         "preview-pop, mpc\n"
     )
 
@@ -156,7 +166,7 @@ class Blocked:
         if name.partition(".")[0] == {missing!r}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 sys.meta_path.insert(0, Blocked())
-import popsteer, popsteer.sim, popsteer.study, popsteer.presets
+import popsteer, popsteer.sim, popsteer.lab, popsteer.presets
 from popsteer.cli import main
 main(["compare", "--track", "straight", "--out", {str(tmp_path / "out")!r}])
 """

@@ -19,8 +19,11 @@ _COMMANDS = (
     "simulate",
     "matrix",
     "edges",
-    "dead-time",
+    "delay",
+    "plan",
     "stability",
+    "identify",
+    "replay",
     "bench",
     "tracks",
 )
@@ -31,7 +34,7 @@ def test_help_of_the_command_reads_as_a_page() -> None:
     assert outcome.status == 0
     assert outcome.err == ""
     assert "\x1b" not in outcome.out
-    for part in ("Examples:", "What `--out DIR` writes:", "metrics.json", "exit status 2"):
+    for part in ("Examples:", "What `compare --out DIR` writes:", "metrics.json", "status 2"):
         assert part in outcome.out
     for name in _COMMANDS:
         assert f"\n  {name} " in outcome.out
@@ -79,8 +82,8 @@ def test_tracks_export_writes_what_compare_reads(
     assert outcome.out.replace("track.csv", "slalom") == shipped.out
 
 
-def test_tracks_export_all_writes_each(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert command.call(capsys, "tracks", "export-all", str(tmp_path / "all")).status == 0
+def test_tracks_with_out_writes_each(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert command.call(capsys, "tracks", "--out", str(tmp_path / "all")).status == 0
     files = {file.name for file in (tmp_path / "all").iterdir()}
     assert files == {f"{name}.csv" for name in tracks.names()}
 

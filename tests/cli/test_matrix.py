@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 import popsteer
-from popsteer import sim, study, tracks
+from popsteer import lab, sim, tracks
 from popsteer.errors import ConfigError
-from popsteer.report import matrix as report_matrix
-from popsteer.report.figures.theme import THEMES
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.matrix.figures import matrix_figure
+from popsteer.sim.closed_loop import START_OFFSET
 from tests.cli import command
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def test_matrix_writes_every_combination(
     outcome = command.call(
         capsys,
         "matrix",
-        *("--laws", ",".join(LAWS), "--plants", ",".join(PLANTS)),
+        *("--controllers", ",".join(LAWS), "--plants", ",".join(PLANTS)),
         *("--tracks", "straight,slalom", "--out", str(out)),
     )
     assert (outcome.status, outcome.err) == (0, "")
@@ -87,10 +88,10 @@ def test_matrix_figure_has_a_labelled_panel_for_each_plant(
     count: int, shape: tuple[int, int]
 ) -> None:
     path = popsteer.Path([(float(x), 0.0) for x in range(121)])
-    (one,) = study.matrix({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    (one,) = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"]).comparisons
     names = [f"plant {k}" for k in range(count)]
-    found = study.Matrix([replace(one, plant=name) for name in names], None)
-    figure = report_matrix._figure(found, THEMES["light"])
+    found = lab.matrix.Matrix([replace(one, plant=name) for name in names], None)
+    figure = matrix_figure(found, THEMES["light"])
     panels = [panel for panel in figure.axes if panel.get_visible()]
     assert [panel.get_title() for panel in panels] == names
     grid = figure.axes[0].get_gridspec()
@@ -104,9 +105,11 @@ def test_matrix_figure_has_a_labelled_panel_for_each_plant(
 def test_matrix_figures_are_those_of_compare() -> None:
     path = popsteer.Path([(float(x), 0.0) for x in range(121)])
     shares: list[float] = []
-    found = study.matrix({"a": path}, LAWS, PLANTS, progress=lambda _, share: shares.append(share))
+    found = lab.matrix.run(
+        {"a": path}, LAWS, PLANTS, progress=lambda _, share: shares.append(share)
+    )
     for comparison, plant in zip(found.comparisons, PLANTS, strict=True):
-        alone = study.compare(path, LAWS, plant)
+        alone = lab.compare.run(path, LAWS, plant)
         assert comparison.runs.keys() == alone.runs.keys()
         for name, run in comparison.runs.items():
             assert run.metrics == alone.runs[name].metrics
@@ -117,11 +120,11 @@ def test_matrix_figures_are_those_of_compare() -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--laws", "pop,lqr"), "unknown law 'lqr'"),
+        (("--controllers", "pop,lqr"), "unknown controller 'lqr'"),
         (("--plants", "tank"), "unknown plant 'tank'"),
         (("--tracks", "monza"), "unknown track 'monza'"),
         (("--start-offset", "nan"), "start_offset must be in [-1000, 1000], got nan"),
-        (("--laws", "mpc", "--preset", "paper"), "preset must be left out"),
+        (("--controllers", "mpc", "--preset", "paper"), "preset must be left out"),
         (("--vehicle", "paper"), "rear_axle must be that of the plant, -1.94, got 0.0"),
     ],
 )
@@ -136,13 +139,13 @@ def test_matrix_of_bad_input_is_refused(
 def test_matrix_of_nothing_is_refused() -> None:
     path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
     with pytest.raises(ConfigError, match="plants must be at least one"):
-        study.matrix({"a": path}, ["pop"], [])
+        lab.matrix.run({"a": path}, ["pop"], [])
 
 
 def test_matrix_starts_as_far_to_the_left_as_it_is_told(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    options = ("--laws", "pop", "--tracks", "straight,slalom", "--start-offset", "1.5")
+    options = ("--controllers", "pop", "--tracks", "straight,slalom", "--start-offset", "1.5")
     plants = ("--plants", "kinematic-bicycle")
     outcome = command.call(capsys, "matrix", *options, *plants, "--out", str(tmp_path))
     assert (outcome.status, outcome.err) == (0, "")
@@ -164,10 +167,10 @@ def test_matrix_starts_as_far_to_the_left_as_it_is_told(
 
 def test_matrix_by_default_starts_where_compare_does() -> None:
     path = popsteer.Path([(float(x), 0.5 * x) for x in range(81)])
-    (comparison,) = study.matrix({"a": path}, ["pop"], ["carla-identified"]).comparisons
+    (comparison,) = lab.matrix.run({"a": path}, ["pop"], ["carla-identified"]).comparisons
     car = sim.vehicle_of("carla-identified")
     assert comparison.first.start == sim.default_start(path, vehicle=car)
-    assert comparison.first.start == sim.default_start(path, -sim.START_OFFSET, car)
+    assert comparison.first.start == sim.default_start(path, -START_OFFSET, car)
 
 
 def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
@@ -180,7 +183,14 @@ def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
     outcome = command.call(
         capsys,
         "matrix",
-        *("--laws", "preview-pop", "--tracks", "slalom", "--plants", ",".join(files.values())),
+        *(
+            "--controllers",
+            "preview-pop",
+            "--tracks",
+            "slalom",
+            "--plants",
+            ",".join(files.values()),
+        ),
         *("--vehicle", files["empty"], "--out", str(tmp_path / "out")),
     )
     assert (outcome.status, outcome.err) == (0, "")
@@ -196,5 +206,5 @@ def test_matrix_of_cars_of_ones_own_tells_one_for_the_other(
 @pytest.mark.parametrize("theme", THEMES)
 def test_every_law_that_can_be_compared_has_a_colour_of_its_own(theme: str) -> None:
     colours = THEMES[theme].laws
-    assert set(colours) == set(study.law_names())
+    assert set(colours) == set(lab.common.names.controller_names())
     assert len(set(colours.values())) == len(colours)

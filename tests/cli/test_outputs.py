@@ -8,25 +8,22 @@ from typing import NoReturn
 
 import pytest
 
-from popsteer import study
-from popsteer.bench import latency
+from popsteer import lab
+from popsteer.lab.bench import latency
 from tests.cli import command
 
 # Each command that writes, up to the place to write to.
 FOLDERS = {
     "compare": ("compare", "--controllers", "pop", "--track", "straight", "--out"),
     "simulate": ("simulate", "--track", "straight", "--out"),
-    "matrix": ("matrix", "--laws", "pop", "--tracks", "straight", "--out"),
-    "stability": ("stability", "--speeds", "5", "--figures"),
-    "export-all": ("tracks", "export-all"),
+    "matrix": ("matrix", "--controllers", "pop", "--tracks", "straight", "--out"),
+    "edges": ("edges", "--controllers", "pop", "--tracks", "touching", "--out"),
+    "delay": ("delay", "--controllers", "pop", "--track", "straight", "--out"),
+    "stability": ("stability", "--speeds", "5", "--out"),
+    "bench": ("bench", "--out"),
+    "tracks": ("tracks", "--out"),
 }
 FILES = {
-    "stability": ("stability", "--speeds", "5", "--json"),
-    "edges-csv": ("edges", "--laws", "pop", "--tracks", "touching", "--csv"),
-    "edges-json": ("edges", "--laws", "pop", "--tracks", "touching", "--json"),
-    "dead-time-csv": ("dead-time", "--laws", "pop", "--track", "straight", "--csv"),
-    "dead-time-json": ("dead-time", "--laws", "pop", "--track", "straight", "--json"),
-    "bench": ("bench", "--json"),
     "export": ("tracks", "export", "circle"),
 }
 each_folder = pytest.mark.parametrize("arguments", FOLDERS.values(), ids=FOLDERS)
@@ -45,8 +42,8 @@ def _parked(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> NoReturn:
         pytest.fail("the work was done before the output was refused")
 
-    for name in ("compare", "matrix", "stability", "edges", "dead_times"):
-        monkeypatch.setattr(study, name, refuse)
+    for experiment in (lab.compare, lab.matrix, lab.stability, lab.edges, lab.delay):
+        monkeypatch.setattr(experiment, "run", refuse)
     monkeypatch.setattr(latency, "measure", refuse)
 
 
@@ -148,7 +145,11 @@ def test_output_without_permission_is_refused_before_the_work(
         ("simulate", "metrics.json"),
         ("matrix", "matrix.json"),
         ("stability", "preview-choice-dark.png"),
-        ("export-all", "straight.csv"),
+        ("matrix", "matrix.md"),
+        ("edges", "edges.json"),
+        ("delay", "delay.csv"),
+        ("bench", "latency.json"),
+        ("tracks", "straight.csv"),
     ],
 )
 def test_folder_with_a_name_taken_by_a_folder_is_refused_before_the_work(
@@ -169,7 +170,7 @@ def test_folder_whose_runs_are_a_file_is_refused_before_the_work(
     assert [file.name for file in tmp_path.iterdir()] == ["runs"]
 
 
-@pytest.mark.parametrize("name", ["compare", "matrix", "stability", "export-all"])
+@pytest.mark.parametrize("name", ["compare", "matrix", "edges", "delay", "stability", "tracks"])
 def test_each_name_that_is_written_was_checked(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
@@ -178,12 +179,12 @@ def test_each_name_that_is_written_was_checked(
 ) -> None:
     checked: list[str] = []
     monkeypatch.setattr(
-        f"popsteer.cli.{name.replace('export-all', 'tracks')}.check_folder",
+        f"popsteer.cli.{name}.check_folder",
         lambda folder, names: checked.extend(names),
     )
     out = tmp_path / "out"
     outcome = command.call(capsys, *FOLDERS[name], str(out))
     assert outcome.status == 0
     written = {file.relative_to(out).as_posix() for file in out.rglob("*") if file.is_file()}
-    # Which figures of stability there are depends on the laws; this time all.
+    # Which figures of stability there are depends on the controllers; this time all.
     assert written == set(checked)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from popsteer import AdaptParams, Vehicle, laws, sim
-from popsteer.report import figures
+from popsteer import AdaptParams, Vehicle, controllers, sim
+from popsteer.lab.compare import figures
 from tests.cli import command
 
 if TYPE_CHECKING:
@@ -53,12 +53,12 @@ def _no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("_no_figures")
-@pytest.mark.parametrize("law", laws.names())
+@pytest.mark.parametrize("law", controllers.names())
 def test_simulate_with_every_parameter_set_drives_with_them(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, law: str
 ) -> None:
     out = tmp_path / "out"
-    given = laws.get(law).params().as_dict()
+    given = controllers.get(law).params().as_dict()
     settings = [f"{name}={CHANGED[name]}" for name in given]
     arguments = [part for setting in settings for part in ("--set", setting)]
     arguments += ["--set-run", "time_limit=2", "--out", str(out)]
@@ -66,7 +66,7 @@ def test_simulate_with_every_parameter_set_drives_with_them(
     assert outcome.status == 0
     metrics = json.loads((out / "metrics.json").read_text(encoding="utf-8"))
     params = metrics["controllers"][law]["params"]
-    default = laws.get(law).params().resolved(sim.vehicle_of("carla-identified")).as_dict()
+    default = controllers.get(law).params().resolved(sim.vehicle_of("carla-identified")).as_dict()
     assert params.keys() == given.keys()
     # What the preset sets already may be what is set here.
     assert all(params[name] != default[name] for name in params)
@@ -115,8 +115,8 @@ def test_simulate_tells_the_controller_what_it_is_to_believe(
     car = tmp_path / "car.toml"
     Vehicle(wheelbase=2.8, rear_axle=-1.4).save(car)
     plant = ("--plant", str(car), "--set-plant", "steer_lag=0.2")
-    told = ("--vehicle", str(car), "--set-vehicle", "max_lateral_acceleration=none")
-    metrics = _driven(capsys, tmp_path / "out", "--controller", "preview-pop", *plant, *told)
+    given = ("--vehicle", str(car), "--set-vehicle", "max_lateral_acceleration=none")
+    metrics = _driven(capsys, tmp_path / "out", "--controller", "preview-pop", *plant, *given)
     vehicle = Vehicle(wheelbase=2.8, rear_axle=-1.4)
     assert metrics["plant"] == "car.toml"
     assert metrics["plant_vehicle"] == vehicle.replace(steer_lag=0.2).as_dict()
@@ -159,9 +159,9 @@ def test_simulate_with_the_speed_pid_follows_the_reference_speeds(
 
 def test_simulate_help_lists_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
     text = command.call(capsys, "simulate", "--help").out
-    for law in laws.names():
+    for law in controllers.names():
         assert f"--controller {law}, parameters" in text
-        for name in laws.get(law).params().as_dict():
+        for name in controllers.get(law).params().as_dict():
             assert f"    {name} : " in text
     for kind in (AdaptParams, Vehicle, sim.CarlaIdentified, sim.KinematicBicycle, sim.Settings):
         for name in kind().as_dict().keys() - {"vehicle"}:

@@ -8,8 +8,9 @@ import pytest
 
 import popsteer
 from popsteer import Vehicle
-from popsteer.report.figures import stability as drawing
-from popsteer.study import carrot, margins, stability
+from popsteer.lab import stability
+from popsteer.lab.stability import carrot, margins
+from popsteer.lab.stability import figures as drawing
 from tests.cli import command
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def test_stability_prints_the_margins_of_each_controller_at_each_speed(
     assert outcome.status == 0
     rows = _rows(outcome.out)
     assert list(rows) == ["PID", "Pure-Pursuit", "Stanley", "POP", "Preview POP"]
-    expected = stability(["pop"], Vehicle(), [5.0, 25.0]).margins["pop"]
+    expected = stability.run(["pop"], Vehicle(), [5.0, 25.0]).margins["pop"]
     for cells, speed, found in zip(rows["POP"], ("5", "25"), expected, strict=True):
         distance = "7.0" if speed == "5" else "11.0"
         phase = f"{np.degrees(found.phase):.1f}"
@@ -54,14 +55,14 @@ def test_stability_prints_the_margins_of_each_controller_at_each_speed(
 def test_stability_takes_the_vehicle_from_a_file_and_as_it_is_changed(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    file, car = tmp_path / "new" / "margins.json", tmp_path / "car.toml"
+    out, car = tmp_path / "new", tmp_path / "car.toml"
     Vehicle(wheelbase=2.7, rear_axle=-1.35, steer_lag=0.2).save(car)
     options = ("--vehicle", str(car), "--set-vehicle", "dead_time=0.05")
     law = ("--controllers", "pop", "--set", "min_lookahead=9", "--speeds", "8")
-    outcome = command.call(capsys, "stability", *options, *law, "--json", str(file))
+    outcome = command.call(capsys, "stability", *options, *law, "--out", str(out))
     assert outcome.status == 0
-    assert f"Written to {file}" in outcome.out
-    document = json.loads(file.read_text(encoding="utf-8"))
+    assert f"Written to {out}/: " in outcome.out
+    document = json.loads((out / "stability.json").read_text(encoding="utf-8"))
     vehicle = Vehicle(wheelbase=2.7, rear_axle=-1.35, steer_lag=0.2, dead_time=0.05)
     assert document["vehicle"] == document["plant_vehicle"] == vehicle.as_dict()
     assert document["params"]["pop"]["min_lookahead"] == 9.0
@@ -72,8 +73,8 @@ def test_stability_takes_the_vehicle_from_a_file_and_as_it_is_changed(
 def test_stability_of_a_plant_that_nobody_told_says_what_was_believed(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    file = tmp_path / "margins.json"
-    arguments = ("--controllers", "stanley", "--speeds", "10", "--json", str(file))
+    file = tmp_path / "stability.json"
+    arguments = ("--controllers", "stanley", "--speeds", "10", "--out", str(tmp_path))
     late = ("--set-plant", "dead_time=0.1", "--set-plant", "max_steer_rate=0.4")
     outcome = command.call(capsys, "stability", *arguments, *late)
     believed = "dead time 0.1 s, believed dead_time 0 and max_steer_rate none, preset default"
@@ -81,8 +82,8 @@ def test_stability_of_a_plant_that_nobody_told_says_what_was_believed(
     (row,) = json.loads(file.read_text(encoding="utf-8"))["laws"]["stanley"]
     prompt = margins(popsteer.StanleyParams(), Vehicle(), 10.0).dead_time
     assert row["dead_time"] == pytest.approx(prompt - 0.1, abs=1e-4)
-    told = command.call(capsys, "stability", *arguments, "--set-vehicle", "dead_time=0.1")
-    assert "believed" not in told.out
+    known = command.call(capsys, "stability", *arguments, "--set-vehicle", "dead_time=0.1")
+    assert "believed" not in known.out
     (predicted,) = json.loads(file.read_text(encoding="utf-8"))["laws"]["stanley"]
     assert predicted["dead_time"] > 1.3 * row["dead_time"]
     other = ("--vehicle", "paper", "--plant", "carla-identified", "--speeds", "10")
@@ -104,8 +105,8 @@ def test_stability_of_a_named_vehicle_begins_with_its_figures(
 def test_stability_json_has_null_where_there_is_no_number(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    file = tmp_path / "margins.json"
-    arguments = ("--controllers", "pid", "--speeds", "25", "--json", str(file))
+    file = tmp_path / "stability.json"
+    arguments = ("--controllers", "pid", "--speeds", "25", "--out", str(tmp_path))
     assert command.call(capsys, "stability", *arguments).status == 0
     row = json.loads(file.read_text(encoding="utf-8"))["laws"]["pid"][0]
     assert row["stable"] is False
@@ -118,11 +119,11 @@ def test_stability_figures_are_drawn_on_both_backgrounds(
     monkeypatch.setattr(drawing, "_SPEEDS", np.linspace(1.0, 30.0, 4))
     monkeypatch.setattr(drawing, "_DISTANCES", np.geomspace(1.0, 25.0, 4))
     monkeypatch.setattr(carrot, "_RADII", (20.0, 30.0))
-    outcome = command.call(capsys, "stability", "--speeds", "5", "--figures", str(tmp_path / "f"))
+    outcome = command.call(capsys, "stability", "--speeds", "5", "--out", str(tmp_path / "f"))
     assert outcome.status == 0
     figures = {"stability-margins", "stability-map", "carrot-offset", "preview-choice"}
     names = {f"{name}{suffix}.png" for name in figures for suffix in ("", "-dark")}
-    assert {file.name for file in (tmp_path / "f").iterdir()} == names
+    assert {file.name for file in (tmp_path / "f").iterdir()} == names | {"stability.json"}
     for name in names:
         assert name in outcome.out
         assert (tmp_path / "f" / name).read_bytes().startswith(b"\x89PNG")
@@ -132,20 +133,20 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(drawing, "_SPEEDS", np.linspace(1.0, 30.0, 4))
-    told: list[float] = []
+    reported: list[float] = []
     drawn = drawing.stability_figures(
-        stability(["stanley"]), lambda what, share: told.append(share)
+        stability.run(["stanley"]), lambda what, share: reported.append(share)
     )
     assert set(drawn) == {"stability-margins.png", "stability-margins-dark.png"}
-    assert told == sorted(told)
-    assert told[-1] == pytest.approx(1.0)
+    assert reported == sorted(reported)
+    assert reported[-1] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--controllers", "bang-bang"), "law must be one with a linear loop: pop, pure-pursuit"),
-        (("--controllers", "lqr"), "unknown law 'lqr'"),
+        (("--controllers", "bang-bang"), "controller must be one with a linear loop: pop, pure-p"),
+        (("--controllers", "lqr"), "unknown controller 'lqr'"),
         (("--speeds", "fast"), "--speeds must be numbers [m/s], separated by commas, got 'fast'"),
         (("--speeds", ","), "--speeds must be numbers [m/s]"),
         (("--speeds", "0"), "speed must be in [0.001, 1000], got 0.0"),
@@ -156,7 +157,10 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer(
         (("--vehicle", "tank"), "unknown vehicle 'tank'; known: paper, carla-identified,"),
         (("--plant", "tank"), "unknown vehicle 'tank'"),
         (("--vehicle", "missing.toml"), "missing.toml: "),
-        (("--set", "min_lookahead=3"), "unknown parameter of pid 'min_lookahead'"),
+        (
+            ("--set", "amplitude=1"),
+            "unknown parameter of pid or pure-pursuit or stanley or pop or preview-pop",
+        ),
         (("--dt", "0"), "dt must be in"),
     ],
 )

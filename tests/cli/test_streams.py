@@ -17,14 +17,14 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "version": ("--version",),
     "compare": ("compare", "--track", "straight", "--controllers", "pop", "--out", "out"),
     "simulate": ("simulate", "--track", "straight", "--out", "out"),
-    "stability": ("stability", "--speeds", "5", "--json", "out.json"),
-    "matrix": ("matrix", "--tracks", "straight", "--laws", "pop", "--out", "out"),
-    "edges": ("edges", "--tracks", "touching", "--laws", "pop", "--csv", "out.csv"),
-    "dead-time": ("dead-time", "--track", "straight", "--laws", "pop", "--json", "out.json"),
-    "bench": ("bench", "--json", "out.json"),
+    "stability": ("stability", "--speeds", "5", "--out", "out"),
+    "matrix": ("matrix", "--tracks", "straight", "--controllers", "pop", "--out", "out"),
+    "edges": ("edges", "--tracks", "touching", "--controllers", "pop", "--out", "out"),
+    "delay": ("delay", "--track", "straight", "--controllers", "pop", "--out", "out"),
+    "bench": ("bench", "--out", "out"),
     "tracks": ("tracks",),
     "export": ("tracks", "export", "circle", "out.csv"),
-    "export-all": ("tracks", "export-all", "out"),
+    "tracks-out": ("tracks", "--out", "out"),
 }
 # The table of these comes without minutes of measuring.
 QUICK = {name: arguments for name, arguments in COMMANDS.items() if name != "bench"}

@@ -3,7 +3,7 @@
 The car is integrated by `Chain`, apart from popsteer.sim: 2.7 m between its axles, its pose at the
 centre, slow wheels, a lag and a dead time. All of that is told to the controllers.
 
-    python -m tests.pages "cars loop"     # the table of docs/edges.md
+    python -m tests.pages "cars loop"     # the table of docs/loop.md
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ ROWS: dict[str, Loop] = {
     "localisation noise of 5 cm, 0.01 rad, 0.05 m/s": Loop(noise=NOISE),
     "standing 20 s in that noise, then 5 m/s": Loop(standing=20.0, speed=5.0, noise=NOISE),
     "0.3 m/s": Loop(speed=0.3, seconds=40.0),
-    "a lag of 0.5 s, told": Loop(car=CAR.replace(steer_lag=0.5)),
+    "a lag of 0.5 s, given": Loop(car=CAR.replace(steer_lag=0.5)),
     "30 m/s, bends of 350 m": Loop(speed=30.0, course=wide_bends),
 }
 JUMP = Loop(course=straight, jump=1.0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer import laws
+from popsteer import controllers
 from tests.closed_loop.chain import Chain
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ class Run:
 
 
 def drive(
-    controller: laws.Controller,
+    controller: controllers.Controller,
     steps: int = 500,
     *,
     course: Course | None = None,

@@ -1,4 +1,4 @@
-"""The tables of docs/edges.md on replanning and on missing inputs."""
+"""The tables of docs/loop.md on replanning and on missing inputs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import popsteer
-from popsteer import laws
+from popsteer import controllers
 from tests.closed_loop.replanning import CAR, DT, SUBSTEP, Course, Planner, Run, drive, s_bends
 
 if TYPE_CHECKING:
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 COURSE = Course(s_bends())
 STEPS = 400
 # Bang-bang limit-cycles across the road at this speed and with this dead time, on any path.
-TRACKING = tuple(name for name in laws.names() if name != "bang-bang")
+TRACKING = tuple(name for name in controllers.names() if name != "bang-bang")
 RATES = (1, 5, 10, 20)
 
 
 def make(name: str, path: popsteer.Path | None = None, car: popsteer.Vehicle = CAR) -> Any:
     """A controller, on the whole course unless on another path."""
-    return laws.get(name).controller(COURSE.whole() if path is None else path, car)
+    return controllers.get(name).controller(COURSE.whole() if path is None else path, car)
 
 
 @cache
@@ -74,7 +74,9 @@ def replanning_rows() -> list[list[str]]:
         noisy = [local(name, *way, 0.02) for way in ways]
         rough = max(run.roughness for run in noisy) / whole(name, 0.02).roughness
         means = (whole(name).mean, plain, whole(name, 0.02).mean, max(run.mean for run in noisy))
-        rows.append([laws.get(name).title, *(f"{mean:.3f}" for mean in means), f"{rough:.2f}"])
+        rows.append(
+            [controllers.get(name).title, *(f"{mean:.3f}" for mean in means), f"{rough:.2f}"]
+        )
     return rows
 
 
@@ -85,5 +87,5 @@ def input_rows() -> list[list[str]]:
         runs = [whole(name)]
         runs += [drive(make(name), STEPS, course=COURSE, arrives=p) for p in (every_second, gaps)]
         runs.append(drive(make(name), STEPS, course=COURSE, dts=jitter()))
-        rows.append([laws.get(name).title, *(f"{run.mean:.3f}" for run in runs)])
+        rows.append([controllers.get(name).title, *(f"{run.mean:.3f}" for run in runs)])
     return rows

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 import popsteer
-from popsteer import AdaptParams, laws
+from popsteer import AdaptParams, controllers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from popsteer.laws import Params
+    from popsteer.controllers import Params
 
 _SUBSTEPS = 4
 _SMALL = 5e-5  # change of the angle in a step that the grid of the candidates may cause [rad]
@@ -40,7 +40,7 @@ def straight_path(length: float) -> popsteer.Path:
 
 
 def roll(
-    law: laws.Controller,
+    law: controllers.Controller,
     car: Car,
     speed: float,
     pose: tuple[float, float, float],
@@ -72,7 +72,7 @@ def roll(
     return np.array(places), np.array(commands[whole + 1 :])
 
 
-class Told(NamedTuple):
+class Given(NamedTuple):
     """A controller by its name, its tuning, the vehicle that it is told, and how it adapts."""
 
     name: str
@@ -80,7 +80,7 @@ class Told(NamedTuple):
     vehicle: popsteer.Vehicle
     adapt: AdaptParams | Literal["auto"] | None = "auto"
 
-    def in_small_signals(self) -> Told:
+    def in_small_signals(self) -> Given:
         """The same, as it answers small signals in proportion.
 
         With many candidates, without a limit within which a loop that grows would oscillate on, and
@@ -94,15 +94,15 @@ class Told(NamedTuple):
         adapt = None if adapt is None else adapt.replace(turn_time=0.0)
         return self._replace(params=params, vehicle=vehicle, adapt=adapt)
 
-    def on(self, path: popsteer.Path) -> laws.Controller:
-        make: Callable[..., laws.Controller] = laws.get(self.name).controller
+    def on(self, path: popsteer.Path) -> controllers.Controller:
+        make: Callable[..., controllers.Controller] = controllers.get(self.name).controller
         return make(path, self.vehicle, self.params, adapt=self.adapt)
 
 
-def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05) -> bool:
+def grows(given: Given, car: Car, speed: float, duration: float, dt: float = 0.05) -> bool:
     """Whether a small disturbance is still growing after a while."""
     steps = math.ceil(duration / dt)
-    law = told.on(straight_path(speed * duration + 100.0))
+    law = given.on(straight_path(speed * duration + 100.0))
     _, angles = roll(law, car, speed, (0.0, 0.02, 0.0), dt, steps)
     if np.abs(angles).max() > _ASTRAY:
         return True
@@ -113,7 +113,7 @@ def grows(told: Told, car: Car, speed: float, duration: float, dt: float = 0.05)
 
 
 def critical_dead_time(
-    told: Told,
+    given: Given,
     car: Car,
     speed: float,
     guess: float,
@@ -125,7 +125,7 @@ def critical_dead_time(
 
     def unstable(dead_time: float) -> bool:
         late = car._replace(dead_time=car.dead_time + dead_time)
-        return grows(told, late, speed, 20.0 + 40.0 * guess, dt)
+        return grows(given, late, speed, 20.0 + 40.0 * guess, dt)
 
     low, high = 0.0, 2.0 * guess + 0.05 if most is None else most
     assert not unstable(low)
@@ -136,12 +136,12 @@ def critical_dead_time(
     return 0.5 * (low + high)
 
 
-def driven_preview_offset(told: Told, car: Car, radius: float, speed: float) -> float:
+def driven_preview_offset(given: Given, car: Car, radius: float, speed: float) -> float:
     """Drive preview POP a lap of a circle; its tracked point's offset to the inside, at last."""
     count = round(2.0 * math.pi * radius / 0.5)
     angle = np.arange(count) * (2.0 * math.pi / count)
     xy = radius * np.column_stack((np.sin(angle), 1.0 - np.cos(angle)))
-    law = told.on(popsteer.Path(xy, closed=True))
+    law = given.on(popsteer.Path(xy, closed=True))
     steps = math.ceil(2.0 * math.pi * radius / speed / 0.05)
     places, _ = roll(law, car, speed, (0.0, 0.0, 0.0), 0.05, steps)
     turned = places[3 * steps // 4 :] - (0.0, radius)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import study
+from popsteer import lab
 from tests.helpers import authors_data
 
 if TYPE_CHECKING:
-    from popsteer.study import Comparison
+    from popsteer.lab.compare import Comparison
 
 START = (-183.8, 78.7, -1.574)
 # The authors' laws on the identified plant: mean absolute cross-track error [m], as the exact
@@ -27,7 +27,7 @@ EXPECTED = {
 @pytest.fixture(scope="module")
 def comparison() -> Comparison:
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-    return study.compare(path, start=START, start_at="front")
+    return lab.compare.run(path, start=START, start_at="front")
 
 
 def test_authors_start_is_that_of_the_front_axle(comparison: Comparison) -> None:
@@ -41,7 +41,7 @@ def test_authors_start_is_that_of_the_front_axle(comparison: Comparison) -> None
 
 
 def test_authors_path_from_their_file_is_recognised(comparison: Comparison) -> None:
-    assert study.is_authors_path(comparison.path)
+    assert lab.compare.paper.is_authors_path(comparison.path)
     assert comparison.path.speed is not None
     assert comparison.path.speed[0] == 1.5
 
@@ -61,10 +61,10 @@ def test_law_on_authors_track_is_within_a_tenth_of_the_paper(
 ) -> None:
     metrics = comparison.runs[law].metrics
     assert metrics.mean_abs_cross_track_error == pytest.approx(
-        study.PAPER[law].mean_abs_cross_track_error, rel=0.05
+        lab.compare.paper.PAPER[law].mean_abs_cross_track_error, rel=0.05
     )
     assert metrics.mean_abs_heading_error == pytest.approx(
-        study.PAPER[law].mean_abs_heading_error, rel=0.10
+        lab.compare.paper.PAPER[law].mean_abs_heading_error, rel=0.10
     )
 
 
@@ -72,7 +72,10 @@ def test_pid_on_authors_track_is_not_the_papers_row(comparison: Comparison) -> N
     pid = comparison.runs["pid"].metrics
     pop = comparison.runs["pop"].metrics
     assert pid.finished
-    assert pid.mean_abs_cross_track_error < 0.5 * study.PAPER["pid"].mean_abs_cross_track_error
+    assert (
+        pid.mean_abs_cross_track_error
+        < 0.5 * lab.compare.paper.PAPER["pid"].mean_abs_cross_track_error
+    )
     assert pid.mean_abs_cross_track_error == pytest.approx(pop.mean_abs_cross_track_error, rel=0.1)
 
 

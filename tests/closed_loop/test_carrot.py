@@ -8,8 +8,8 @@ import pytest
 import popsteer
 from popsteer import Vehicle, vehicles
 from popsteer.errors import ConfigError
-from popsteer.study import carrot_offset, driven_offset
-from popsteer.study.carrot import carrot_curve
+from popsteer.lab.stability import carrot_offset, driven_offset
+from popsteer.lab.stability.carrot import carrot_curve
 from tests.closed_loop.rolling import Car, roll
 
 

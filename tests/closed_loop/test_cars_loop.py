@@ -99,4 +99,4 @@ def test_cars_loop_after_a_jump_of_the_localisation_comes_back_without_overshoot
 
 
 def test_page_table_of_the_cars_loop_is_what_is_driven() -> None:
-    assert table("edges.md", "cars loop") == loop_lines()
+    assert table("loop.md", "cars loop") == loop_lines()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import Status, laws
+from popsteer import Status, controllers
 from tests.closed_loop.replanning import CAR, DT, SPEED, drive
 from tests.closed_loop.replanning_page import (
     COURSE,
@@ -24,7 +24,7 @@ from tests.closed_loop.replanning_page import (
 )
 from tests.pages.layout import line, table
 
-NAMES = laws.names()
+NAMES = controllers.names()
 PATTERNS = {"every second": every_second, "gaps": gaps}
 
 each_law = pytest.mark.parametrize("name", NAMES)
@@ -115,7 +115,7 @@ def test_pid_after_missing_inputs_is_far_from_full_lock(missed: int) -> None:
     assert moves[3:].max() <= 0.01 * (missed + 1)
 
 
-def test_nothing_is_learnt_across_a_gap() -> None:
+def test_nothing_is_estimated_across_a_gap() -> None:
     # Preview POP, which learns from all motion, sees one of another curvature in the gap.
     controller = popsteer.PreviewPop(COURSE.whole(), CAR)
     for k in range(40):
@@ -149,4 +149,4 @@ def test_time_held_for_ever_is_bounded() -> None:
 
 def test_page_table_of_inputs_is_what_is_driven() -> None:
     rows = [line(*row) for row in input_rows()]
-    assert table("edges.md", "missing inputs") == rows
+    assert table("loop.md", "missing inputs") == rows

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import PathError, laws
+from popsteer import PathError, controllers
 from tests.closed_loop.replanning import CAR, DT, SPEED, Planner, drive
 from tests.closed_loop.replanning_page import (
     COURSE,
@@ -25,7 +25,7 @@ from tests.closed_loop.replanning_page import (
 )
 from tests.pages.layout import line, table
 
-NAMES = laws.names()
+NAMES = controllers.names()
 FADING = ("pid", "pure-pursuit", "stanley", "bang-bang")
 
 each_law = pytest.mark.parametrize("name", NAMES)
@@ -33,7 +33,7 @@ each_tracking = pytest.mark.parametrize("name", TRACKING)
 
 
 def _make(name: str, path: popsteer.Path, car: popsteer.Vehicle = CAR, **options: Any) -> Any:
-    return laws.get(name).controller(path, car, **options)
+    return controllers.get(name).controller(path, car, **options)
 
 
 def _copied(path: popsteer.Path) -> popsteer.Path:
@@ -72,7 +72,7 @@ def test_same_path_at_every_step_changes_nothing(
         a, b = still.step_or_hold(*pose, DT), swapped.step_or_hold(*pose, DT)
         assert a == b, k
         assert still.state == swapped.state
-        x, y, yaw, speed = popsteer.kinematic_bicycle(x, y, yaw, speed, a.steer, 0.0, 2.7, DT)
+        x, y, yaw, speed = popsteer.paper.kinematic_bicycle(x, y, yaw, speed, a.steer, 0.0, 2.7, DT)
         speed += 0.2 * ((-4.0 if a.reverse else 4.0) - speed)
 
 
@@ -82,7 +82,7 @@ def test_same_path_at_every_step_changes_nothing(
 def test_local_paths_are_tracked_as_the_whole_course(name: str, hz: int, behind: float) -> None:
     run = local(name, hz, behind)
     assert run.mean <= 1.1 * whole(name).mean + 0.005
-    assert run.controller.state.handover_left == 0.0
+    assert run.controller.state.handover_remaining == 0.0
 
 
 @each_law
@@ -90,7 +90,7 @@ def test_local_path_of_the_same_course_makes_no_hand_over(name: str) -> None:
     lefts: list[float] = []
 
     def step(controller: Any, seen: Any, dt: float) -> Any:
-        lefts.append(controller.state.handover_left)
+        lefts.append(controller.state.handover_remaining)
         return controller.step(*seen, dt)
 
     replanned(name, Planner(COURSE, seed=1, noise=0.02), 20, step=step)
@@ -136,7 +136,7 @@ def test_hand_over_to_paths_elsewhere_ends_in_its_time(name: str, hz: int) -> No
     if name == "pid":  # its integral has gone on
         wanted = pytest.approx(wanted, abs=0.02)
     assert seen[-1] == wanted
-    assert controller.state.handover_left == 0.0
+    assert controller.state.handover_remaining == 0.0
     assert controller.state.handover_offset is None
 
 
@@ -189,7 +189,7 @@ def test_plan_that_starts_ahead_of_the_vehicle_is_followed(name: str) -> None:
         pose = (0.4 * k, 0.1, 0.0, SPEED)
         a, b = swapped.step(*pose, DT), still.step(*pose, DT)
         assert a.steer == pytest.approx(b.steer, abs=1e-9)
-        assert swapped.state.handover_left == 0.0
+        assert swapped.state.handover_remaining == 0.0
 
 
 @each_law
@@ -255,4 +255,4 @@ def test_local_path_keeps_the_branch_of_a_crossing() -> None:
 
 def test_page_table_of_replanning_is_what_is_driven() -> None:
     rows = [line(*row) for row in replanning_rows()]
-    assert table("edges.md", "replanning") == rows
+    assert table("loop.md", "replanning") == rows

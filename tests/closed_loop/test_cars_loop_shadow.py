@@ -18,14 +18,14 @@ from tests.pages.layout import line, table
 DT = 0.05
 X = np.arange(0.0, 420.0)
 SLALOM = popsteer.Path(np.column_stack((X, 3.0 * np.sin(X / 12.0))))
-LATE = popsteer.Vehicle(
+DELAYED = popsteer.Vehicle(
     wheelbase=2.7, rear_axle=-1.35, dead_time=0.15, max_steer=0.6, max_steer_rate=0.8
 )
-PROMPT = LATE.replace(dead_time=0.0)
+PROMPT = DELAYED.replace(dead_time=0.0)
 START = (0.0, 0.5, math.atan2(3.0, 12.0))
 NAMES = ["Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang"]
 each_controller = pytest.mark.parametrize("name", NAMES)
-each_car = pytest.mark.parametrize("car", [LATE, PROMPT], ids=["late", "prompt"])
+each_car = pytest.mark.parametrize("car", [DELAYED, PROMPT], ids=["late", "prompt"])
 
 
 def _made(name: str, car: popsteer.Vehicle) -> Any:
@@ -86,8 +86,8 @@ def test_shadow_of_its_own_commands_is_itself(name: str, car: popsteer.Vehicle) 
 @each_controller
 def test_shadow_of_another_controller_knows_the_vehicle_as_that_does(name: str) -> None:
     """The estimate comes from what was applied, not from what the shadow wanted."""
-    real = LATE.replace(wheelbase=3.1, steer_offset=0.015)
-    driver, shadow = popsteer.PreviewPop(SLALOM, LATE), _made(name, LATE)
+    real = DELAYED.replace(wheelbase=3.1, steer_offset=0.015)
+    driver, shadow = popsteer.PreviewPop(SLALOM, DELAYED), _made(name, DELAYED)
     chain = Chain(real, START, 8.0, DT, substeps=20)
     applied = None
     for _ in range(700):
@@ -113,7 +113,7 @@ def test_applied_angle_is_what_the_rate_limit_goes_on_from(name: str) -> None:
 
 
 def test_batch_takes_what_its_vehicles_report() -> None:
-    controllers = [_made(name, LATE) for name in ("Pop", "Pop", "Pop")]
+    controllers = [_made(name, DELAYED) for name in ("Pop", "Pop", "Pop")]
     batch = popsteer.Batch(controllers)
     rng = np.random.default_rng(3)
     for _ in range(40):
@@ -122,8 +122,8 @@ def test_batch_takes_what_its_vehicles_report() -> None:
         applied, ages = rng.uniform(-0.5, 0.5, 3), rng.uniform(0.0, 0.3, 3)
         commands = batch.step(x, y, yaw, speed, DT, applied_steer=applied, pose_age=ages)
         for k, controller in enumerate(controllers):
-            told = {"applied_steer": applied[k], "pose_age": ages[k]}
-            single = controller.step(x[k], y[k], yaw[k], speed[k], DT, **told)
+            given = {"applied_steer": applied[k], "pose_age": ages[k]}
+            single = controller.step(x[k], y[k], yaw[k], speed[k], DT, **given)
             assert single.steer == commands.steer[k]
     assert batch.states == [controller.state for controller in controllers]
     with pytest.raises(popsteer.InputError, match=r"pose_age\[1\]"):
@@ -143,7 +143,13 @@ def test_batch_of_short_states_takes_poses_that_have_an_age() -> None:
 
 
 def _mean_error(
-    name: str, car: popsteer.Vehicle, age: float, *, told: bool, stale: int = 1, speed: float = 12.0
+    name: str,
+    car: popsteer.Vehicle,
+    age: float,
+    *,
+    given: bool,
+    stale: int = 1,
+    speed: float = 12.0,
 ) -> float:
     """Mean error of the tracked point after 5 s, with poses that are `age` [s] old.
 
@@ -158,13 +164,13 @@ def _mean_error(
     for k in range(560 if speed < 10.0 else 480):
         older = k % stale
         seen = poses[max(len(poses) - 1 - late - older, 0)]
-        report = {"pose_age": age + older * DT} if told else {}
+        report = {"pose_age": age + older * DT} if given else {}
         chain.advance(controller.step(*seen, speed, DT, **report).steer)
         poses.append(chain.pose)
         x, y, yaw = chain.pose
-        foot = SLALOM.project(x + point * math.cos(yaw), y + point * math.sin(yaw))
+        closest = SLALOM.project(x + point * math.cos(yaw), y + point * math.sin(yaw))
         if k * DT > 5.0:
-            errors.append(abs(foot.cross_track_error))
+            errors.append(abs(closest.cross_track_error))
     return float(np.mean(errors))
 
 
@@ -174,10 +180,10 @@ def test_age_that_is_told_costs_next_to_nothing(name: str, car: popsteer.Vehicle
     for speed in (8.0, 12.0):
         if name == "BangBang" and speed > 8.0:
             continue  # it leaves the slalom at 12 m/s with or without
-        fresh = _mean_error(name, car, 0.0, told=False, speed=speed)
+        fresh = _mean_error(name, car, 0.0, given=False, speed=speed)
         most = 1.1 * fresh + 0.005
-        assert _mean_error(name, car, 0.1, told=True, speed=speed) <= most
-        assert _mean_error(name, car, 0.1, told=True, stale=3, speed=speed) <= most
+        assert _mean_error(name, car, 0.1, given=True, speed=speed) <= most
+        assert _mean_error(name, car, 0.1, given=True, stale=3, speed=speed) <= most
 
 
 AGES = [(0.0, False), (0.1, True), (0.1, False), (0.2, True), (0.2, False)]
@@ -194,7 +200,7 @@ def age_lines() -> list[str]:
     """Rows of the table of docs/edges.md."""
     lines = []
     for name, title in SHOWN.items():
-        errors = [_mean_error(name, LATE, age, told=told) for age, told in AGES]
+        errors = [_mean_error(name, DELAYED, age, given=given) for age, given in AGES]
         lines.append(line(title, *(f"{error:.3f}" for error in errors)))
     return lines
 
@@ -204,8 +210,8 @@ def test_page_shows_what_an_age_costs() -> None:
 
 
 def test_age_that_is_not_told_costs_more() -> None:
-    told = _mean_error("PreviewPop", LATE, 0.2, told=True)
-    assert _mean_error("PreviewPop", LATE, 0.2, told=False) > 1.2 * told + 0.005
+    given = _mean_error("PreviewPop", DELAYED, 0.2, given=True)
+    assert _mean_error("PreviewPop", DELAYED, 0.2, given=False) > 1.2 * given + 0.005
 
 
 def test_errors_of_an_old_pose_are_those_of_now() -> None:
@@ -219,18 +225,18 @@ def test_errors_of_an_old_pose_are_those_of_now() -> None:
 
 
 def test_estimates_do_not_take_an_age_for_a_dead_time() -> None:
-    real = LATE.replace(wheelbase=3.1)
-    for told in (True, False):
-        controller = popsteer.PreviewPop(SLALOM, LATE)
+    real = DELAYED.replace(wheelbase=3.1)
+    for given in (True, False):
+        controller = popsteer.PreviewPop(SLALOM, DELAYED)
         chain = Chain(real, START, 8.0, DT, substeps=20)
         poses = [chain.pose] * 2
         for _ in range(900):
-            report = {"pose_age": DT} if told else {}
+            report = {"pose_age": DT} if given else {}
             chain.advance(controller.step(*poses[-2], 8.0, DT, **report).steer)
             poses.append(chain.pose)
         late = controller.estimate.dead_time - 0.15
         assert controller.estimate.gain == pytest.approx(2.7 / 3.1, abs=0.03)
-        assert (abs(late) < 0.015) == told
+        assert (abs(late) < 0.015) == given
 
 
 @each_controller

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import MonitorParams, Status, laws, sim
+from popsteer import MonitorParams, Status, controllers, sim
 from tests.closed_loop.chain import Chain
 from tests.closed_loop.paths import track
 from tests.closed_loop.test_own_car import bends
@@ -21,7 +21,7 @@ from tests.closed_loop.test_own_car import bends
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from popsteer.laws import Controller
+    from popsteer.controllers import Controller
 
 CAR = popsteer.Vehicle(
     wheelbase=2.7,
@@ -33,7 +33,7 @@ CAR = popsteer.Vehicle(
 )
 PROMPT = CAR.replace(dead_time=0.0)
 SPEED, DT = 8.0, 0.05
-NAMES = laws.names()
+NAMES = controllers.names()
 STEADY = tuple(name for name in NAMES if name != "bang-bang")
 """The controllers that hold a line."""
 BENDS = bends(25.0, 10.0, 0.5)
@@ -91,14 +91,14 @@ def first(condition: Status, moments: Iterator[Moment]) -> Moment | None:
     return next((each for each in moments if condition in each.command.status), None)
 
 
-@pytest.mark.parametrize("told", [CAR, PROMPT], ids=["dead-time", "prompt"])
+@pytest.mark.parametrize("given", [CAR, PROMPT], ids=["dead-time", "prompt"])
 @pytest.mark.parametrize("fault", FAULTS)
 @each_law
 def test_vehicle_that_does_not_obey_is_implausible_within_half_a_metre(
-    name: str, fault: str, told: popsteer.Vehicle
+    name: str, fault: str, given: popsteer.Vehicle
 ) -> None:
-    controller = laws.get(name).controller(BENDS, told)
-    found = first(Status.IMPLAUSIBLE, loop(controller, told, FAULTS[fault]))
+    controller = controllers.get(name).controller(BENDS, given)
+    found = first(Status.IMPLAUSIBLE, loop(controller, given, FAULTS[fault]))
     assert found is not None
     assert found.error <= 0.5
     assert found.command.status.level == "fault"
@@ -110,7 +110,7 @@ def test_vehicle_that_does_not_obey_is_implausible_within_half_a_metre(
 def test_vehicle_that_does_not_obey_is_implausible_in_noise_too(
     name: str, fault: str, noise: float
 ) -> None:
-    controller = laws.get(name).controller(BENDS, CAR)
+    controller = controllers.get(name).controller(BENDS, CAR)
     found = first(Status.IMPLAUSIBLE, loop(controller, CAR, FAULTS[fault], noise=noise))
     assert found is not None
     assert found.error <= 1.0
@@ -118,7 +118,7 @@ def test_vehicle_that_does_not_obey_is_implausible_in_noise_too(
 
 @each_law
 def test_dead_time_that_nobody_told_is_reported_before_two_metres(name: str) -> None:
-    controller = laws.get(name).controller(BENDS, PROMPT)
+    controller = controllers.get(name).controller(BENDS, PROMPT)
     for moment in loop(controller, CAR.replace(dead_time=0.3)):
         if moment.command.status.level == "fault":
             return
@@ -127,17 +127,17 @@ def test_dead_time_that_nobody_told_is_reported_before_two_metres(name: str) -> 
     # What never comes off the path needs no report.
 
 
-@pytest.mark.parametrize("told", [CAR, PROMPT], ids=["dead-time", "prompt"])
+@pytest.mark.parametrize("given", [CAR, PROMPT], ids=["dead-time", "prompt"])
 @pytest.mark.parametrize("wrong", [0.5, 1.5, 2.0])
 @pytest.mark.parametrize("name", STEADY)
 def test_wheelbase_that_is_wrong_by_a_half_is_no_alarm(
-    name: str, wrong: float, told: popsteer.Vehicle
+    name: str, wrong: float, given: popsteer.Vehicle
 ) -> None:
-    believed = told.replace(turning_wheelbase=wrong * told.wheelbase)
-    controller = laws.get(name).controller(BENDS, believed)
-    for moment in loop(controller, told, duration=13.0):
+    believed = given.replace(turning_wheelbase=wrong * given.wheelbase)
+    controller = controllers.get(name).controller(BENDS, believed)
+    for moment in loop(controller, given, duration=13.0):
         assert Status.IMPLAUSIBLE not in moment.command.status
-    if told.dead_time or name == "preview-pop":
+    if given.dead_time or name == "preview-pop":
         # 10 s of bends, after 20 m straight on. The others estimate only what is in flight.
         assert controller.estimate.gain == pytest.approx(wrong, rel=0.05)
 
@@ -145,7 +145,7 @@ def test_wheelbase_that_is_wrong_by_a_half_is_no_alarm(
 @pytest.mark.parametrize("degrees", [1.0, -1.5])
 @pytest.mark.parametrize("name", STEADY)
 def test_steering_offset_that_nobody_told_is_no_alarm(name: str, degrees: float) -> None:
-    controller = laws.get(name).controller(BENDS, CAR)
+    controller = controllers.get(name).controller(BENDS, CAR)
     crooked = CAR.replace(steer_offset=math.radians(degrees))
     assert first(Status.IMPLAUSIBLE, loop(controller, crooked)) is None
 
@@ -153,7 +153,7 @@ def test_steering_offset_that_nobody_told_is_no_alarm(name: str, degrees: float)
 @pytest.mark.parametrize("noise", [0.0, 0.005, 0.02])
 @each_law
 def test_right_vehicle_is_never_implausible(name: str, noise: float) -> None:
-    controller = laws.get(name).controller(BENDS, CAR)
+    controller = controllers.get(name).controller(BENDS, CAR)
     assert first(Status.IMPLAUSIBLE, loop(controller, CAR, noise=noise)) is None
 
 
@@ -161,7 +161,7 @@ def test_right_vehicle_is_never_implausible(name: str, noise: float) -> None:
 def test_deviating_is_what_is_beyond_the_limit_once_it_was_within(name: str) -> None:
     limit = MonitorParams(deviation_limit=0.3)
     far, near = CAR.replace(rear_axle=-1.35), 0
-    controller = laws.get(name).controller(BENDS, far, monitor=limit)
+    controller = controllers.get(name).controller(BENDS, far, monitor=limit)
     within = False
     for moment in loop(controller, far, duration=12.0, jump=0.6):
         error = abs(moment.command.cross_track_error)
@@ -174,7 +174,7 @@ def test_deviating_is_what_is_beyond_the_limit_once_it_was_within(name: str) -> 
 @pytest.mark.parametrize("name", STEADY)
 def test_vehicle_that_comes_from_beside_is_not_deviating(name: str) -> None:
     straight = popsteer.Path([(0.0, 0.0), (300.0, 0.0)])
-    controller = laws.get(name).controller(straight, CAR)
+    controller = controllers.get(name).controller(straight, CAR)
     chain = Chain(CAR, (1.35, 4.0, 0.0), SPEED, DT)
     for _ in range(300):
         command = controller.step(*chain.pose, SPEED, DT)
@@ -187,7 +187,7 @@ def test_vehicle_that_comes_from_beside_is_not_deviating(name: str) -> None:
 @pytest.mark.parametrize("name", STEADY)
 def test_alarm_ends_two_seconds_after_the_vehicle_obeys_again(name: str) -> None:
     straight = popsteer.Path([(0.0, 0.0), (400.0, 0.0)])
-    controller = laws.get(name).controller(straight, CAR)
+    controller = controllers.get(name).controller(straight, CAR)
     chain = Chain(CAR, (1.35, 0.0, 0.0), SPEED, DT)
     said = []
     for k in range(200):
@@ -242,7 +242,7 @@ def test_a_yaw_that_jumps_is_implausible() -> None:
 @pytest.mark.parametrize("plant", ["carla-identified", "kinematic-bicycle"])
 @each_law
 def test_noisy_laps_of_a_right_vehicle_are_never_implausible(name: str, plant: Any) -> None:
-    controller = laws.get(name).controller(track("racetrack"))
+    controller = controllers.get(name).controller(track("racetrack"))
     noise = sim.Noise(position=0.1, yaw=0.005, speed=0.05)
     found = sim.run_many([controller] * 5, plant, noise=noise, seed=11)
     assert not (found["faults"] & Status.IMPLAUSIBLE).any()

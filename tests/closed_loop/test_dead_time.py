@@ -6,10 +6,12 @@ import pytest
 
 from popsteer import AdaptParams, Vehicle, presets, sim, vehicles
 from popsteer.errors import ConfigError
+from popsteer.lab import delay
+from popsteer.lab.delay import DeadTimeRow
+from popsteer.lab.delay.runs import DEAD_TIME_CONTROLLERS
 from popsteer.sim import Noise, Settings
-from popsteer.study import DEAD_TIME_LAWS, DeadTimeRow, dead_times
 from tests.closed_loop.paths import track
-from tests.closed_loop.rolling import Told
+from tests.closed_loop.rolling import Given
 from tests.pages.edges import RUNS, dead_time_lines, dead_time_rows
 from tests.pages.layout import table
 
@@ -21,14 +23,14 @@ def rows(request: pytest.FixtureRequest) -> tuple[str, Rows]:
     return request.param, {row.law: row for row in dead_time_rows(request.param)}
 
 
-@pytest.mark.parametrize("law", DEAD_TIME_LAWS)
+@pytest.mark.parametrize("law", DEAD_TIME_CONTROLLERS)
 def test_dead_time_predicted_costs_at_most_a_twentieth(rows: tuple[str, Rows], law: str) -> None:
     row = rows[1][law]
     assert row.prompt.finished
     assert row.ratio(row.predicted) <= 1.05
 
 
-@pytest.mark.parametrize("law", DEAD_TIME_LAWS)
+@pytest.mark.parametrize("law", DEAD_TIME_CONTROLLERS)
 @pytest.mark.parametrize("model", ["short", "long", "early", "later"])
 def test_dead_time_predicted_of_a_wrong_vehicle_costs_at_most_a_quarter(
     rows: tuple[str, Rows], law: str, model: str
@@ -37,7 +39,7 @@ def test_dead_time_predicted_of_a_wrong_vehicle_costs_at_most_a_quarter(
     assert row.ratio(getattr(row, model)) <= 1.25
 
 
-@pytest.mark.parametrize("law", DEAD_TIME_LAWS)
+@pytest.mark.parametrize("law", DEAD_TIME_CONTROLLERS)
 def test_dead_time_with_nothing_done_costs_more(rows: tuple[str, Rows], law: str) -> None:
     row = rows[1][law]
     assert row.ratio(row.late) > max(1.02, row.ratio(row.predicted))
@@ -51,8 +53,8 @@ def test_page_table_of_dead_times_is_what_is_driven(rows: tuple[str, Rows]) -> N
 
 
 def test_dead_time_without_adapting_costs_more_where_the_vehicle_is_wrong() -> None:
-    adapting = {row.law: row for row in dead_times(track("racetrack"), ["preview-pop"])}
-    for row in dead_times(track("racetrack"), adapt=None):
+    adapting = {row.law: row for row in delay.run(track("racetrack"), ["preview-pop"])}
+    for row in delay.run(track("racetrack"), adapt=None):
         assert row.ratio(row.predicted) <= 1.1
         if row.law == "preview-pop":
             worst = max(row.ratio(getattr(row, model)) for model in RUNS[2:])
@@ -62,7 +64,7 @@ def test_dead_time_without_adapting_costs_more_where_the_vehicle_is_wrong() -> N
 
 @pytest.mark.parametrize("preset", ["default", "paper"])
 def test_dead_time_with_other_presets_costs_as_little(preset: str) -> None:
-    for row in dead_times(track("racetrack"), ["pop", "stanley", "pid"], preset=preset):
+    for row in delay.run(track("racetrack"), ["pop", "stanley", "pid"], preset=preset):
         assert row.ratio(row.predicted) <= 1.05
         assert max(row.ratio(getattr(row, model)) for model in RUNS[2:]) <= 1.25
 
@@ -74,9 +76,9 @@ def test_adapting_in_noise_costs_little(name: str) -> None:
     car = vehicles.get("carla-identified").replace(dead_time=0.2)
     errors = []
     for adapt in (AdaptParams(turn_time=0.0), AdaptParams()):
-        told = Told(name, presets.get(name, "default"), car, adapt)
+        given = Given(name, presets.get(name, "default"), car, adapt)
         done = sim.run(
-            told.on(path),
+            given.on(path),
             sim.CarlaIdentified(car),
             noise=Noise(position=0.1, yaw=0.005, speed=0.05),
             seed=7,
@@ -88,7 +90,7 @@ def test_adapting_in_noise_costs_little(name: str) -> None:
 
 def test_dead_time_of_another_plant_is_added_to_its_own_vehicle() -> None:
     car = Vehicle(rear_axle=-1.35, steer_lag=0.15, dead_time=0.3, max_lateral_acceleration=None)
-    (row,) = dead_times(
+    (row,) = delay.run(
         track("slalom"), ["preview-pop"], plant=sim.KinematicBicycle(car), dead_time=0.15
     )
     assert row.dead_time == 0.15
@@ -98,7 +100,7 @@ def test_dead_time_of_another_plant_is_added_to_its_own_vehicle() -> None:
 
 def test_dead_time_of_nothing_or_too_little_is_refused() -> None:
     path = track("straight")
-    with pytest.raises(ConfigError, match="laws must be at least one"):
-        dead_times(path, [])
+    with pytest.raises(ConfigError, match="controllers must be at least one"):
+        delay.run(path, [])
     with pytest.raises(ConfigError, match="dead_time"):
-        dead_times(path, dead_time=0.01)
+        delay.run(path, dead_time=0.01)

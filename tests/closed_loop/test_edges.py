@@ -1,4 +1,4 @@
-"""Every law on every edge: what `popsteer edges` and its table in docs/edges.md promise."""
+"""Pathological paths: what `popsteer edges` and its table in docs/edges.md promise."""
 
 from __future__ import annotations
 
@@ -10,9 +10,16 @@ import pytest
 import popsteer
 from popsteer import InputError, Status, sim, vehicles
 from popsteer.errors import ConfigError, PathError
+from popsteer.lab import edges
+from popsteer.lab.edges import EdgeRun, edge_tracks
+from popsteer.lab.edges.runs import (
+    EDGE_CONTROLLERS,
+    EDGE_PLANT,
+    TOP_SPEED,
+    TURNING_SPEED,
+    edge_controller,
+)
 from popsteer.sim import Simulation
-from popsteer.study import EDGE_LAWS, EdgeRun, edge_tracks, edges
-from popsteer.study.edges import EDGE_PLANT, TOP_SPEED, TURNING_SPEED, edge_controller
 from tests.pages.edges import edge_lines
 from tests.pages.layout import table
 
@@ -42,11 +49,11 @@ JUMP = {
 
 @pytest.fixture(scope="module")
 def runs() -> Runs:
-    return {(run.track, run.law): run for run in edges()}
+    return {(run.track, run.law): run for run in edges.run()}
 
 
 def test_edges_all_laws_on_all_tracks_finish(runs: Runs) -> None:
-    assert runs.keys() == {(track, law) for track in TRACKS for law in EDGE_LAWS}
+    assert runs.keys() == {(track, law) for track in TRACKS for law in EDGE_CONTROLLERS}
     unfinished = {where for where, run in runs.items() if not run.finished}
     assert unfinished == UNFINISHED
     assert not {law for _, law in unfinished} & {"pop", "pure-pursuit", "stanley"}
@@ -59,7 +66,7 @@ def test_edges_no_law_leaves_out_a_part_of_the_path(runs: Runs) -> None:
         assert run.time > 0.8 * (TRACKS[name].path.length - 10.0) / top
 
 
-@pytest.mark.parametrize("law", EDGE_LAWS)
+@pytest.mark.parametrize("law", EDGE_CONTROLLERS)
 def test_edges_errors_and_jumps_keep_within_their_bounds(runs: Runs, law: str) -> None:
     for place, tracks in enumerate((SMOOTH, CUSPS)):
         for track in tracks:
@@ -68,7 +75,7 @@ def test_edges_errors_and_jumps_keep_within_their_bounds(runs: Runs, law: str) -
             assert math.degrees(run.max_jump) <= JUMP[law][place] + 1e-9, track
 
 
-@pytest.mark.parametrize("law", EDGE_LAWS)
+@pytest.mark.parametrize("law", EDGE_CONTROLLERS)
 def test_edges_the_rear_axle_turns_round_at_the_cusp(law: str) -> None:
     track = TRACKS["parallel-parking"]
     controller = edge_controller(law, track.path, EDGE_PLANT.vehicle)
@@ -88,14 +95,14 @@ def test_edges_laws_with_a_neighbourhood_never_jump(runs: Runs, law: str) -> Non
     assert max(math.degrees(runs[track, law].max_jump) for track in TRACKS) <= 3.0 + 1e-9
 
 
-@pytest.mark.parametrize("law", EDGE_LAWS)
+@pytest.mark.parametrize("law", EDGE_CONTROLLERS)
 def test_edges_duplicates_that_are_dropped_change_nothing(runs: Runs, law: str) -> None:
     dropped, single = runs["duplicates", law], runs["touching", law]
     assert dropped.time == single.time
     assert dropped.max_error == pytest.approx(single.max_error, abs=1e-9)
 
 
-@pytest.mark.parametrize("law", EDGE_LAWS)
+@pytest.mark.parametrize("law", EDGE_CONTROLLERS)
 def test_edges_statuses_are_of_all_steps_and_none_is_a_fault(runs: Runs, law: str) -> None:
     for track in TRACKS:
         run = runs[track, law]
@@ -116,17 +123,17 @@ def test_edges_conditions_that_hold_side_by_side_are_counted_each(runs: Runs) ->
 def test_edges_of_another_car_are_those_of_its_plant() -> None:
     track = TRACKS["parallel-parking"]
     car = vehicles.get("kinematic-bicycle").replace(max_steer=0.6, steer_lag=0.15)
-    (told,) = edges(["preview-pop"], [track], plant=sim.KinematicBicycle(car))
-    (misled,) = edges(
+    (given,) = edges.run(["preview-pop"], [track], plant=sim.KinematicBicycle(car))
+    (misled,) = edges.run(
         ["preview-pop"],
         [track],
         plant=sim.KinematicBicycle(car),
         vehicle=car.replace(steer_lag=0.0),
     )
-    assert told.finished
-    assert told.max_error != misled.max_error
+    assert given.finished
+    assert given.max_error != misled.max_error
     with pytest.raises(PathError, match="carla-identified does not reverse"):
-        edges(["preview-pop"], [track], plant="carla-identified")
+        edges.run(["preview-pop"], [track], plant="carla-identified")
 
 
 def test_page_table_of_edges_is_what_is_driven(runs: Runs) -> None:
@@ -134,12 +141,12 @@ def test_page_table_of_edges_is_what_is_driven(runs: Runs) -> None:
 
 
 def test_edges_of_nothing_or_of_an_unknown_law_is_refused() -> None:
-    with pytest.raises(ConfigError, match="laws must be at least one"):
-        edges([])
+    with pytest.raises(ConfigError, match="controllers must be at least one"):
+        edges.run([])
     with pytest.raises(ConfigError, match="tracks must be at least one"):
-        edges(tracks=[])
-    with pytest.raises(ConfigError, match="unknown law 'lqr'"):
-        edges(["lqr"])
+        edges.run(tracks=[])
+    with pytest.raises(ConfigError, match="unknown controller 'lqr'"):
+        edges.run(["lqr"])
 
 
 def test_simulation_told_to_reverse_a_plant_that_does_not_refuses() -> None:

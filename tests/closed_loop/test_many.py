@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import laws, sim
+from popsteer import controllers, sim
 from popsteer.errors import ConfigError, InputError, PathError
 from tests.closed_loop.paths import track
 
@@ -36,10 +36,12 @@ def _pops(count: int) -> list[popsteer.Pop]:
     return [popsteer.Pop(track("slalom"))] * count
 
 
-@pytest.mark.parametrize("name", laws.names())
+@pytest.mark.parametrize("name", controllers.names())
 @pytest.mark.parametrize("longitudinal", [None, popsteer.SpeedPid()], ids=["coupled", "speed"])
 def test_many_runs_without_noise_are_single_runs_bit_for_bit(name: str, longitudinal: Any) -> None:
-    controllers = [laws.get(name).controller(track(each)) for each in ("slalom", "figure-eight")]
+    controllers = [
+        controllers.get(name).controller(track(each)) for each in ("slalom", "figure-eight")
+    ]
     settings = sim.Settings(time_limit=30.0, substeps=4)
     pairs = [(law, plant) for law in controllers for plant in PLANTS]
     singles = [

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import baselines, sim, study
-from popsteer.baselines import MpcParams
+from popsteer import lab, sim
 from popsteer.errors import ConfigError, InputError, PopsteerError
+from popsteer.lab import baselines
+from popsteer.lab.baselines import MpcParams
 from tests.closed_loop.chain import Chain
 from tests.closed_loop.paths import cusps, shuttle, track
 from tests.helpers import authors_data
@@ -51,8 +52,8 @@ def test_mpc_that_knows_lag_and_understeer_tracks_better() -> None:
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
     car = sim.vehicle_of("carla-identified")
     errors = [
-        sim.run(_mpc(path, told)).metrics.settled_mean_abs_cross_track_error
-        for told in (car, car.replace(steer_lag=0.0), car.replace(understeer=0.0))
+        sim.run(_mpc(path, given)).metrics.settled_mean_abs_cross_track_error
+        for given in (car, car.replace(steer_lag=0.0), car.replace(understeer=0.0))
     ]
     assert errors[0] < 0.8 * min(errors[1:])
 
@@ -259,7 +260,7 @@ def test_mpc_drives_through_the_cusps(name: str, dead_time: float) -> None:
 
 def test_mpc_looks_ahead_across_the_seam_of_a_path_with_cusps() -> None:
     pytest.importorskip("osqp")
-    from popsteer.baselines.ahead import Ahead
+    from popsteer.lab.baselines.ahead import Ahead
 
     angle = np.arange(100) * (2.0 * math.pi / 100.0)
     xy = 20.0 * np.column_stack((np.cos(angle), np.sin(angle)))
@@ -379,15 +380,15 @@ def test_mpc_params_leave_to_the_vehicle_what_scales() -> None:
 def test_compare_names_a_baseline_beside_the_laws_and_times_both() -> None:
     pytest.importorskip("osqp")
     path = track("slalom")
-    params = study.parameters(["pop", "mpc"], "default")
-    comparison = study.compare(path, params)
+    params = lab.compare.parameters(["pop", "mpc"], "default")
+    comparison = lab.compare.run(path, params)
     assert {name: run.law for name, run in comparison.runs.items()} == {"pop": "pop", "mpc": "mpc"}
-    timed = study.time_steps(comparison, params)
+    timed = lab.compare.time_steps(comparison, params)
     assert timed.runs == comparison.runs
     assert list(timed.step_times) == ["pop", "mpc"]
     assert all(time > 0.0 for time in timed.step_times.values())
-    with pytest.raises(ConfigError, match=r"unknown law 'lqr'; known: bang-bang, .*, mpc"):
-        study.compare(path, ["pop", "lqr"])
+    with pytest.raises(ConfigError, match=r"unknown controller 'lqr'; known: bang-bang, .*, mpc"):
+        lab.compare.run(path, ["pop", "lqr"])
 
 
 def test_mpc_without_the_extra_names_it(monkeypatch: pytest.MonkeyPatch) -> None:

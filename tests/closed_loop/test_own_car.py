@@ -60,9 +60,9 @@ def drive(
 
     The identified plant's wheels stand at `offset` at the command 0, which nobody told.
     """
-    told = popsteer.vehicles.get("carla-identified")
-    plant = sim.CarlaIdentified(told.replace(steer_offset=offset))
-    controller = popsteer.PreviewPop(path, told)
+    given = popsteer.vehicles.get("carla-identified")
+    plant = sim.CarlaIdentified(given.replace(steer_offset=offset))
+    controller = popsteer.PreviewPop(path, given)
     pedals = popsteer.CoupledLongitudinal()
     simulation = sim.Simulation(path, plant, start=start, tracked_point=controller.tracked_point)
     known = []

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import laws, presets, sim, vehicles
-from popsteer.report.table import title_of
+from popsteer import controllers, presets, sim, vehicles
+from popsteer.lab.common.names import title_of
 from popsteer.sim import Settings
 from tests.closed_loop.paths import track
 from tests.helpers import authors_data
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from popsteer.laws import Controller
-    from popsteer.sim.run import Pose
+    from popsteer.controllers import Controller
+    from popsteer.sim.closed_loop import Pose
 
 PLANT = "carla-identified"
 CAR = vehicles.get(PLANT)
@@ -48,7 +48,7 @@ def courses(name: str) -> tuple[popsteer.Path, Pose | None]:
 
 
 def controller(name: str, path: popsteer.Path, preset: str) -> Controller:
-    make: Callable[..., Controller] = laws.get(name).controller
+    make: Callable[..., Controller] = controllers.get(name).controller
     return make(path, CAR, presets.get(name, preset))
 
 

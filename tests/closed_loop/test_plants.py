@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import plants, sim, study, tracks
+from popsteer import lab, plants, sim, tracks
 from popsteer.errors import ConfigError, InputError, PathError, PlantLimit, PopsteerError
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from tests.closed_loop.chain import Chain
@@ -448,7 +448,7 @@ def test_mujoco_car_far_from_the_origin_drives_the_same() -> None:
 def test_compare_on_a_plant_from_elsewhere_drives_every_law_from_the_same_start() -> None:
     plant = _plant("commonroad-mb-2")
     path = popsteer.Path(tracks.get("slalom").xy)
-    comparison = study.compare(path, ["pop", "stanley"], plant, constant_speed=8.0)
+    comparison = lab.compare.run(path, ["pop", "stanley"], plant, constant_speed=8.0)
     assert comparison.plant == "commonroad-mb-2"
     for run in comparison.runs.values():
         assert run.ending == "finished"
@@ -462,7 +462,7 @@ def test_preview_pop_on_the_multi_body_car_errs_a_fifth_of_pop_at_most(speed: fl
     plant = _plant("commonroad-mb-2")
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
     start = sim.default_start(path, -1.0, plant.vehicle)
-    comparison = study.compare(
+    comparison = lab.compare.run(
         path, ["pop", "preview-pop"], plant, start=start, constant_speed=speed
     )
     error = {

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import popsteer
-from popsteer import laws, presets, sim, study, vehicles
+from popsteer import controllers, lab, presets, sim, vehicles
 from popsteer.errors import ConfigError
 from tests.closed_loop.paths import track
 
@@ -13,11 +13,11 @@ PAPER = vehicles.get("paper")
 NAMES = ("default", "paper", "published-code", "reproduction")
 
 
-@pytest.mark.parametrize("law", laws.names())
+@pytest.mark.parametrize("law", controllers.names())
 def test_presets_of_each_law_are_of_its_class(law: str) -> None:
     assert presets.names(law) == NAMES
     for name in NAMES:
-        assert type(presets.get(law, name)) is laws.get(law).params
+        assert type(presets.get(law, name)) is controllers.get(law).params
 
 
 def test_presets_where_paper_and_code_differ_hold_both() -> None:
@@ -45,7 +45,7 @@ def test_presets_where_paper_and_code_differ_hold_both() -> None:
 def test_preset_or_law_unknown_is_refused_with_the_known_ones() -> None:
     with pytest.raises(ConfigError, match="unknown preset 'mine'; known: default, paper"):
         presets.get("pop", "mine")
-    with pytest.raises(ConfigError, match="unknown law 'mpc'; known: bang-bang, pid"):
+    with pytest.raises(ConfigError, match="unknown controller 'mpc'; known: bang-bang, pid"):
         presets.get("mpc", "paper")
 
 
@@ -68,16 +68,16 @@ def test_vehicle_of_each_plant_is_the_one_that_is_named_so() -> None:
 def test_comparison_by_mapping_drives_the_params_given() -> None:
     slow = popsteer.PopParams(lookahead_gain=0.8)
     path = track("slalom")
-    given = study.compare(path, {"pop": slow}).runs["pop"]
+    given = lab.compare.run(path, {"pop": slow}).runs["pop"]
     assert given.params["lookahead_gain"] == 0.8
-    assert given.metrics != study.compare(path, ["pop"]).runs["pop"].metrics
+    assert given.metrics != lab.compare.run(path, ["pop"]).runs["pop"].metrics
 
 
 @pytest.mark.parametrize("name", ["no-such-law", "pop,pid"])
 def test_comparison_with_unknown_law_drives_nothing(name: str) -> None:
     driven: list[str] = []
-    with pytest.raises(ConfigError, match="unknown law"):
-        study.compare(
+    with pytest.raises(ConfigError, match="unknown controller"):
+        lab.compare.run(
             track("slalom"), ["pop", name], progress=lambda law, share: driven.append(law)
         )
     assert not driven

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import AdaptParams, PreviewPop, Vehicle, baselines, sim, tracks
+from popsteer import AdaptParams, PreviewPop, Vehicle, sim, tracks
+from popsteer.lab import baselines
 from popsteer.sim import CarlaIdentified, Noise, Settings
 from tests.helpers import authors_data
 from tests.pages.layout import table
@@ -27,9 +28,9 @@ def path() -> popsteer.Path:
 
 
 def _metrics(
-    path: popsteer.Path, adapt: AdaptParams | Literal["auto"] = "auto", **told: Any
+    path: popsteer.Path, adapt: AdaptParams | Literal["auto"] = "auto", **given: Any
 ) -> sim.Metrics:
-    law = PreviewPop(path, CAR.replace(**told), adapt=adapt)
+    law = PreviewPop(path, CAR.replace(**given), adapt=adapt)
     metrics = sim.run(law, start=START).metrics
     assert metrics.finished
     return metrics
@@ -59,7 +60,7 @@ def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(
 
 
 @pytest.mark.parametrize(
-    "told",
+    "given",
     [
         {"turning_wheelbase": 0.85 * 3.553},
         {"turning_wheelbase": 1.15 * 3.553},
@@ -70,9 +71,9 @@ def test_preview_pop_on_authors_track_errs_at_most_a_tenth_more_than_the_mpc(
 )
 @pytest.mark.parametrize("adapt", [AdaptParams(), CONSTANT])
 def test_preview_pop_of_a_wrong_vehicle_stays_on_authors_track(
-    path: popsteer.Path, told: dict[str, float], adapt: AdaptParams
+    path: popsteer.Path, given: dict[str, float], adapt: AdaptParams
 ) -> None:
-    assert _metrics(path, adapt, **told).settled_mean_abs_cross_track_error <= 0.03
+    assert _metrics(path, adapt, **given).settled_mean_abs_cross_track_error <= 0.03
 
 
 def test_preview_pop_in_noise_stays_on_authors_track(path: popsteer.Path) -> None:
@@ -103,12 +104,12 @@ def test_preview_pop_on_a_circle_with_a_wrong_wheelbase_adapts_the_offset_away()
     assert errors[1] < 0.2 * errors[0]
 
 
-@pytest.mark.parametrize("told", [{"yaw": 0.01}, {"ahead": 1.4}, {"ahead": -1.4}], ids=str)
+@pytest.mark.parametrize("given", [{"yaw": 0.01}, {"ahead": 1.4}, {"ahead": -1.4}], ids=str)
 def test_preview_pop_told_a_wrong_heading_or_point_finds_it(
-    path: popsteer.Path, told: dict[str, float]
+    path: popsteer.Path, given: dict[str, float]
 ) -> None:
     without, adapting = (
-        sim.run(Misinformed(PreviewPop(path, CAR, adapt=adapt), **told), start=START).metrics
+        sim.run(Misinformed(PreviewPop(path, CAR, adapt=adapt), **given), start=START).metrics
         for adapt in (AdaptParams(slip_time=0.0), AdaptParams())
     )
     assert without.settled_mean_abs_cross_track_error >= 0.06

@@ -7,22 +7,22 @@ import pytest
 import popsteer
 from popsteer import AdaptParams, PreviewPopParams, Vehicle
 from popsteer.errors import ConfigError
-from popsteer.study import carrot_offset, margins, preview_offset
-from popsteer.study.preview_bend import choice
-from tests.closed_loop.rolling import Car, Told, driven_preview_offset
+from popsteer.lab.stability import carrot_offset, margins, preview_offset
+from popsteer.lab.stability.preview_bend import choice
+from tests.closed_loop.rolling import Car, Given, driven_preview_offset
 
 VEHICLE = Vehicle(max_lateral_acceleration=None)
 CAR = Car.of(VEHICLE)
 CONSTANT = AdaptParams(turn_time=0.0)
 
 
-def _told(
+def _given(
     believed: dict[str, float],
     params: PreviewPopParams | None = None,
     adapt: AdaptParams = CONSTANT,
-) -> Told:
+) -> Given:
     params = PreviewPopParams() if params is None else params
-    return Told("preview-pop", params, VEHICLE.replace(**believed), adapt)
+    return Given("preview-pop", params, VEHICLE.replace(**believed), adapt)
 
 
 @pytest.mark.parametrize(
@@ -42,11 +42,11 @@ def test_preview_offset_of_a_wrong_vehicle_is_the_one_that_is_driven(
     believed: dict[str, float], changes: dict[str, float], radius: float, speed: float
 ) -> None:
     params = PreviewPopParams().replace(**changes)
-    told = _told(believed, params)
+    given = _given(believed, params)
     computed = preview_offset(
-        params, VEHICLE, radius, speed, believed=told.vehicle, adapt=told.adapt
+        params, VEHICLE, radius, speed, believed=given.vehicle, adapt=given.adapt
     )
-    driven = driven_preview_offset(told, CAR, radius, speed)
+    driven = driven_preview_offset(given, CAR, radius, speed)
     assert driven == pytest.approx(computed, rel=0.05, abs=1e-3)
     assert abs(computed) > 1e-3
 
@@ -59,13 +59,13 @@ def test_preview_offset_of_a_wrong_vehicle_is_the_one_that_is_driven(
 def test_preview_offset_of_a_right_or_estimated_vehicle_is_none(
     believed: dict[str, float], adapt: AdaptParams, speed: float
 ) -> None:
-    told = _told(believed, adapt=adapt)
+    given = _given(believed, adapt=adapt)
     found = preview_offset(
-        PreviewPopParams(), VEHICLE, 50.0, speed, believed=told.vehicle, adapt=adapt
+        PreviewPopParams(), VEHICLE, 50.0, speed, believed=given.vehicle, adapt=adapt
     )
     assert found == 0.0
     # The weight of what the controller was told keeps a part of it for a while.
-    assert driven_preview_offset(told, CAR, 50.0, speed) == pytest.approx(0.0, abs=4e-3)
+    assert driven_preview_offset(given, CAR, 50.0, speed) == pytest.approx(0.0, abs=4e-3)
 
 
 def test_choice_varies_the_parameter_of_each_controller() -> None:
@@ -75,7 +75,7 @@ def test_choice_varies_the_parameter_of_each_controller() -> None:
     assert found.values == (3.0, 9.0)
     assert found.offsets[1] == carrot_offset(9.0, 40.0, VEHICLE, 12.0)
     assert found.dead_times[1] == margins(rope, VEHICLE, 12.0, 0.04).dead_time
-    told = VEHICLE.replace(turning_wheelbase=2.7)
+    given = VEHICLE.replace(turning_wheelbase=2.7)
     found = choice(
         PreviewPopParams(),
         VEHICLE,
@@ -83,13 +83,13 @@ def test_choice_varies_the_parameter_of_each_controller() -> None:
         radius=40.0,
         speed=12.0,
         dt=0.04,
-        believed=told,
+        believed=given,
         adapt=None,
     )
     costly = PreviewPopParams(steer_rate_cost=1.0)
-    offset = preview_offset(costly, VEHICLE, 40.0, 12.0, 0.04, believed=told, adapt=None)
+    offset = preview_offset(costly, VEHICLE, 40.0, 12.0, 0.04, believed=given, adapt=None)
     assert found.offsets[1] == offset != 0.0
-    late = margins(costly, VEHICLE, 12.0, 0.04, believed=told, adapt=None).dead_time
+    late = margins(costly, VEHICLE, 12.0, 0.04, believed=given, adapt=None).dead_time
     assert found.dead_times[1] == late
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import laws, presets, sim
+from popsteer import controllers, presets, sim
 from popsteer.errors import ConfigError, InputError, PathError
 from tests.closed_loop.paths import line, track
 from tests.closed_loop.python_bicycle import Bicycle
@@ -22,7 +22,7 @@ SPEED = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
 
 def _law(name: str, path: popsteer.Path, plant: str) -> Any:
     params = presets.get(name, "reproduction")
-    return laws.get(name).controller(path, sim.vehicle_of(plant), params)  # type: ignore[arg-type]
+    return controllers.get(name).controller(path, sim.vehicle_of(plant), params)  # type: ignore[arg-type]
 
 
 def _same(left: Run, right: Run) -> bool:
@@ -85,7 +85,7 @@ def test_run_on_closed_track_goes_round_once(name: str) -> None:
 
 @pytest.mark.parametrize("longitudinal", [None, popsteer.SpeedPid()], ids=["coupled", "speed"])
 @pytest.mark.parametrize("plant", PLANTS)
-@pytest.mark.parametrize("name", laws.names())
+@pytest.mark.parametrize("name", controllers.names())
 def test_own_law_driven_step_by_step_gives_the_same_bits(
     name: str, plant: str, longitudinal: Any
 ) -> None:
@@ -121,14 +121,14 @@ def test_run_leaves_the_state_of_the_law_alone() -> None:
 
 
 @pytest.mark.parametrize("plant", PLANTS)
-@pytest.mark.parametrize("name", laws.names())
+@pytest.mark.parametrize("name", controllers.names())
 def test_run_of_controller_without_vehicle_takes_the_plants(name: str, plant: str) -> None:
     path = track("straight")
     car = sim.vehicle_of(plant)
     settings = sim.Settings(time_limit=2.0)
-    told = sim.run(laws.get(name).controller(path, car), plant, settings=settings)
-    left = sim.run(laws.get(name).controller(path), plant, settings=settings)
-    assert _same(told, left)
+    given = sim.run(controllers.get(name).controller(path, car), plant, settings=settings)
+    left = sim.run(controllers.get(name).controller(path), plant, settings=settings)
+    assert _same(given, left)
     assert left.vehicle == left.plant_vehicle == car
     slips = car.rear_axle if car.no_slip_point is None else car.no_slip_point
     wanted = {"pure-pursuit": car.rear_axle, "preview-pop": slips}.get(name, car.front_axle)
@@ -139,21 +139,21 @@ def test_run_of_controller_without_vehicle_takes_the_plants(name: str, plant: st
 def test_run_of_controller_without_vehicle_adapts_as_its_kind_does_on_the_plant() -> None:
     late = sim.KinematicBicycle(popsteer.Vehicle(dead_time=0.2))
     path = track("slalom")
-    told = popsteer.Pop(path, late.vehicle)
-    assert told.adapt is not None
-    assert _same(sim.run(popsteer.Pop(path), late), sim.run(told, late))
+    given = popsteer.Pop(path, late.vehicle)
+    assert given.adapt is not None
+    assert _same(sim.run(popsteer.Pop(path), late), sim.run(given, late))
     never = sim.run(popsteer.Pop(path, adapt=None), late)
     assert _same(never, sim.run(popsteer.Pop(path, late.vehicle, adapt=None), late))
-    assert never.metrics != sim.run(told, late).metrics
+    assert never.metrics != sim.run(given, late).metrics
 
 
 def test_run_keeps_what_the_controller_was_told_beside_what_the_plant_is() -> None:
     car = popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)
     plant = sim.KinematicBicycle(car.replace(understeer=0.01, steer_lag=0.3))
-    told = popsteer.Stanley(track("slalom"), car)
-    result = sim.run(told, plant)
+    given = popsteer.Stanley(track("slalom"), car)
+    result = sim.run(given, plant)
     assert (result.vehicle, result.plant_vehicle) == (car, plant.vehicle)
-    assert result.params["softening"] == told.params.resolved(car).softening
+    assert result.params["softening"] == given.params.resolved(car).softening
     assert result.metrics != sim.run(popsteer.Stanley(track("slalom")), plant).metrics
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import laws, sim
+from popsteer import controllers, sim
 from popsteer.errors import PathError
 from tests.closed_loop.paths import cusps, shuttle
 from tests.closed_loop.test_run import PLANTS, SPEED, Constant, Own
@@ -18,7 +18,7 @@ from tests.closed_loop.test_run import PLANTS, SPEED, Constant, Own
 def test_own_law_on_a_path_with_cusps_gives_the_same_bits(name: str) -> None:
     """With its gear from the answer; `shuttle` and `cusps` turn round twice."""
     for path in (shuttle(), cusps("parking")):
-        law = laws.get(name).controller(path, sim.vehicle_of(PLANTS[1]))
+        law = controllers.get(name).controller(path, sim.vehicle_of(PLANTS[1]))
         core = sim.run(law, PLANTS[1], longitudinal=SPEED)
         stepped = sim.run(Own(law), PLANTS[1], path=path, longitudinal=SPEED)
         assert core.ending == "finished"
@@ -32,12 +32,12 @@ class TowardsTheLine:
     """Steers to y = 0 and yaw = 0, forwards, and backwards if it is told so."""
 
     def __init__(self) -> None:
-        self.told: list[bool] = []
+        self.directions: list[bool] = []
 
     def step(
         self, x: float, y: float, yaw: float, speed: float, dt: float, *, reverse: bool
     ) -> float:
-        self.told.append(reverse)
+        self.directions.append(reverse)
         wanted = 0.1 * y - yaw if reverse else -0.1 * y - yaw
         return max(-0.5, min(-wanted if reverse else wanted, 0.5))
 
@@ -51,7 +51,7 @@ def test_own_law_that_is_told_the_direction_passes_the_cusps(constant: float | N
         law, "kinematic-bicycle", path=path, constant_speed=constant, longitudinal=longitudinal
     )
     assert result.ending == "finished"
-    turns = [a for a, b in zip(law.told, law.told[1:], strict=False) if a is not b]
+    turns = [a for a, b in zip(law.directions, law.directions[1:], strict=False) if a is not b]
     assert turns == [False, True]
     assert result.metrics.rear_axle_settled_mean_abs_cross_track_error < 0.3
     backwards = result.records["speed"] < -1.0

@@ -1,4 +1,4 @@
-"""The margins of `popsteer.study.stability` against cars that are driven to the edge."""
+"""The margins of `popsteer.lab.stability.runs` against cars that are driven to the edge."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import pytest
 
 import popsteer
 from popsteer import AdaptParams, Vehicle, presets, vehicles
-from popsteer.study import LINEAR_LAWS, margins
+from popsteer.lab.stability import margins
+from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.closed_loop.rolling import (
     Car,
-    Told,
+    Given,
     critical_dead_time,
     grows,
     roll,
@@ -22,21 +23,21 @@ from tests.closed_loop.rolling import (
 CAR = vehicles.get("paper")  # has no limit of the lateral acceleration
 
 
-def _told(name: str, vehicle: Vehicle, adapt: Any = "auto", **changes: Any) -> Told:
+def _given(name: str, vehicle: Vehicle, adapt: Any = "auto", **changes: Any) -> Given:
     params = presets.get(name, "default").replace(**changes)
-    return Told(name, params, vehicle, adapt).in_small_signals()
+    return Given(name, params, vehicle, adapt).in_small_signals()
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 @pytest.mark.parametrize("speed", [5.0, 10.0, 15.0, 20.0])
 @pytest.mark.parametrize("lag", [0.1, 0.2])
 def test_dead_time_margin_is_where_the_driven_loop_begins_to_grow(
     name: str, speed: float, lag: float
 ) -> None:
     vehicle = CAR.replace(steer_lag=lag)
-    told = _told(name, vehicle)
-    computed = margins(told.params, vehicle, speed).dead_time
-    driven = critical_dead_time(told, Car.of(vehicle), speed, computed)
+    given = _given(name, vehicle)
+    computed = margins(given.params, vehicle, speed).dead_time
+    driven = critical_dead_time(given, Car.of(vehicle), speed, computed)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
@@ -45,28 +46,28 @@ def test_dead_time_margin_without_lag_and_at_another_rate_is_that_of_the_driven_
     name: str,
 ) -> None:
     vehicle = CAR.replace(wheelbase=2.5, steer_lag=0.0)
-    told = _told(name, vehicle)
-    computed = margins(told.params, vehicle, 12.0, dt=0.02).dead_time
-    driven = critical_dead_time(told, Car.of(vehicle), 12.0, computed, dt=0.02)
+    given = _given(name, vehicle)
+    computed = margins(given.params, vehicle, 12.0, dt=0.02).dead_time
+    driven = critical_dead_time(given, Car.of(vehicle), 12.0, computed, dt=0.02)
     assert driven == pytest.approx(computed, rel=0.01)
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 @pytest.mark.parametrize("dead_time", [0.04, 0.13])
 @pytest.mark.parametrize("speed", [6.0, 12.0])
 def test_dead_time_margin_of_a_controller_that_predicts_is_that_of_the_driven_loop(
     name: str, dead_time: float, speed: float
 ) -> None:
     vehicle = CAR.replace(dead_time=dead_time)
-    told = _told(name, vehicle)
-    computed = margins(told.params, vehicle, speed).dead_time
+    given = _given(name, vehicle)
+    computed = margins(given.params, vehicle, speed).dead_time
     # Far beyond its margin a controller that predicts may be stable once more.
     most = 1.5 * computed + 0.02
-    driven = critical_dead_time(told, Car.of(vehicle), speed, computed, most=most)
+    driven = critical_dead_time(given, Car.of(vehicle), speed, computed, most=most)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 def test_dead_time_margin_shrinks_by_the_dead_time_that_nobody_tells(name: str) -> None:
     params = presets.get(name, "default")
     free = margins(params, CAR, 8.0).dead_time
@@ -93,9 +94,9 @@ def test_dead_time_margin_shrinks_by_the_dead_time_that_nobody_tells(name: str) 
 def test_dead_time_margin_of_another_preview_is_that_of_the_driven_loop(
     changes: dict[str, float], believed: dict[str, float], adapt: Any, speed: float
 ) -> None:
-    told = _told("preview-pop", CAR.replace(**believed), adapt, **changes)
-    computed = margins(told.params, CAR, speed, believed=told.vehicle, adapt=adapt).dead_time
-    driven = critical_dead_time(told, Car.of(CAR), speed, computed)
+    given = _given("preview-pop", CAR.replace(**believed), adapt, **changes)
+    computed = margins(given.params, CAR, speed, believed=given.vehicle, adapt=adapt).dead_time
+    driven = critical_dead_time(given, Car.of(CAR), speed, computed)
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
@@ -106,23 +107,23 @@ def test_dead_time_margin_of_a_preview_that_adapts_is_hardly_less(
 ) -> None:
     """Late wheels look like wheels that turn the car too little: the gain comes out too low."""
     vehicle = CAR.replace(dead_time=dead_time)
-    told = _told("preview-pop", vehicle)._replace(adapt="auto")
-    computed = margins(told.params, vehicle, speed).dead_time
-    driven = critical_dead_time(told, Car.of(vehicle), speed, computed)
+    given = _given("preview-pop", vehicle)._replace(adapt="auto")
+    computed = margins(given.params, vehicle, speed).dead_time
+    driven = critical_dead_time(given, Car.of(vehicle), speed, computed)
     assert driven >= 0.85 * computed
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 @pytest.mark.parametrize("speed", [6.0, 12.0])
 def test_gain_margin_is_by_how_much_more_a_car_may_turn_than_the_controller_is_told(
     name: str, speed: float
 ) -> None:
     vehicle = CAR.replace(steer_lag=0.2)
-    told = _told(name, vehicle)
-    gain = margins(told.params, vehicle, speed).gain
+    given = _given(name, vehicle)
+    gain = margins(given.params, vehicle, speed).gain
     for share, unstable in ((0.97, False), (1.03, True)):
         car = Car(3.0 / (share * gain), 0.2, 0.0)
-        assert grows(told, car, speed, 60.0) is unstable
+        assert grows(given, car, speed, 60.0) is unstable
 
 
 @pytest.mark.parametrize("speed", [5.0, 15.0])

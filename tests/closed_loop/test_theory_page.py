@@ -8,19 +8,21 @@ import re
 import pytest
 
 import popsteer
-from popsteer import Vehicle, laws, presets, vehicles
-from popsteer.study import LINEAR_LAWS, carrot_offset, margins, stability
+from popsteer import Vehicle, controllers, presets, vehicles
+from popsteer.lab import stability
+from popsteer.lab.stability import carrot_offset, margins
+from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.pages.layout import DOCS, table
 from tests.pages.theory import CAR, carrot_lines, choice_lines, late_line, margins_of
 
 PAGE = (DOCS / "theory.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("place", range(len(LINEAR_LAWS)))
+@pytest.mark.parametrize("place", range(len(LINEAR_CONTROLLERS)))
 def test_page_table_of_margins_is_computed_and_driven(place: int) -> None:
-    name = LINEAR_LAWS[place]
+    name = LINEAR_CONTROLLERS[place]
     title, *cells = (cell.strip() for cell in table("theory.md", "margins")[place].split("|")[1:-1])
-    assert title == laws.get(name).title
+    assert title == controllers.get(name).title
     for column, (computed, driven) in enumerate(margins_of(name)):
         assert cells[2 * column] == f"{computed:.1f}"
         assert float(cells[2 * column + 1]) == pytest.approx(driven, rel=1e-3, abs=0.1)
@@ -30,14 +32,14 @@ def test_page_table_of_offsets_is_computed_and_driven() -> None:
     assert table("theory.md", "carrot") == carrot_lines()
 
 
-@pytest.mark.parametrize("place", range(len(LINEAR_LAWS)))
+@pytest.mark.parametrize("place", range(len(LINEAR_CONTROLLERS)))
 def test_page_table_of_late_commands_is_driven(place: int) -> None:
-    assert table("theory.md", "late")[place] == late_line(LINEAR_LAWS[place])
+    assert table("theory.md", "late")[place] == late_line(LINEAR_CONTROLLERS[place])
 
 
 def test_page_margins_of_the_identified_plant_are_computed() -> None:
-    found = stability(LINEAR_LAWS, vehicles.get("carla-identified"), [16.0]).margins
-    shown = [f"{1e3 * found[name][0].dead_time:.0f}" for name in LINEAR_LAWS]
+    found = stability.run(LINEAR_CONTROLLERS, vehicles.get("carla-identified"), [16.0]).margins
+    shown = [f"{1e3 * found[name][0].dead_time:.0f}" for name in LINEAR_CONTROLLERS]
     sentence = re.search(
         r"margins are (\d+) \(PID\), (\d+) \(pure pursuit\), (\d+) \(Stanley\), (\d+) \(POP\) and"
         r" (\d+) ms \(preview POP\)",

@@ -32,7 +32,7 @@ def build(*features: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-LATE = {
+DELAYED = {
     "wheelbase": 2.7,
     "rear_axle": -1.35,
     "no_slip_point": -1.2,
@@ -53,7 +53,7 @@ def drive(controller: popsteer.Pop | popsteer.PreviewPop) -> list[float]:
     angles = []
     for _ in range(1000):
         angles.append(controller.steer(*vehicle, 0.05))
-        vehicle = popsteer.kinematic_bicycle(*vehicle, angles[-1], 0.0, 3.0, 0.05)
+        vehicle = popsteer.paper.kinematic_bicycle(*vehicle, angles[-1], 0.0, 3.0, 0.05)
     return angles
 
 
@@ -65,7 +65,7 @@ def test_no_std_program_links_without_a_panic_and_steers_as_the_binding() -> Non
     angles = [float(line) for line in printed.split()]
 
     path = popsteer.Path([(float(k), 8.0 * math.sin(k / 25.0)) for k in range(600)])
-    late = popsteer.Vehicle(**LATE)
+    late = popsteer.Vehicle(**DELAYED)
     for controller in (popsteer.Pop(path), popsteer.PreviewPop(path, late)):
         expected = drive(controller)
         driven, angles = angles[:1000], angles[1000:]

@@ -83,8 +83,8 @@ def core_program(target: str) -> list[str]:
     compiler = os.environ.get("CXX", "c++").split()[0]
     if shutil.which(compiler) is None:
         raise Missing(f"{compiler} not found: libFuzzer needs a C++ compiler, such as g++ or clang")
-    told = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
-    host = told.split("host: ")[1].split()[0]
+    version = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
+    host = version.split("host: ")[1].split()[0]
     # With --target the flags do not reach build scripts, which could not be linked with them.
     command = [
         *("cargo", "build", "--release", "--locked", "--features", "libfuzzer"),
@@ -186,14 +186,14 @@ def record(results: Sequence[Result]) -> Path:
         text=True,
         check=False,
     )
-    told = {
+    summary = {
         "date": f"{now:%Y-%m-%d}",
         "commit": commit.stdout.strip() or None,
         "results": [asdict(result) for result in results],
     }
     file = OUT / "runs" / f"{now:%Y%m%dT%H%M%S}-{os.getpid()}.json"
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    file.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return file
 
 

@@ -20,7 +20,10 @@ Graph = dict[str, set[str]]
 Sources = dict[str, str]
 
 _COMMENT = re.compile(r"//[^\n]*")
-_TESTS = re.compile(r"#\[cfg\(test\)\]\s*mod\s+\w+\s*(?:;|\{.*?^\})", re.DOTALL | re.MULTILINE)
+_TESTS = re.compile(
+    r"#\[cfg\(test\)\]\s*(?:pub(?:\([^)]*\))?\s+)?mod\s+\w+\s*(?:;|\{.*?^\})",
+    re.DOTALL | re.MULTILINE,
+)
 _USE = re.compile(r"(?:^|\n)\s*(pub(?:\([^)]*\))?\s+)?use\s+([^;]+);")
 _PATH = re.compile(r"\b(crate|super|self|[a-z]+(?:_[a-z]+)+)((?:::\w+)+)")
 
@@ -92,7 +95,8 @@ def _absolute(path: list[str], module: str, known: Mapping[str, str]) -> str | N
         return ".".join((module, *rest))
     if first == "super":
         parent = module.rpartition(".")[0]
-        return _absolute(rest, parent, known) if rest[0] == "super" else ".".join((parent, *rest))
+        is_above = rest[:1] == ["super"]
+        return _absolute(rest, parent, known) if is_above else ".".join((parent, *rest))
     if f"{module}.{first}" in known:
         return ".".join((module, *path))
     return ".".join(path) if first in known else None

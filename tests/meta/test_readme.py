@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import popsteer
-from popsteer import laws, study, tracks
+from popsteer import controllers, lab, tracks
 from tests.helpers import ROOT, authors_data
 
 if TYPE_CHECKING:
@@ -19,19 +19,19 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 def rows(after: str) -> dict[str, list[str]]:
     """The first table after a text: the cells of each row by the first one."""
-    table = README.partition(after)[2].partition("| law |")[2].partition("\n\n")[0]
+    table = README.partition(after)[2].partition("| controller |")[2].partition("\n\n")[0]
     lines = re.findall(r"^\| (.+) \|$", table, flags=re.MULTILINE)
     cells = [[cell.strip() for cell in line.split("|")] for line in lines]
     return {first: rest for first, *rest in cells if first in TITLES}
 
 
-TITLES = {laws.get(name).title: name for name in laws.names()}
+TITLES = {controllers.get(name).title: name for name in controllers.names()}
 
 
 def test_readme_table_of_the_embedded_track_is_what_compare_measures() -> None:
     track = tracks.get("racetrack")
     path = popsteer.Path(track.xy, speed=track.speed)
-    comparison = study.compare(path)
+    comparison = lab.compare.run(path)
     shown = rows("<!-- table of: popsteer compare -->")
     assert set(shown) == {"PID", "Pure-Pursuit", "Stanley", "POP"}
     for title, cells in shown.items():
@@ -47,12 +47,12 @@ def test_readme_table_of_the_embedded_track_is_what_compare_measures() -> None:
 
 def test_readme_table_of_the_authors_track_is_what_compare_measures() -> None:
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-    comparison = study.compare(path, start=(-183.8, 78.7, -1.574), start_at="front")
+    comparison = lab.compare.run(path, start=(-183.8, 78.7, -1.574), start_at="front")
     shown = rows("--start=-183.8,78.7,-1.574")
     assert set(shown) == {"PID", "Pure-Pursuit", "Stanley", "POP"}
     for title, cells in shown.items():
         metrics = comparison.runs[TITLES[title]].metrics
-        paper = study.PAPER[TITLES[title]]
+        paper = lab.compare.paper.PAPER[TITLES[title]]
         assert cells == [
             f"{metrics.mean_abs_cross_track_error:.4f}",
             f"{paper.mean_abs_cross_track_error:.4f}",

@@ -10,15 +10,15 @@ import pytest
 
 import popsteer
 from benches.matrix_table import FIGURES, update
-from popsteer import sim, study, tracks
-from popsteer.report.table import title_of
+from popsteer import lab, sim, tracks
+from popsteer.lab.common.names import title_of
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-_LISTS = ("laws", "plants", "tracks")
+_LISTS = ("controllers", "plants", "tracks")
 BLOCK = README.partition("<!-- matrix: begin")[2].partition("<!-- matrix: end")[0]
 
 
@@ -48,9 +48,9 @@ def test_command_of_the_matrix_is_that_of_make() -> None:
 
 def test_table_of_the_matrix_has_the_rows_and_columns_of_its_command() -> None:
     options = _options()
-    laws, plants, courses = (options[f"--{which}"].split(",") for which in _LISTS)
+    names, plants, courses = (options[f"--{which}"].split(",") for which in _LISTS)
     head, _, *body, steps = _rows()
-    assert head == ["plant", "track", *map(title_of, laws)]
+    assert head == ["plant", "track", *map(title_of, names)]
     assert [row[:2] for row in body] == [[plant, track] for plant in plants for track in courses]
     assert steps[0] == "step, median [µs]"
     for row in (*body, steps):
@@ -61,8 +61,8 @@ def test_table_of_the_matrix_has_the_rows_and_columns_of_its_command() -> None:
 @pytest.mark.parametrize("plant", ["carla-identified", "kinematic-bicycle"])
 def test_errors_of_the_matrix_are_those_that_are_driven(plant: str) -> None:
     options = _options()
-    names = options["--laws"].split(",")
-    checked = [name for name in names if name in popsteer.laws.names()]
+    names = options["--controllers"].split(",")
+    checked = [name for name in names if name in popsteer.controllers.names()]
     assert len(checked) == len(names) - 1  # the MPC's digits are those of a release of osqp
     shown = {row[1]: row[2:] for row in _rows() if row[0] == plant}
     for track, cells in shown.items():
@@ -70,7 +70,7 @@ def test_errors_of_the_matrix_are_those_that_are_driven(plant: str) -> None:
         path = popsteer.Path(course.xy, speed=course.speed, closed=course.closed)
         start = sim.default_start(path, float(options["--start-offset"]), sim.vehicle_of(plant))
         speed = float(options["--constant-speed"])
-        found = study.compare(path, checked, plant, start=start, constant_speed=speed)
+        found = lab.compare.run(path, checked, plant, start=start, constant_speed=speed)
         for name in checked:
             metrics = found.runs[name].metrics
             assert metrics.finished

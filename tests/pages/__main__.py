@@ -6,7 +6,8 @@ import sys
 from typing import TYPE_CHECKING
 
 from popsteer.files import write_text_atomic
-from popsteer.study import LINEAR_LAWS, edges
+from popsteer.lab import edges
+from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.closed_loop.cars_loop import loop_lines
 from tests.closed_loop.replanning_page import input_rows, replanning_rows
 from tests.closed_loop.test_cars_loop_shadow import age_lines
@@ -20,17 +21,17 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
-    "edges": ("edges.md", lambda: edge_lines(edges())),
-    "cars loop": ("edges.md", loop_lines),
-    "replanning": ("edges.md", lambda: [line(*row) for row in replanning_rows()]),
-    "missing inputs": ("edges.md", lambda: [line(*row) for row in input_rows()]),
+    "edges": ("edges.md", lambda: edge_lines(edges.run())),
+    "cars loop": ("loop.md", loop_lines),
+    "replanning": ("loop.md", lambda: [line(*row) for row in replanning_rows()]),
+    "missing inputs": ("loop.md", lambda: [line(*row) for row in input_rows()]),
     "pose age": ("edges.md", age_lines),
     "end": ("edges.md", lambda: end_lines("racetrack")),
     "dead time, racetrack": ("edges.md", lambda: dead_time_lines(dead_time_rows("racetrack"))),
     "dead time, authors": ("edges.md", lambda: dead_time_lines(dead_time_rows("authors"))),
     "carrot": ("theory.md", carrot_lines),
     "margins": ("theory.md", margin_lines),
-    "late": ("theory.md", lambda: [late_line(name) for name in LINEAR_LAWS]),
+    "late": ("theory.md", lambda: [late_line(name) for name in LINEAR_CONTROLLERS]),
     "choice": ("theory.md", choice_lines),
     "preview": ("preview_pop.md", preview_lines),
 }

@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 import popsteer
-from popsteer.report.dead_time import error_text
-from popsteer.report.edges import share_text
-from popsteer.report.table import title_of
-from popsteer.study import dead_times
+from popsteer.lab import delay
+from popsteer.lab.common.names import title_of
+from popsteer.lab.delay.table import error_text
+from popsteer.lab.edges.table import share_text
 from tests.closed_loop.paths import track
 from tests.helpers import authors_data
 from tests.pages.layout import line
@@ -17,7 +17,8 @@ from tests.pages.layout import line
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from popsteer.study import DeadTimeRow, EdgeRun
+    from popsteer.lab.delay import DeadTimeRow
+    from popsteer.lab.edges import EdgeRun
 
 RUNS = ("late", "predicted", "short", "long", "early", "later")
 
@@ -39,9 +40,9 @@ def edge_lines(runs: Iterable[EdgeRun]) -> list[str]:
 
 def dead_time_rows(course: str) -> list[DeadTimeRow]:
     if course == "racetrack":
-        return dead_times(track(course))
+        return delay.run(track(course))
     path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-    return dead_times(path, start=(-183.8, 78.7, -1.574), start_at="front")
+    return delay.run(path, start=(-183.8, 78.7, -1.574), start_at="front")
 
 
 def dead_time_lines(rows: Iterable[DeadTimeRow]) -> list[str]:

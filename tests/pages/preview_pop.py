@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer import AdaptParams, PreviewPop, baselines, sim, vehicles
+from popsteer import AdaptParams, PreviewPop, sim, vehicles
+from popsteer.lab import baselines
 from popsteer.sim import CarlaIdentified, Noise
 from tests.helpers import authors_data
 from tests.pages.layout import line
@@ -66,20 +67,20 @@ def _lines() -> Iterator[str]:
     yield _row("not adapting", law(adapt=None))
     yield _row("not estimating the turning, `turn_time=0`", law(adapt=NO_TURN))
     yield _row("not estimating the slip, `slip_time=0`", law(adapt=NO_SLIP))
-    for sign, factor in (("−", 0.85), ("+", 1.15)):
-        told = CAR.replace(turning_wheelbase=factor * 3.553)
-        yield _row(f"`turning_wheelbase` told {sign}15 %", law(told))
+    for wrong_by, factor in (("small", 0.85), ("large", 1.15)):
+        given = CAR.replace(turning_wheelbase=factor * 3.553)
+        yield _row(f"`turning_wheelbase` given 15 % too {wrong_by}", law(given))
     for lag, instead in ((0.05, " instead of 0.1 s"), (0.2, ""), (0.0, "")):
-        yield _row(f"`steer_lag` told {lag:g} s{instead}", law(CAR.replace(steer_lag=lag)))
+        yield _row(f"`steer_lag` given as {lag:g} s{instead}", law(CAR.replace(steer_lag=lag)))
     plant = CarlaIdentified(CAR.replace(steer_offset=math.radians(1.0)))
-    yield _row("1° of steering offset that nobody told", law(), plant=plant)
+    yield _row("1° of steering offset, not given", law(), plant=plant)
     yield _row("... not adapting", law(adapt=None), plant=plant)
     yield _row("noise", law(), NOISE)
     yield _row("... not adapting", law(adapt=None), NOISE)
     yield _row("noise, `turn_time=0.5`", law(adapt=AdaptParams(turn_time=0.5)), NOISE)
     for name, wrong in (
         ("heading 0.01 rad wrong", {"yaw": 0.01}),
-        ("pose of a point 1.4 m ahead of the one told", {"ahead": 1.4}),
+        ("pose of a point 1.4 m ahead of the vehicle's", {"ahead": 1.4}),
     ):
         yield _row(name, Misinformed(law(), **wrong))
         yield _row("... not adapting", Misinformed(law(adapt=None), **wrong))

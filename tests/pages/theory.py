@@ -6,9 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 import popsteer
-from popsteer import laws, presets, sim, tracks, vehicles
-from popsteer.study import LINEAR_LAWS, carrot_offset, driven_offset, margins, preview_offset
-from tests.closed_loop.rolling import Car, Told, critical_dead_time, driven_preview_offset
+from popsteer import controllers, presets, sim, tracks, vehicles
+from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
+from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
+from tests.closed_loop.rolling import Car, Given, critical_dead_time, driven_preview_offset
 from tests.pages.layout import line
 
 if TYPE_CHECKING:
@@ -20,19 +21,22 @@ SPEEDS = (5.0, 10.0, 15.0, 20.0)
 
 def margins_of(name: str) -> list[tuple[float, float]]:
     """Dead-time margin [ms] at each of `SPEEDS`, computed and driven."""
-    told = Told(name, presets.get(name, "default"), CAR).in_small_signals()
+    given = Given(name, presets.get(name, "default"), CAR).in_small_signals()
     found = []
     for speed in SPEEDS:
-        computed = margins(told.params, CAR, speed).dead_time
-        driven = critical_dead_time(told, Car.of(CAR), speed, computed)
+        computed = margins(given.params, CAR, speed).dead_time
+        driven = critical_dead_time(given, Car.of(CAR), speed, computed)
         found.append((1e3 * computed, 1e3 * driven))
     return found
 
 
 def margin_lines() -> list[str]:
     return [
-        line(laws.get(name).title, *(f"{each:.1f}" for pair in margins_of(name) for each in pair))
-        for name in LINEAR_LAWS
+        line(
+            controllers.get(name).title,
+            *(f"{each:.1f}" for pair in margins_of(name) for each in pair),
+        )
+        for name in LINEAR_CONTROLLERS
     ]
 
 
@@ -51,7 +55,7 @@ def carrot_lines() -> list[str]:
 class _Late:
     """A controller whose commands are held back by some steps."""
 
-    def __init__(self, law: laws.Controller, steps: int) -> None:
+    def __init__(self, law: controllers.Controller, steps: int) -> None:
         self.path = law.path
         self.tracked_point = law.tracked_point
         self._law = law
@@ -66,14 +70,14 @@ def late_line(name: str) -> str:
     """Errors of a controller whose commands come 0 to 300 ms late."""
     track = tracks.get("racetrack")
     path = popsteer.Path(track.xy, speed=track.speed)
-    told = Told(name, presets.get(name, "default"), vehicles.get("carla-identified"))
+    given = Given(name, presets.get(name, "default"), vehicles.get("carla-identified"))
     cells = []
     for milliseconds in (0, 50, 100, 150, 200, 300):
-        late: OwnLaw = _Late(told.on(path), milliseconds // 50)
+        late: OwnLaw = _Late(given.on(path), milliseconds // 50)
         metrics = sim.run(late, path=path).metrics
         error = f"{metrics.settled_mean_abs_cross_track_error:.3f}"
         cells.append(error if metrics.finished else "off the road")
-    return line(laws.get(name).title, *cells)
+    return line(controllers.get(name).title, *cells)
 
 
 def choice_lines() -> list[str]:
@@ -83,10 +87,10 @@ def choice_lines() -> list[str]:
         offsets = []
         for share in (1.0, 1.15, 0.85):
             believed = CAR.replace(turning_wheelbase=share * 3.0)
-            told = Told("preview-pop", params, believed, adapt=None)
+            given = Given("preview-pop", params, believed, adapt=None)
             offsets += [
                 preview_offset(params, CAR, 50.0, 15.0, believed=believed, adapt=None),
-                driven_preview_offset(told, Car.of(CAR), 50.0, 15.0),
+                driven_preview_offset(given, Car.of(CAR), 50.0, 15.0),
             ]
         dead_time = 1e3 * margins(params, CAR, 15.0).dead_time
         texts = [f"{offset:.3f}".replace("-", "−") for offset in offsets]

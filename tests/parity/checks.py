@@ -152,7 +152,7 @@ def _spoilt(field_name: str, good: tuple[float, ...], bounds: Sequence[float]) -
     ]
 
 
-_SIGHT = (0.5, 0.1, 1.0, 0.0)
+_DEVIATION = (0.5, 0.1, 1.0, 0.0)
 _AHEAD = (None, INF)
 # What the monitor remembers: of the last step, of the last second, of all the time, its alarm, and
 # whether the deviation was within its limit.
@@ -165,12 +165,12 @@ _SUMS = ("turn_offset", "turn_measured", "offset_measured")
 BAD_TAILS: list[dict[str, Any]] = [
     *({"measured_waypoint": waypoint} for waypoint in (30, 31, 10**6, -1)),
     *_beyond("steer", -1.22, 1.22),
-    *({**fields, "handover_left": 0.5} for fields in _beyond("handover_offset", -2.59, 2.59)),
-    *_beyond("handover_left", 0.0, 1.0),
+    *({**fields, "handover_remaining": 0.5} for fields in _beyond("handover_offset", -2.59, 2.59)),
+    *_beyond("handover_remaining", 0.0, 1.0),
     *_spoilt("place", (0.0, 0.0, 0.0, 1.0), (4e9,) * 4),
     *_beyond("held_time", 0.0, 1e3),
     *_beyond("period", 0.0, 1e3),
-    *_spoilt("seen", (0.0, 0.0, 0.0, 1.0), (2e9, 2e9, 1e6, 1e4)),
+    *_spoilt("last_measured", (0.0, 0.0, 0.0, 1.0), (2e9, 2e9, 1e6, 1e4)),
     *(
         fields
         for name in ("turn_turn", "offset_offset", "change")
@@ -185,20 +185,28 @@ BAD_TAILS: list[dict[str, Any]] = [
     *_beyond("slip_length", -3.0, 3.0),
     *_beyond("acceleration", -60.0, 60.0),
     *(
-        {"answer": (*([fields["seen"], _SIGHT][::turn]), (1.0, 2.0), False, _AHEAD, _SIGHT)}
-        for fields in _spoilt("seen", _SIGHT, (4e9, 2e6, 4e9, 4e9))
+        {
+            "answer": (
+                *([fields["last_measured"], _DEVIATION][::turn]),
+                (1.0, 2.0),
+                False,
+                _AHEAD,
+                _DEVIATION,
+            )
+        }
+        for fields in _spoilt("last_measured", _DEVIATION, (4e9, 2e6, 4e9, 4e9))
         for turn in (1, -1)
     ),
     *(
-        {"answer": (_SIGHT, _SIGHT, fields["target"], True, _AHEAD, _SIGHT)}
+        {"answer": (_DEVIATION, _DEVIATION, fields["target"], True, _AHEAD, _DEVIATION)}
         for fields in _spoilt("target", (1.0, 2.0), (4e9, 4e9))
     ),
     *(
-        {"answer": (_SIGHT, _SIGHT, (1.0, 2.0), True, ahead, _SIGHT)}
+        {"answer": (_DEVIATION, _DEVIATION, (1.0, 2.0), True, ahead, _DEVIATION)}
         for ahead in ((NAN, 1.0), (2.1e4, 1.0), (-2.1e4, 1.0), (1.0, NAN), (1.0, -INF), (1.0, 2e18))
     ),
     *(
-        {"answer": (_SIGHT, _SIGHT, (1.0, 2.0), True, _AHEAD, fields["vehicle"])}
+        {"answer": (_DEVIATION, _DEVIATION, (1.0, 2.0), True, _AHEAD, fields["vehicle"])}
         for fields in _spoilt("vehicle", (0.0, 0.0, 0.0, 1.0), (1e9, 1e9, 1e6, 1e4))
     ),
     *_beyond("past_wheel", -0.5 * math.pi, 0.5 * math.pi),
@@ -219,10 +227,21 @@ BAD_TAILS: list[dict[str, Any]] = [
     ),
     *({"monitor": (*_WATCHED[:3], value, False)} for value in (NAN, INF, -0.1, 2.1)),
     # The first in the order of the check is the one named.
-    {"waypoint": 99, "measured_waypoint": 99, "steer": NAN, "handover_left": NAN, "gain": NAN},
-    {"measured_waypoint": 99, "steer": NAN, "handover_left": NAN, "gain": NAN},
-    {"steer": NAN, "handover_left": NAN, "gain": NAN, "turn_turn": NAN, "seen": (NAN,) * 4},
-    {"handover_left": NAN, "handover_offset": NAN, "turn_turn": NAN, "seen": (NAN,) * 4},
+    {"waypoint": 99, "measured_waypoint": 99, "steer": NAN, "handover_remaining": NAN, "gain": NAN},
+    {"measured_waypoint": 99, "steer": NAN, "handover_remaining": NAN, "gain": NAN},
+    {
+        "steer": NAN,
+        "handover_remaining": NAN,
+        "gain": NAN,
+        "turn_turn": NAN,
+        "last_measured": (NAN,) * 4,
+    },
+    {
+        "handover_remaining": NAN,
+        "handover_offset": NAN,
+        "turn_turn": NAN,
+        "last_measured": (NAN,) * 4,
+    },
     {"turn_turn": NAN, "change": NAN, "turn": NAN, "gain": NAN, "slip": NAN},
 ]
 
@@ -242,11 +261,11 @@ def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) 
         assert after.twin == before.twin
     for fields in (
         *({}, {"waypoint": None}, {"waypoint": 0}, {"waypoint": 29}, {"held": -1}),
-        *({"handover_left": -0.0}, {"handover_offset": 0.1}, {"handover_left": 0.5}),
+        *({"handover_remaining": -0.0}, {"handover_offset": 0.1}, {"handover_remaining": 0.5}),
         {"place": (1.0, 2.0, 3.0, 4.0), "held_time": 0.3, "period": 0.1},
         {
-            "answer": (_SIGHT, _SIGHT, (1.0, 2.0), True, (-2.0, 3.0), _SIGHT),
-            "seen": _SIGHT,
+            "answer": (_DEVIATION, _DEVIATION, (1.0, 2.0), True, (-2.0, 3.0), _DEVIATION),
+            "last_measured": _DEVIATION,
             "measured_waypoint": 3,
         },
         {"past_wheel": 0.1, "past_angles": ((0.2, 0.3), (0.1, 0.5)), "past_since": 0.05},
@@ -322,8 +341,8 @@ def check_rollout(
             steer = angle.rust
         if k % 40 == 39:
             pair.get("state")
-        x, y, yaw, _ = popsteer.kinematic_bicycle(
-            x, y, yaw, speed, popsteer.saturate(steer, -1.2, 1.2), 0.0, wheelbase, dt
+        x, y, yaw, _ = popsteer.paper.kinematic_bicycle(
+            x, y, yaw, speed, popsteer.paper.saturate(steer, -1.2, 1.2), 0.0, wheelbase, dt
         )
         x += drive.rough * rng.gauss(0.0, 0.1)
         y += drive.rough * rng.gauss(0.0, 0.1)

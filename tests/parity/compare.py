@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import popsteer
-from popsteer import PopsteerError, Status, reference
+from popsteer import PopsteerError, Status, paper, reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -91,7 +91,8 @@ def same(
 
 def call(name: str, *args: Any, **kwargs: Any) -> Pair | None:
     """Call a function, or make an object, of popsteer and of its reference."""
-    return same(name, getattr(popsteer, name), getattr(reference, name), *args, **kwargs)
+    home = paper if name in paper.__all__ else popsteer
+    return same(name, getattr(home, name), getattr(reference, name), *args, **kwargs)
 
 
 def make(name: str, *args: Any, **kwargs: Any) -> Pair:

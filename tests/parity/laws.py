@@ -43,7 +43,7 @@ class Law:
         for name in self.flags:
             drawn[name] = st.booleans()
         if "buffer_length" in self.counts:
-            drawn["buffer_length"] = st.integers(1, 12) | st.integers(1, 1000)
+            drawn["buffer_length"] = st.integers(1, 12) | st.integers(1, 500)
         if "candidate_count" in self.counts:
             drawn["candidate_count"] = st.integers(1, 50).map(lambda half: 2 * half + 1)
         return st.fixed_dictionaries({}, optional=drawn)
@@ -98,7 +98,7 @@ PID = Law(
         "smoothing_length": ((0.0, 1e4), (0.0, 10.0)),
         **_FOLLOW,
     },
-    counts={"buffer_length": (1, 1000)},
+    counts={"buffer_length": (1, 500)},
     flags=("integral_with_dt",),
     optional=("kp", "ki", "kd", "smoothing_length", *_FOLLOW),
 )
@@ -136,5 +136,16 @@ COUPLED = Law(
 )
 SPEED_PID = Law("SpeedPid", {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN})
 
+SPEED_TRACKER = Law(
+    "SpeedTracker",
+    {
+        "kp": ((0.0, 1e3), (0.0, 4.0)),
+        "ki": ((0.0, 1e3), (0.0, 1.0)),
+        "max_jerk": ((1e-3, 1e6), (1.0, 50.0)),
+        "reserve": ((0.0, 1e3), (0.0, 1.0)),
+        "drive_delay": ((0.0, 10.0), (0.0, 0.5)),
+    },
+)
+
 LATERAL = (POP, PREVIEW_POP, PID, PURE_PURSUIT, STANLEY, BANG_BANG)
-ALL = (*LATERAL, COUPLED, SPEED_PID)
+ALL = (*LATERAL, COUPLED, SPEED_PID, SPEED_TRACKER)

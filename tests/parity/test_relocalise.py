@@ -93,7 +93,7 @@ def test_path_relocalise_on_a_crossing_takes_the_branch_of_the_heading() -> None
             for turn in (0.0, -math.tau, 20.0 * math.tau):
                 found = pair.call("relocalise", 0.0, 0.0, yaw + askew + turn)
                 assert found is not None
-                # The foot is the waypoint itself: the segment before it or after it.
+                # The closest point is the waypoint itself: the segment before it or after it.
                 assert found.rust in (branch, (branch - 1) % 200)
 
 
@@ -141,7 +141,7 @@ def _check_crossing(pair: Pair) -> None:
         changed |= {
             "measured_waypoint": None,
             "place": None,
-            "seen": None,
+            "last_measured": None,
         }  # the jump shows nothing
         if before["monitor"] is not None:
             (wheel, _, _), turns, evidence, alarm, _ = before["monitor"]

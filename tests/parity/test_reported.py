@@ -57,19 +57,19 @@ def test_reports_and_predictions_match_reference_rollout(
     for k in range(60):
         dt = rng.choice((0.05, 0.02, 0.0004, 0.3))
         age = rng.choice((0.0, 0.05, 0.1, 1.0)) if k > 10 else 0.0
-        told: dict[str, Any] = {"pose_age": age} if rng.random() < 0.8 else {}
+        given: dict[str, Any] = {"pose_age": age} if rng.random() < 0.8 else {}
         if rng.random() < 0.4:
-            told["applied_steer"] = rng.uniform(-1.1, 1.1) * limit
+            given["applied_steer"] = rng.uniform(-1.1, 1.1) * limit
         x, y, yaw, speed = poses[-1] if rng.random() < 0.8 else poses[max(-len(poses), -4)]
         if k % 9 == 8:
-            held = pair.call("step_or_hold", NAN, y, yaw, speed, dt, **told)
+            held = pair.call("step_or_hold", NAN, y, yaw, speed, dt, **given)
             assert held is not None
         if k % 13 == 12:
-            told = {**told, "applied_steer": NAN}
-            assert pair.call("step", x, y, yaw, speed, dt, **told) is None
-            assert pair.call("step_or_hold", x, y, yaw, speed, dt, **told) is not None
-            told = {}
-        command = pair.call(("step", "step_or_hold")[k % 2], x, y, yaw, speed, dt, **told)
+            given = {**given, "applied_steer": NAN}
+            assert pair.call("step", x, y, yaw, speed, dt, **given) is None
+            assert pair.call("step_or_hold", x, y, yaw, speed, dt, **given) is not None
+            given = {}
+        command = pair.call(("step", "step_or_hold")[k % 2], x, y, yaw, speed, dt, **given)
         assert command is not None
         pair.get("state")
         if k % 12 == 5:
@@ -78,7 +78,7 @@ def test_reports_and_predictions_match_reference_rollout(
             assert pair.rust.state == before
             assert pair.set_state(pair.get("state"))
         gear = -1.0 if command.rust.reverse else 1.0
-        pose = popsteer.kinematic_bicycle(
+        pose = popsteer.paper.kinematic_bicycle(
             x, y, yaw, gear * 4.0, command.rust.steer, 0.0, 3.0, min(dt, 0.1)
         )
         poses.append(pose)
@@ -94,10 +94,10 @@ def test_bad_reports_are_refused_by_the_same_words(law: Law) -> None:
         *({"pose_age": value} for value in (NAN, math.inf, -0.1, 1.1)),
         {"applied_steer": NAN, "pose_age": NAN},
     ]
-    for told in bad:
+    for given in bad:
         before = pair.get("state")
-        assert pair.call("step", *good, **told) is None
-        assert pair.call("steer", *good, **told) is None
+        assert pair.call("step", *good, **given) is None
+        assert pair.call("steer", *good, **given) is None
         assert pair.rust.state == before.rust
     argument, value = BAD_STEPS[0]
     spoilt = [*good[:argument], value, *good[argument + 1 :]]

@@ -148,7 +148,7 @@ def test_lookahead_threshold_met_to_the_last_bit_matches_reference_edges(
     made = make("Path", path.xy, closed=path.closed)
     nearest = made.rust.nearest_waypoint(x, y)
     waypoint = path.xy[min(nearest + steps, len(path.xy) - 1)]
-    distance = popsteer.get_distance((x, y), waypoint)
+    distance = popsteer.paper.get_distance((x, y), waypoint)
     for law in ("PurePursuit", "Pop"):
         # The lookahead as the law takes it, and the threshold as far off as the waypoint is, or
         # the next number to it: the last bit of either says whether the waypoint is found.

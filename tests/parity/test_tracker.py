@@ -70,7 +70,7 @@ def _cusp(seed: int) -> tuple[XY, list[bool]]:
             xy.append((x, y))
             reverse.append(section == 1)
             way = -0.5 if section == 1 else 0.5
-            x, y = popsteer.kinematic_bicycle(x, y, heading, way, 0.0, 0.0, 1.0, 1.0)[:2]
+            x, y = popsteer.paper.kinematic_bicycle(x, y, heading, way, 0.0, 0.0, 1.0, 1.0)[:2]
             heading += way * curvature
     return xy, reverse
 
@@ -98,8 +98,8 @@ def _drive(pair: Pair, car: dict[str, Any], seed: int, reverse_first: bool) -> N
         queue.append(answer.rust.steer)
         wheel += 0.4 * (queue.pop(0) + offset - wheel)
         speed += 0.1 * ((-3.0 if backwards else 3.0) - speed)
-        x, y, turned, _ = popsteer.kinematic_bicycle(
-            x, y, yaw + slip, speed, popsteer.saturate(gain * wheel, -1.2, 1.2), 0.0, 3.0, dt
+        x, y, turned, _ = popsteer.paper.kinematic_bicycle(
+            x, y, yaw + slip, speed, popsteer.paper.saturate(gain * wheel, -1.2, 1.2), 0.0, 3.0, dt
         )
         yaw = turned - slip
         if k % 10 == 9:

@@ -97,8 +97,8 @@ def test_law_shows_what_it_was_made_of(law: Law) -> None:
     assert controller.adapt is ADAPT
     assert controller.monitor is MONITOR
     assert controller.vehicle_given
-    told = f"adapt={ADAPT!r}, monitor={MONITOR!r}"
-    assert repr(controller) == f"{law.name}({PATH!r}, {CAR!r}, {params!r}, {told})"
+    given = f"adapt={ADAPT!r}, monitor={MONITOR!r}"
+    assert repr(controller) == f"{law.name}({PATH!r}, {CAR!r}, {params!r}, {given})"
     for field in ("path", "vehicle", "params", "adapt", "monitor", "estimate", "tracked_point"):
         with pytest.raises(AttributeError):
             setattr(controller, field, None)
@@ -147,8 +147,8 @@ def test_law_tracks_its_point_from_the_pose(law: Law) -> None:
 
 @each_law
 def test_law_estimate_begins_with_what_it_was_told(law: Law) -> None:
-    told = CAR.replace(steer_offset=0.01)
-    controller = _controller(law, told)
+    given = CAR.replace(steer_offset=0.01)
+    controller = _controller(law, given)
     assert controller.estimate == popsteer.Estimate(steer_offset=0.01, dead_time=0.15)
     for k in range(40):
         controller.step(10.0 + 0.25 * k, 0.1, 0.02 * math.sin(0.3 * k), 5.0, 0.05)

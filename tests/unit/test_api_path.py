@@ -231,3 +231,19 @@ def test_path_lookahead_point_is_the_first_near_the_circle() -> None:
     lost = path.get_lookahead_point(10.0, 0.0, 60.0)
     assert (lost.point, lost.found) == ((30.0, 0.0), False)
     assert lost != found
+
+
+def test_path_drop_duplicates_keeps_speed_and_direction_of_the_last() -> None:
+    xy = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (0.0, 0.5)]
+    for path_class in (popsteer.Path, reference.Path):
+        path = path_class(
+            xy,
+            speed=[1.0, 2.0, 3.0, 4.0],
+            reverse=[False, False, True, True],
+            drop_duplicates=True,
+        )
+        assert len(path) == 3
+        assert path.speed is not None
+        assert list(path.speed) == [1.0, 3.0, 4.0]
+        assert path.reverse is not None
+        assert list(path.reverse) == [False, True, True]

@@ -21,7 +21,7 @@ TAIL: dict[str, Any] = {
     "place": None,
     "steer": 0.0,
     "handover_offset": None,
-    "handover_left": 0.0,
+    "handover_remaining": 0.0,
     "held": 0,
     "held_time": 0.0,
     "period": 0.0,
@@ -30,7 +30,7 @@ TAIL: dict[str, Any] = {
     "past_angles": (),
     "past_wheel": None,
     "past_since": 0.0,
-    "seen": None,
+    "last_measured": None,
     "turn_turn": 0.0,
     "turn_offset": 0.0,
     "offset_offset": 0.0,
@@ -63,7 +63,7 @@ FIRST: dict[str, dict[str, Any]] = {
     "Stanley": TAIL,
     "BangBang": TAIL,
 }
-LATE = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
+DELAYED = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
 
 each_law = pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
 
@@ -88,18 +88,18 @@ def test_state_before_the_first_step_is_the_default(law: Law) -> None:
 
 @each_law
 def test_state_with_a_dead_time_begins_with_commands_in_flight(law: Law) -> None:
-    first = _controller(law, LATE).state
+    first = _controller(law, DELAYED).state
     assert (first.wheel, first.commands_in_flight) == (0.01, ((0.0, 0.2),))
-    walked = _walked(law, vehicle=LATE).state
+    walked = _walked(law, vehicle=DELAYED).state
     in_flight = sum(duration for _, duration in walked.commands_in_flight)
     assert in_flight == pytest.approx(0.2 + walked.longer_dead_time)
     assert walked.measured_waypoint in (4, 7)
-    assert walked.seen == (4.0, 1.0, 0.2, 6.0)
+    assert walked.last_measured == (4.0, 1.0, 0.2, 6.0)
 
 
 @each_law
 def test_state_made_without_wheels_has_them_at_rest_under_the_last_command(law: Law) -> None:
-    controller = _controller(law, LATE)
+    controller = _controller(law, DELAYED)
     controller.state = getattr(popsteer, law.state_name)(steer=0.3)
     state = controller.state
     assert (state.steer, state.wheel) == (0.3, pytest.approx(0.31))
@@ -110,17 +110,17 @@ def test_state_made_without_wheels_has_them_at_rest_under_the_last_command(law: 
 @pytest.mark.parametrize("left", [0.0, -0.0])
 def test_state_of_a_handover_that_is_over_has_none_left(law: Law, left: float) -> None:
     controller = _walked(law)
-    controller.state = getattr(popsteer, law.state_name)(handover_left=left)
+    controller.state = getattr(popsteer, law.state_name)(handover_remaining=left)
     state = controller.state
-    assert (state.handover_offset, math.copysign(1.0, state.handover_left)) == (None, 1.0)
+    assert (state.handover_offset, math.copysign(1.0, state.handover_remaining)) == (None, 1.0)
 
 
 _REST = ((0.0, 0.0), False, (None, math.inf), (0.0, 0.0, 0.0, 1.0))
 _MADE_UP: list[tuple[dict[str, Any], str]] = [
     ({"steer": 1.3}, "steer"),
-    ({"handover_offset": 9.0, "handover_left": 0.5}, "handover_offset"),
-    ({"handover_left": 1.5}, "handover_left"),
-    ({"handover_left": math.nan}, "handover_left"),
+    ({"handover_offset": 9.0, "handover_remaining": 0.5}, "handover_offset"),
+    ({"handover_remaining": 1.5}, "handover_remaining"),
+    ({"handover_remaining": math.nan}, "handover_remaining"),
     ({"measured_waypoint": 30}, "measured_waypoint"),
     ({"place": (math.nan, 0.0, 0.0, 0.0)}, "place"),
     ({"place": (0.0, 0.0, 0.0, 5e9)}, "place"),
@@ -130,7 +130,7 @@ _MADE_UP: list[tuple[dict[str, Any], str]] = [
     ({"wheel": 0.0}, "commands_in_flight"),
     ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.3),)}, "commands_in_flight"),
     ({"wheel": 0.0, "commands_in_flight": ((0.0, 0.001),) * 200}, "commands_in_flight"),
-    ({"seen": (math.nan, 0.0, 0.0, 0.0)}, "seen"),
+    ({"last_measured": (math.nan, 0.0, 0.0, 0.0)}, "last_measured"),
     ({"answer": ((math.inf, 0.0, 1.0, 0.0),) * 2 + _REST}, "answer"),
     ({"past_wheel": 2.0}, "past_wheel"),
     ({"past_wheel": 0.0, "past_angles": ((0.0, -1.0),)}, "past_angles"),
@@ -147,7 +147,7 @@ _MADE_UP: list[tuple[dict[str, Any], str]] = [
 def test_state_that_no_controller_could_have_is_refused_by_name(
     law: Law, fields: dict[str, Any], field: str
 ) -> None:
-    controller = _walked(law, vehicle=LATE)
+    controller = _walked(law, vehicle=DELAYED)
     before = controller.state
     with pytest.raises(InputError) as caught:
         controller.state = getattr(popsteer, law.state_name)(**fields)
@@ -185,7 +185,7 @@ def test_state_repr_evaluates_to_the_same(law: Law) -> None:
 
 
 @each_law
-@pytest.mark.parametrize("vehicle", [None, LATE])
+@pytest.mark.parametrize("vehicle", [None, DELAYED])
 @pytest.mark.parametrize(
     "duplicate",
     [

@@ -12,9 +12,8 @@ from rich.console import Console
 
 import popsteer
 from popsteer import ConfigError, PopsteerError, reference
-from popsteer.bench import latency, layout, states, timing, yardsticks
-from popsteer.bench.latency import Percentiles
-from popsteer.bench.laws import (
+from popsteer.lab.bench import latency, states, table, yardsticks
+from popsteer.lab.bench.calls import (
     EMPTY_CALL,
     PAPER_REFERENCE_STEP,
     PAPER_STEP,
@@ -23,17 +22,18 @@ from popsteer.bench.laws import (
     PREVIEW_POP_STEP,
     REFERENCE_STEP,
     SLOW_STEPS,
-    Driver,
     lineup,
 )
-from popsteer.bench.timing import time_calls
+from popsteer.lab.bench.latency import Percentiles
+from popsteer.lab.common import timing
+from popsteer.lab.common.timing import Driver, time_calls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from popsteer.bench.latency import LatencyReport
-    from popsteer.bench.states import Drive
+    from popsteer.lab.bench.latency import LatencyReport
+    from popsteer.lab.common.timing import Drive
 
 DT = states.DT
 
@@ -303,4 +303,4 @@ def test_run_file_that_cannot_be_written_leaves_nothing(
      (335_383.0, "335 µs"), (3.239e6, "3.24 ms"), (2.5e9, "2.50 s")],
 )  # fmt: skip
 def test_table_durations_are_short(nanoseconds: float, written: str) -> None:
-    assert layout.duration(nanoseconds) == written
+    assert table.duration(nanoseconds) == written

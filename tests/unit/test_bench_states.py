@@ -9,7 +9,7 @@ import pytest
 
 import popsteer
 from popsteer import PathError, tracks, vehicles
-from popsteer.bench.states import at_hand, embedded, recorded
+from popsteer.lab.bench.states import at_hand, embedded, recorded
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,15 +9,16 @@ import pytest
 
 import popsteer
 from popsteer import PopsteerError, reference
-from popsteer.bench import latency, states, yardsticks
-from popsteer.bench.laws import MPC_SOLVE, MPC_STEP, MPC_UPDATE, NUMBA_STEP
+from popsteer.lab.bench import latency, states, yardsticks
+from popsteer.lab.bench.calls import MPC_SOLVE, MPC_STEP, MPC_UPDATE, NUMBA_STEP
+from popsteer.lab.common.timing import Drive
 from tests.helpers import ROOT, authors_data
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from popsteer.bench.laws import Driver
-    from popsteer.bench.states import Drive
+    from popsteer.lab.common.timing import Driver
+
 
 FOLDER = ROOT / "benches" / "yardsticks"
 DT = states.DT
@@ -70,7 +71,7 @@ def test_numba_step_gives_the_angles_of_the_reference_anywhere(closed: bool) -> 
         for _ in range(300)
     ]
     car = popsteer.Vehicle(rear_axle=-1.94, max_lateral_acceleration=None)
-    drive = states.Drive("jumps", path, jumps, car)
+    drive = Drive("jumps", path, jumps, car)
     driver = numba_driver(drive)
     assert [driver.call(*state, DT) for state in jumps] == reference_angles(drive)
 

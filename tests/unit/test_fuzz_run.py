@@ -40,16 +40,16 @@ def test_fuzz_run_bad_argument_is_named(arguments: list[str], message: str) -> N
 
 
 def test_fuzz_table_adds_up_runs_and_keeps_the_reader_apart() -> None:
-    def told(date: str, target: str, executions: int, *findings: str) -> dict[str, Any]:
+    def given(date: str, target: str, executions: int, *findings: str) -> dict[str, Any]:
         result = {"target": target, "executions": executions, "seconds": 36.0}
         return {"date": date, "commit": "abc", "results": [result | {"findings": findings}]}
 
     made = table.table(
         [
-            told("2026-01-02", "laws", 3000),
-            told("2026-01-03", "laws", 4200, "out/fuzz/laws/crash-1"),
-            told("2026-01-03", "path", 360),
-            told("2026-01-03", "csv_reader", 9),
+            given("2026-01-02", "laws", 3000),
+            given("2026-01-03", "laws", 4200, "out/fuzz/laws/crash-1"),
+            given("2026-01-03", "path", 360),
+            given("2026-01-03", "csv_reader", 9),
         ]
     )
     assert "| laws | 7,200 | 0.02 | 100 | 1 |" in made

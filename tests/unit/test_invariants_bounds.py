@@ -53,15 +53,15 @@ def _controller(
         params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))
     made = popsteer.Path(path.xy, speed=path.speed, closed=path.closed)
     tuning = getattr(popsteer, law.params_name)(**params)
-    told = {name: value and value.rust for name, value in adapting(adapt).items()}
-    return getattr(popsteer, law.name)(made, popsteer.Vehicle(**vehicle), tuning, **told)
+    given = {name: value and value.rust for name, value in adapting(adapt).items()}
+    return getattr(popsteer, law.name)(made, popsteer.Vehicle(**vehicle), tuning, **given)
 
 
 def _limits_reached(controller: Any, before: float, speed: float, dt: float) -> list[float]:
     """How near to each limit of the vehicle the command is: 0 where it is there."""
     car, state = controller.vehicle, controller.state
     steer = state.steer
-    wheel = popsteer.saturate(
+    wheel = popsteer.paper.saturate(
         steer + (car.steer_offset + state.steer_offset), -car.max_steer, car.max_steer
     )
     left = [car.max_steer - abs(steer), car.max_steer - abs(wheel)]

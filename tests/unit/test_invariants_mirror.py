@@ -82,8 +82,8 @@ def _candidate_distance(at: Any, target: tuple[float, float], steer: float) -> f
     """How near to the target POP's prediction for `steer` comes."""
     yaw, speed = at.vehicle.yaw, max(at.vehicle.speed, 0.0)
     to_target = (target[0] - at.position[0], target[1] - at.position[1])
-    predicted = popsteer.get_predicted_location(0.0, 0.0, yaw, speed, steer, at.dt)
-    return popsteer.get_distance(predicted, to_target)
+    predicted = popsteer.paper.get_predicted_location(0.0, 0.0, yaw, speed, steer, at.dt)
+    return popsteer.paper.get_distance(predicted, to_target)
 
 
 def _are_mirrored(ours: Any, theirs: Any, here: popsteer.Command, there: popsteer.Command) -> bool:
@@ -121,11 +121,11 @@ def test_law_in_a_mirrored_world_steers_mirrored(
     if law.searches:
         params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))
     kind, tuning = getattr(popsteer, law.name), getattr(popsteer, law.params_name)(**params)
-    told = {name: value and value.rust for name, value in adapting(adapt).items()}
+    given = {name: value and value.rust for name, value in adapting(adapt).items()}
     car = popsteer.Vehicle(**vehicle)
-    ours = kind(_path(path), car, tuning, **told)
+    ours = kind(_path(path), car, tuning, **given)
     car = car.replace(steer_offset=-car.steer_offset)
-    theirs = kind(_path(_mirrored(path)), car, tuning, **told)
+    theirs = kind(_path(_mirrored(path)), car, tuning, **given)
     for spot in spots:
         x, y, yaw, speed, dt = step = spot.at(path)
         before, theirs_before = ours.state, theirs.state
@@ -135,7 +135,7 @@ def test_law_in_a_mirrored_world_steers_mirrored(
             continue
         # What the law was shown tells whether there is a side to be told.
         at, decision = decided(law, ours, before, step, adapt)
-        assume(not _is_on_line(path, at.foot.segment, at.position))
+        assume(not _is_on_line(path, at.closest.segment, at.position))
         assume(law is not PURE_PURSUIT or not _no_side(at, here.target))
         if law is POP and there.steer != -here.steer:
             # Two candidates are as good, to the last bit, and the first in the list is taken:
@@ -201,9 +201,11 @@ def test_path_in_a_mirrored_world_answers_mirrored(
 
 @given(speed=st.floats(-100.0, 100.0), steer=st.floats(-1.5, 1.5), yaw=st.floats(-1e3, 1e3))
 def test_vehicle_in_a_mirrored_world_moves_mirrored(speed: float, steer: float, yaw: float) -> None:
-    x, y, turned, faster = popsteer.kinematic_bicycle(1.0, 2.0, yaw, speed, steer, 1.0, 3.0, 0.1)
-    mirrored = popsteer.kinematic_bicycle(1.0, -2.0, -yaw, speed, -steer, 1.0, 3.0, 0.1)
+    x, y, turned, faster = popsteer.paper.kinematic_bicycle(
+        1.0, 2.0, yaw, speed, steer, 1.0, 3.0, 0.1
+    )
+    mirrored = popsteer.paper.kinematic_bicycle(1.0, -2.0, -yaw, speed, -steer, 1.0, 3.0, 0.1)
     assert mirrored == (x, -y, -turned, faster)
-    x, y = popsteer.get_predicted_location(1.0, 2.0, yaw, speed, steer, 0.1)
-    assert popsteer.get_predicted_location(1.0, -2.0, -yaw, speed, -steer, 0.1) == (x, -y)
-    assert popsteer.wrap(-yaw) == -popsteer.wrap(yaw)
+    x, y = popsteer.paper.get_predicted_location(1.0, 2.0, yaw, speed, steer, 0.1)
+    assert popsteer.paper.get_predicted_location(1.0, -2.0, -yaw, speed, -steer, 0.1) == (x, -y)
+    assert popsteer.paper.wrap(-yaw) == -popsteer.paper.wrap(yaw)

@@ -83,7 +83,7 @@ def _lever(path: popsteer.Path, segment: int, here: tuple[float, float]) -> floa
     return float(1.0 + math.dist(here, start) / math.dist(start, end))
 
 
-def _same_foot(
+def _same_projection(
     ours: popsteer.Path,
     theirs: popsteer.Path,
     here: tuple[float, float],
@@ -95,10 +95,12 @@ def _same_foot(
         first, second = ((ours.x[k], ours.y[k]) for k in (nearest, moved))
         assert abs(math.dist(here, first) - math.dist(here, second)) <= SLACK
         return False
-    foot, moved_foot = ours.project(*here, nearest), theirs.project(*there, nearest)
-    if moved_foot.segment != foot.segment:
-        slack = SLACK * _lever(ours, foot.segment, here)
-        assert abs(abs(moved_foot.cross_track_error) - abs(foot.cross_track_error)) <= slack
+    closest, moved_projection = ours.project(*here, nearest), theirs.project(*there, nearest)
+    if moved_projection.segment != closest.segment:
+        slack = SLACK * _lever(ours, closest.segment, here)
+        assert (
+            abs(abs(moved_projection.cross_track_error) - abs(closest.cross_track_error)) <= slack
+        )
         return False
     return True
 
@@ -122,10 +124,10 @@ def _same_start(
     for k in (start, moved):
         end = (k + 1) % len(ours)
         alone = popsteer.Path([(ours.x[k], ours.y[k]), (ours.x[end], ours.y[end])])
-        foot = alone.project(*pose[:2])
-        beyond = foot.arc_length - min(max(foot.arc_length, 0.0), alone.length)
-        off = math.hypot(foot.cross_track_error, beyond)
-        costs.append(_cost(off, pose[2] - foot.path_yaw))
+        closest = alone.project(*pose[:2])
+        beyond = closest.arc_length - min(max(closest.arc_length, 0.0), alone.length)
+        off = math.hypot(closest.cross_track_error, beyond)
+        costs.append(_cost(off, pose[2] - closest.path_yaw))
     assert abs(costs[0] - costs[1]) <= SLACK + ANGLE_SLACK
     return False
 
@@ -148,16 +150,16 @@ def test_path_moved_locates_the_same(shape: Shape, motion: Motion, spot: Spot) -
     there = motion.point(*here)
     ours, theirs = _path(path), _path(motion.path(path))
     assert abs(theirs.length - ours.length) <= SLACK * len(path.xy)
-    if not _same_foot(ours, theirs, here, there):
+    if not _same_projection(ours, theirs, here, there):
         return
-    foot, moved = ours.project(*here), theirs.project(*there)
-    slack = SLACK * _lever(ours, foot.segment, here)
-    assert math.dist(moved.point, motion.point(*foot.point)) <= slack
-    assert abs(moved.arc_length - foot.arc_length) <= slack * len(path.xy)
-    assert abs(popsteer.wrap(moved.path_yaw - foot.path_yaw - motion.turn)) <= ANGLE_SLACK
-    assert abs(abs(moved.cross_track_error) - abs(foot.cross_track_error)) <= slack
-    if abs(_side(path, foot.segment, *here)) > slack:
-        assert (moved.cross_track_error > 0.0) == (foot.cross_track_error > 0.0)
+    closest, moved = ours.project(*here), theirs.project(*there)
+    slack = SLACK * _lever(ours, closest.segment, here)
+    assert math.dist(moved.point, motion.point(*closest.point)) <= slack
+    assert abs(moved.arc_length - closest.arc_length) <= slack * len(path.xy)
+    assert abs(popsteer.paper.wrap(moved.path_yaw - closest.path_yaw - motion.turn)) <= ANGLE_SLACK
+    assert abs(abs(moved.cross_track_error) - abs(closest.cross_track_error)) <= slack
+    if abs(_side(path, closest.segment, *here)) > slack:
+        assert (moved.cross_track_error > 0.0) == (closest.cross_track_error > 0.0)
 
 
 @pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
@@ -185,9 +187,9 @@ def test_law_in_a_moved_world_steers_the_same(
         options = {"grid_spacing": GRID_SPACING, "exact_lookahead": exact}
     car = popsteer.Vehicle(**vehicle)
     tuning = getattr(popsteer, law.params_name)(**options)
-    told = {name: value and value.rust for name, value in adapting(adapt).items()}
-    ours = getattr(popsteer, law.name)(_path(path), car, tuning, **told)
-    theirs = getattr(popsteer, law.name)(_path(motion.path(path)), car, tuning, **told)
+    given = {name: value and value.rust for name, value in adapting(adapt).items()}
+    ours = getattr(popsteer, law.name)(_path(path), car, tuning, **given)
+    theirs = getattr(popsteer, law.name)(_path(motion.path(path)), car, tuning, **given)
     x, y, yaw, speed, dt = step = spot.at(path)
     moved_step = (*motion.point(x, y), yaw + motion.turn, speed, dt)
     shown = decided(law, ours, ours.state, step, adapt)
@@ -202,7 +204,7 @@ def test_law_in_a_moved_world_steers_the_same(
     if not all(_same_start_of(law, ours, theirs, *each) for each in poses):
         return
     answers = (ours.step(*step), theirs.step(*moved_step))
-    assert ours.state.waypoint == shown[0].foot.segment
+    assert ours.state.waypoint == shown[0].closest.segment
     if car.dead_time:
         here = _ahead(step[:3], ours.tracked_point)
         segments = (ours.state.measured_waypoint, theirs.state.measured_waypoint)
@@ -306,13 +308,13 @@ def _is_seen_the_same(
         return False
     # Straight ahead of the end of a segment, far from it, the sign of the error is rounding's.
     assume(abs(_side(path, segment, *here)) > slack)
-    assert abs(popsteer.wrap(moved_askew - askew)) <= ANGLE_SLACK
+    assert abs(popsteer.paper.wrap(moved_askew - askew)) <= ANGLE_SLACK
     assert abs(moved_off - off) <= slack
     return True
 
 
 def _nearest(path: popsteer.Path, segment: int, here: tuple[float, float]) -> tuple[float, int]:
-    """Where on a segment the foot lies, and the waypoint of it that is nearer along the path."""
+    """The fraction of the segment at the closest point, and the nearer of its two waypoints."""
     end = (segment + 1) % len(path)
     along = (path.x[end] - path.x[segment], path.y[end] - path.y[segment])
     to = (here[0] - path.x[segment], here[1] - path.y[segment])
@@ -334,7 +336,7 @@ def _is_cut_the_same(
 
 
 def _check_that_targets_tie(law: Law, controller: Any, at: Any, command: popsteer.Command) -> None:
-    """Rounding says whether a point lies on the circle: a corner, the foot, a point of the grid."""
+    """Check that a corner, the closest point or a grid point is on the circle, within rounding."""
     here, speed = at.position, at.vehicle.speed
     params = controller.params.resolved(controller.vehicle)
     lookahead = params.min_lookahead + params.lookahead_gain * speed
@@ -343,10 +345,10 @@ def _check_that_targets_tie(law: Law, controller: Any, at: Any, command: popstee
     if params.exact_lookahead:
         path = controller.path
         corners = [math.dist(here, xy) for xy in zip(path.x, path.y, strict=True)]
-        foot = abs(command.predicted_cross_track_error)
+        closest = abs(command.predicted_cross_track_error)
         # Within the circle a closed path is aimed at a quarter on, at one waypoint or the next.
         assume(not path.closed or max(corners) > lookahead)
-        assert min(abs(each - lookahead) for each in (foot, *corners)) <= ANGLE_SLACK
+        assert min(abs(each - lookahead) for each in (closest, *corners)) <= ANGLE_SLACK
         return
     _, nearest = _nearest(controller.path, controller.state.waypoint, here)
     grid = controller.path.resample(nearest, params.window_ahead, params.grid_spacing)
@@ -366,7 +368,9 @@ def _check_aim(law: Law, shown: tuple[Any, Any], moved_shown: tuple[Any, Any]) -
     assert moved.status == decision.status
     yaw, speed, dt = at.vehicle.yaw, max(at.vehicle.speed, 0.0), at.dt
     distances = [
-        popsteer.get_distance(popsteer.get_predicted_location(0.0, 0.0, yaw, speed, steer, dt), to)
+        popsteer.paper.get_distance(
+            popsteer.paper.get_predicted_location(0.0, 0.0, yaw, speed, steer, dt), to
+        )
         for steer in (decision.steer, moved.steer)
     ]
     assert abs(distances[0] - distances[1]) <= SLACK

@@ -55,7 +55,7 @@ REMEMBERED = {
     "PurePursuit": "previous_alpha",
 }
 MADE_UP = (
-    *("measured_waypoint", "steer", "handover_offset", "handover_left", "wheel", "gain"),
+    *("measured_waypoint", "steer", "handover_offset", "handover_remaining", "wheel", "gain"),
     *("steer_offset", "longer_dead_time", "slip", "slip_length", "acceleration", "change"),
 )
 
@@ -97,14 +97,14 @@ class Life(RuleBasedStateMachine):
 
     def _check_command(self, command: Pair | None) -> None:
         assert command is not None
-        told = command.rust
-        assert abs(told.steer) <= self.max_steer
-        assert math.isfinite(told.cross_track_error)
-        assert math.isfinite(told.predicted_cross_track_error)
-        assert abs(told.heading_error) <= math.pi
-        assert abs(told.predicted_heading_error) <= math.pi
-        assert all(map(math.isfinite, told.target))
-        self.angle = told.steer
+        given = command.rust
+        assert abs(given.steer) <= self.max_steer
+        assert math.isfinite(given.cross_track_error)
+        assert math.isfinite(given.predicted_cross_track_error)
+        assert abs(given.heading_error) <= math.pi
+        assert abs(given.predicted_heading_error) <= math.pi
+        assert all(map(math.isfinite, given.target))
+        self.angle = given.steer
 
     @rule(spot=SPOTS)
     def step(self, spot: Spot) -> None:
@@ -130,7 +130,7 @@ class Life(RuleBasedStateMachine):
     def drive_on(self, steps: int, acceleration: float) -> None:
         wheelbase = self.pair.rust.vehicle.wheelbase
         for _ in range(steps):
-            x, y, yaw, speed = popsteer.kinematic_bicycle(
+            x, y, yaw, speed = popsteer.paper.kinematic_bicycle(
                 *self.there, self.angle, acceleration, wheelbase, 0.05
             )
             bounds = ((x, 1e9), (y, 1e9), (yaw, 1e6), (speed, 1e4))
@@ -208,8 +208,8 @@ class Life(RuleBasedStateMachine):
         if not first:
             assert bits(after.rust) == bits(before)
         # Of a hand-over that has begun less than all of its time remains.
-        remaining = min(before.handover_left, 1.0 - 1e-6)
-        assert after.rust.handover_left in (0.0, 1.0, before.handover_left, remaining)
+        remaining = min(before.handover_remaining, 1.0 - 1e-6)
+        assert after.rust.handover_remaining in (0.0, 1.0, before.handover_remaining, remaining)
 
     @rule()
     def reset(self) -> None:

@@ -84,13 +84,13 @@ def test_preview_pop_choice_beats_every_candidate_of_the_neighbourhood(
     # The pose's point lies ahead of the tracked one.
     x, y = x + 0.6 * math.cos(heading), y + 0.6 * math.sin(heading)
     command = law.step(x, y, heading, speed, DT)
-    told = math.tan(steer) / length
-    start = [aside, yaw, 0.01, told]
+    given = math.tan(steer) / length
+    start = [aside, yaw, 0.01, given]
     constant, matrix = _rollout(params, vehicle, start, speed, 1.0 / radius, offset)
 
     def cost(angle: float) -> float:
         """Least cost with this angle first, whatever follows."""
-        first = math.tan(angle) / length - told
+        first = math.tan(angle) / length - given
         rest = constant + matrix[:, 0] * first
         best = rest + matrix[:, 1:] @ np.linalg.lstsq(matrix[:, 1:], -rest, rcond=None)[0]
         return float(best @ best)
@@ -139,7 +139,7 @@ def test_preview_pop_on_a_circle_holds_the_angle_of_the_circle() -> None:
     x, y, yaw = 40.0, 0.0, 0.5 * math.pi
     for _ in range(300):
         steer = law.steer(x, y, yaw, 10.0, DT)
-        x, y, yaw, _ = popsteer.kinematic_bicycle(x, y, yaw, 10.0, steer, 0.0, 2.7, DT)
+        x, y, yaw, _ = popsteer.paper.kinematic_bicycle(x, y, yaw, 10.0, steer, 0.0, 2.7, DT)
     assert steer == pytest.approx(math.atan(2.7 / 40.0), rel=0.01)
 
 

@@ -23,10 +23,10 @@ def test_soak_short_run_says_what_it_did(tmp_path: Path) -> None:
     done = subprocess.run(
         [*command, "--json", str(file)], capture_output=True, text=True, check=True
     )
-    told = json.loads(file.read_text(encoding="utf-8"))
-    assert told["called"] + told["batched"] >= 300_000
-    assert told["samples"][-1]["steps"] == told["called"] + told["batched"]
-    assert f"{told['called']:,} by calls of their own" in done.stdout
+    given = json.loads(file.read_text(encoding="utf-8"))
+    assert given["called"] + given["batched"] >= 300_000
+    assert given["samples"][-1]["steps"] == given["called"] + given["batched"]
+    assert f"{given['called']:,} by calls of their own" in done.stdout
     assert "million steps" in done.stderr
 
 

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import AdaptParams, Vehicle, laws, presets, vehicles
+from popsteer import AdaptParams, Vehicle, controllers, presets, vehicles
 from popsteer.errors import ConfigError
-from popsteer.study import LINEAR_LAWS, margins, stability
-from popsteer.study.linear import LinearLaw, Loop, linearised, lookahead, no_slip
+from popsteer.lab import stability
+from popsteer.lab.stability import margins
+from popsteer.lab.stability.linear import LinearLaw, Loop, linearised, lookahead, no_slip
+from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,23 +33,23 @@ OTHERS: dict[str, _Other] = {
     "point": ({"horizon": 0.4}, {"rear_axle": -1.3, "no_slip_point": -0.2}, 0.5),
 }
 ANSWERS: list[tuple[str, _Other]] = [
-    *((name, ({}, {}, 0.0)) for name in LINEAR_LAWS),
+    *((name, ({}, {}, 0.0)) for name in LINEAR_CONTROLLERS),
     *(("preview-pop", other) for other in OTHERS.values()),
 ]
 
 
-@pytest.mark.parametrize(("name", "other"), ANSWERS, ids=[*LINEAR_LAWS, *OTHERS])
+@pytest.mark.parametrize(("name", "other"), ANSWERS, ids=[*LINEAR_CONTROLLERS, *OTHERS])
 @pytest.mark.parametrize("speed", [3.0, 12.0])
 def test_linearised_controller_answers_small_errors_as_the_controller_does(
     name: str, other: _Other, speed: float
 ) -> None:
-    tuning, told, slip_time = other
-    params, vehicle = presets.get(name, "default").replace(**tuning), CAR.replace(**told)
+    tuning, given, slip_time = other
+    params, vehicle = presets.get(name, "default").replace(**tuning), CAR.replace(**given)
     if name == "pop":
         params = params.replace(candidate_count=100_001)
     weights = linearised(params, vehicle, speed, 0.05)
     rng = np.random.default_rng(7)
-    make: Callable[..., laws.Controller] = laws.get(name).controller
+    make: Callable[..., controllers.Controller] = controllers.get(name).controller
     adapt = AdaptParams(turn_time=0.0, slip_time=slip_time, min_speed=1e-3)
     law = make(PATH, vehicle, params, adapt=adapt)
     # PID's first step has no derivative, and nothing is estimated from it.
@@ -89,7 +91,7 @@ def test_loop_of_a_controller_that_predicts_answers_as_the_controller_does(
     params = presets.get(name, "default")
     if name == "pop":
         params = params.replace(candidate_count=100_001)
-    make: Callable[..., laws.Controller] = laws.get(name).controller
+    make: Callable[..., controllers.Controller] = controllers.get(name).controller
     adapt = AdaptParams(turn_time=0.0, slip_time=0.3, min_speed=1e-3)
     law = make(PATH, vehicle, params, adapt=adapt)
     speed, dt, period, steps = 8.0, 0.05, 40, 400
@@ -113,23 +115,23 @@ def _weighed(weights: NDArray[np.float64], values: NDArray[np.float64]) -> float
     return float(weights[:used] @ values[::-1][:used])
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 @pytest.mark.parametrize("speed", [4.0, 14.0])
 def test_gain_margin_is_the_factor_at_which_the_loop_turns_unstable(
     name: str, speed: float
 ) -> None:
     vehicle = Vehicle(dead_time=0.01)
-    params, told = presets.get(name, "default"), Vehicle()
-    law = linearised(params, told, speed, 0.05)
-    margin = margins(params, vehicle, speed, believed=told, adapt=None).gain
+    params, given = presets.get(name, "default"), Vehicle()
+    law = linearised(params, given, speed, 0.05)
+    margin = margins(params, vehicle, speed, believed=given, adapt=None).gain
     assert margin > 1.0
     for factor, stable in ((0.999, True), (1.001, False)):
         scale = factor * margin
         scaled = law._replace(cross_track=scale * law.cross_track, heading=scale * law.heading)
-        assert Loop(scaled, vehicle, speed, 0.05, believed=told).is_stable() is stable
+        assert Loop(scaled, vehicle, speed, 0.05, believed=given).is_stable() is stable
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 def test_phase_margin_turns_the_response_onto_minus_one(name: str) -> None:
     vehicle = Vehicle()
     params = presets.get(name, "default")
@@ -154,7 +156,7 @@ def test_open_loop_of_a_slow_frequency_is_the_continuous_one() -> None:
     assert loop.gain()[at] == pytest.approx(continuous, rel=1e-4)
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 @pytest.mark.parametrize("dead_time", [0.1, 0.15])
 def test_poles_of_a_controller_that_predicts_are_those_without_a_dead_time(
     name: str, dead_time: float
@@ -176,7 +178,7 @@ def test_margins_fall_with_lag_and_with_speed() -> None:
     assert by_speed == sorted(by_speed, reverse=True)
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 def test_margins_do_not_depend_on_where_the_pose_is_measured(name: str) -> None:
     rear = Vehicle(dead_time=0.07)
     for ahead in (1.3, -2.0):
@@ -185,22 +187,22 @@ def test_margins_do_not_depend_on_where_the_pose_is_measured(name: str) -> None:
         assert margins(params, elsewhere, 9.0) == pytest.approx(margins(params, rear, 9.0))
 
 
-@pytest.mark.parametrize("name", LINEAR_LAWS)
+@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
 def test_tracked_point_is_that_of_the_controller(name: str) -> None:
     for vehicle in (Vehicle(rear_axle=-1.2), vehicles.get("carla-identified")):
-        make: Callable[..., laws.Controller] = laws.get(name).controller
+        make: Callable[..., controllers.Controller] = controllers.get(name).controller
         params = presets.get(name, "default")
         tracked = make(PATH, vehicle, params).tracked_point
         assert linearised(params, vehicle, 10.0, 0.05).tracked_point == tracked
 
 
 def test_stability_sets_controllers_beside_speeds() -> None:
-    result = stability(["stanley", "pop"], Vehicle(), [5.0, 10.0])
+    result = stability.run(["stanley", "pop"], Vehicle(), [5.0, 10.0])
     assert {name: len(rows) for name, rows in result.margins.items()} == {"stanley": 2, "pop": 2}
     assert result.margins["pop"][1] == margins(popsteer.PopParams(), Vehicle(), 10.0)
-    own = stability({"pop": popsteer.PopParams(min_lookahead=20.0)})
+    own = stability.run({"pop": popsteer.PopParams(min_lookahead=20.0)})
     assert own.margins["pop"][2].dead_time > result.margins["pop"][1].dead_time
-    late = stability(["pop"], Vehicle(dead_time=0.1), [10.0], believed=Vehicle())
+    late = stability.run(["pop"], Vehicle(dead_time=0.1), [10.0], believed=Vehicle())
     assert late.believed == Vehicle()
     assert late.margins["pop"][0].dead_time < result.margins["pop"][1].dead_time
 
@@ -214,12 +216,12 @@ def test_lookahead_is_that_of_the_law() -> None:
 
 
 def test_margins_of_what_has_no_linear_loop_are_refused() -> None:
-    with pytest.raises(ConfigError, match="law must be one with a linear loop"):
-        stability(["bang-bang"])
+    with pytest.raises(ConfigError, match="controller must be one with a linear loop"):
+        stability.run(["bang-bang"])
     with pytest.raises(ConfigError, match="speed must be in"):
-        stability(["pop"], speeds=[0.0])
+        stability.run(["pop"], speeds=[0.0])
     with pytest.raises(ConfigError, match="lookahead must be positive"):
-        stability({"pop": popsteer.PopParams(min_lookahead=0.0, lookahead_gain=0.0)})
+        stability.run({"pop": popsteer.PopParams(min_lookahead=0.0, lookahead_gain=0.0)})
 
 
 def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
@@ -228,7 +230,7 @@ def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
     vehicle, speed, dt = Vehicle(steer_lag=0.0), 8.0, 0.05
     turning = speed / vehicle.wheelbase
     rng = np.random.default_rng(3)
-    told = []
+    given = []
     for pull, turn, kept in rng.uniform((-0.1, -0.5, -1.2), (0.4, 3.0, 1.2), (200, 3)):
         law = LinearLaw(3.0, np.array([pull]), np.array([turn]), np.array([1.0, -kept]))
         answer = np.array([-pull, -(3.0 * pull + turn), kept])  # to e₀, ψ and the last angle
@@ -238,5 +240,5 @@ def test_loop_is_stable_where_its_poles_lie_inside_the_circle() -> None:
         largest = np.abs(np.linalg.eigvals(matrix)).max()
         if abs(largest - 1.0) > 1e-3:
             assert Loop(law, vehicle, speed, dt).is_stable() is bool(largest < 1.0)
-            told.append((abs(kept) > 1.0, bool(largest < 1.0)))
-    assert set(told) == {(True, False), (False, True), (False, False)}
+            given.append((abs(kept) > 1.0, bool(largest < 1.0)))
+    assert set(given) == {(True, False), (False, True), (False, False)}

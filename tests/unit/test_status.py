@@ -1,6 +1,6 @@
 """Every status of a command, by a case made for it, and what the library then does.
 
-The table "What a status says" of docs/edges.md is held to these cases.
+The table "What a status says" of docs/loop.md is held to these cases.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import InputError, Status, Vehicle, laws
+from popsteer import InputError, Status, Vehicle, controllers
 from popsteer.sim import Settings, Simulation
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
-    from popsteer.laws import Controller
+    from popsteer.controllers import Controller
 
-PAGE = (ROOT / "docs" / "edges.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "loop.md").read_text(encoding="utf-8")
 MAX_STEER = 0.3
-NAMES = laws.names()
+NAMES = controllers.names()
 AIMING = ("pop", "pure-pursuit")
 """The controllers that aim at a point on the lookahead circle."""
 CAR = Vehicle(max_steer=MAX_STEER)
@@ -52,7 +52,7 @@ def straight() -> popsteer.Path:
 
 
 def controller(name: str, **car: Any) -> Controller:
-    return laws.get(name).controller(straight(), CAR.replace(**car))
+    return controllers.get(name).controller(straight(), CAR.replace(**car))
 
 
 def assert_sound(command: popsteer.Command) -> None:
@@ -125,7 +125,7 @@ def test_status_farther_off_than_the_lookahead_aims_beside(name: str, side: floa
 
 @pytest.mark.parametrize("name", AIMING)
 def test_status_of_the_papers_search_aims_at_the_last_point_that_it_looks_at(name: str) -> None:
-    law = laws.get(name)
+    law = controllers.get(name)
     params: Any = law.params(exact_lookahead=False)  # type: ignore[call-arg]
     command = Case(20.0, 15.0).step(law.controller(straight(), CAR, params))
     assert_sound(command)
@@ -136,7 +136,7 @@ def test_status_of_the_papers_search_aims_at_the_last_point_that_it_looks_at(nam
 
 @pytest.mark.parametrize("name", AIMING)
 def test_status_on_a_closed_path_within_the_circle_aims_a_quarter_on(name: str) -> None:
-    law = laws.get(name)
+    law = controllers.get(name)
     small = popsteer.Path([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)], closed=True)
     command = Case(0.5, 0.0).step(law.controller(small, CAR))
     assert_sound(command)
@@ -153,7 +153,7 @@ _SATURATING: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_status_where_more_is_wanted_than_the_limit_is_the_limit(name: str, side: float) -> None:
-    law = laws.get(name)
+    law = controllers.get(name)
     params: Any = law.params(**_SATURATING.get(name, {}))
     car = CAR.replace(max_lateral_acceleration=None)
     steered = law.controller(straight(), car, params)
@@ -296,7 +296,7 @@ def test_status_of_refused_input_is_held_then_lost(name: str, dead_time: float) 
 @pytest.mark.parametrize("name", NAMES)
 def test_status_of_refused_input_on_the_way_back_holds_the_direction(name: str) -> None:
     path = popsteer.Path([(5.0 * k, 0.0) for k in range(21)], reverse=[True] * 21)
-    law = laws.get(name).controller(path, CAR)
+    law = controllers.get(name).controller(path, CAR)
     first = law.step_or_hold(math.nan, 0.0, 0.0, 0.0, 0.05)
     assert (first.reverse, first.target, first.cross_track_error) == (False, (0.0, 0.0), 0.0)
     before = law.step(20.0, 0.4, math.pi, -3.0, 0.05)
@@ -362,7 +362,7 @@ def test_relocalise_in_one_thread_and_set_path_in_another_keep_the_waypoint_on_t
     xy = np.column_stack((np.arange(float(count)), np.zeros(count)))
     for _ in range(5):
         long = popsteer.Path(xy)  # a new one each time: it may do more at its first use
-        controller = laws.get(name).controller(long)
+        controller = controllers.get(name).controller(long)
         begun = threading.Event()
 
         def jump(controller: Controller = controller, begun: threading.Event = begun) -> None:

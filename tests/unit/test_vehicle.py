@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import popsteer
-from popsteer import ConfigError, InputError, Vehicle, laws, sim, vehicle_file, vehicles
+from popsteer import ConfigError, InputError, Vehicle, controllers, sim, vehicle_file, vehicles
 from tests.helpers import named
 
 # Of each field the range, the default, and whether it may be None.
@@ -271,7 +271,7 @@ def test_vehicles_by_name_are_the_papers_and_those_of_the_plants() -> None:
         vehicles.get("bus")
 
 
-@pytest.mark.parametrize("name", laws.names())
+@pytest.mark.parametrize("name", controllers.names())
 @pytest.mark.parametrize("reverse", [False, True])
 def test_vehicle_measured_at_any_point_is_steered_alike(name: str, reverse: bool) -> None:
     count, sign = 200, -1.0 if reverse else 1.0
@@ -281,7 +281,7 @@ def test_vehicle_measured_at_any_point_is_steered_alike(name: str, reverse: bool
     base = Vehicle(dead_time=0.1, steer_offset=0.01, max_steer_rate=0.8)
     points = (0.0, -1.35, -3.0, 0.8)
     cars = [base.replace(rear_axle=point) for point in points]
-    drivers = [laws.get(name).controller(path, car) for car in cars]
+    drivers = [controllers.get(name).controller(path, car) for car in cars]
     for k in range(60):
         x, y = 5.0 + 0.25 * k, 3.0 * math.sin(0.5 + 0.025 * k) + 0.3
         yaw = 0.2 * math.cos(0.1 * k) + (math.pi if reverse else 0.0)

@@ -1,4 +1,5 @@
-//! Drives one controller around the course: what `instruction_counts.py` counts the instructions of.
+//! Drives one controller around the course: what `instruction_counts.py` counts the instructions
+//! of.
 //!
 //! `steps LAW steer|step LAPS` prints how many steps it has taken. What comes before them (making
 //! the course, the lap that warms up) is the same for any number of laps, so the difference of two
@@ -9,14 +10,15 @@ use std::error::Error;
 use std::hint::black_box;
 use std::io::{Write, stdout};
 
-use popsteer_bench::{Course, Drive, FREE, LATE, SLOW, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, Drive, FREE, SLOW, WAYPOINTS};
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 use popsteer_core::{LateralLaw, Tracker, Vehicle};
 
-// One function for each law, so that what else the program holds does not move into its loop.
+// One function for each controller, so that what else the program holds does not move into its
+// loop.
 #[inline(never)]
 fn take_steps<L: LateralLaw>(course: &Course, law: L, call: &str, steps: usize) {
     let mut drive = Drive::new(course, Tracker::of(law));
@@ -53,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             };
             take_steps(&course, Pop::new(car, paper)?, call, steps);
         }
-        "pop-late" => take_steps(&course, Pop::new(LATE, pop)?, call, steps),
+        "pop-late" => take_steps(&course, Pop::new(DELAYED, pop)?, call, steps),
         "preview-pop" => take_steps(&course, PreviewPop::new(car, preview_pop)?, call, steps),
         "preview-pop-free" => {
             take_steps(&course, PreviewPop::new(FREE, preview_pop)?, call, steps);
@@ -62,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             take_steps(&course, PreviewPop::new(SLOW, preview_pop)?, call, steps);
         }
         "preview-pop-late" => {
-            take_steps(&course, PreviewPop::new(LATE, preview_pop)?, call, steps);
+            take_steps(&course, PreviewPop::new(DELAYED, preview_pop)?, call, steps);
         }
         "pid" => take_steps(&course, Pid::new(car, PidParams::DEFAULT)?, call, steps),
         "pure-pursuit" => {

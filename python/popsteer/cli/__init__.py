@@ -1,5 +1,5 @@
 """The command ``popsteer``. It needs the extra ``lab``; ``main`` says so where it is missing."""
 
-from popsteer.cli.main import main
+from popsteer.cli.entry import main
 
 __all__ = ["main"]

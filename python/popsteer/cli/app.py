@@ -2,50 +2,79 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, dead_time, edges, matrix, simulate, stability, tracks
+from popsteer.cli import (
+    bench,
+    compare,
+    delay,
+    edges,
+    identify,
+    matrix,
+    plan,
+    replay,
+    simulate,
+    stability,
+    tracks,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 __all__ = ["app"]
 
 _HELP = """\
 Path-tracking controllers, driven along a track and measured.
 
-POP, the proximally optimal predictive controller, and those it is measured against: PID,
-Pure-Pursuit, Stanley, and bang-bang as the floor. The plant is the one identified from the run that
-the paper's authors recorded in CARLA, unless told otherwise, and the track is one that comes with
-popsteer. The controllers are told what the plant is, unless --vehicle says otherwise.
+The controllers are POP (proximally optimal predictive), preview POP, PID, Pure-Pursuit, Stanley,
+and bang-bang as the simplest. The default plant is the vehicle identified from the run that the
+paper's authors recorded in CARLA; the default track comes with popsteer. The controllers know the
+plant's vehicle unless --vehicle gives them another.
 
 \b
 Examples:
   popsteer compare                       the paper's four controllers on the shipped race track
-  popsteer compare --out out             ... and the figures, records and metrics in out/
-  popsteer compare --waypoints mine.csv  ... on a track of your own: x [m], y [m], speed [m/s]
-  popsteer compare --plant car.toml      ... with a car of your own, as popsteer.Vehicle.save
-                                         writes it
+  popsteer compare --out out             the same, with figures, records and metrics in out/
+  popsteer compare --waypoints mine.csv  a track of your own: x [m], y [m], speed [m/s]
+  popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
-  popsteer matrix --out out              controllers × plants × tracks: error against step time
-  popsteer tracks export racetrack racetrack.csv
+  popsteer matrix --out out              controllers × plants × tracks: error and step time
+  popsteer plan waypoints.csv --vehicle car.toml --out course.csv
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
-  popsteer edges                         crossings, cusps, odd spacings and starts
-  popsteer dead-time                     steering delay, and controllers that predict through it
+  popsteer edges                         crossings, cusps, odd spacings and odd starts
+  popsteer delay                         steering delay, and controllers that predict through it
+  popsteer identify drive.mcap           what is my car? from the log of a drive
+  popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
   popsteer bench                         how long a control step takes
+  popsteer tracks export racetrack racetrack.csv
 
 \b
-What `--out DIR` writes:
-  DIR/metrics.json            the figures of all controllers, for programs
+An option means the same in every command that has it:
+  --controllers NAMES  --controller NAME    who steers
+  --plants NAMES       --plant NAME|FILE    what is driven
+  --tracks NAMES       --track NAME         where; --waypoints FILE for a path of your own
+  --vehicle NAME|FILE                       the vehicle that the controllers are given
+  --set NAME=VALUE                          a parameter of the controllers
+  --set-vehicle, --set-plant NAME=VALUE     a field of that vehicle, of the plant
+  --start, --start-offset                   where the vehicle starts
+  --speed, --constant-speed                 its speed at the start, its speed all the way
+  --out DIR                                 the folder to write to
+
+\b
+What `compare --out DIR` writes:
+  DIR/metrics.json            the metrics of all controllers, for programs
   DIR/runs/CONTROLLER.csv     what was measured, a row for each control step
   DIR/results.png .svg        path, errors and steering over time, a column for each controller
-  DIR/overview.png .svg       all controllers on one axis, and their mean errors
+  DIR/overview.png .svg       all controllers in one plot, and their mean errors
   DIR/*-dark.png .svg         the same figures for a dark background
 
-Units are SI and radians; degrees are marked. x points forward, y left, angles turn left. A pose is
-that of the vehicle's point: where its `rear_axle` counts from. Files are
-written whole or not at all. Whatever is wrong with the input is said in one line on stderr, with
-exit status 2.
+Units are SI and radians; degrees are marked. x points forward, y left, and angles are positive to
+the left. A pose is the pose of the vehicle's point, from which its rear_axle is measured. Files are
+written completely or not at all. An error in the input is reported in one line on stderr, with exit
+status 2.
 """
 
 app = typer.Typer(
@@ -79,11 +108,19 @@ def _popsteer(
         print(context.get_help())
 
 
-app.command("compare", help=compare.HELP)(compare.compare)
-app.command("simulate", help=simulate.HELP)(simulate.simulate)
-app.command("stability", help=stability.HELP)(stability.stability)
-app.command("matrix", help=matrix.HELP)(matrix.matrix)
-app.command("edges", help=edges.HELP)(edges.edges)
-app.command("dead-time", help=dead_time.HELP)(dead_time.dead_time)
-app.command("bench", help=bench.HELP)(bench.bench)
-app.add_typer(tracks.app, name="tracks")
+def _add(name: str, command: Callable[..., None], page: str) -> None:
+    """Add a command: its docstring is its line in the list, `page` its own help."""
+    app.command(name, help=page, short_help=command.__doc__)(command)
+
+
+_add("compare", compare.compare, compare.HELP)
+_add("simulate", simulate.simulate, simulate.HELP)
+_add("plan", plan.plan, plan.HELP)
+_add("identify", identify.identify, identify.HELP)
+_add("replay", replay.replay, replay.HELP)
+_add("stability", stability.stability, stability.HELP)
+_add("matrix", matrix.matrix, matrix.HELP)
+_add("edges", edges.edges, edges.HELP)
+_add("delay", delay.delay, delay.HELP)
+_add("bench", bench.bench, bench.HELP)
+app.add_typer(tracks.app, name="tracks", short_help=tracks.list_tracks.__doc__)

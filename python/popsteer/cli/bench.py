@@ -7,45 +7,47 @@ from typing import Annotated
 
 import typer
 
+from popsteer import lab
+from popsteer.cli import options
+from popsteer.files import check_folder
+
 __all__ = ["HELP", "bench"]
 
 HELP = """\
-Measure how long a control step of POP takes.
+Measure how long a control step takes when it is called from Python.
 
-The whole step, as the paper counts it: window, lookahead, prediction and choice, called from
-Python; beside it the pure-Python reference, an empty call of the same signature, and the paper's
-3.239 ms. A debug build is refused.
+A step of POP is everything that the paper counts: window, lookahead, prediction and choice. The
+other controllers are timed too, and to compare with: the same step in plain Python, an empty call
+with the same arguments, and the paper's 3.239 ms. A debug build is refused.
 
-In a checkout, with the extra `yardsticks` installed, also the reference's step compiled by numba
-and a linear model-predictive controller on osqp, 20 steps of 50 ms.
+In a checkout with the extra 'yardsticks' two more are timed: POP's step compiled by numba, and a
+linear model-predictive controller on osqp with 20 steps of 50 ms.
 
 \b
 Examples:
   popsteer bench
-  popsteer bench --json latency.json
+  popsteer bench --out out
 """
 
 
 def bench(
-    json: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the figures as JSON.", show_default=False),
-    ] = None,
+    *,
     yardsticks: Annotated[
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Where the files of the yardsticks are [default: benches/yardsticks, if there].",
+            help="Folder with the files of the yardsticks. The default is benches/yardsticks, if it"
+            " exists.",
             show_default=False,
         ),
     ] = None,
+    out: options.Out = None,
 ) -> None:
     """Measure how long a control step takes."""
     from rich.console import Console
 
-    from popsteer.bench import latency
-    from popsteer.files import check_files
-
-    if json is not None:
-        check_files([json])
-    latency.run(json, Console(), yardsticks_folder=yardsticks)
+    if out is not None:
+        check_folder(out, ["latency.json"])
+    file = None if out is None else out / "latency.json"
+    lab.bench.run(file, Console(), yardsticks_folder=yardsticks)
+    print("--out DIR writes latency.json." if file is None else f"Written to {file}")

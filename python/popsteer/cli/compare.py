@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
-from popsteer import baselines, laws, presets, report, sim, study
+from popsteer import lab, presets, sim
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
 from popsteer.files import check_folder
+from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.sim import Settings
 
 __all__ = ["HELP", "compare"]
 
-HELP = """\
-Drive several controllers along one track, and set their figures beside the paper's.
+_CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
 
-Errors are measured at each controller's own tracked point, as the paper did (the rear axle for
-Pure-Pursuit, the front axle for the others), and once more at the rear axle, one point for all.
-The controllers are told the plant's vehicle, unless --vehicle or --set-vehicle says otherwise.
+HELP = """\
+Drive several controllers along one track and show their errors beside the paper's.
+
+Errors are measured at the point that each controller tracks, as in the paper: the rear axle for
+Pure-Pursuit, the front axle for the paper's other controllers. They are measured again at the rear
+axle, which is the same point for all. The controllers know the plant's vehicle unless --vehicle or
+--set-vehicle gives them another.
 
 \b
 Examples:
@@ -30,7 +34,7 @@ Examples:
   popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --start-at front
   popsteer compare --preset paper --plant kinematic-bicycle
   popsteer compare --plant commonroad-mb-2 --constant-speed 14 --start-offset 1
-  popsteer compare --laws pop,mpc --step-time
+  popsteer compare --controllers pop,mpc --step-time
   popsteer compare --plant car.toml --set-vehicle dead_time=0
   popsteer compare --vehicle car.toml --plant heavier-car.toml
 """
@@ -38,21 +42,14 @@ Examples:
 
 def compare(
     *,
+    controllers: options.Controllers = _CONTROLLERS,
+    preset: options.Preset = presets.REPRODUCTION,
+    set_: options.Set = None,
     waypoints: options.Waypoints = None,
     track: options.Track = None,
     closed: options.Closed = False,
-    controllers: Annotated[
-        str,
-        typer.Option(
-            "--controllers",
-            "--laws",
-            metavar="LAWS",
-            help=f"The controllers, of {', '.join(laws.names())}; with the extra 'mpc' also"
-            f" {', '.join(baselines.names())}.",
-        ),
-    ] = ",".join(study.DEFAULT_LAWS),
-    preset: options.Preset = presets.REPRODUCTION,
     plant: options.Plant = "carla-identified",
+    set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
     set_vehicle: options.SetVehicle = None,
     no_adapt: options.NoAdapt = False,
@@ -63,32 +60,28 @@ def compare(
     constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     step_time: Annotated[
-        bool,
-        typer.Option(
-            "--step-time", help="Measure how long a control step of each controller takes."
-        ),
+        bool, typer.Option("--step-time", help="Measure the time of a control step as well.")
     ] = False,
     out: options.Out = None,
 ) -> None:
     """Drive several controllers along one track."""
-    names = inputs.names(controllers)
+    names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
     with Progress() as progress:
-        mover = inputs.plant(plant)
+        mover = inputs.plant(plant, set_plant)
         itself = sim.vehicle_of(mover)
-        told = inputs.believed(vehicle, set_vehicle, itself)
+        given = inputs.believed(vehicle, set_vehicle, itself)
         begin = inputs.start(course.path, start, start_at, start_offset, itself)
-        params = study.parameters(names, preset)
-        adapt: Literal["auto"] | None = None if no_adapt else "auto"
+        tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt)
         if out is not None:
-            check_folder(out, report.file_names(params))
-        comparison = study.compare(
+            check_folder(out, lab.compare.files.file_names(tuning.params))
+        comparison = lab.compare.run(
             course.path,
-            params,
+            tuning.params,
             mover,
-            vehicle=told,
-            adapt=adapt,
-            preset=preset,
+            vehicle=given,
+            adapt=tuning.adapt,
+            preset=tuning.preset,
             start=begin.pose,
             start_at=begin.at,
             speed=speed,
@@ -98,5 +91,7 @@ def compare(
         )
         comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         if step_time:
-            comparison = study.time_steps(comparison, params, progress.update, adapt=adapt)
+            comparison = lab.compare.time_steps(
+                comparison, tuning.params, progress.update, adapt=tuning.adapt
+            )
         outputs.deliver(comparison, out, progress)

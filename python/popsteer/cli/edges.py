@@ -6,80 +6,102 @@ from typing import Annotated
 
 import typer
 
-from popsteer import study
-from popsteer.cli import inputs, options
-from popsteer.cli.outputs import deliver_table
+from popsteer import lab
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
-from popsteer.files import check_files
+from popsteer.files import check_folder
+from popsteer.lab.edges.runs import EDGE_CONTROLLERS, EDGE_PLANT
 from popsteer.sim import vehicle_of
-from popsteer.study.edges import EDGE_PLANT
 
 __all__ = ["HELP", "edges"]
 
-HELP = """\
-Drive the controllers along pathological paths, and tell how it went.
+_CONTROLLERS = ",".join(EDGE_CONTROLLERS)
 
-Paths that cross, touch or come back beside themselves, repeated waypoints, waypoints a centimetre
-and a hundred metres apart, parking manoeuvres with two cusps, and starts 3 m beside the path, 90°
-and 180° off. The plant is the kinematic bicycle, its wheels turn by 0.6 rad at most. docs/edges.md
-has the table and what it means.
+HELP = """\
+Drive the controllers along pathological paths.
+
+The paths cross themselves, touch, return beside themselves, repeat waypoints, have waypoints a
+centimetre or a hundred metres apart, or park with two cusps. Other runs start 3 m beside the path,
+or pointing 90° or 180° away from it. The default plant is the kinematic bicycle with wheels that
+turn by 0.6 rad at most. docs/edges.md explains the table.
 
 \b
 Examples:
   popsteer edges
-  popsteer edges --laws pop,stanley --tracks out-and-back,parallel-parking
-  popsteer edges --csv edges.csv --json edges.json
+  popsteer edges --controllers pop,stanley --tracks out-and-back,parallel-parking
   popsteer edges --plant car.toml --tracks parallel-parking
+  popsteer edges --controllers preview-pop --set min_speed=2 --out out
 """
 
 
 def edges(
     *,
-    laws: Annotated[
-        str, typer.Option(metavar="LAWS", help=f"The controllers, of {', '.join(study.EDGE_LAWS)}.")
-    ] = ",".join(study.EDGE_LAWS),
+    controllers: options.OwnControllers = _CONTROLLERS,
+    set_: options.Set = None,
     tracks: Annotated[
         str | None,
         typer.Option(
-            metavar="TRACKS", help="Tracks of the table; all by default.", show_default=False
+            metavar="NAMES",
+            help="The pathological paths, separated by commas; all by default:"
+            f" {', '.join(track.name for track in lab.edges.edge_tracks())}.",
+            show_default=False,
         ),
     ] = None,
     plant: Annotated[
         str | None,
         typer.Option(
             metavar="NAME|FILE",
-            help="What moves, as compare's --plant names it; it has to reverse on some tracks.",
+            help="The plant, as compare's --plant names it. Some of the paths need one that can"
+            " reverse. The default is the kinematic bicycle with max_steer=0.6.",
             show_default=False,
         ),
     ] = None,
+    set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
     set_vehicle: options.SetVehicle = None,
-    csv: options.Csv = None,
-    json: options.Json = None,
+    no_adapt: options.NoAdapt = False,
+    dt: options.Dt = options.DEFAULT_DT,
+    out: options.Out = None,
 ) -> None:
     """Drive the controllers along pathological paths."""
-    from popsteer.report.edges import edges_caption, edges_csv, edges_json, edges_table
-
-    known = {track.name: track for track in study.edge_tracks()}
-    wanted = list(known) if tracks is None else inputs.names(tracks)
+    names = inputs.names("--controllers", controllers)
+    known = {track.name: track for track in lab.edges.edge_tracks()}
+    wanted = list(known) if tracks is None else inputs.names("--tracks", tracks)
     for name in wanted:
         if name not in known:
             raise ConfigError.unknown("track", name, tuple(known))
-    check_files(file for file in (csv, json) if file is not None)
+    if out is not None:
+        check_folder(out, ["edges.csv", "edges.json"])
     with Progress() as progress:
         mover = EDGE_PLANT if plant is None else inputs.plant(plant)
-        told = inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
-        rows = study.edges(
-            inputs.names(laws),
+        mover = inputs.changed_plant(mover, "the plant", set_plant)
+        given = inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
+        tuning = inputs.tuned(
+            names,
+            "default",
+            set_,
+            no_adapt=no_adapt,
+            known=inputs.OWN_CONTROLLERS,
+            given=lab.edges.edge_params,
+        )
+        rows = lab.edges.run(
+            tuning.params,
             [known[name] for name in wanted],
             plant=mover,
-            vehicle=told,
+            vehicle=given,
+            adapt=tuning.adapt,
+            dt=dt,
             progress=progress.update,
         )
-    deliver_table(
-        edges_caption(mover, told),
-        edges_table(rows),
-        csv=(csv, lambda: edges_csv(rows)),
-        json=(json, lambda: edges_json(rows, mover, told)),
+    content = {
+        "edges.csv": lab.edges.table.edges_csv(rows).encode(),
+        "edges.json": lab.edges.table.edges_json(rows, mover, given).encode(),
+    }
+    said = outputs.write(content, out, "--out DIR writes edges.csv and edges.json.")
+    outputs.show(
+        lab.edges.table.edges_caption(mover, given),
+        [lab.edges.table.edges_table(rows)],
+        lab.edges.table.edges_notes(rows),
     )
+    print(said)

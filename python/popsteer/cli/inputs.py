@@ -4,33 +4,42 @@ from __future__ import annotations
 
 import os
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
+from popsteer import controllers as own_controllers
 from popsteer import plants, sim, tracks, vehicles
-from popsteer._core import Path, Vehicle
-from popsteer.cli.assignments import assigned
+from popsteer._core import AdaptParams, Path, Vehicle
+from popsteer.cli.assignments import assigned, assigned_each
 from popsteer.errors import ConfigError
+from popsteer.lab import baselines
+from popsteer.lab.common.names import controller_names
+from popsteer.lab.compare import parameters
 from popsteer.sim import CarlaIdentified, KinematicBicycle, default_start
 from popsteer.sim.geometry import StartAt, made
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from popsteer.plants.protocol import PythonPlant
-    from popsteer.sim.run import Pose
+    from popsteer.sim.closed_loop import Pose
 
 __all__ = [
     "DEFAULT_TRACK",
+    "OWN_CONTROLLERS",
     "PLANTS",
     "Course",
     "Start",
+    "Tuning",
     "believed",
+    "changed_plant",
     "course",
+    "courses",
     "named_vehicle",
     "names",
     "plant",
     "plant_label",
     "start",
+    "tuned",
 ]
 
 PLANTS: dict[str, type[CarlaIdentified | KinematicBicycle]] = {
@@ -38,8 +47,13 @@ PLANTS: dict[str, type[CarlaIdentified | KinematicBicycle]] = {
     "kinematic-bicycle": KinematicBicycle,
 }
 """The plants of the core by name."""
+OWN_CONTROLLERS = own_controllers.names()
+"""The controllers of popsteer; the baselines are from elsewhere."""
 DEFAULT_TRACK = "racetrack"
-"""The track that is driven unless told otherwise."""
+"""The track that is driven by default."""
+
+
+_CLOSED = "given with --waypoints; a shipped track is open or closed by itself"
 
 
 class Course(NamedTuple):
@@ -54,6 +68,17 @@ class Start(NamedTuple):
 
     pose: Pose | None
     at: StartAt
+
+
+class Tuning(NamedTuple):
+    """What the controllers of a run are tuned by."""
+
+    params: dict[str, Any]
+    """Parameters by name of the controller, in the order given."""
+    adapt: AdaptParams | Literal["auto"] | None
+    """How they adapt; None: not at all."""
+    preset: str
+    """Where the tuning comes from, for captions."""
 
 
 def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Course:
@@ -90,18 +115,60 @@ def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Co
             raise ConfigError("--track", track, "left out where --waypoints is given")
         return Course(Path.from_csv(os.fspath(waypoints), closed=closed), waypoints.name)
     if closed:
-        raise ConfigError("--closed", closed, "given with --waypoints; a track knows by itself")
+        raise ConfigError("--closed", closed, _CLOSED)
     shipped = tracks.get(DEFAULT_TRACK if track is None else track)
     return Course(Path(shipped.xy, speed=shipped.speed, closed=shipped.closed), shipped.name)
 
 
-def names(text: str) -> list[str]:
+def courses(
+    waypoints: Sequence[FilePath] | None, tracks: str | None, *, closed: bool
+) -> list[Course]:
+    """Give the paths that the options of a command of many ask for.
+
+    Parameters
+    ----------
+    waypoints : sequence of pathlib.Path or None
+        Files of waypoints.
+    tracks : str or None
+        Names of shipped tracks; `DEFAULT_TRACK` where neither is given.
+    closed : bool
+        Whether the last waypoint of each file joins its first.
+
+    Returns
+    -------
+    list of Course
+        The shipped tracks, then the files.
+
+    Raises
+    ------
+    ConfigError
+        As `course`.
+    PathError
+        A file makes no path.
+
+    Examples
+    --------
+    >>> [each.name for each in courses(None, "circle,slalom", closed=False)]
+    ['circle', 'slalom']
+    """
+    if closed and not waypoints:
+        raise ConfigError("--closed", closed, _CLOSED)
+    shipped = [] if tracks is None else names("--tracks", tracks)
+    if not waypoints and not shipped:
+        shipped = [DEFAULT_TRACK]
+    found = [course(None, name, closed=False) for name in shipped]
+    return found + [course(file, None, closed=closed) for file in waypoints or []]
+
+
+def names(option: str, text: str) -> list[str]:
     """Split a list of names at its commas.
 
     Parameters
     ----------
+    option : str
+        The option that holds the list, for messages.
     text : str
-        The list; it may be empty here and there.
+        The list. Empty names are left out.
 
     Returns
     -------
@@ -115,13 +182,77 @@ def names(text: str) -> list[str]:
 
     Examples
     --------
-    >>> names("pid, pop,,pid")
+    >>> names("--controllers", "pid, pop,,pid")
     ['pid', 'pop']
     """
     found = list(dict.fromkeys(name for name in map(str.strip, text.split(",")) if name))
     if not found:
-        raise ConfigError("--controllers", text, "names of controllers, separated by commas")
+        raise ConfigError(option, text, "names, separated by commas")
     return found
+
+
+def tuned(
+    controllers: Sequence[str],
+    preset: str,
+    assignments: Sequence[str] | None,
+    *,
+    no_adapt: bool,
+    known: Sequence[str] | None = None,
+    given: Callable[[str], Any] | None = None,
+) -> Tuning:
+    """Give what the controllers are tuned by, as the options ask for it.
+
+    Parameters
+    ----------
+    controllers : sequence of str
+        Names of the controllers.
+    preset : str
+        Name of a preset.
+    assignments : sequence of str or None
+        ``NAME=VALUE`` each: for every controller that has the parameter, and for how they adapt.
+    no_adapt : bool
+        Whether they estimate nothing.
+    known : sequence of str, optional
+        The controllers that the command can take; all by default.
+    given : callable, optional
+        Gives the parameters of a controller by its name, where they are not the preset's.
+
+    Returns
+    -------
+    Tuning
+        Parameters, how they adapt, and what the tuning is called.
+
+    Raises
+    ------
+    ConfigError
+        A controller, the preset or a parameter is not known, or a value is refused.
+
+    Examples
+    --------
+    >>> tuning = tuned(["pid", "pop"], "default", ["min_lookahead=3"], no_adapt=False)
+    >>> tuning.params["pop"].min_lookahead, tuning.adapt, tuning.preset
+    (3.0, 'auto', 'default with changes')
+    """
+    known = controller_names() if known is None else known
+    for name in controllers:
+        if name not in known:
+            raise ConfigError.unknown("controller", name, known)
+    if given is None:
+        params: dict[str, Any] = parameters(controllers, preset)
+    else:
+        params = {name: given(name) for name in controllers}
+    usual = AdaptParams()
+    # The baselines do not adapt, so alone they have no such parameters.
+    adapting = [] if set(controllers) <= set(baselines.names()) else [usual]
+    owner = " or ".join(controllers)
+    changed = assigned_each([*params.values(), *adapting], assignments or [], owner)
+    adapt: AdaptParams | Literal["auto"] | None = "auto"
+    if no_adapt:
+        adapt = None
+    elif adapting and changed[-1] is not usual:
+        adapt = changed[-1]
+    said = f"{preset} with changes" if assignments else preset
+    return Tuning(dict(zip(params, changed, strict=False)), adapt, said)
 
 
 def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: Vehicle) -> Start:
@@ -174,13 +305,17 @@ def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: 
     return Start((x, y, yaw), place)
 
 
-def plant(text: str) -> CarlaIdentified | KinematicBicycle | PythonPlant:
+def plant(
+    text: str, assignments: Sequence[str] | None = None
+) -> CarlaIdentified | KinematicBicycle | PythonPlant:
     """Give the plant that an option names.
 
     Parameters
     ----------
     text : str
         The name of a plant, or a file ``*.toml`` of a vehicle: a kinematic bicycle is made of it.
+    assignments : sequence of str, optional
+        ``NAME=VALUE`` each: parameters of the plant and fields of its vehicle.
 
     Returns
     -------
@@ -190,7 +325,7 @@ def plant(text: str) -> CarlaIdentified | KinematicBicycle | PythonPlant:
     Raises
     ------
     ConfigError
-        No plant has this name, or the file holds no vehicle.
+        No plant has this name, the file holds no vehicle, or a parameter is refused.
     PopsteerError
         The plant needs an extra that is not installed.
 
@@ -198,11 +333,57 @@ def plant(text: str) -> CarlaIdentified | KinematicBicycle | PythonPlant:
     --------
     >>> plant("carla-identified").vehicle.rear_axle
     -1.94
+    >>> plant("kinematic-bicycle", ["wheelbase=2.5"]).vehicle.wheelbase
+    2.5
     """
     if _is_file(text):
-        return KinematicBicycle(Vehicle.load(text))
-    found = made(text)  # refuses an unknown one
-    return PLANTS[text]() if isinstance(found, str) else found
+        found: str | CarlaIdentified | KinematicBicycle | PythonPlant
+        found = KinematicBicycle(Vehicle.load(text))
+    else:
+        found = made(text)  # refuses an unknown one
+    whole = PLANTS[text]() if isinstance(found, str) else found
+    return changed_plant(whole, plant_label(text), assignments)
+
+
+def changed_plant(
+    plant: CarlaIdentified | KinematicBicycle | PythonPlant,
+    name: str,
+    assignments: Sequence[str] | None,
+) -> CarlaIdentified | KinematicBicycle | PythonPlant:
+    """Change a plant as assignments say.
+
+    Parameters
+    ----------
+    plant : CarlaIdentified or KinematicBicycle or PythonPlant
+        What is to be changed; it stays as it is.
+    name : str
+        What it is called, for messages.
+    assignments : sequence of str or None
+        ``NAME=VALUE`` each: parameters of the plant and fields of its vehicle.
+
+    Returns
+    -------
+    CarlaIdentified or KinematicBicycle or PythonPlant
+        A changed copy.
+
+    Raises
+    ------
+    ConfigError
+        A name is not known, or a value is refused.
+
+    Examples
+    --------
+    >>> changed_plant(KinematicBicycle(), "mine", ["steer_lag=0.3"]).vehicle.steer_lag
+    0.3
+    """
+    if not assignments:
+        return plant
+    if isinstance(plant, CarlaIdentified | KinematicBicycle):
+        changed, vehicle = assigned_each([plant, plant.vehicle], assignments, name)
+        return changed.replace(vehicle=vehicle)  # type: ignore[no-any-return]
+    configurable: Any = plant
+    params = assigned(configurable.params, assignments, name)
+    return configurable.with_params(params)  # type: ignore[no-any-return]
 
 
 def plant_label(text: str) -> str:
@@ -260,21 +441,21 @@ def named_vehicle(text: str) -> Vehicle:
 
 
 def believed(text: str | None, changes: Sequence[str] | None, itself: Vehicle) -> Vehicle:
-    """Give what the controllers are told of the vehicle.
+    """Give what the controllers know of the vehicle.
 
     Parameters
     ----------
     text : str or None
         As `named_vehicle` takes it; None for the plant's own.
     changes : sequence of str or None
-        What is told otherwise, ``NAME=VALUE`` each.
+        What is changed, ``NAME=VALUE`` each.
     itself : Vehicle
         What the plant is.
 
     Returns
     -------
     Vehicle
-        What they are told.
+        What they are given.
 
     Raises
     ------

@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from popsteer import presets, study
-from popsteer.cli import inputs, options
+from popsteer import lab, presets
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
 from popsteer.files import check_folder
+from popsteer.lab.common.vehicle import differences
+from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.sim import Settings, vehicle_of
 
 __all__ = ["HELP", "matrix"]
 
-_FILES = (
-    *("matrix.csv", "matrix.md", "matrix.json"),
-    *(f"matrix{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
-)
+_CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
 
 HELP = """\
 Drive several controllers on several plants along several tracks, and time a step of each.
 
-Prints a table; with --out also writes it (matrix.csv, matrix.md), all metrics (matrix.json), and a
-figure of the error against the time of a step. A run that does not finish
-says why: a plant's limit is named.
+The table has the errors, the median time of a step, and whether the run reached the end; a run that
+did not says why. With --out the table is also written as matrix.csv and matrix.md, all metrics as
+matrix.json, and a figure shows the error over the time of a step.
 
 \b
 Examples:
   popsteer matrix
-  popsteer matrix --laws pop,mpc --plants carla-identified,commonroad-mb-2 --constant-speed 10
-  popsteer matrix --tracks slalom --start-offset 0
+  popsteer matrix --controllers pop,mpc --plants carla-identified,commonroad-mb-2
+  popsteer matrix --tracks slalom --start-offset 0 --constant-speed 10
   popsteer matrix --plants car.toml,loaded-car.toml --vehicle car.toml
   popsteer matrix --tracks racetrack,slalom --waypoints waypoints.csv --out out
 """
@@ -40,79 +38,60 @@ Examples:
 
 def matrix(
     *,
-    laws: Annotated[
-        str,
-        typer.Option(metavar="LAWS", help=f"The controllers, of {', '.join(study.law_names())}."),
-    ] = ",".join(study.DEFAULT_LAWS),
-    plants: Annotated[
-        str, typer.Option(metavar="PLANTS", help="The plants, as compare's --plant names them.")
-    ] = "carla-identified,kinematic-bicycle",
-    tracks: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TRACKS",
-            help=f"Shipped tracks; {inputs.DEFAULT_TRACK} where no --waypoints are given.",
-            show_default=False,
-        ),
-    ] = None,
-    vehicle: options.Vehicle = None,
-    set_vehicle: options.SetVehicle = None,
+    controllers: options.Controllers = _CONTROLLERS,
+    preset: options.Preset = presets.REPRODUCTION,
+    set_: options.Set = None,
     waypoints: Annotated[
         list[Path] | None,
         typer.Option(
             metavar="FILE",
-            help="Waypoints to follow besides; may be given again and again.",
+            help="Waypoints to follow as well, as compare's --waypoints. Can be repeated.",
             show_default=False,
         ),
     ] = None,
-    preset: options.Preset = presets.REPRODUCTION,
+    tracks: options.Tracks = None,
+    closed: options.Closed = False,
+    plants: options.Plants = "carla-identified,kinematic-bicycle",
+    vehicle: options.Vehicle = None,
+    set_vehicle: options.SetVehicle = None,
+    no_adapt: options.NoAdapt = False,
     start_offset: options.StartOffset = None,
+    speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
 ) -> None:
     """Drive controllers on plants along tracks."""
-    from rich.console import Console
-
-    from popsteer import report
-    from popsteer.report.matrix import matrix_files, matrix_table
-    from popsteer.report.vehicle import differences
-
-    files = waypoints or []
-    default = None if files else inputs.DEFAULT_TRACK
-    shipped = [] if (tracks or default) is None else inputs.names(tracks or default or "")
-    courses = [inputs.course(None, name, closed=False) for name in shipped]
-    courses += [inputs.course(file, None, closed=False) for file in files]
+    names = inputs.names("--controllers", controllers)
+    courses = inputs.courses(waypoints, tracks, closed=closed)
     if out is not None:
-        check_folder(out, _FILES)
+        check_folder(out, lab.matrix.table.FILES)
     with Progress() as progress:
-        movers = {name: inputs.plant(name) for name in inputs.names(plants)}
-        told = {
+        movers = {name: inputs.plant(name) for name in inputs.names("--plants", plants)}
+        given = {
             name: inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
             for name, mover in movers.items()
         }
-        found = study.matrix(
+        tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt)
+        found = lab.matrix.run(
             {course.name: course.path for course in courses},
-            inputs.names(laws),
+            tuning.params,
             movers,
-            vehicle=told,
-            preset=preset,
+            vehicle=given,
+            adapt=tuning.adapt,
+            preset=tuning.preset,
             start_offset=start_offset,
+            speed=speed,
             constant_speed=constant_speed,
             settings=Settings(dt=dt),
             progress=progress.update,
         )
-        said = "--out DIR writes matrix.csv, matrix.md, matrix.json and the figure."
-        if out is not None:
-            content = matrix_files(found)
-            report.write(content, out)
-            said = f"Written to {out}{os.sep}: {', '.join(sorted(content))}"
-        progress.stop()
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
-    console.print(matrix_table(found))
-    for name, believed in told.items():
+        content = {} if out is None else lab.matrix.table.matrix_files(found)
+    said = outputs.write(content, out, "--out DIR writes the table, all metrics and a figure.")
+    notes = lab.matrix.table.matrix_notes(found)
+    for name, believed in given.items():
         if otherwise := differences(believed, vehicle_of(movers[name])):
-            print(f"{name}{otherwise}")
+            notes.append(f"{name}{otherwise}")
+    tables = lab.matrix.table.matrix_tables(found, outputs.console().width)
+    outputs.show(lab.matrix.table.matrix_caption(found), tables, notes)
     print(said)

@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""The options of the commands: one name and one meaning for each, in every command."""
 
 from __future__ import annotations
 
@@ -7,36 +7,91 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from popsteer import plants, presets, sim, tracks, vehicles
+from popsteer import controllers, plants, presets, sim, tracks, vehicles
+from popsteer.lab.common.names import controller_names
 from popsteer.sim import Settings
+from popsteer.sim.closed_loop import START_OFFSET
 
 __all__ = [
     "DEFAULT_DT",
     "Closed",
     "ConstantSpeed",
-    "Csv",
+    "Controller",
+    "Controllers",
     "Dt",
-    "Json",
     "NoAdapt",
     "Out",
+    "OwnControllers",
     "Plant",
+    "Plants",
     "Preset",
+    "Set",
+    "SetPlant",
     "SetVehicle",
     "Speed",
     "Start",
     "StartAt",
     "StartOffset",
     "Track",
+    "Tracks",
     "Vehicle",
     "Waypoints",
 ]
 
+_PLANTS = (
+    f"{', '.join(sim.plant_names())}; with the extra 'plants' commonroad-MODEL-VEHICLE (MODEL is"
+    f" st, std or mb, VEHICLE is 1 to 3) and {plants.names()[-1]}; or the file *.toml of a vehicle,"
+    " which is then driven as a kinematic bicycle."
+)
+_TRACKS = ", ".join(tracks.names())
+
+Controllers: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="NAMES",
+        help=f"The controllers, separated by commas: {', '.join(controller_names())}."
+        " mpc needs the extra 'mpc'.",
+    ),
+]
+OwnControllers: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="NAMES",
+        help=f"The controllers, separated by commas: {', '.join(controllers.names())}.",
+    ),
+]
+Controller: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME",
+        help=f"The controller: {', '.join(controller_names())}. mpc needs the extra 'mpc'.",
+    ),
+]
+Preset: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME",
+        help=f"Tuning of the controllers: {', '.join(presets.names('pop'))}. 'paper' is the paper's"
+        " text, 'published-code' its authors' code. 'reproduction' takes for each controller the"
+        " one that comes closer to the paper's table. preview-pop and mpc have one tuning only.",
+    ),
+]
+Set: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Set a parameter of every controller that has it, or of how the controllers adapt."
+        " Can be repeated.",
+        show_default=False,
+    ),
+]
 Waypoints: TypeAlias = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Waypoints to follow: a row for each with x [m], y [m] and, optionally, reference"
-        " speed [m/s], separated by commas or white space; # starts a comment.",
+        help="Waypoints to follow. Each row has x [m], y [m] and, optionally, a reference speed"
+        " [m/s], separated by commas or white space. # starts a comment.",
         show_default=False,
     ),
 ]
@@ -44,29 +99,40 @@ Track: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help=f"Shipped track to follow: {', '.join(tracks.names())}. By default the first.",
+        help=f"Shipped track to follow: {_TRACKS}. The first is the default.",
+        show_default=False,
+    ),
+]
+Tracks: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAMES",
+        help=f"Shipped tracks to follow, separated by commas: {_TRACKS}. The first is the default.",
         show_default=False,
     ),
 ]
 Closed: TypeAlias = Annotated[
-    bool, typer.Option("--closed", help="The last waypoint of FILE joins its first.")
+    bool, typer.Option("--closed", help="The last waypoint of FILE joins the first.")
 ]
-Plant: TypeAlias = Annotated[
-    str,
+Plant: TypeAlias = Annotated[str, typer.Option(metavar="NAME|FILE", help=f"The plant: {_PLANTS}")]
+Plants: TypeAlias = Annotated[
+    str, typer.Option(metavar="NAMES", help=f"The plants, separated by commas: {_PLANTS}")
+]
+SetPlant: TypeAlias = Annotated[
+    list[str] | None,
     typer.Option(
-        metavar="NAME|FILE",
-        help=f"What moves: {', '.join(sim.plant_names())}; with the extra 'plants'"
-        " commonroad-MODEL-VEHICLE (MODEL st, std or mb, VEHICLE 1 to 3) and"
-        f" {plants.names()[-1]}; or a file *.toml of a vehicle, of which a kinematic bicycle is"
-        " made.",
+        metavar="NAME=VALUE",
+        help="Set a parameter of the plant or a field of its vehicle. Can be repeated.",
+        show_default=False,
     ),
 ]
 Vehicle: TypeAlias = Annotated[
     str | None,
     typer.Option(
-        metavar="FILE|NAME",
-        help="The vehicle that the controllers are told: a file *.toml as popsteer.Vehicle.save"
-        f" writes it, {', '.join(vehicles.names())}, or a plant's. By default the plant's own.",
+        metavar="NAME|FILE",
+        help="The vehicle that the controllers are given: a file *.toml as popsteer.Vehicle.save"
+        f" writes it, {', '.join(vehicles.names())}, or the vehicle of a plant. The default is the"
+        " plant's own.",
         show_default=False,
     ),
 ]
@@ -74,30 +140,21 @@ SetVehicle: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME=VALUE",
-        help="Set a field of that vehicle, such as dead_time=0.1; none for no limit.",
+        help="Set a field of the vehicle that the controllers are given, such as dead_time=0.1;"
+        " 'none' removes a limit. Can be repeated.",
         show_default=False,
     ),
 ]
 NoAdapt: TypeAlias = Annotated[
-    bool,
-    typer.Option("--no-adapt", help="The controllers estimate nothing of the vehicle."),
-]
-Preset: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        metavar="NAME",
-        help=f"Tuning of the controllers: {', '.join(presets.names('pop'))}. Where the paper and"
-        " its authors' code differ, 'paper' and 'published-code' are the two, and 'reproduction'"
-        " takes for each controller the reading that comes closest to the paper's table."
-        " preview-pop, which is not the paper's, is the same in all; mpc has none.",
-    ),
+    bool, typer.Option("--no-adapt", help="Switch the controllers' estimation off.")
 ]
 Start: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="X,Y,YAW",
-        help="Pose at the start [m, m, rad]; by default the front axle is"
-        f" {sim.START_OFFSET} m to the right of the first waypoint, looking along the path.",
+        help="Pose at the start [m, m, rad]. By default the front axle is"
+        f" {START_OFFSET} m, but at most a wheelbase, to the right of the first waypoint, and the"
+        " vehicle points along the path.",
         show_default=False,
     ),
 ]
@@ -105,15 +162,16 @@ StartAt: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="pose|rear|front",
-        help="Whose pose --start is: that of the vehicle's point, of its rear or its front axle.",
+        help="The point that --start is the pose of: the vehicle's point, the rear axle or the"
+        " front axle.",
     ),
 ]
 StartOffset: TypeAlias = Annotated[
     float | None,
     typer.Option(
         metavar="METRES",
-        help="Start with the front axle this far to the left of the first waypoint, looking along"
-        f" the path; negative is to the right, by default {-sim.START_OFFSET}.",
+        help="Start with the front axle this far to the left of the first waypoint, pointing along"
+        " the path. Negative is to the right.",
         show_default=False,
     ),
 ]
@@ -121,7 +179,7 @@ Speed: TypeAlias = Annotated[
     float | None,
     typer.Option(
         metavar="M/S",
-        help="Speed at the start; by default that of --constant-speed, else 0.",
+        help="Speed at the start. The default is that of --constant-speed, or else 0.",
         show_default=False,
     ),
 ]
@@ -129,7 +187,7 @@ ConstantSpeed: TypeAlias = Annotated[
     float | None,
     typer.Option(
         metavar="M/S",
-        help="Keep this speed all the way, by a PI law on the pedals.",
+        help="Drive at this speed; a PI controller works the pedals.",
         show_default=False,
     ),
 ]
@@ -138,13 +196,9 @@ DEFAULT_DT = Settings().dt
 Dt: TypeAlias = Annotated[float, typer.Option(metavar="SECONDS", help="Control period.")]
 Out: TypeAlias = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", help="Where to write the files.", show_default=False),
-]
-Csv: TypeAlias = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Write the table as CSV.", show_default=False),
-]
-Json: TypeAlias = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Write the table as JSON.", show_default=False),
+    typer.Option(
+        metavar="DIR",
+        help="Folder to write the files to. It is created if it is missing.",
+        show_default=False,
+    ),
 ]

@@ -8,44 +8,85 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
-from popsteer import report
-from popsteer.cli.progress import Progress
+from popsteer import lab
 from popsteer.files import write_files_atomic
-from popsteer.report.table import WIDE, caption, notes
+from popsteer.lab.compare.table import caption, notes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     from rich.table import Table
 
-    from popsteer.study import Comparison
+    from popsteer.cli.progress import Progress
+    from popsteer.lab.compare import Comparison
 
-__all__ = ["deliver", "deliver_table", "show"]
+__all__ = ["console", "deliver", "say", "show", "write"]
+
+_PIPED = 160
 
 
-def show(comparison: Comparison) -> None:
-    """Print the table, with what has to be known to read it.
+def console() -> Console:
+    """Give the standard output as the tables are laid out for it.
+
+    Returns
+    -------
+    rich.console.Console
+        As wide as the terminal. A file or a pipe has room for all columns.
+
+    Examples
+    --------
+    >>> console().width
+    160
+    """
+    found = Console()
+    return found if found.is_terminal else Console(width=_PIPED)
+
+
+def say(text: str, style: str = "") -> None:
+    """Print a sentence: wrapped on a terminal, in one line elsewhere.
 
     Parameters
     ----------
-    comparison : Comparison
-        The runs.
+    text : str
+        The sentence.
+    style : str, optional
+        How rich shows it.
+
+    Examples
+    --------
+    >>> say("5 waypoints", "bold")
+    5 waypoints
     """
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)  # a file or a pipe has room for all columns
-    console.print(Text(caption(comparison), style="bold"), soft_wrap=True)
-    for table in report.tables(comparison, console.width):
-        console.print()
-        console.print(table)
-    console.print()
-    for note in notes(comparison):
-        console.print(Text(note, style="dim"), soft_wrap=not console.is_terminal)
+    at = console()
+    at.print(Text(text, style=style), soft_wrap=not at.is_terminal)
+
+
+def show(head: str, tables: Iterable[Table], below: Iterable[str] = ()) -> None:
+    """Print tables, with what has to be known to read them.
+
+    Parameters
+    ----------
+    head : str
+        What the tables show.
+    tables : iterable of rich.table.Table
+        The tables, made for the width of `console`.
+    below : iterable of str, optional
+        Notes to print below them.
+    """
+    at = console()
+    say(head, "bold")
+    for table in tables:
+        at.print()
+        at.print(table)
+    for index, note in enumerate(below):
+        if index == 0:
+            at.print()
+        say(note, "dim")
 
 
 def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> None:
-    """Write the files, if a folder is given, then print the table.
+    """Write the files of a comparison, if a folder is given, then print its table.
 
     In this order, so that the files are there also for one who reads only the head of the output.
 
@@ -56,7 +97,7 @@ def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> Non
     out : pathlib.Path or None
         The folder to write to.
     progress : Progress
-        Told how far it is.
+        Shows what is being done.
 
     Raises
     ------
@@ -66,40 +107,45 @@ def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> Non
     if out is None:
         said = "--out DIR writes figures, records and metrics.json."
     else:
-        content = report.files(comparison, progress.update)
-        report.write(content, out)
+        content = lab.compare.files.files(comparison, progress.update)
+        write(content, out)
         records = [name for name in content if name.startswith("runs/")]
         others = ", ".join(sorted(content.keys() - records))
         said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"
     progress.stop()
-    show(comparison)
+    tables = lab.compare.table.tables(comparison, console().width)
+    show(caption(comparison), tables, notes(comparison))
     print(said)
 
 
-def deliver_table(said: str, table: Table, **files: tuple[Path | None, Callable[[], str]]) -> None:
-    """Write the files that are asked for, then print a table under a line that says what it is.
+def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -> str:
+    """Write files into a folder, all or none.
 
     Parameters
     ----------
-    said : str
-        What the table shows.
-    table : rich.table.Table
-        The table.
-    **files : tuple
-        Where to write, if anywhere, and what gives the text.
+    content : mapping of str to bytes
+        The content of each file by its name in the folder.
+    out : pathlib.Path or None
+        The folder, if one is given.
+    otherwise : str, optional
+        What to say where none is.
+
+    Returns
+    -------
+    str
+        What was done, for a line at the end of the output.
 
     Raises
     ------
     OSError
-        A file cannot be written; nothing was printed then.
+        A file cannot be written; then none is.
+
+    Examples
+    --------
+    >>> write({}, None, "--out DIR writes the table.")
+    '--out DIR writes the table.'
     """
-    content = {file: text().encode() for file, text in files.values() if file is not None}
-    write_files_atomic(content)
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDE)  # a file or a pipe has room for all columns
-    console.print(Text(said, style="bold"), soft_wrap=True)
-    console.print()
-    console.print(table)
-    for file in content:
-        print(f"Written to {file}")
+    if out is None:
+        return otherwise
+    write_files_atomic({out / name: data for name, data in content.items()})
+    return f"Written to {out}{os.sep}: {', '.join(sorted(content))}"

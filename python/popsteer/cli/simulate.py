@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
-from popsteer import baselines, laws, presets, report, study
+from popsteer import controllers, lab, presets
 from popsteer._core import (
     AdaptParams,
     CoupledLongitudinal,
@@ -17,19 +17,13 @@ from popsteer._core import (
     Vehicle,
 )
 from popsteer.cli import inputs, options, outputs
-from popsteer.cli.assignments import assigned, assigned_each, listed
+from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder
+from popsteer.lab import baselines
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
-from popsteer.sim import (
-    CarlaIdentified,
-    KinematicBicycle,
-    Plant,
-    Settings,
-    vehicle_of,
-)
-from popsteer.study.compare import parameters
+from popsteer.sim import Settings, vehicle_of
 
 __all__ = ["HELP", "simulate"]
 
@@ -48,11 +42,12 @@ def _section(title: str, kind: type[object]) -> str:
 HELP = "\n".join(
     [
         """\
-Drive one controller along a track, with every parameter at hand.
+Drive one controller along a track, with all its parameters at hand.
 
-The controller's tuning starts from a preset; --set changes any of it and how the controller adapts,
-and may be given again and again. The same goes for the plant and its vehicle, the vehicle that the
-controller is told (the plant's own by default), the pedals and the run.
+--preset chooses the controller's tuning. --set then changes any parameter of the controller or of
+its estimation, --set-plant one of the plant or of its vehicle, --set-vehicle one of the vehicle
+that the controller is given, --set-longitudinal one of the pedals, --set-run one of the run. All of
+them can be repeated.
 
 \b
 Examples:
@@ -64,16 +59,16 @@ Examples:
   popsteer simulate --controller preview-pop --set-vehicle turning_wheelbase=3.02 --set turn_time=2
 """,
         *(
-            _section(f"--controller {name}, parameters for --set:", laws.get(name).params)
-            for name in laws.names()
+            _section(f"--controller {name}, parameters for --set:", controllers.get(name).params)
+            for name in controllers.names()
         ),
         *(
             _section(f"--controller {name}, parameters for --set:", baselines.get(name).params)
             for name in baselines.names()
         ),
-        _section("How the controllers of popsteer adapt, parameters for --set:", AdaptParams),
+        _section("Estimation of the controllers of popsteer, parameters for --set:", AdaptParams),
         _section(
-            "The vehicle, fields for --set-vehicle, and of the first two plants for --set-plant:",
+            "The vehicle, fields for --set-vehicle, and for --set-plant of the first two plants:",
             Vehicle,
         ),
         *(
@@ -91,45 +86,28 @@ Examples:
 
 def simulate(
     *,
-    controller: Annotated[
-        str,
-        typer.Option(
-            metavar="LAW",
-            help=f"The controller, of {', '.join(laws.names())}; with the extra 'mpc' also"
-            f" {', '.join(baselines.names())}.",
-        ),
-    ] = "pop",
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="Set a parameter of the controller, or of how it adapts.",
-            show_default=False,
-        ),
-    ] = None,
+    controller: options.Controller = "pop",
     preset: options.Preset = presets.REPRODUCTION,
+    set_: options.Set = None,
     waypoints: options.Waypoints = None,
     track: options.Track = None,
     closed: options.Closed = False,
+    plant: options.Plant = "carla-identified",
+    set_plant: options.SetPlant = None,
     vehicle: options.Vehicle = None,
     set_vehicle: options.SetVehicle = None,
     no_adapt: options.NoAdapt = False,
-    plant: options.Plant = "carla-identified",
-    set_plant: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Set a parameter of the plant, or a field of its vehicle.",
-            show_default=False,
-        ),
-    ] = None,
+    start: options.Start = None,
+    start_at: options.StartAt = "pose",
+    start_offset: options.StartOffset = None,
+    speed: options.Speed = None,
+    constant_speed: options.ConstantSpeed = None,
     longitudinal: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="What works the pedals: coupled (the paper's, the default) or speed-pid"
-            " (follows the waypoints' reference speeds).",
+            help="The controller of the pedals: coupled, which is the paper's and the default, or"
+            " speed-pid, which tracks the reference speeds of the waypoints.",
             show_default=False,
         ),
     ] = None,
@@ -137,27 +115,26 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE",
-            help="Set a parameter of what works the pedals.",
+            help="Set a parameter of the controller of the pedals. Can be repeated.",
             show_default=False,
         ),
     ] = None,
-    start: options.Start = None,
-    start_at: options.StartAt = "pose",
-    start_offset: options.StartOffset = None,
-    speed: options.Speed = None,
-    constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     set_run: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Set a parameter of the run.", show_default=False),
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Set a parameter of the run. Can be repeated.",
+            show_default=False,
+        ),
     ] = None,
     out: options.Out = None,
 ) -> None:
     """Drive one controller along a track."""
-    mover = _plant(plant, set_plant or [])
+    mover = inputs.plant(plant, set_plant)
     itself = vehicle_of(mover)
-    told = inputs.believed(vehicle, set_vehicle, itself)
-    params, adapt = _tuned(controller, preset, set_ or [], no_adapt=no_adapt)
+    given = inputs.believed(vehicle, set_vehicle, itself)
+    tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt)
     if constant_speed is not None and (longitudinal or set_longitudinal):
         raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
     pedals = None if constant_speed is not None else _pedals(longitudinal, set_longitudinal or [])
@@ -165,16 +142,15 @@ def simulate(
     course = inputs.course(waypoints, track, closed=closed)
     begin = inputs.start(course.path, start, start_at, start_offset, itself)
     if out is not None:
-        check_folder(out, report.file_names([controller]))
-    changed = " with changes" if set_ else ""
+        check_folder(out, lab.compare.files.file_names([controller]))
     with Progress() as progress:
-        comparison = study.compare(
+        comparison = lab.compare.run(
             course.path,
-            {controller: params},
+            tuning.params,
             mover,
-            vehicle=told,
-            adapt=adapt,
-            preset=f"{preset}{changed}",
+            vehicle=given,
+            adapt=tuning.adapt,
+            preset=tuning.preset,
             start=begin.pose,
             start_at=begin.at,
             speed=speed,
@@ -187,38 +163,11 @@ def simulate(
         outputs.deliver(comparison, out, progress)
 
 
-def _tuned(
-    name: str, preset: str, assignments: list[str], *, no_adapt: bool
-) -> tuple[Any, AdaptParams | Literal["auto"] | None]:
-    """Give the tuning of a controller, and how it adapts."""
-    params = parameters([name], preset)[name]
-    if name in baselines.names():
-        return assigned(params, assignments, name), "auto"
-    usual = AdaptParams()
-    params, adapt = assigned_each([params, usual], assignments, name)
-    if no_adapt:
-        return params, None
-    # As the controller does by default, unless something of it was set.
-    return params, "auto" if adapt is usual else adapt
-
-
-def _plant(text: str, assignments: list[str]) -> Plant:
-    """Make the plant."""
-    plant, name = inputs.plant(text), inputs.plant_label(text)
-    if isinstance(plant, CarlaIdentified | KinematicBicycle):
-        changed, vehicle = assigned_each([plant, plant.vehicle], assignments, name)
-        made: Plant = changed.replace(vehicle=vehicle)
-        return made
-    configurable: Any = plant
-    params = assigned(configurable.params, assignments, name)
-    return configurable.with_params(params)  # type: ignore[no-any-return]
-
-
 def _pedals(name: str | None, assignments: list[str]) -> CoupledLongitudinal | SpeedPid:
-    """Make what works the pedals."""
+    """Make the longitudinal controller."""
     name = "coupled" if name is None else name
     if name == "coupled":
         return CoupledLongitudinal(assigned(CoupledLongitudinalParams(), assignments, name))
     if name == "speed-pid":
         return SpeedPid(assigned(SpeedPidParams(), assignments, name))
-    raise ConfigError.unknown("longitudinal law", name, _LONGITUDINAL)
+    raise ConfigError.unknown("longitudinal controller", name, _LONGITUDINAL)

@@ -2,44 +2,47 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from popsteer import presets, study, vehicles
-from popsteer.cli import inputs, options
+from popsteer import lab, vehicles
+from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
-from popsteer.files import check_files, check_folder, write_files_atomic
-from popsteer.study.stability import DEFAULT_SPEEDS
+from popsteer.files import check_folder
+from popsteer.lab.stability.runs import DEFAULT_SPEEDS, LINEAR_CONTROLLERS
 
 __all__ = ["HELP", "stability"]
 
+_CONTROLLERS = ",".join(LINEAR_CONTROLLERS)
 _SPEEDS = ",".join(f"{speed:g}" for speed in DEFAULT_SPEEDS)
-# All that there may be: some are drawn for some laws alone.
-_FIGURES = tuple(
-    f"{name}{theme}.png"
-    for name in ("stability-margins", "stability-map", "carrot-offset", "preview-choice")
-    for theme in ("", "-dark")
+# Some of the figures are drawn for some controllers alone.
+_FILES = (
+    "stability.json",
+    *(
+        f"{name}{theme}.png"
+        for name in ("stability-margins", "stability-map", "carrot-offset", "preview-choice")
+        for theme in ("", "-dark")
+    ),
 )
 
 HELP = """\
-Tell how far the steering loop of each controller is from instability.
+Show how far the steering loop of each controller is from instability.
 
-The loop is that of small signals about straight driving: the controller, linear; the command, held
-for the control period; the dead time; a lag of first order; the kinematic bicycle. Broken at the
-command it has three margins: the gain margin, the phase margin, and the dead time that may be
-added. A controller that is told a dead time predicts through it, as it does when it drives.
+The loop is linear, for small deviations from straight driving: the controller, the command held for
+a control period, the dead time, a first-order lag, and the kinematic bicycle. It has three margins:
+the gain margin, the phase margin, and the dead time that can be added before the loop becomes
+unstable. A controller that is given a dead time predicts through it, as when it drives.
 
 \b
 Examples:
   popsteer stability
-  popsteer stability --vehicle car.toml --json margins.json --figures figures
+  popsteer stability --vehicle car.toml --out out
   popsteer stability --controllers pop --set min_lookahead=3 --speeds 5,10,15
   popsteer stability --vehicle carla-identified --set-vehicle dead_time=0.1
-  popsteer stability --set-plant dead_time=0.1    nobody tells the controllers of it
+  popsteer stability --set-plant dead_time=0.1   the controllers are not given of it
 """
 
 
@@ -47,35 +50,31 @@ def stability(
     *,
     controllers: Annotated[
         str,
-        typer.Option(metavar="LAWS", help=f"The controllers, of {', '.join(study.LINEAR_LAWS)}."),
-    ] = ",".join(study.LINEAR_LAWS),
-    preset: options.Preset = "default",
-    set_: Annotated[
-        list[str] | None,
         typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="Set a parameter of each of the controllers.",
-            show_default=False,
+            metavar="NAMES", help=f"The controllers, separated by commas: {_CONTROLLERS}."
         ),
-    ] = None,
+    ] = _CONTROLLERS,
+    preset: options.Preset = "default",
+    set_: options.Set = None,
     speeds: Annotated[
-        str, typer.Option(metavar="SPEEDS", help="Speeds [m/s], separated by commas.")
+        str, typer.Option(metavar="M/S", help="Speeds, separated by commas.")
     ] = _SPEEDS,
     vehicle: Annotated[
         str,
         typer.Option(
-            metavar="FILE|NAME",
-            help="The vehicle, as the controllers are told: a file *.toml as popsteer.Vehicle.save"
-            f" writes it, {', '.join(vehicles.names())}, or a plant's.",
+            metavar="NAME|FILE",
+            help="The vehicle that the controllers are given: a file *.toml as"
+            f" popsteer.Vehicle.save writes it, {', '.join(vehicles.names())}, or the vehicle of a"
+            " plant.",
         ),
     ] = "paper",
     set_vehicle: options.SetVehicle = None,
     plant: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE|NAME",
-            help="The vehicle as it is, where that is another than the controllers are told.",
+            metavar="NAME|FILE",
+            help="The real vehicle, named as --vehicle names it. The default is the one that the"
+            " controllers are given.",
             show_default=False,
         ),
     ] = None,
@@ -83,66 +82,46 @@ def stability(
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE",
-            help="Set a field of the vehicle as it is, without telling the controllers.",
+            help="Set a field of the real vehicle alone. Can be repeated.",
             show_default=False,
         ),
     ] = None,
     no_adapt: options.NoAdapt = False,
     dt: options.Dt = options.DEFAULT_DT,
-    json: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the margins as JSON.", show_default=False),
-    ] = None,
-    figures: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Draw the margins over speed and lookahead, how POP cuts bends, and what preview"
-            " changes.",
-            show_default=False,
-        ),
-    ] = None,
+    out: options.Out = None,
 ) -> None:
-    """Tell how far the steering loop of each controller is from instability."""
-    from rich.console import Console
-    from rich.text import Text
-
-    from popsteer.report.stability import NOTE, stability_caption, stability_json, stability_table
-
-    told = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
-    itself = told if plant is None else inputs.named_vehicle(plant)
+    """Show how far the steering loops are from instability."""
+    names = inputs.names("--controllers", controllers)
+    given = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
+    itself = given if plant is None else inputs.named_vehicle(plant)
     itself = assigned(itself, set_plant or [], "the vehicle")
-    params = {
-        name: assigned(presets.get(name, preset), set_ or [], name)
-        for name in inputs.names(controllers)
-    }
-    changed = " with changes" if set_ else ""
-    if figures is not None:
-        check_folder(figures, _FIGURES)
-    if json is not None:
-        check_files([json])
-    result = study.stability(
-        params,
-        itself,
-        _speeds(speeds),
-        believed=told,
-        adapt=None if no_adapt else "auto",
-        preset=f"{preset}{changed}",
-        dt=dt,
+    tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, known=inputs.OWN_CONTROLLERS)
+    at = _speeds(speeds)
+    if out is not None:
+        check_folder(out, _FILES)
+    with Progress() as progress:
+        result = lab.stability.run(
+            tuning.params,
+            itself,
+            at,
+            believed=given,
+            adapt=tuning.adapt,
+            preset=tuning.preset,
+            dt=dt,
+        )
+        content: dict[str, bytes] = {}
+        if out is not None:
+            from popsteer.lab.stability.figures import stability_figures
+
+            content = stability_figures(result, progress.update)
+            content["stability.json"] = lab.stability.table.stability_json(result).encode()
+    said = outputs.write(content, out, "--out DIR writes stability.json and figures.")
+    outputs.show(
+        lab.stability.table.stability_caption(result),
+        [lab.stability.table.stability_table(result)],
+        [lab.stability.table.NOTE],
     )
-    drawn = {} if figures is None else _drawn(result, figures)
-    document = {} if json is None else {json: stability_json(result).encode()}
-    write_files_atomic({**drawn, **document})
-    console = Console()
-    console.print(Text(stability_caption(result), style="bold"), soft_wrap=True)
-    console.print()
-    console.print(stability_table(result))
-    console.print()
-    console.print(Text(NOTE, style="dim"), soft_wrap=not console.is_terminal)
-    if drawn:
-        print(f"Written to {figures}: {', '.join(file.name for file in drawn)}")
-    if document:
-        print(f"Written to {json}")
+    print(said)
 
 
 def _speeds(text: str) -> list[float]:
@@ -154,12 +133,3 @@ def _speeds(text: str) -> list[float]:
     if not found:
         raise ConfigError("--speeds", text, "numbers [m/s], separated by commas")
     return found
-
-
-def _drawn(result: study.Stability, folder: Path) -> dict[Path, bytes]:
-    """Draw the figures that go into a folder."""
-    from popsteer.report.figures.stability import stability_figures
-
-    with Progress() as progress:
-        figures = stability_figures(result, progress.update)
-    return {folder / name: data for name, data in figures.items()}

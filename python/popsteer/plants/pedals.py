@@ -15,7 +15,7 @@ class PedalParams(Parameters):
     """What the pedals and the air do: a = drive·throttle - braking·brake - drag·v.
 
     The numbers are those of the vehicle identified from the paper's run, so that the paper's
-    longitudinal law drives these plants at speeds like that one's.
+    longitudinal controller drives these plants at speeds like that one's.
 
     Parameters
     ----------

@@ -39,11 +39,8 @@ from popsteer.reference.lateral.command import Command
 from popsteer.reference.lateral.monitor import MonitorParams
 from popsteer.reference.lateral.pid import Pid, PidParams, PidState
 from popsteer.reference.lateral.pop import Pop, PopParams, PopState
-from popsteer.reference.lateral.preview_pop import (
-    PreviewPop,
-    PreviewPopParams,
-    PreviewPopState,
-)
+from popsteer.reference.lateral.preview_params import PreviewPopParams
+from popsteer.reference.lateral.preview_pop import PreviewPop, PreviewPopState
 from popsteer.reference.lateral.pure_pursuit import (
     PurePursuit,
     PurePursuitParams,
@@ -54,6 +51,12 @@ from popsteer.reference.limits import MAX_COORDINATE, MAX_YAW
 from popsteer.reference.longitudinal import Pedals
 from popsteer.reference.longitudinal.coupled import CoupledLongitudinal, CoupledLongitudinalParams
 from popsteer.reference.longitudinal.speed_pid import SpeedPid, SpeedPidParams, SpeedPidState
+from popsteer.reference.longitudinal.speed_tracker import (
+    SpeedCommand,
+    SpeedTracker,
+    SpeedTrackerParams,
+    SpeedTrackerState,
+)
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.path.lookahead import Lookahead
 from popsteer.reference.path.owned import Path
@@ -96,9 +99,13 @@ __all__ = [
     "PurePursuit",
     "PurePursuitParams",
     "PurePursuitState",
+    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
+    "SpeedTracker",
+    "SpeedTrackerParams",
+    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",

@@ -90,9 +90,9 @@ def config_count(params: object, field: str, low: int, high: int) -> None:
     Examples
     --------
     >>> from types import SimpleNamespace
-    >>> config_count(SimpleNamespace(buffer_length=0), "buffer_length", 1, 1000)
+    >>> config_count(SimpleNamespace(buffer_length=0), "buffer_length", 1, 500)
     Traceback (most recent call last):
-    popsteer.errors.ConfigError: buffer_length must be a count in [1, 1000], got 0
+    popsteer.errors.ConfigError: buffer_length must be a count in [1, 500], got 0
     """
     value = operator.index(getattr(params, field))
     if not low <= value <= high:

@@ -26,14 +26,14 @@ True
 """
 
 from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, Settings, Simulation
+from popsteer.sim.closed_loop import Run, default_start, run
 from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names, vehicle_of
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
-from popsteer.sim.run import START_OFFSET, Run, default_start, run
+from popsteer.sim.pedals import PedalMap
 from popsteer.sim.steering import OwnCommand, OwnController, OwnLaw, OwnReversingLaw
 
 __all__ = [
-    "START_OFFSET",
     "CarlaIdentified",
     "KinematicBicycle",
     "Metrics",
@@ -42,6 +42,7 @@ __all__ = [
     "OwnController",
     "OwnLaw",
     "OwnReversingLaw",
+    "PedalMap",
     "Plant",
     "Pose",
     "Run",

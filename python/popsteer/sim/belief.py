@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from popsteer import laws
+from popsteer import controllers
 from popsteer._core import Vehicle
 from popsteer.errors import ConfigError
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["believed", "informed"]
 
-_C = TypeVar("_C", bound="laws.Controller | OwnController")
+_C = TypeVar("_C", bound="controllers.Controller | OwnController")
 
 
 def informed(controller: _C, plant: Vehicle) -> _C:
@@ -51,18 +51,18 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     """
     if getattr(controller, "vehicle_given", True) is False:
         given: Any = controller
-        if not isinstance(controller, laws.CONTROLLERS):
+        if not isinstance(controller, controllers.CONTROLLERS):
             return cast("_C", given.with_vehicle(plant))
         # What makes an equal controller: adapting as it was told to, or as its kind does.
         (path, _, params), options = given.__getnewargs_ex__()
         return cast("_C", type(given)(path, plant, params, **options))
-    told = believed(controller)
-    if told is not None and told.rear_axle != plant.rear_axle:
-        raise ConfigError("rear_axle", told.rear_axle, f"that of the plant, {plant.rear_axle!r}")
+    given = believed(controller)
+    if given is not None and given.rear_axle != plant.rear_axle:
+        raise ConfigError("rear_axle", given.rear_axle, f"that of the plant, {plant.rear_axle!r}")
     return controller
 
 
-def believed(controller: laws.Controller | OwnController) -> Vehicle | None:
+def believed(controller: controllers.Controller | OwnController) -> Vehicle | None:
     """Tell which vehicle a controller believes to steer.
 
     Parameters
@@ -81,5 +81,5 @@ def believed(controller: laws.Controller | OwnController) -> Vehicle | None:
     >>> believed(popsteer.Pop(popsteer.Path([(0.0, 0.0), (50.0, 0.0)]))).wheelbase
     3.0
     """
-    told = getattr(controller, "vehicle", None)
-    return told if isinstance(told, Vehicle) else None
+    given = getattr(controller, "vehicle", None)
+    return given if isinstance(given, Vehicle) else None

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
-from popsteer import _core, laws
+from popsteer import _core, controllers
 from popsteer._core import CarlaIdentified, KinematicBicycle, SpeedPid
 from popsteer.errors import ConfigError, PathError, count_in_range
 from popsteer.sim.belief import informed
+from popsteer.sim.closed_loop import check_seed, default_start
 from popsteer.sim.geometry import plant_name, plant_names, pose_of, vehicle_of
-from popsteer.sim.run import check_seed, default_start
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -28,7 +28,7 @@ _MAX_THREADS = 1024
 
 
 def run_many(  # noqa: PLR0913 - each is one thing that may vary
-    controller: laws.Controller | Sequence[laws.Controller],
+    controller: controllers.Controller | Sequence[controllers.Controller],
     plant: CorePlant | Sequence[CorePlant] = "carla-identified",
     *,
     start: ArrayLike | None = None,
@@ -61,7 +61,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     speed : float or array of shape (N,), default 0.0
         Speed at the start [m/s].
     longitudinal : CoupledLongitudinal or SpeedPid, optional
-        What works the pedals; the paper's coupled law by default.
+        What works the pedals; the paper's coupled controller by default.
     settings : Settings, optional
         Control period, limits and the like; no records are kept in any case.
     noise : Noise, optional
@@ -111,7 +111,9 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     >>> runs["max_abs_cross_track_error"]
     array([0.5, 1. , 2. ])
     """
-    several_controllers = None if isinstance(controller, laws.CONTROLLERS) else list(controller)
+    several_controllers = (
+        None if isinstance(controller, controllers.CONTROLLERS) else list(controller)
+    )
     # A name is a sequence too, of letters: the type checker cannot tell them apart.
     one_plant = isinstance(plant, _PLANTS)
     several_plants = None if one_plant else list(cast("Sequence[CorePlant]", plant))
@@ -185,7 +187,7 @@ def _common_length(**several: Sequence[object] | NDArray[Any] | None) -> int:
 class _Prepared(NamedTuple):
     """What is the same for all runs of a controller on a plant."""
 
-    controller: laws.Controller
+    controller: controllers.Controller
     vehicle: Vehicle
     start: Pose
 
@@ -197,7 +199,7 @@ def _prepared(
     longitudinal: CoupledLongitudinal | SpeedPid | None,
 ) -> _Prepared:
     """Give the controller with its vehicle, the plant's, and where it starts by default."""
-    if not isinstance(controller, laws.CONTROLLERS):
+    if not isinstance(controller, controllers.CONTROLLERS):
         kind = type(controller).__name__
         raise TypeError(f"controller {index} must be one of popsteer, got {kind}; see run")
     path = controller.path

@@ -118,7 +118,7 @@ def _straight(name: str) -> Track:
     return build(
         name,
         "Straight line, 200 m",
-        "The x axis. Shows how a law takes up an offset, and nothing else.",
+        "The x axis. Shows how a controller takes up an offset, and nothing else.",
         sample(straight(200.0), 201),
         closed=False,
     )
@@ -132,8 +132,8 @@ def _circle(name: str) -> Track:
     return build(
         name,
         "Circle of 50 m radius",
-        "Constant curvature to the left, at constant speed. Shows the error that a law keeps in a"
-        " steady bend.",
+        "Constant curvature to the left, at constant speed. Shows the error that a controller"
+        " keeps in a steady bend.",
         Sampled(xy, np.full(count, 1.0 / radius), 2.0 * math.pi * radius / count),
         closed=True,
     )

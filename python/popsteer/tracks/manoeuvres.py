@@ -98,7 +98,7 @@ def step_steer(
         name,
         f"Step steer: straight, clothoid, circle of {abs(radius):g} m radius",
         f"A straight of {run_up:g} m, a clothoid of {transition:g} m, and {arc:g} m of the circle."
-        " Shows how a law takes up a bend, and the error that it then keeps.",
+        " Shows how a controller takes up a bend, and the error that it then keeps.",
         sample(pieces, round(length) + 1),
         closed=False,
     )

@@ -37,7 +37,7 @@ pub struct ConfigError {
     pub requirement: Requirement,
 }
 
-/// An input of a step, or a state to restore, that is refused. The law's state is unchanged.
+/// An input of a step, or a state to restore, that is refused. The controller's state is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InputError {
     /// The name of the argument.

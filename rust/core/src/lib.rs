@@ -1,18 +1,18 @@
-//! Path-tracking steering laws for car-like vehicles.
+//! Path-tracking steering controllers for car-like vehicles.
 //!
-//! The crate holds the POP controller (proximally optimal predictive) and the laws it is
-//! measured against: PID, Pure-Pursuit, Stanley and bang-bang, with two longitudinal laws.
+//! The crate holds the POP controller (proximally optimal predictive) and the controllers it is
+//! measured against: PID, Pure-Pursuit, Stanley and bang-bang, with two longitudinal controllers.
 //! "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal
 //! Predictive Control Algorithm for Path Tracking of Self-Driving Cars*.
 //!
-//! One control step is one walk through the rooms, always in this order:
+//! One control step passes through the modules once, always in this order:
 //!
 //! ```text
-//! pose + speed -> path::locate -> path::lookahead -> lateral law -> steering angle
-//! speed + angle -> longitudinal law -> throttle, brake
+//! pose + speed -> path::locate -> path::lookahead -> controller -> steering angle
+//! speed + angle -> longitudinal controller -> throttle, brake
 //! ```
 //!
-//! Every law has the same shape: immutable parameters, validated once; a small plain state;
+//! Every controller has the same shape: immutable parameters, validated once; a small plain state;
 //! and [`Tracker::step`], which reads both. SI units and radians throughout, x forward,
 //! y left, yaw counter-clockwise, positive steering to the left.
 //!
@@ -24,10 +24,10 @@
 //!
 //! let path = Path::new(&[0.0, 10.0, 20.0], &[0.0, 0.0, 0.0], None, false)?;
 //! let car = Vehicle { wheelbase: 2.7, rear_axle: -1.35, ..Vehicle::DEFAULT };
-//! let law = Tracker::of(Pop::new(car, PopParams::DEFAULT)?);
-//! let mut state = law.initial_state();
+//! let controller = Tracker::of(Pop::new(car, PopParams::DEFAULT)?);
+//! let mut state = controller.initial_state();
 //! let vehicle = VehicleState { x: 0.0, y: 0.5, yaw: 0.0, speed: 5.0 };
-//! let command = law.step(&path.view(), &mut state, vehicle, 0.05)?;
+//! let command = controller.step(&path.view(), &mut state, vehicle, 0.05)?;
 //! assert!(command.steer < 0.0); // left of the path: steer right
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -69,6 +69,8 @@ pub mod limits;
 pub mod longitudinal;
 pub mod math;
 pub mod path;
+#[cfg(feature = "alloc")]
+pub mod planning;
 pub mod vehicle;
 
 pub use error::{ConfigError, InputError, PathError};

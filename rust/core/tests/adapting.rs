@@ -68,18 +68,18 @@ fn preview(vehicle: Vehicle) -> Tracker<PreviewPop> {
 }
 
 #[test]
-fn test_turning_is_learnt_alike_forwards_and_backwards() {
-    let told = Vehicle {
+fn test_turning_is_estimated_alike_forwards_and_backwards() {
+    let given = Vehicle {
         dead_time: 0.1,
         ..Vehicle::PAPER
     };
     let real = Vehicle {
         turning_wheelbase: Some(3.3),
         steer_offset: 1_f64.to_radians(),
-        ..told
+        ..given
     };
     for reverse in [false, true] {
-        let (known, error) = drive(&preview(told), &real, reverse, 1200);
+        let (known, error) = drive(&preview(given), &real, reverse, 1200);
         assert!(
             (known.gain - 3.0 / 3.3).abs() < 0.02,
             "{reverse}: {known:?}"
@@ -91,18 +91,18 @@ fn test_turning_is_learnt_alike_forwards_and_backwards() {
 }
 
 #[test]
-fn test_slip_is_learnt_alike_forwards_and_backwards() {
+fn test_slip_is_estimated_alike_forwards_and_backwards() {
     // The point that does not slip lies half a metre ahead of the one that is believed not to.
-    let told = Vehicle {
+    let given = Vehicle {
         no_slip_point: Some(0.0),
         ..Vehicle::PAPER
     };
     let real = Vehicle {
         no_slip_point: Some(0.5),
-        ..told
+        ..given
     };
     for reverse in [false, true] {
-        let (known, error) = drive(&preview(told), &real, reverse, 1200);
+        let (known, error) = drive(&preview(given), &real, reverse, 1200);
         assert!(
             (known.slip_length + 0.5).abs() < 0.1,
             "{reverse}: {known:?}"
@@ -110,7 +110,7 @@ fn test_slip_is_learnt_alike_forwards_and_backwards() {
         assert!(known.slip.abs() < 0.005, "{reverse}: {known:?}");
         assert!(error < 0.03, "{reverse}: {error}");
         // Nothing learnt, it stays off the path.
-        let law = PreviewPop::new(told, PreviewPopParams::DEFAULT).unwrap();
+        let law = PreviewPop::new(given, PreviewPopParams::DEFAULT).unwrap();
         let (_, blind) = drive(&Tracker::new(law, None).unwrap(), &real, reverse, 1200);
         assert!(blind > 2.0 * error, "{reverse}: {blind} {error}");
     }
@@ -137,7 +137,7 @@ fn before_the_cusp(tracker: &Tracker<PreviewPop>) -> (Path, TrackerState<Preview
 }
 
 #[test]
-fn test_nothing_is_learnt_across_a_cusp() {
+fn test_nothing_is_estimated_across_a_cusp() {
     // Slow enough for the mean of the speeds on both sides.
     let adapt = AdaptParams {
         min_speed: Some(0.5),
@@ -166,7 +166,7 @@ fn test_nothing_is_learnt_across_a_cusp() {
 }
 
 #[test]
-fn test_nothing_is_learnt_from_the_motion_through_held_input() {
+fn test_nothing_is_estimated_from_the_motion_through_held_input() {
     let path = bends(false);
     let tracker = preview(Vehicle::PAPER);
     let mut state = tracker.initial_state();

@@ -73,7 +73,7 @@ const START: VehicleState = VehicleState {
 };
 
 /// Limited in every way, with commands in flight.
-const LATE: Vehicle = Vehicle {
+const DELAYED: Vehicle = Vehicle {
     rear_axle: -1.35,
     steer_offset: 0.01,
     dead_time: 0.3,
@@ -137,7 +137,7 @@ fn drive_and_hold<L: LateralLaw>(tracker: &Tracker<L>) {
 /// With a vehicle that is taken as it is, and with one that is late, limited and estimated.
 fn drive_all<L: LateralLaw>(law: impl Fn(Vehicle) -> L) {
     drive(&Tracker::of(law(Vehicle::PAPER)));
-    let late = Tracker::new(law(LATE), Some(AdaptParams::DEFAULT)).unwrap();
+    let late = Tracker::new(law(DELAYED), Some(AdaptParams::DEFAULT)).unwrap();
     drive(&late);
     drive_and_hold(&late);
 }

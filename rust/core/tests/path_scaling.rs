@@ -85,24 +85,24 @@ fn ask(scene: &Scene, scale: f64) -> Option<Answers> {
         opposite_distance: scale * 10.0,
     };
     let place = follow.locate(&view, last, vehicle, 0.05);
-    let foot = place.foot;
+    let closest = place.closest;
     let mut turns = [0.0; 8];
     Preview::new(
         &view,
         scale * 2.0,
-        foot.segment,
-        foot.arc_length(&view),
+        closest.segment,
+        closest.arc_length(&view),
         scale * 8.0,
     )
-    .turns(foot.arc_length(&view), scale, &mut turns);
+    .turns(closest.arc_length(&view), scale, &mut turns);
     let position = Point::new(vehicle.x, vehicle.y);
     Some(Answers {
         place,
         relocalised: relocalise(&view, position, scene.yaw, scale * 10.0),
-        crossing: get_crossing(&view, &foot, place.position, scale * 9.0),
+        crossing: get_crossing(&view, &closest, place.position, scale * 9.0),
         on_the_grid: find_lookahead_point(
             &view,
-            foot.nearest_waypoint(&view),
+            closest.nearest_waypoint(&view),
             scale * 20.0,
             scale * 0.01,
             place.position,
@@ -126,12 +126,12 @@ proptest! {
         };
         let (place, scaled) = (ours.place, theirs.place);
         prop_assert_eq!(scale * place.position, scaled.position);
-        prop_assert_eq!(scale * place.foot.point, scaled.foot.point);
-        prop_assert_eq!(place.foot.segment, scaled.foot.segment);
-        prop_assert_eq!(place.foot.fraction.to_bits(), scaled.foot.fraction.to_bits());
+        prop_assert_eq!(scale * place.closest.point, scaled.closest.point);
+        prop_assert_eq!(place.closest.segment, scaled.closest.segment);
+        prop_assert_eq!(place.closest.fraction.to_bits(), scaled.closest.fraction.to_bits());
         prop_assert_eq!(
-            (place.off_path, place.past_end, place.turned),
-            (scaled.off_path, scaled.past_end, scaled.turned)
+            (place.off_path, place.past_end, place.direction_changed),
+            (scaled.off_path, scaled.past_end, scaled.direction_changed)
         );
         prop_assert_eq!(ours.relocalised, theirs.relocalised);
         prop_assert_eq!((scale * ours.crossing.0, ours.crossing.1), theirs.crossing);
@@ -155,7 +155,10 @@ fn test_path_scaled_by_a_tenth_and_by_ten_answers_alike_within_rounding() {
             };
             let near = |a: Point, b: Point| (scale * a - b).amax() <= 1e-9 * scale;
             let (place, scaled) = (ours.place, theirs.place);
-            assert!(near(place.foot.point, scaled.foot.point), "{case} {scale}");
+            assert!(
+                near(place.closest.point, scaled.closest.point),
+                "{case} {scale}"
+            );
             assert_eq!(place.off_path, scaled.off_path);
             assert_eq!(ours.relocalised, theirs.relocalised, "{case} {scale}");
             assert!(near(ours.crossing.0, theirs.crossing.0), "{case} {scale}");

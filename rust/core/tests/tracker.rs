@@ -64,6 +64,23 @@ fn test_handover_pop_goes_on_from_the_angle() {
 }
 
 #[test]
+fn test_pop_at_rest_keeps_its_angle() {
+    let law = Tracker::of(Pop::new(Vehicle::DEFAULT, PopParams::DEFAULT).unwrap());
+    let path = Path::new(&[0.0, 10.0, 20.0], &[0.0, 3.0, 0.0], None, false).unwrap();
+    let mut state = law.state_from(0.125).unwrap();
+    let vehicle = VehicleState {
+        x: 0.0,
+        y: 1.0,
+        yaw: 0.3,
+        speed: 0.0,
+    };
+    for _ in 0..100 {
+        let steer = law.steer(&path.view(), &mut state, vehicle, 0.05);
+        assert_eq!(steer, Ok(0.125));
+    }
+}
+
+#[test]
 fn test_limits_of_the_vehicle_are_kept_and_said() {
     let path = straight();
     let rate = Vehicle {
@@ -110,7 +127,7 @@ fn test_conditions_stand_side_by_side_in_a_status() {
 #[test]
 fn test_told_steering_offset_is_taken_off_the_command() {
     let path = straight();
-    let told = Vehicle {
+    let given = Vehicle {
         steer_offset: 0.02,
         ..Vehicle::PAPER
     };
@@ -120,7 +137,7 @@ fn test_told_steering_offset_is_taken_off_the_command() {
         let command = tracker.step(&path.view(), &mut state, beside(), 0.05);
         command.unwrap().steer
     };
-    assert!((step(Vehicle::PAPER) - 0.02 - step(told)).abs() < 1e-15);
+    assert!((step(Vehicle::PAPER) - 0.02 - step(given)).abs() < 1e-15);
 }
 
 #[test]

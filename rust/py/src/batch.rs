@@ -108,8 +108,8 @@ impl PyBatch {
     /// Parameters
     /// ----------
     /// x, y : array of shape (N,)
-    ///     Positions of the vehicles' points [m]. Float64 of any stride is read as it is; what numpy
-    ///     calls a safe cast, such as that of float32 and of integers, is converted first.
+    ///     Positions of the vehicles' points [m]. Float64 of any stride is read as it is; what
+    ///     numpy calls a safe cast, such as that of float32 and of integers, is converted first.
     /// yaw : array of shape (N,)
     ///     Headings [rad], counter-clockwise from x.
     /// speed : array of shape (N,)
@@ -117,9 +117,9 @@ impl PyBatch {
     /// dt : float
     ///     Time since the last step [s], 1e-6 to 1e3.
     /// on_error : {"raise", "nan", "hold"}, default "raise"
-    ///     What a number that is not finite or beyond its bound leads to: an error, with no
-    ///     vehicle stepped; or NaN for its vehicle, which keeps its state; or the last command of
-    ///     its vehicle, as `step_or_hold` of a controller. The rest go on. With "nan" and "hold" the
+    ///     What a number that is not finite or beyond its bound leads to: an error, with no vehicle
+    ///     stepped; or NaN for its vehicle, which keeps its state; or the last command of its
+    ///     vehicle, as `step_or_hold` of a controller. The rest go on. With "nan" and "hold" the
     ///     vehicle's next step counts the time that has passed.
     /// hold_limit : int, default 10
     ///     With "hold", how many inputs in a row are held with ``Status.INPUT_HELD``; beyond, the
@@ -185,8 +185,8 @@ impl PyBatch {
     /// Parameters
     /// ----------
     /// x, y : array of shape (N,)
-    ///     Positions of the vehicles' points [m]. Float64 of any stride is read as it is; what numpy
-    ///     calls a safe cast, such as that of float32 and of integers, is converted first.
+    ///     Positions of the vehicles' points [m]. Float64 of any stride is read as it is; what
+    ///     numpy calls a safe cast, such as that of float32 and of integers, is converted first.
     /// yaw : array of shape (N,)
     ///     Headings [rad], counter-clockwise from x.
     /// speed : array of shape (N,)

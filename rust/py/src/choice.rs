@@ -11,7 +11,7 @@ pub(crate) enum Choice<P> {
     /// "auto": as controllers of its kind do.
     Usual,
     /// So, or not at all.
-    Told(Option<Py<P>>),
+    Given(Option<Py<P>>),
 }
 
 /// Parameters that an argument of all controllers takes, besides "auto" and None.
@@ -27,11 +27,11 @@ impl<'py, P: Chosen> FromPyObject<'_, 'py> for Choice<P> {
         if object.cast::<PyString>().is_ok_and(|text| text == "auto") {
             return Ok(Self::Usual);
         }
-        let told = object.extract().map_err(|_| {
+        let given = object.extract().map_err(|_| {
             let given = object.get_type();
             PyTypeError::new_err(format!("{}, got {given}", P::REQUIRED))
         })?;
-        Ok(Self::Told(told))
+        Ok(Self::Given(given))
     }
 }
 
@@ -39,7 +39,7 @@ impl<P: PyClass + Into<PyClassInitializer<P>>> Choice<P> {
     /// What it comes to where "auto" is `usual`.
     pub(crate) fn or(&self, py: Python<'_>, usual: Option<P>) -> PyResult<Option<Py<P>>> {
         match self {
-            Self::Told(told) => Ok(told.as_ref().map(|params| params.clone_ref(py))),
+            Self::Given(given) => Ok(given.as_ref().map(|params| params.clone_ref(py))),
             Self::Usual => usual.map(|usual| Py::new(py, usual)).transpose(),
         }
     }
@@ -48,7 +48,7 @@ impl<P: PyClass + Into<PyClassInitializer<P>>> Choice<P> {
     pub(crate) fn repr(&self, py: Python<'_>, name: &str) -> PyResult<String> {
         match self {
             Self::Usual => Ok(String::new()),
-            Self::Told(told) => Ok(format!(", {name}={}", told.into_pyobject(py)?.repr()?)),
+            Self::Given(given) => Ok(format!(", {name}={}", given.into_pyobject(py)?.repr()?)),
         }
     }
 
@@ -56,7 +56,7 @@ impl<P: PyClass + Into<PyClassInitializer<P>>> Choice<P> {
     pub(crate) fn put(&self, options: &Bound<'_, PyDict>, name: &str) -> PyResult<()> {
         match self {
             Self::Usual => Ok(()),
-            Self::Told(told) => options.set_item(name, told),
+            Self::Given(given) => options.set_item(name, given),
         }
     }
 }

@@ -37,7 +37,7 @@ pub(crate) fn checked_point(x: f64, y: f64) -> Result<Point, InputError> {
 ///
 /// Examples
 /// --------
-/// >>> popsteer.wrap(7.0)
+/// >>> popsteer.paper.wrap(7.0)
 /// 0.7168146928204138
 #[pyfunction]
 #[pyo3(signature = (angle, /))]
@@ -63,7 +63,7 @@ pub(crate) fn wrap(py: Python<'_>, angle: f64) -> PyResult<f64> {
 ///
 /// Examples
 /// --------
-/// >>> popsteer.saturate(3.0, -1.0, 1.0)
+/// >>> popsteer.paper.saturate(3.0, -1.0, 1.0)
 /// 1.0
 #[pyfunction]
 #[pyo3(signature = (value, low, high, /))]
@@ -90,7 +90,7 @@ pub(crate) fn saturate(value: f64, low: f64, high: f64) -> f64 {
 ///
 /// Examples
 /// --------
-/// >>> popsteer.get_distance((0.0, 0.0), (3.0, 4.0))
+/// >>> popsteer.paper.get_distance((0.0, 0.0), (3.0, 4.0))
 /// 5.0
 #[pyfunction]
 #[pyo3(signature = (a, b, /))]
@@ -143,7 +143,7 @@ fn checked_vehicle(
 ///
 /// Examples
 /// --------
-/// >>> popsteer.get_predicted_location(0.0, 0.0, 0.0, 10.0, 0.0, 0.05)
+/// >>> popsteer.paper.get_predicted_location(0.0, 0.0, 0.0, 10.0, 0.0, 0.05)
 /// (0.5, 0.0)
 #[pyfunction]
 #[pyo3(signature = (x, y, yaw, speed, steer, dt, /))]
@@ -188,7 +188,7 @@ pub(crate) fn get_predicted_location(
 ///
 /// Examples
 /// --------
-/// >>> popsteer.state_transition((0.0, 0.0, 0.0, 10.0, 0.1), (0.5, 0.0), 0.0, 0.5)
+/// >>> popsteer.paper.state_transition((0.0, 0.0, 0.0, 10.0, 0.1), (0.5, 0.0), 0.0, 0.5)
 /// (5.0, 0.0, 0.05, 10.5, 0.1)
 #[pyfunction]
 #[pyo3(signature = (state, control, steer, dt, /))]
@@ -252,7 +252,7 @@ pub(crate) fn state_transition(
 ///
 /// Examples
 /// --------
-/// >>> popsteer.kinematic_bicycle(0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 3.0, 0.5)
+/// >>> popsteer.paper.kinematic_bicycle(0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 3.0, 0.5)
 /// (5.0, 0.0, 0.0, 10.5)
 #[pyfunction]
 #[pyo3(signature = (x, y, yaw, speed, steer, acceleration, wheelbase, dt, /))]

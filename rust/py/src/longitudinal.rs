@@ -1,4 +1,4 @@
-//! The longitudinal laws.
+//! The longitudinal controllers.
 
 use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
@@ -37,7 +37,7 @@ params! {
         "Derivative gain [s^2/m].";
 }
 
-/// The paper's longitudinal law, coupled with the steering angle (Equation 7).
+/// The paper's longitudinal controller, coupled with the steering angle (Equation 7).
 ///
 /// ``command = cutoff + ((speed_limit - speed) / speed_limit - |steer| / steer_limit)
 /// (1 - cutoff)``; throttle where it is positive, brake where it is negative. It has no memory.
@@ -246,7 +246,7 @@ impl PySpeedPid {
         self.state = SpeedPidState::default();
     }
 
-    /// What the law remembers; a copy, which can be compared, saved and set again.
+    /// What the controller remembers; a copy, which can be compared, saved and set again.
     #[getter]
     fn state(&self) -> PySpeedPidState {
         PySpeedPidState(self.state)
@@ -270,7 +270,7 @@ impl PySpeedPid {
     }
 }
 
-/// Either of the longitudinal laws, as the closed loop takes it.
+/// Either of the longitudinal controllers, as the closed loop takes it.
 pub(crate) fn drive_of(object: &Bound<'_, PyAny>) -> Option<Drive> {
     if let Ok(law) = object.cast_exact::<PyCoupledLongitudinal>() {
         return Some(Drive::Coupled(law.get().law));

@@ -39,7 +39,7 @@ pub(crate) fn run_many<'py>(
     let mut prepared = Vec::with_capacity(runs.len());
     for (index, (law, plant, start)) in runs.into_iter().enumerate() {
         let (law, path) = law_of(&law)
-            .ok_or_else(|| PyTypeError::new_err("law must be a controller of popsteer"))?;
+            .ok_or_else(|| PyTypeError::new_err("a run needs a controller of popsteer"))?;
         let [x, y, yaw, speed] = start;
         let start = VehicleState { x, y, yaw, speed };
         prepared.push(Run {

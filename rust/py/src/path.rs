@@ -8,7 +8,7 @@ use popsteer_core::limits::MAX_YAW;
 use popsteer_core::path::lookahead;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};
-use popsteer_core::path::{Foot, Path, PathView, locate, projection};
+use popsteer_core::path::{ClosestPoint, Path, PathView, locate, projection};
 use popsteer_core::{Point, math};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
@@ -268,14 +268,15 @@ impl PyPath {
         Ok(projection::nearest_waypoint(&self.view(), position))
     }
 
-    /// Find the foot of a position near its last place, for a vehicle that drives along `yaw`.
+    /// Find the closest point of a position near its last place, for a vehicle that drives along
+    /// `yaw`.
     ///
     /// Of the segments from the one at `waypoint` until more than `reach` of arc before and behind
-    /// it, each that is no farther off than the one before it and nearer than the one after it is
-    /// a candidate; the one of least distance counts, each distance with up to
-    /// `opposite_distance` more the less the path leads along `yaw`. Other branches of the path are not seen, and where it is
-    /// driven in both directions neither is what lies beyond the place where the vehicle turns
-    /// round. All laws find their place so.
+    /// it, each that is no farther off than the one before it and nearer than the one after it is a
+    /// candidate; the one of least distance counts, each distance with up to `opposite_distance`
+    /// more the less the path leads along `yaw`. Other branches of the path are not seen, and where
+    /// it is driven in both directions neither is what lies beyond the place where the vehicle
+    /// turns round. All controllers find their place so.
     ///
     /// Parameters
     /// ----------
@@ -284,7 +285,7 @@ impl PyPath {
     /// yaw : float
     ///     Direction of driving [rad].
     /// waypoint : int
-    ///     The waypoint at which the segment of the last foot starts.
+    ///     The waypoint at which the segment of the last closest point starts.
     /// reach : float
     ///     How far along the path to look [m].
     /// opposite_distance : float, default 10.0
@@ -294,7 +295,7 @@ impl PyPath {
     /// Returns
     /// -------
     /// Projection
-    ///     The foot.
+    ///     The closest point.
     ///
     /// Raises
     /// ------
@@ -327,19 +328,19 @@ impl PyPath {
             let opposite = checked("opposite_distance", opposite_distance, 0.0, 1e9)?;
             let heading = Point::new(math::cos(yaw), math::sin(yaw));
             let view = self.view();
-            let foot = locate::locate(&view, waypoint, position, heading, reach, opposite);
-            Ok(foot.projection(&view))
+            let closest = locate::locate(&view, waypoint, position, heading, reach, opposite);
+            Ok(closest.projection(&view))
         };
         found().map(PyProjection).or_raise(py)
     }
 
-    /// Find the first crossing of the lookahead circle ahead of a foot on the path.
+    /// Find the first crossing of the lookahead circle ahead of a closest point on the path.
     ///
     /// Where the path ends, or the vehicle has to turn round, its last segment goes on as a
-    /// straight line, so there always is a crossing while the foot lies within the circle. Of a
-    /// position farther than `lookahead` from its foot the point is the foot, in which a circle
-    /// that touches the path ends as well; on a closed path that lies within the circle it is
-    /// the waypoint at least a quarter round.
+    /// straight line, so there always is a crossing while the closest point lies within the circle.
+    /// Of a position farther than `lookahead` from its closest point the point is the closest
+    /// point, in which a circle that touches the path ends as well; on a closed path that lies
+    /// within the circle it is the waypoint at least a quarter round.
     ///
     /// Parameters
     /// ----------
@@ -348,7 +349,7 @@ impl PyPath {
     /// lookahead : float
     ///     Lookahead distance ld [m].
     /// segment : int
-    ///     The segment that carries the foot of (x, y).
+    ///     The segment that carries the closest point of (x, y).
     ///
     /// Returns
     /// -------
@@ -379,8 +380,10 @@ impl PyPath {
             let segment = self.index("segment", segment)?;
             let view = self.view();
             let segment = segment.min(view.segments() - 1);
-            let foot = Foot::new(&view, segment, position);
-            Ok(lookahead::get_crossing(&view, &foot, position, lookahead))
+            let closest = ClosestPoint::new(&view, segment, position);
+            Ok(lookahead::get_crossing(
+                &view, &closest, position, lookahead,
+            ))
         };
         found()
             .map(|(point, on_circle)| ((point.x, point.y), on_circle))
@@ -390,9 +393,9 @@ impl PyPath {
     /// Find the waypoint to go on from after a jump: the nearest where the direction fits.
     ///
     /// The segment of least distance counts, each distance with up to `opposite_distance` more the
-    /// less a vehicle that looks along `yaw` would drive along it; the first of several. The heading thus tells
-    /// branches apart that cross or lie alongside. Where the path is driven backwards the vehicle
-    /// looks against it.
+    /// less a vehicle that looks along `yaw` would drive along it; the first of several. The
+    /// heading thus tells branches apart that cross or lie alongside. Where the path is driven
+    /// backwards the vehicle looks against it.
     ///
     /// A call takes microseconds where few waypoints are as near, and visits all of them at worst,
     /// as at the centre of a circle.
@@ -455,7 +458,7 @@ impl PyPath {
     /// Returns
     /// -------
     /// Projection
-    ///     The nearer foot on the two segments that meet at the waypoint.
+    ///     The nearer closest point on the two segments that meet at the waypoint.
     ///
     /// Raises
     /// ------
@@ -527,8 +530,8 @@ impl PyPath {
         y: f64,
         nearest: Option<Count>,
     ) -> PyResult<Option<f64>> {
-        let foot = self.project(py, x, y, nearest)?.0;
-        Ok(projection::reference_speed(&self.view(), &foot))
+        let closest = self.project(py, x, y, nearest)?.0;
+        Ok(projection::reference_speed(&self.view(), &closest))
     }
 
     /// Give the window around a waypoint: one waypoint behind it to so much arc ahead.

@@ -34,7 +34,8 @@ use crate::vehicle::PyVehicle;
 /// path : Path
 ///     The path.
 /// plant : str or CarlaIdentified or KinematicBicycle, default "carla-identified"
-///     What moves; or a plant in Python, as `popsteer.plants` has them, which is reset to the start.
+///     What moves; or a plant in Python, as `popsteer.plants` has them, which is reset to the
+///     start.
 /// start : tuple of float
 ///     Pose of the vehicle's point at the start, (x, y, yaw) [m, m, rad].
 /// speed : float, default 0.0
@@ -59,7 +60,7 @@ use crate::vehicle::PyVehicle;
 ///
 /// Examples
 /// --------
-/// A law of your own, here one that always steers straight ahead:
+/// A controller of your own, here one that always steers straight ahead:
 ///
 /// >>> import popsteer.sim
 /// >>> path = popsteer.Path([(float(x), 0.0) for x in range(50)])
@@ -335,10 +336,11 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or your own
-    ///     One of popsteer drives from a fresh state; the object's own state is left alone. Your own
-    ///     has a method ``step(x, y, yaw, speed, dt)``, which returns an angle [rad] or an object
-    ///     with `steer` and, if it likes, `target`, `status` and `reverse`. If it has a parameter
-    ///     `reverse`, it is told whether the path is driven backwards where the rear axle is.
+    ///     One of popsteer drives from a fresh state; the object's own state is left alone. Your
+    ///     own has a method ``step(x, y, yaw, speed, dt)``, which returns an angle [rad] or an
+    ///     object with `steer` and, if it likes, `target`, `status` and `reverse`. If it has a
+    ///     parameter `reverse`, it is told whether the path is driven backwards where the rear axle
+    ///     is.
     /// longitudinal : CoupledLongitudinal or SpeedPid, optional
     ///     The pedals; by default the paper's controller.
     /// progress : callable, optional

@@ -202,8 +202,8 @@ params! {
     /// How fast a controller adapts to its vehicle.
     ///
     /// From commands and motion it estimates how much more the vehicle turns than it was told, the
-    /// offset of the steering, the dead time, the slip, and the acceleration. The prediction through
-    /// the dead time and preview POP use them.
+    /// offset of the steering, the dead time, the slip, and the acceleration. The prediction
+    /// through the dead time and preview POP use them.
     PyAdaptParams(AdaptParams) named "AdaptParams" in "popsteer",
     shown as "(*, turn_time=10.0, slip_time=5.0, min_speed=None)",
     defaults AdaptParams::DEFAULT, checked by AdaptParams::checked,

@@ -14,7 +14,8 @@ use crate::lateral::{
 };
 use crate::pool;
 
-/// The vehicles, of one law each time: a batch of mixed ones would be as wide as the widest state.
+/// The vehicles, of one controller each time: a batch of mixed ones would be as wide as the widest
+/// state.
 #[derive(Debug)]
 pub(crate) enum Vehicles {
     Pop(Batch<Pop>),
@@ -41,7 +42,7 @@ impl Recipe {
     }
 }
 
-/// The same expression for the batch of any law.
+/// The same expression for the batch of any controller.
 macro_rules! each {
     ($vehicles:expr, $batch:ident => $body:expr) => {
         match $vehicles {
@@ -56,7 +57,7 @@ macro_rules! each {
 }
 pub(crate) use each;
 
-/// The same expression for the batch of any law, with the class of its states.
+/// The same expression for the batch of any controller, with the class of its states.
 macro_rules! each_state {
     ($vehicles:expr, $batch:ident of $state:ident => $body:expr) => {
         match $vehicles {

@@ -1,4 +1,4 @@
-//! Any of the core's longitudinal laws, chosen at run time.
+//! Any of the core's longitudinal controllers, chosen at run time.
 
 use popsteer_core::InputError;
 use popsteer_core::longitudinal::{
@@ -8,14 +8,14 @@ use popsteer_core::longitudinal::{
 /// Who works the pedals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
-    /// The paper's law, coupled with the steering.
+    /// The paper's controller, coupled with the steering.
     Coupled(CoupledLongitudinal),
     /// A PID on the path's reference speeds.
     Speed(SpeedPid),
 }
 
 impl Default for Drive {
-    /// The paper's law with the paper's Table 2.
+    /// The paper's controller with the paper's Table 2.
     fn default() -> Self {
         let law = CoupledLongitudinal::new(CoupledLongitudinalParams::DEFAULT);
         Self::Coupled(law.expect("the defaults are within their ranges"))

@@ -28,7 +28,7 @@ impl Follower {
 
     pub(crate) fn follow(&mut self, path: &Path, vehicle: VehicleState, dt: f64) -> Located {
         let at = self.find(path, vehicle, dt);
-        self.waypoint = Some(at.foot.segment);
+        self.waypoint = Some(at.closest.segment);
         at
     }
 }

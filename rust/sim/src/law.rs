@@ -1,4 +1,4 @@
-//! Any of the core's laws, chosen at run time.
+//! Any of the core's controllers, chosen at run time.
 
 use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
@@ -11,13 +11,13 @@ use popsteer_core::{InputError, LateralLaw, LateralState, PathView, Vehicle};
 
 macro_rules! laws {
     ($($law:ident($state:ident)),+ $(,)?) => {
-        /// One of the laws.
+        /// One of the controllers.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Law {
             $(#[doc = concat!("[`", stringify!($law), "`].")] $law($law),)+
         }
 
-        /// The state of one of the laws.
+        /// The state of one of the controllers.
         // Moved once a run, not once a step: the size of the PID's buffer costs nothing here.
         #[expect(clippy::large_enum_variant, reason = "one state a run")]
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ macro_rules! laws {
                 match self { $(Self::$law(law) => law.default_adapt(),)+ }
             }
 
-            /// A state of another law counts as none: the step starts from the initial one.
+            /// A state of another controller counts as none: the step starts from the initial one.
             fn decide(
                 &self,
                 path: &PathView<'_>,

@@ -31,9 +31,9 @@ pub struct Errors {
 /// What a run comes to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Metrics {
-    /// Errors at the law's own reference point, as the paper measures.
+    /// Errors at the controller's own reference point, as the paper measures.
     pub reference: Errors,
-    /// Errors at the rear axle, one point for all laws.
+    /// Errors at the rear axle, one point for all controllers.
     pub rear_axle: Errors,
     /// Largest angle commanded [rad].
     pub max_abs_steer: f64,

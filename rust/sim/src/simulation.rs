@@ -68,7 +68,7 @@ impl Simulation {
         // the path's.
         let lead = if reverses { 0.0 } else { vehicle.wheelbase };
         let mut leading = Follower::new(Follow::of(&vehicle, vehicle.rear_axle, lead));
-        let foot = leading.follow(&path, start, settings.dt).foot;
+        let closest = leading.follow(&path, start, settings.dt).closest;
         let mut rear = Follower::new(Follow::of(&vehicle, vehicle.rear_axle, 0.0));
         let reverse = rear.follow(&path, start, settings.dt).reverse;
         Ok(Self {
@@ -77,7 +77,7 @@ impl Simulation {
             rear,
             reverse,
             leading,
-            leading_arc: foot.arc_length(&path.view()),
+            leading_arc: closest.arc_length(&path.view()),
             delay: Delay::new(vehicle.dead_time),
             travelled: 0.0,
             steps: 0,
@@ -184,8 +184,8 @@ impl Simulation {
             return Some(speed);
         }
         let deceleration = self.plant.vehicle().max_deceleration.unwrap_or(SLOWING);
-        let left = ahead.distance_to_stop.max(0.0);
-        let most = sqrt(2.0 * deceleration * left).max(Ahead::creep(&self.leading.follow));
+        let remaining = ahead.distance_to_stop.max(0.0);
+        let most = sqrt(2.0 * deceleration * remaining).max(Ahead::creep(&self.leading.follow));
         Some(speed.abs().min(most).copysign(speed))
     }
 
@@ -235,7 +235,7 @@ impl Simulation {
         let dt = self.settings.dt;
         let at = self.reference.follow(&self.path, vehicle, dt);
         let path = self.path.view();
-        let published_yaw = path_yaw_behind(&path, at.foot.nearest_waypoint(&path));
+        let published_yaw = path_yaw_behind(&path, at.closest.nearest_waypoint(&path));
         let rear = self.rear.follow(&self.path, vehicle, dt);
         Record {
             time: self.time(),
@@ -247,10 +247,10 @@ impl Simulation {
             steer: control.steer,
             throttle: control.throttle,
             brake: control.brake,
-            cross_track_error: at.foot.cross_track_error(),
+            cross_track_error: at.closest.cross_track_error(),
             heading_error: wrap(at.vehicle.yaw - published_yaw),
-            rear_cross_track_error: rear.foot.cross_track_error(),
-            rear_heading_error: wrap(rear.vehicle.yaw - rear.foot.path_yaw()),
+            rear_cross_track_error: rear.closest.cross_track_error(),
+            rear_heading_error: wrap(rear.vehicle.yaw - rear.closest.path_yaw()),
             target,
             status,
         }
@@ -263,7 +263,7 @@ impl Simulation {
             .follow(&self.path, self.state.vehicle, self.settings.dt);
         let path = self.path.view();
         let length = path.length();
-        let arc = at.foot.arc_length(&path);
+        let arc = at.closest.arc_length(&path);
         self.reverse = self
             .rear
             .follow(&self.path, self.state.vehicle, self.settings.dt)
@@ -282,7 +282,7 @@ impl Simulation {
             arc
         };
         self.finished |= length - done <= self.settings.stop_distance;
-        self.lost |= get_distance(at.position, at.foot.point) > self.settings.give_up_distance;
+        self.lost |= get_distance(at.position, at.closest.point) > self.settings.give_up_distance;
     }
 }
 

@@ -230,7 +230,7 @@ pub fn estimate(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimate {
 pub fn estimator(bytes: &mut Bytes, wheelbase: f64, dead_time: f64) -> Estimator {
     let coordinates = [-2.0 * MAX_COORDINATE, 2.0 * MAX_COORDINATE];
     Estimator {
-        seen: (bytes.byte() & 1 == 1).then(|| VehicleState {
+        last_measured: (bytes.byte() & 1 == 1).then(|| VehicleState {
             x: bytes.number([-50.0, 50.0], coordinates),
             y: bytes.number([-50.0, 50.0], coordinates),
             yaw: bytes.number([-4.0, 4.0], [-MAX_YAW, MAX_YAW]),

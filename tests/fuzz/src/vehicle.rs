@@ -177,7 +177,7 @@ impl Life {
             .observe_turn(&self.adapt, &self.car, now, reached, dt);
         self.estimator
             .observe_slip(&self.adapt, &self.car, now, |travel| turn / travel, dt);
-        self.estimator.seen = Some(now);
+        self.estimator.last_measured = Some(now);
         assert_eq!(self.estimator.checked(&self.car), Ok(self.estimator));
         let estimate = self.estimator.estimate;
         let turning = |estimate: &Estimate| (estimate.gain, estimate.steer_offset);
@@ -335,7 +335,7 @@ impl Plain {
         let shortest = self
             .list
             .last()
-            .map_or(f64::INFINITY, |&(_, left)| left + dt);
+            .map_or(f64::INFINITY, |&(_, remaining)| remaining + dt);
         self.joins |= shortest <= self.car.dead_time / 64.0;
         if self.joins {
             return None;

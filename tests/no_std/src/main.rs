@@ -9,7 +9,7 @@
 use core::ffi::{c_char, c_int};
 use core::hint::black_box;
 
-use popsteer_core::lateral::pid::ErrorBuffer;
+use popsteer_core::lateral::error_buffer::ErrorBuffer;
 use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams, Tracker,
@@ -50,7 +50,7 @@ extern "C" fn rust_eh_personality() {}
 const WAYPOINTS: usize = 600;
 
 /// Limited in every way, with commands in flight.
-const LATE: Vehicle = Vehicle {
+const DELAYED: Vehicle = Vehicle {
     wheelbase: 2.7,
     rear_axle: -1.35,
     no_slip_point: Some(-1.2),
@@ -104,7 +104,7 @@ fn both<L: LateralLaw, E>(
     if let Ok(law) = law(black_box(Vehicle::PAPER)) {
         sum += steps(&Tracker::of(law), path, vehicle);
     }
-    if let Ok(law) = law(black_box(LATE))
+    if let Ok(law) = law(black_box(DELAYED))
         && let Ok(tracker) = Tracker::new(law, black_box(Some(AdaptParams::DEFAULT)))
     {
         sum += steps(&tracker, path, vehicle);
@@ -148,7 +148,7 @@ fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
 
 /// Commands on their way to the wheels.
 fn in_flight(vehicle: VehicleState) -> f64 {
-    let car = black_box(LATE);
+    let car = black_box(DELAYED);
     let mut in_flight = InFlight::settled(&car, black_box(0.1));
     for dt in black_box([0.05, 1e-6, 0.3]) {
         in_flight.elapse(&car, black_box(0.2), dt, black_box(0.0));
@@ -183,10 +183,10 @@ fn all_functions(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     let path_yaw = ahead.turns(arc_length, black_box(1.0), &mut turns);
     let located = located.nearest_waypoint(path);
     let jumped_to = relocalise(path, position, black_box(0.3), opposite);
-    let foot = projection::project(path, index, position);
-    let mut sum = math::from_count(nearest + located + jumped_to) + foot.cross_track_error;
+    let closest = projection::project(path, index, position);
+    let mut sum = math::from_count(nearest + located + jumped_to) + closest.cross_track_error;
     sum += crossing.x + path_yaw + projection::path_yaw_behind(path, index);
-    sum += projection::reference_speed(path, &foot).unwrap_or(0.0);
+    sum += projection::reference_speed(path, &closest).unwrap_or(0.0);
     let grid = Grid::new(*path, window(path, index, black_box(20.0)), black_box(0.01));
     let (lookahead, tolerance) = black_box((6.0, 0.01));
     let found = get_lookahead_point(&grid, position, lookahead, tolerance);
@@ -232,7 +232,7 @@ extern "C" fn main() -> c_int {
         }
     }
     let pop = Pop::new(Vehicle::DEFAULT, PopParams::DEFAULT);
-    let preview_pop = PreviewPop::new(LATE, PreviewPopParams::DEFAULT);
+    let preview_pop = PreviewPop::new(DELAYED, PreviewPopParams::DEFAULT);
     let (Ok(pop), Ok(preview_pop)) = (pop, preview_pop) else {
         return 2;
     };

@@ -1,7 +1,7 @@
 """The lateral controllers, one a file, behind `LateralLaw`, and `Tracker`, which steps them.
 
-A law decides an angle for a located vehicle; it is a vehicle, validated parameters and a small
-frozen state. A `Tracker` is all of a step around it: estimate, predict, locate, limit.
+A controller decides an angle for a located vehicle; it is a vehicle, validated parameters and a
+small frozen state. A `Tracker` is all of a step around it: estimate, predict, locate, limit.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["Belief", "Command", "Decision", "LateralLaw"]
 
 @dataclass(frozen=True)
 class Decision:
-    """What a law decides, for the vehicle as one that drives forward.
+    """What a controller decides, for the vehicle as one that drives forward.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class Belief:
-    """What a law may know of the vehicle beyond its own figures, in the vehicle's own frame.
+    """What a controller may know of the vehicle besides its parameters, in the vehicle's own frame.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Belief:
         Angle of the wheels when the command to be decided reaches them, without the estimated
         offset [rad].
     estimate : Corrections
-        What the motion has shown.
+        The estimates.
     """
 
     wheel: float
@@ -66,7 +66,7 @@ class Belief:
 
 
 class Params(Protocol):
-    """What the parameters of every law have."""
+    """What the parameters of every controller have."""
 
     @property
     def search_distance(self) -> float | None:
@@ -85,7 +85,7 @@ StateT = TypeVar("StateT")
 
 
 class LateralLaw(ABC, Generic[ParamsT, StateT]):
-    """A steering law: a vehicle and validated parameters that decide an angle."""
+    """A steering controller: a vehicle and validated parameters that decide an angle."""
 
     def __init__(self, path: PathView, vehicle: Vehicle, params: ParamsT) -> None:
         self._path = path
@@ -113,7 +113,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         """Return the state before the first step, with nothing remembered."""
 
     def predicts(self) -> bool:
-        """Tell whether the law reads the `Belief`: its wheels are then modelled at every step."""
+        """Tell whether the controller reads the `Belief`: every step then models the wheels."""
         return False
 
     @abstractmethod
@@ -121,7 +121,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         """Decide the angle for a located vehicle, and remember what is to be remembered."""
 
     def restore(self, state: StateT) -> StateT:
-        """Return `state`, where what the law remembers in it can be put together at all.
+        """Return `state`, where what the controller remembers in it can be put together at all.
 
         Raises
         ------
@@ -132,7 +132,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
 
     @abstractmethod
     def check_law_state(self, state: StateT) -> StateT:
-        """Return `state`, where what the law remembers in it is what this law could remember.
+        """Return `state` if this controller could be in it.
 
         Raises
         ------
@@ -152,22 +152,23 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         return state
 
     def set_steer(self, state: StateT, _steer: float) -> tuple[StateT, bool]:
-        """Take note of the angle that the wheels were given instead of the law's answer.
+        """Take note of the angle that the wheels were given instead of the controller's answer.
 
-        Returns the state, and whether the law's next answer goes on from it.
+        Returns the state, and whether the controller's next answer goes on from it.
         """
         return state, False
 
     def default_adapt(self) -> AdaptParams | None:
-        """Return how the law adapts unless it is told otherwise.
+        """Return how the controller adapts unless it is told otherwise.
 
-        At all where an estimate counts: in a law that predicts and where commands are in flight.
+        At all where an estimate counts: in a controller that predicts and where commands are in
+        flight.
         """
         return AdaptParams() if self.predicts() or self._vehicle.dead_time > 0.0 else None
 
 
 class Tracked(enum.Enum):
-    """Which point of the vehicle a law steers by."""
+    """Which point of the vehicle a controller steers by."""
 
     FRONT_AXLE = enum.auto()
     REAR_AXLE = enum.auto()
@@ -190,7 +191,7 @@ class Tracked(enum.Enum):
 
 
 def check_follow(params: Params) -> None:
-    """Settle the parameters that every law has."""
+    """Settle the parameters that every controller has."""
     config_optional(params, "search_distance", 0.0, 1e6)
     config_optional(params, "lost_distance", 1e-3, 1e9)
 

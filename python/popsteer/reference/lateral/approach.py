@@ -1,7 +1,4 @@
-"""How steeply preview POP approaches a path.
-
-No steeper than the vehicle can straighten on what remains of the way to it.
-"""
+"""How preview POP approaches a path: no steeper than the vehicle can straighten before it."""
 
 from __future__ import annotations
 
@@ -12,11 +9,11 @@ from popsteer.reference.math import divide, sqrt
 __all__ = ["Straightening"]
 
 _LAGS_IN_HAND = 2.0
-"""How many lags of the wheels an approach keeps in hand."""
+"""Reserve of an approach in steering lags: one to begin turning back, one to end it."""
 
 
 class Straightening(NamedTuple):
-    """What straightens a vehicle that approaches its path, counted along the distance travelled."""
+    """What limits how soon an approaching vehicle is straight again, per distance travelled."""
 
     curvature: float
     """The largest curvature that the vehicle drives [1/m]."""
@@ -25,8 +22,8 @@ class Straightening(NamedTuple):
     lag: float
     """The steering lag, as a distance [m]."""
     unlimited: float
-    """The cross-track error per radian of heading at which the unlimited law keeps its heading
-    [m]: close to the path it straightens sooner by itself."""
+    """The cross-track error per radian of heading at which the unlimited controller keeps its
+    heading [m]: close to the path it straightens sooner by itself."""
 
     def steepest(self, approach_angle: float, error: float) -> float:
         """Return the steepest heading that is straightened before the path is reached [rad].
@@ -36,9 +33,9 @@ class Straightening(NamedTuple):
             angle² / (2 curvature) + angle (curvature / (2 rate) + 2 lag) = error
 
         with the distance in brackets at most `unlimited`, so that close to the path the unlimited
-        law remains what it is. The first term is the arc of the largest curvature; the second the
-        way during which the wheels turn, and answer late. The curvature is no more than what they
-        reach while they turn the vehicle by the approach angle.
+        controller remains what it is. The first term is the arc of the largest curvature; the
+        second is the distance in which the wheels turn, and that of their lag. The curvature is at
+        most the one that they reach while the vehicle turns by the approach angle.
 
         Examples
         --------

@@ -140,7 +140,7 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
 
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
-        error = at.foot.cross_track_error()
+        error = at.closest.cross_track_error()
         if error > self.params.deadband:
             wanted = -self.params.amplitude
         elif error < -self.params.deadband:
@@ -148,7 +148,7 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
         else:
             wanted = 0.0
         steer, status = limit_steer(self.vehicle, wanted)
-        return Decision(steer, at.foot.point, status)
+        return Decision(steer, at.closest.point, status)
 
     def check_law_state(self, state: BangBangState) -> BangBangState:
         """Return `state`: there is nothing of its own in it."""

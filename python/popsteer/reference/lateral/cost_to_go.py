@@ -34,9 +34,9 @@ class Travel:
 
     step: float
     error_by_driven: float
-    error_by_told: float
+    error_by_commanded: float
     heading_by_driven: float
-    heading_by_told: float
+    heading_by_commanded: float
     kept: float
     taken: float
 
@@ -49,19 +49,19 @@ class Travel:
 
         Examples
         --------
-        >>> Travel.over(0.5, 0.0, 0.0, 0.0).error_by_told  # a circle: curvature * step² / 2
+        >>> Travel.over(0.5, 0.0, 0.0, 0.0).error_by_commanded  # a circle: curvature * step² / 2
         0.125
         """
         taken = 1.0 - kept
         heading_by_driven = lag * taken
-        heading_by_told = step - heading_by_driven
-        late = lag * heading_by_told
+        heading_by_commanded = step - heading_by_driven
+        lagging = lag * heading_by_commanded
         return cls(
             step=step,
-            error_by_driven=late + offset * heading_by_driven,
-            error_by_told=0.5 * step * step - late + offset * heading_by_told,
+            error_by_driven=lagging + offset * heading_by_driven,
+            error_by_commanded=0.5 * step * step - lagging + offset * heading_by_commanded,
             heading_by_driven=heading_by_driven,
-            heading_by_told=heading_by_told,
+            heading_by_commanded=heading_by_commanded,
             kept=kept,
             taken=taken,
         )
@@ -80,9 +80,9 @@ class Travel:
         error, heading, driven, commanded = state
         return Predicted(
             error=(error + self.step * heading + moved)
-            + (self.error_by_driven * driven + self.error_by_told * commanded),
+            + (self.error_by_driven * driven + self.error_by_commanded * commanded),
             heading=(heading - turn)
-            + (self.heading_by_driven * driven + self.heading_by_told * commanded),
+            + (self.heading_by_driven * driven + self.heading_by_commanded * commanded),
             driven=self.kept * driven + self.taken * commanded,
             commanded=commanded,
         )
@@ -101,9 +101,9 @@ class Travel:
     def added(self) -> Predicted:
         """Return what a curvature of 1, commanded on the step before, adds to that."""
         return Predicted(
-            self.error_by_told
-            + (self.step * self.heading_by_told + self.error_by_driven * self.taken),
-            self.heading_by_told + self.heading_by_driven * self.taken,
+            self.error_by_commanded
+            + (self.step * self.heading_by_commanded + self.error_by_driven * self.taken),
+            self.heading_by_commanded + self.heading_by_driven * self.taken,
             self.kept * self.taken,
             0.0,
         )
@@ -132,12 +132,12 @@ class BestMove(NamedTuple):
     e: float
     p: float
     a: float
-    left: float
+    remaining: float
     constant: float
 
     def commanded(self, state: Predicted) -> float:
         """Return the curvature that is best commanded in `state` [1/m]."""
-        return self.left * state.commanded - self.pull(state)
+        return self.remaining * state.commanded - self.pull(state)
 
     def pull(self, state: Predicted) -> float:
         """Return what of it is not of the curvature commanded already, with the sign changed."""
@@ -145,13 +145,13 @@ class BestMove(NamedTuple):
             self.a * state.driven + self.constant
         )
 
-    def left_after(self, travel: Travel) -> float:
+    def remaining_after(self, travel: Travel) -> float:
         """Return what of a curvature commanded on the last step is left in the next one.
 
         Where the state does not hold what it has added.
         """
-        return self.left - (
-            (self.e * travel.error_by_told + self.p * travel.heading_by_told)
+        return self.remaining - (
+            (self.e * travel.error_by_commanded + self.p * travel.heading_by_commanded)
             + self.a * travel.taken
         )
 
@@ -220,18 +220,41 @@ class CostToGo:
         9.25
         """
         step = travel.step
-        error_by_driven, error_by_told = travel.error_by_driven, travel.error_by_told
-        heading_by_driven, heading_by_told = travel.heading_by_driven, travel.heading_by_told
+        error_by_driven, error_by_commanded = travel.error_by_driven, travel.error_by_commanded
+        heading_by_driven, heading_by_commanded = (
+            travel.heading_by_driven,
+            travel.heading_by_commanded,
+        )
         kept, taken = travel.kept, travel.taken
         # What goes with the state after the step, for a unit of each entry before it ...
         pe, pp = step * self.ee + self.ep, step * self.ep + self.pp
         ae = error_by_driven * self.ee + heading_by_driven * self.ep + kept * self.ea
         ap = error_by_driven * self.ep + heading_by_driven * self.pp + kept * self.pa
         aa = error_by_driven * self.ea + heading_by_driven * self.pa + kept * self.aa
-        ce = error_by_told * self.ee + heading_by_told * self.ep + taken * self.ea + self.ec
-        cp = error_by_told * self.ep + heading_by_told * self.pp + taken * self.pa + self.pc
-        ca = error_by_told * self.ea + heading_by_told * self.pa + taken * self.aa + self.ac
-        cc = error_by_told * self.ec + heading_by_told * self.pc + taken * self.ac + self.cc
+        ce = (
+            error_by_commanded * self.ee
+            + heading_by_commanded * self.ep
+            + taken * self.ea
+            + self.ec
+        )
+        cp = (
+            error_by_commanded * self.ep
+            + heading_by_commanded * self.pp
+            + taken * self.pa
+            + self.pc
+        )
+        ca = (
+            error_by_commanded * self.ea
+            + heading_by_commanded * self.pa
+            + taken * self.aa
+            + self.ac
+        )
+        cc = (
+            error_by_commanded * self.ec
+            + heading_by_commanded * self.pc
+            + taken * self.ac
+            + self.cc
+        )
         # ... and for what the path and the drift add.
         moved = drift - 0.5 * step * turn
         e = moved * self.ee - turn * self.ep + self.e
@@ -248,11 +271,11 @@ class CostToGo:
             pc=step * ce + cp,
             aa=error_by_driven * ae + heading_by_driven * ap + kept * aa,
             ac=error_by_driven * ce + heading_by_driven * cp + kept * ca,
-            cc=error_by_told * ce + heading_by_told * cp + taken * ca + cc,
+            cc=error_by_commanded * ce + heading_by_commanded * cp + taken * ca + cc,
             e=e,
             p=step * e + p,
             a=error_by_driven * e + heading_by_driven * p + kept * a,
-            c=error_by_told * e + heading_by_told * p + taken * a + c,
+            c=error_by_commanded * e + heading_by_commanded * p + taken * a + c,
         )
 
     def of(self, state: Predicted) -> float:
@@ -273,7 +296,7 @@ class CostToGo:
             e=share * self.ec,
             p=share * self.pc,
             a=share * self.ac,
-            left=move_cost * share,
+            remaining=move_cost * share,
             constant=share * self.c,
         )
 
@@ -330,21 +353,21 @@ class CostToGo:
         """
         share = 1.0 / (move_cost + self.cc)
         # What remains of the entries with c; written so, no digits cancel.
-        left = move_cost * share
+        remaining = move_cost * share
         e, p, a = share * self.ec, share * self.pc, share * self.ac
         return CostToGo(
             ee=self.ee - e * self.ec + stage.ee,
             ep=self.ep - e * self.pc,
             ea=self.ea - e * self.ac,
-            ec=left * self.ec,
+            ec=remaining * self.ec,
             pp=self.pp - p * self.pc + stage.pp,
             pa=self.pa - p * self.ac + stage.pa,
-            pc=left * self.pc,
+            pc=remaining * self.pc,
             aa=self.aa - a * self.ac + stage.aa,
-            ac=left * self.ac,
-            cc=left * self.cc,
+            ac=remaining * self.ac,
+            cc=remaining * self.cc,
             e=self.e - e * self.c,
             p=self.p - p * self.c,
             a=self.a - a * self.c,
-            c=left * self.c,
+            c=remaining * self.c,
         )

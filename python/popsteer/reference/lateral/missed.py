@@ -1,4 +1,4 @@
-"""Inputs that fail to come: the last command is held, and its time counts."""
+"""Missing and refused inputs: the last command is held, and the next step covers their time."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from popsteer.reference.lateral.command import Command
 
-__all__ = ["LEARNING_GAP", "Holding", "elapse", "miss"]
+__all__ = ["ESTIMATION_GAP", "Holding", "elapse", "miss"]
 
-LEARNING_GAP = 0.25
+ESTIMATION_GAP = 0.25
 """From a motion over more time than this nothing is learnt [s].
 
 What happened within it is not known well enough. Larger values learn from slower loops, and more
@@ -54,8 +54,8 @@ def elapse(state: StateT, dt: float) -> tuple[StateT, float]:
     """
     elapsed = saturate(state.held_time + dt, MIN_DT, MAX_DT)
     state = replace(state, held_time=0.0, period=elapsed)
-    if elapsed > LEARNING_GAP:
-        state = replace(state, seen=None)
+    if elapsed > ESTIMATION_GAP:
+        state = replace(state, last_measured=None)
     return state, elapsed
 
 
@@ -101,9 +101,9 @@ class Holding(Generic[StateT]):
 
         Where `step` would raise `InputError`, the last command is held, its angle, direction,
         errors and target, with the status `Status.INPUT_HELD` for up to `hold_limit` inputs in a
-        row and `Status.INPUT_LOST` beyond. The time `dt` of a held input is added to that of the
-        next step, whose answer so is that of a single step over all the time that has passed. A
-        `dt` that is itself refused counts as that of the last step.
+        row and `Status.INPUT_LOST` beyond. The time `dt` of a held input is added to the next step,
+        which then is one step over the whole time. A `dt` that is itself refused counts as that of
+        the last step.
         """
         try:
             return _step(self)(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)

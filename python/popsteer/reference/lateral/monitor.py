@@ -1,23 +1,27 @@
-"""Whether the vehicle keeps near its path, and whether it answers as its model says.
+"""Monitors two things: the deviation from the path, and whether the vehicle answers as modelled.
 
-The yaw that was measured over the last second is compared with what the commands explain: the turn
-that the vehicle's figures expect of them, as far as it goes with a gain that the estimator takes
-for possible, a steering offset that the motion has shown, and a response that is somewhat quicker
-or slower. What is beyond that by more than the noise of the measured yaw is not the told vehicle's:
-the sign of the steering is wrong, the wheels stick, or the commands come later than anybody told.
+The turn measured over the last second is compared with the turns that the commands explain. These
+follow from the vehicle's parameters, for every gain within the estimator's bounds, the steering
+offset seen in the motion, and a somewhat faster or slower response. A turn outside of them by more
+than the noise of the yaw is a fault: a wrong sign of the steering, stuck wheels, or a dead time
+longer than the vehicle's.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import copysign, sqrt
+from math import copysign
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-from popsteer.reference.error import config_in_range, config_optional, input_in_range
+from popsteer.reference.error import config_in_range, config_optional
+from popsteer.reference.lateral.monitor_state import (
+    ALARM_TIME,
+    LEAST_TIME,
+    MAX_PERIOD,
+    MonitorState,
+)
 from popsteer.reference.lateral.tracker_state import TrackerState
-from popsteer.reference.limits import MAX_YAW
-from popsteer.reference.math import PI, saturate, wrap
-from popsteer.reference.vehicle.estimator import MAX_GAIN, MAX_STEER_OFFSET, MIN_GAIN
+from popsteer.reference.math import saturate, wrap
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -25,47 +29,14 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Measured", "Monitor", "MonitorParams", "MonitorState"]
+__all__ = ["Measured", "Monitor", "MonitorParams"]
 
 StateT = TypeVar("StateT", bound=TrackerState)
-
-WINDOW = 1.0
-"""Time over which turns are compared [s]."""
-SLOWER = 0.1
-"""The slower response lags by so much more than the vehicle's own figures say [s]."""
-QUICKER = 0.3
-"""A quicker one is ahead by this share of that."""
-OFFSET = 0.02
-"""The steering offset that nobody told and the motion has not yet shown [rad]."""
-OFFSET_DOUBT = 2.0
-"""How much motion halves it, as `offset_square` [1/s]: a quarter of a second at 8 m/s."""
-OFFSET_PRIOR = 8.0
-"""Weight of no steering offset in the least squares [1/s]. Smaller values take wheels that stick
-for a steering offset; larger ones take a steering offset for wheels that stick."""
-OFFSET_TIME = 10.0
-"""Time over which the steering offset is estimated [s]: too long for a fault to pass as one."""
-NOISE_TIME = 2.0
-"""Time over which the noise is measured [s]."""
-NOISE_PRIOR = (0.005, 0.05)
-"""Standard deviation of the noise before it is measured [rad], and for how long that counts."""
-EXCESS = 0.5
-"""The share of the excess of large angles that is let pass: commands that swing from lock to lock
-turn a vehicle by the tangent of angles that no model of its wheels tells well."""
-DEVIATIONS = 5.0
-"""How many standard deviations of the noise are let pass."""
-LEAST_TIME = 0.2
-"""Nothing is concluded before the noise was measured for so long [s]."""
-MAX_PERIOD = 0.3
-"""Nothing is concluded from a longer period [s]: too much happens in it."""
-ALARM_TIME = 2.0
-"""How long the vehicle is implausible after it last was beyond what is explained [s]."""
-MOST = 1e100
-"""More than a number comes to within the bounds of the input."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MonitorParams:
-    """From where on a controller says that something is wrong.
+    """Thresholds of the monitor's faults.
 
     Attributes
     ----------
@@ -73,8 +44,9 @@ class MonitorParams:
         Cross-track error beyond which a vehicle that was nearer before is deviating [m]; None is
         half a wheelbase, 1e9 for never.
     turn_tolerance : float
-        How far the yaw measured over a second may be from what the commands explain, besides its
-        noise [rad]; 1e9 for any. Less: sooner found, and sooner a false alarm.
+        Largest difference of the turn measured over a second to the turns that the commands
+        explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner, false
+        alarms are likelier.
 
     Raises
     ------
@@ -95,206 +67,6 @@ class MonitorParams:
         config_in_range(self, "turn_tolerance", 0.0, 1e9)
 
 
-class Turned(NamedTuple):
-    """The last step."""
-
-    wheel: float
-    """Angle of the wheels by the vehicle's own figures [rad]."""
-    yaw: float | None
-    """The yaw last measured [rad]; None where the motion since shows nothing."""
-    residual: float | None
-    """The turn measured in the last period less the one expected [rad]; None before it."""
-
-
-class Turns(NamedTuple):
-    """Sums over the last second, of which the old terms are forgotten."""
-
-    measured: float = 0.0
-    """Turns measured [rad]."""
-    expected: float = 0.0
-    """Turns expected of the commands [rad]."""
-    delayed: float = 0.0
-    """The same of a slower response [rad]."""
-    rate: float = 0.0
-    """The turning rate of the slower response [rad/s]."""
-    reach: float = 0.0
-    """Turns of a radian of steering offset."""
-    excess: float = 0.0
-    """How much more the commands would turn the vehicle than in proportion to their angle [rad]."""
-
-
-class Evidence(NamedTuple):
-    """What is known of the noise and of the steering offset."""
-
-    time: float = NOISE_PRIOR[1]
-    """How long the noise has been measured, up to `NOISE_TIME` [s]."""
-    noise: float = NOISE_PRIOR[0] * NOISE_PRIOR[0]
-    """Variance of the noise of the measured yaw [rad²]."""
-    offset_square: float = 0.0
-    """Turning rates of a radian of steering offset, squared, over the time [1/s]."""
-    offset_sum: float = 0.0
-    """The same rates times the residuals [rad/s]."""
-
-    def with_noise(self, residual: float, last: float | None, dt: float) -> Evidence:
-        """Take in the noise: a yaw with the variance s makes turns whose differences have 6 s."""
-        time, noise = saturate(self.time + dt, 0.0, NOISE_TIME), self.noise
-        if last is not None:
-            change = residual - last
-            weight = dt / time if dt < time else 1.0
-            noise += (change * change / 6.0 - noise) * weight
-        return self._replace(time=time, noise=noise)
-
-    def with_offset(self, residual: float, share: float, dt: float) -> Evidence:
-        """Take in the steering offset, by least squares that forget."""
-        kept = OFFSET_TIME / (OFFSET_TIME + dt)
-        most = MAX_STEER_OFFSET * abs(share) * dt
-        return self._replace(
-            offset_square=self.offset_square * kept + share * share * dt,
-            offset_sum=self.offset_sum * kept + share * saturate(residual, -most, most),
-        )
-
-
-class MonitorState(NamedTuple):
-    """What the monitor remembers."""
-
-    turned: Turned
-    """The last step."""
-    turns: Turns
-    """The last second."""
-    evidence: Evidence
-    """The time before."""
-    alarm: float
-    """How long the vehicle goes on being implausible [s]."""
-    within: bool
-    """Whether the vehicle was within the limit of the deviation."""
-
-    @classmethod
-    def settled(cls, wheel: float) -> MonitorState:
-        """Give the state with nothing seen yet; the wheels stand at the angle `wheel` [rad]."""
-        return cls(Turned(wheel, None, None), Turns(), Evidence(), alarm=0.0, within=False)
-
-    @classmethod
-    def of(cls, state: MonitorState) -> MonitorState:
-        """Give the state of plain tuples."""
-        turned, turns, evidence, alarm, within = state
-        return cls(Turned(*turned), Turns(*turns), Evidence(*evidence), alarm, within)
-
-    def interrupted(self) -> MonitorState:
-        """Give the state when the motion until the next step shows nothing."""
-        turned = Turned(self.turned.wheel, None, None)
-        return self._replace(turned=turned, turns=Turns(rate=self.turns.rate))
-
-    def observed(
-        self, turn: float, rate: float, excess: float, share: float, dt: float
-    ) -> MonitorState:
-        """Take in a turn.
-
-        Parameters
-        ----------
-        turn : float
-            What was measured [rad].
-        rate : float
-            How fast the commands made the vehicle turn [rad/s].
-        excess : float
-            How much faster the last command would than in proportion to its angle [rad/s].
-        share : float
-            ... and a radian of steering offset [1/s].
-        dt : float
-            How long it took [s].
-
-        Returns
-        -------
-        MonitorState
-            The state after it.
-        """
-        expected = rate * dt
-        residual = turn - expected
-        kept = WINDOW / (WINDOW + dt)
-        slower = self.turns.rate + (rate - self.turns.rate) * (dt / (SLOWER + dt))
-        turns = Turns(
-            measured=(self.turns.measured + turn) * kept,
-            expected=(self.turns.expected + expected) * kept,
-            delayed=(self.turns.delayed + slower * dt) * kept,
-            rate=slower,
-            reach=(self.turns.reach + abs(share) * dt) * kept,
-            excess=(self.turns.excess + abs(excess) * dt) * kept,
-        )
-        evidence = self.evidence.with_noise(residual, self.turned.residual, dt)
-        evidence = evidence.with_offset(residual, share, dt)
-        turned = self.turned._replace(residual=residual)
-        return self._replace(turned=turned, turns=turns, evidence=evidence)
-
-    def is_beyond(self, tolerance: float, share: float) -> bool:
-        """Tell whether the turns are beyond what is explained by more than `tolerance` [rad].
-
-        What is expected of the commands is itself explained, so most steps are done with that.
-        """
-        turns = self.turns
-        gap = abs(turns.measured - turns.expected)
-        return gap > tolerance and self.unexplained(share) > tolerance
-
-    def unexplained(self, share: float) -> float:
-        """Give how far the turns are beyond what is explained, noise taken off [rad].
-
-        A radian of steering offset turns the vehicle at `share` [1/s].
-        """
-        turns, evidence = self.turns, self.evidence
-        offset = evidence.offset_sum / (evidence.offset_square + OFFSET_PRIOR)
-        doubt = OFFSET * OFFSET_DOUBT / (OFFSET_DOUBT + evidence.offset_square)
-        right, left = (offset - doubt, doubt) if offset < 0.0 else (-doubt, offset + doubt)
-        if share < 0.0:
-            right, left = -left, -right
-        quicker = turns.expected + QUICKER * (turns.expected - turns.delayed)
-        if quicker < turns.delayed:
-            least, most = quicker, turns.delayed
-        else:
-            least, most = turns.delayed, quicker
-        least, most = least + right * turns.reach, most + left * turns.reach
-        least = least * (MIN_GAIN if least > 0.0 else MAX_GAIN)
-        most = most * (MAX_GAIN if most > 0.0 else MIN_GAIN)
-        below, above = least - turns.measured, turns.measured - most
-        beyond = below if below > above else above
-        return beyond - EXCESS * turns.excess - DEVIATIONS * sqrt(evidence.noise)
-
-    def checked(self) -> MonitorState:
-        """Return the same, as floats, where a vehicle could have shown it.
-
-        Raises
-        ------
-        InputError
-            Where it could not.
-        """
-        (wheel, yaw, residual), turns, evidence = self.turned, self.turns, self.evidence
-
-        def number(value: float, low: float = -MOST, high: float = MOST) -> float:
-            return input_in_range("monitor", value, low, high)
-
-        turned = Turned(
-            number(wheel, -0.5 * PI, 0.5 * PI),
-            None if yaw is None else number(yaw, -MAX_YAW, MAX_YAW),
-            None if residual is None else number(residual),
-        )
-        return MonitorState(
-            turned,
-            Turns(
-                number(turns.measured),
-                number(turns.expected),
-                number(turns.delayed),
-                number(turns.rate),
-                number(turns.reach, 0.0),
-                number(turns.excess, 0.0),
-            ),
-            Evidence(
-                number(evidence.time, 0.0, NOISE_TIME),
-                number(evidence.noise, 0.0),
-                number(evidence.offset_square, 0.0),
-                number(evidence.offset_sum),
-            ),
-            number(self.alarm, 0.0, ALARM_TIME),
-            self.within,
-        )
-
-
 class Measured(NamedTuple):
     """What is measured at a step."""
 
@@ -302,8 +74,6 @@ class Measured(NamedTuple):
     """Where the tracked point of the measured vehicle is."""
     vehicle: VehicleState
     """The vehicle by the pose of its own point."""
-    is_anew: bool
-    """Whether the place on the path was looked for anew."""
     dt: float
     """Control period [s]."""
 
@@ -340,11 +110,12 @@ class Monitor:
     ) -> tuple[MonitorState, bool]:
         """Tell whether the vehicle is beyond the limit, after it was within.
 
-        Another path, or another direction, that begins farther off is another task.
+        Another direction that begins farther off is another task, as another path is: see
+        `set_path` and `relocalise`.
         """
-        error, within = now.here.foot.cross_track_error(), watched.within
+        error, within = now.here.closest.cross_track_error(), watched.within
         if (
-            (now.is_anew or now.here.turned)
+            now.here.direction_changed
             and last is not None
             and abs(error - last) > self._deviation_limit
         ):
@@ -367,7 +138,7 @@ class Monitor:
         share = speed / car.turning_length(speed)
         rate, excess = share * _tangent(mean), share * (_tangent(last) - last)
 
-        if now.here.turned or dt > MAX_PERIOD:
+        if now.here.direction_changed or dt > MAX_PERIOD:
             watched = watched.interrupted()
         alarm = saturate(watched.alarm - dt, 0.0, ALARM_TIME)
         watched = watched._replace(alarm=alarm)

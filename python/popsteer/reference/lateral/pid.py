@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import operator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from popsteer import errors
 from popsteer.reference.error import config_count, config_optional, input_in_range
 from popsteer.reference.lateral import (
     Belief,
@@ -17,6 +15,7 @@ from popsteer.reference.lateral import (
     or_scaled,
     resolved,
 )
+from popsteer.reference.lateral.error_buffer import BOUND, CAPACITY, push, restore
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.limits import MAX_COORDINATE
@@ -32,11 +31,6 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["Pid", "PidParams", "PidState"]
-
-CAPACITY = 1000
-"""The longest buffer."""
-BOUND = 1e16
-"""More than any error, term or sum of them can come to [m], [m s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +48,7 @@ class PidParams:
     kd : float or None
         Derivative gain k_D [rad s/m]; None is 0.2 at the paper's wheelbase.
     buffer_length : int
-        How many of the last errors the integral sums, against wind-up.
+        How many of the last errors the integral sums, against wind-up: 1 to 500.
     integral_with_dt : bool
         Whether the integral weighs each error with its Δt, as the published code does; the
         paper's equation sums the bare errors.
@@ -78,7 +72,7 @@ class PidParams:
     --------
     >>> PidParams(buffer_length=0)
     Traceback (most recent call last):
-    popsteer.errors.ConfigError: buffer_length must be a count in [1, 1000], got 0
+    popsteer.errors.ConfigError: buffer_length must be a count in [1, 500], got 0
     """
 
     kp: float | None = None
@@ -150,36 +144,6 @@ class PidState(TrackerState):
     sum: float = 0.0
 
 
-def push(state: PidState, term: float, length: int) -> PidState:
-    """Take a term into the buffer of a state; the oldest leaves a buffer that is full.
-
-    The sum is carried along, and taken anew each time the buffer comes round, so that rounding
-    cannot build up over a long run.
-
-    Examples
-    --------
-    >>> state = PidState()
-    >>> for term in (1.0, 2.0, 4.0, 8.0):
-    ...     state = push(state, term, length=3)
-    >>> state.terms, state.next, state.sum
-    ((2.0, 4.0, 8.0), 1, 14.0)
-    """
-    if len(state.terms) == length:
-        total = state.sum - state.terms[0] + term
-        terms = (*state.terms[1:], term)
-    else:
-        total = state.sum + term
-        terms = (*state.terms, term)
-    following = state.next + 1
-    if following == length:
-        following = 0
-        # No sum(), which compensates its rounding from Python 3.12 on.
-        total = 0.0
-        for held in terms:
-            total += held
-    return replace(state, terms=terms, next=following, sum=total)
-
-
 class Pid(Tracker[PidParams, PidState]):
     """PID on the cross-track error e at the front axle: Equation 1.
 
@@ -232,14 +196,16 @@ class Pid(Tracker[PidParams, PidState]):
 
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
-        error = at.foot.cross_track_error()
+        error = at.closest.cross_track_error()
         state = self.state
-        if at.turned or at.off_path:
+        if at.direction_changed or at.off_path:
             state = self.forget_path(state)
         # At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0:
             term = error * at.dt if self.params.integral_with_dt else error
-            state = push(state, term, self.params.buffer_length)
+            length = self.params.buffer_length
+            terms, following, total = push(state.terms, state.next, state.sum, term, length)
+            state = replace(state, terms=terms, next=following, sum=total)
         position = None
         rate = 0.0
         if self._smoothing_length > 0.0:
@@ -251,7 +217,7 @@ class Pid(Tracker[PidParams, PidState]):
         wanted = -(self._kp * error + self._ki * state.sum + self._kd * rate)
         steer, status = limit_steer(self.vehicle, wanted)
         self._state = replace(state, previous_error=error, previous_position=position)
-        return Decision(steer, at.foot.point, status)
+        return Decision(steer, at.closest.point, status)
 
     def _rate_across(self, previous: Point, at: Located) -> float:
         """Tell how fast the front axle moved across the path since `previous` [m/s], to the left.
@@ -261,8 +227,8 @@ class Pid(Tracker[PidParams, PidState]):
         """
         step = (at.position[0] - previous[0], at.position[1] - previous[1])
         half = 0.5 * (step[0] * at.heading[0] + step[1] * at.heading[1])
-        middle = at.foot.arc_length(self.path) - half
-        yaw = Preview.yaw_at(self.path, self._smoothing_length, at.foot.segment, middle)
+        middle = at.closest.arc_length(self.path) - half
+        yaw = Preview.yaw_at(self.path, self._smoothing_length, at.closest.segment, middle)
         return (step[1] * cos(yaw) - step[0] * sin(yaw)) / at.dt
 
     def forget_path(self, state: PidState) -> PidState:
@@ -279,22 +245,13 @@ class Pid(Tracker[PidParams, PidState]):
         return replace(state, previous_error=previous)
 
     def restore(self, state: PidState) -> PidState:
-        """Return `state`, where a buffer of this law could hold its terms so."""
+        """Return `state`, where a buffer of this controller could hold its terms so."""
         length = self.params.buffer_length
-        held = len(state.terms)
-        if held > length:
-            raise errors.InputError("terms", held, errors.count_in_range(0, length))
-        # Until the buffer is full, the next term goes behind the last.
-        low, high = (held, held) if held < length else (0, length - 1)
-        following = operator.index(state.next)
-        if not low <= following <= high:
-            raise errors.InputError("next", following, errors.count_in_range(low, high))
-        terms = tuple(input_in_range("terms", term, -BOUND, BOUND) for term in state.terms)
-        total = input_in_range("sum", state.sum, -BOUND, BOUND)
+        terms, following, total = restore(length, state.terms, state.next, state.sum)
         return replace(state, terms=terms, next=following, sum=total)
 
     def check_law_state(self, state: PidState) -> PidState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+        """Return `state`, where what is remembered in it is what this controller could remember."""
         previous = state.previous_error
         if previous is not None:
             previous = input_in_range("previous_error", previous, -BOUND, BOUND)

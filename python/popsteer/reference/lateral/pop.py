@@ -193,7 +193,7 @@ class Pop(Tracker[PopParams, PopState]):
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Run Algorithm 1; the numbers are those of its lines."""
         speed = at.vehicle.forward_speed()
-        previous_steer = at.turn(self.state.previous_steer)
+        previous_steer = at.mirror(self.state.previous_steer)
         # 2: ld = ld_min + k_v * v
         lookahead = self._search.min_lookahead + self._search.lookahead_gain * speed
         # 3: lp_i = get_lookahead_point_index(x, y, {w}, ld)
@@ -204,7 +204,7 @@ class Pop(Tracker[PopParams, PopState]):
         lookahead_point = (target.point[0] - at.position[0], target.point[1] - at.position[1])
         steer = self._choose(lookahead_point, at.vehicle.yaw, speed, previous_steer, at.dt)
         # 16: delta_prev = delta
-        self._state = replace(self.state, previous_steer=at.turn(steer))
+        self._state = replace(self.state, previous_steer=at.mirror(steer))
         status = Status.OK
         if abs(steer) >= self.vehicle.max_steer:
             status |= Status.SATURATED
@@ -263,7 +263,7 @@ class Pop(Tracker[PopParams, PopState]):
         return saturate(previous_steer + offset, -max_steer, max_steer)
 
     def check_law_state(self, state: PopState) -> PopState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+        """Return `state`, where what is remembered in it is what this controller could remember."""
         max_steer = self.vehicle.max_steer
         previous_steer = check_steer("previous_steer", state.previous_steer, max_steer)
         return replace(state, previous_steer=previous_steer)

@@ -18,11 +18,11 @@ from popsteer.reference.lateral.tracker_state import (
     with_past,
 )
 from popsteer.reference.limits import MAX_DT
-from popsteer.reference.math import ceil, divide, tan
-from popsteer.reference.vehicle.bicycle import advance
-from popsteer.reference.vehicle.delay import InFlight, move_wheel
+from popsteer.reference.vehicle.bicycle import Rollout
+from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimator import Corrections
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
+from popsteer.reference.vehicle.timed import clipped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,8 +34,6 @@ __all__ = ["Predicted", "Predicting", "instants", "predict", "standing"]
 
 StateT = TypeVar("StateT", bound=TrackerState)
 
-STEP = 0.05
-"""The longest step of the motion [s]."""
 MOST = 100_000
 """More instants than this are a mistake."""
 
@@ -109,9 +107,10 @@ def predict(
                 vehicle = replace(vehicle, speed=copysign(most, vehicle.speed))
         remaining -= abs(vehicle.speed) * dt
         start = vehicle.ahead(car.no_slip)
-        end = _drive(car, plant, steer, estimate, start, dt)
+        rollout = Rollout(car, estimate, start)
+        rollout.drive(plant.wheel, clipped((*plant.commands, (steer, dt)), dt))
         plant = plant.elapse(car, steer, dt, 0.0)
-        vehicle = end.bounded().ahead(-car.no_slip).bounded()
+        vehicle = rollout.state.bounded().ahead(-car.no_slip).bounded()
         steer = step(vehicle)
     vehicles = [each.vehicle for each in trajectory]
     return Prediction(
@@ -122,41 +121,6 @@ def predict(
         speed=np.array([vehicle.speed for vehicle in vehicles]),
         steer=np.array([each.steer for each in trajectory]),
     )
-
-
-def _drive(
-    car: Vehicle,
-    in_flight: InFlight,
-    last: float,
-    estimate: Corrections,
-    state: VehicleState,
-    dt: float,
-) -> VehicleState:
-    """Return the point that does not slip `dt` [s] on from `state`.
-
-    With `last` commanded [rad] and the commands before it in flight.
-    """
-    begin, time = state.speed, 0.0
-    length = car.turning_length(state.speed) / estimate.gain
-    wheel, gone = in_flight.wheel, dt
-    for steer, duration in (*in_flight.commands, (last, dt)):
-        if gone <= 0.0:
-            break
-        part = duration if duration < gone else gone
-        steps = ceil(part / STEP)
-        step = divide(part, steps)
-        for _ in range(steps):
-            moved = move_wheel(car, wheel, steer, step)
-            time += step
-            speed = estimate.speed_after(begin, time)
-            travel = 0.5 * (state.speed + speed) * step
-            angle = car.at_wheels(moved.mean + estimate.steer_offset)
-            curvature = tan(angle) / length
-            slip = estimate.slip + estimate.slip_length * curvature
-            state = replace(advance(state, travel, curvature, slip), speed=speed)
-            wheel = moved.wheel
-        gone -= part
-    return state
 
 
 class Predicting(Generic[StateT]):
@@ -185,7 +149,7 @@ class Predicting(Generic[StateT]):
             return step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
 
         # The poses to come have no age, and what is predicted shows nothing of the vehicle.
-        self._state = replace(with_past(before, None), seen=None, held_time=0.0)
+        self._state = replace(with_past(before, None), last_measured=None, held_time=0.0)
         try:
             return predict(self._vehicle, before, step, dt, count, models=self._models)
         finally:

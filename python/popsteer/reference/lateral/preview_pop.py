@@ -1,4 +1,8 @@
-"""Preview POP: POP's neighbourhood, judged by where it leads over a horizon."""
+"""Preview POP: of the angles near the last one, the one with the least predicted cost.
+
+`PreviewPop._choose` predicts without limits and finds the best angle in closed form. Only if that
+plan breaks a limit, the best plan within the limits replaces it.
+"""
 
 from __future__ import annotations
 
@@ -7,23 +11,21 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING, Literal
 
-from popsteer.reference.error import config_in_range, config_optional
 from popsteer.reference.lateral import (
     Belief,
     Decision,
     Tracked,
-    check_follow,
     check_steer,
     limit_steer,
-    or_scaled,
     resolved,
 )
 from popsteer.reference.lateral.approach import Straightening
 from popsteer.reference.lateral.cost_to_go import CostToGo, Predicted, Travel
-from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later
+from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later, limited
+from popsteer.reference.lateral.preview_params import PreviewPopParams
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
-from popsteer.reference.math import PI, atan, decay, divide, saturate, sqrt, tan, wrap
+from popsteer.reference.math import atan, decay, divide, saturate, sqrt, tan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
@@ -35,117 +37,17 @@ if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimator import AdaptParams
 
-__all__ = ["PreviewPop", "PreviewPopParams", "PreviewPopState"]
+__all__ = ["PreviewPop", "PreviewPopState"]
 
 
 _LAGS = 3.0
-"""How many lags of the wheels the prediction sees through, where their rate is told."""
+"""Least horizon in steering lags, for a vehicle with a `max_steer_rate`; added to `_TURNS`."""
 _TURNS = 1.5
-"""And how many halves of the shortest time in which the wheels turn the vehicle by the approach
-angle: 2 are that time."""
+"""And in halves of the shortest time in which the vehicle can turn by the approach angle."""
 _MOST_HORIZONS = 2.0
-"""The longest prediction, in horizons."""
+"""Longest horizon, as a multiple of the parameter `horizon`."""
 _FULL_RATE = 0.5
-"""From this share of `min_speed` on, wheels whose rate is told turn at all of it."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PreviewPopParams:
-    """Parameters of `PreviewPop`.
-
-    Attributes
-    ----------
-    steer_span_rate : float or None
-        Optimization range δ_nbd over the control period [rad/s]: an angle lies at most this times
-        Δt from the last one. The vehicle's `max_steer_rate` by default; 60°/s, the paper's 3° in
-        50 ms, where it has none.
-    horizon : float
-        How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
-        seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
-        Up to twice as long where the vehicle's `max_steer_rate` is told and its wheels need it.
-    heading_cost : float or None
-        How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; None is
-        a wheelbase. More: the path is joined more gently, and offsets take longer to vanish.
-    steer_rate_cost : float or None
-        How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
-        [m s/rad]; None is a twelfth of the wheelbase. More: calmer wheels, less noise passed on,
-        wider bends where the model is wrong.
-    approach_angle : float
-        Heading at which the path is approached from afar [rad]; less where the vehicle's limits
-        would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
-    min_speed : float or None
-        Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-        prediction looks as far as at this speed; at rest they keep their angle. Where the
-        vehicle's `max_steer_rate` is told, they turn at all of it down to half this speed. None is
-        5/3 wheelbases a second.
-    smoothing_length : float or None
-        Length of path over which its direction is taken [m]; None is 2/3 of the wheelbase. More:
-        less of the waypoints' noise is steered, and bends shorter than this are cut.
-    search_distance : float or None
-        How far along the path from the last place the vehicle is looked for [m], beside what it
-        travels in a step; None is two wheelbases.
-    lost_distance : float or None
-        Farther than this from its place the vehicle is lost, and looked for on the whole path
-        [m]; None is ten wheelbases.
-
-    Raises
-    ------
-    ConfigError
-        Naming the parameter that is out of its range.
-
-    Examples
-    --------
-    >>> PreviewPopParams(horizon=2).horizon
-    2.0
-    >>> PreviewPopParams(heading_cost=-1)
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: heading_cost must be in [0, 1000], got -1.0
-    """
-
-    steer_span_rate: float | None = None
-    horizon: float = 1.0
-    heading_cost: float | None = None
-    steer_rate_cost: float | None = None
-    approach_angle: float = 0.25
-    min_speed: float | None = None
-    smoothing_length: float | None = None
-    search_distance: float | None = None
-    lost_distance: float | None = None
-
-    def __post_init__(self) -> None:
-        config_optional(self, "steer_span_rate", 1e-3, 1e6)
-        config_in_range(self, "horizon", 0.05, 100.0)
-        config_optional(self, "heading_cost", 0.0, 1e3)
-        config_optional(self, "steer_rate_cost", 1e-5, 1e3)
-        config_in_range(self, "approach_angle", 1e-3, 0.5 * PI)
-        config_optional(self, "min_speed", 1e-3, 1e4)
-        config_optional(self, "smoothing_length", 0.0, 1e3)
-        check_follow(self)
-
-    def resolved(self, vehicle: Vehicle) -> PreviewPopParams:
-        """Return the parameters with the defaults that scale with `vehicle` filled in.
-
-        Examples
-        --------
-        >>> from popsteer.reference import Vehicle
-        >>> params = PreviewPopParams().resolved(Vehicle())
-        >>> params.heading_cost, params.steer_rate_cost, params.min_speed, params.smoothing_length
-        (3.0, 0.25, 5.0, 2.0)
-        """
-        wheelbase = vehicle.wheelbase
-        rate = vehicle.max_steer_rate
-        return replace(
-            self,
-            steer_span_rate=or_scaled(
-                self.steer_span_rate, 60.0 * (PI / 180.0) if rate is None else rate
-            ),
-            heading_cost=or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 12.0),
-            min_speed=or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
-            smoothing_length=or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
-            search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
-        )
+"""Share of `min_speed` from which on wheels with a `max_steer_rate` turn at that rate."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,8 +59,8 @@ class PreviewPopState(TrackerState):
     previous_steer : float
         The last angle δ_prev [rad].
     reached_limits : int
-        The limits that the last plan reaches, three bits a step: what the next plan is sought
-        from, which makes it quicker to find and no other.
+        The limits that the last plan reached, three bits a step. The search for the next plan
+        starts from them: it gets faster, its result stays the same.
 
     Examples
     --------
@@ -174,13 +76,14 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     """Preview POP.
 
     Of the angles in the neighbourhood of the last one, the angle with the least cost over a
-    horizon. The cost of a step is e² + (heading_cost ψ)² + (steer_rate_cost rate)², with the
-    cross-track error e, the heading error ψ and the rate of the wheels, predicted by a bicycle
-    with lag along the curvature of the path ahead. What follows the first step is taken at its
-    best, the cost-to-go, so the cost of an angle is a parabola, and the best angle is the lowest
-    point of it. There is no list of candidates; the law is this closed form. Where that plan
-    breaks a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the
-    best plan that keeps them takes its place (`limited`).
+    horizon. The cost of a step is e² + (heading_cost ψ)² + (steer_rate_cost rate)²: cross-track
+    error e, heading error ψ, and the rate of the commanded angle, linearised about straight wheels.
+    A linear bicycle with steering lag predicts them along the curvature of the path ahead. The
+    moves after the first one are assumed optimal; their cost is the cost-to-go. The cost of an
+    angle is then a parabola, and its minimum is the best angle. There is no list of candidates; the
+    controller is this closed form. Where that plan breaks a limit of the wheels' rate or angle or
+    of the lateral acceleration, at any step, the best plan that keeps them takes its place
+    (`limited`).
 
     Parameters
     ----------
@@ -221,7 +124,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         )
         span_rate = resolved(self._resolved.steer_span_rate)
         rate = self.vehicle.max_steer_rate
-        # The lesser of the neighbourhood's and the vehicle's.
+        # Largest rate of the commanded angle: the lesser of the parameter's and the vehicle's.
         self._rate_is_the_vehicles = rate is not None and rate <= span_rate
         self._steer_span_rate = span_rate if rate is None or span_rate < rate else rate
         self._heading_cost = resolved(self._resolved.heading_cost)
@@ -234,15 +137,15 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         return PreviewPopState()
 
     def predicts(self) -> bool:
-        """Tell whether the law reads the `Belief`: it does."""
+        """Tell whether the controller reads the `Belief`: it does."""
         return True
 
     def decide(self, at: Located, belief: Belief) -> Decision:
         """Decide the angle for a located vehicle."""
-        wanted, planned = self._choose(at.turn(self.state.previous_steer), at, belief)
+        wanted, planned = self._choose(at.mirror(self.state.previous_steer), at, belief)
         steer, status = limit_steer(self.vehicle, wanted)
-        self._state = replace(self.state, previous_steer=at.turn(steer))
-        return Decision(steer, at.foot.point, planned | status)
+        self._state = replace(self.state, previous_steer=at.mirror(steer))
+        return Decision(steer, at.closest.point, planned | status)
 
     def set_steer(self, state: PreviewPopState, steer: float) -> tuple[PreviewPopState, bool]:
         """Take note of the angle; the next neighbourhood is its own."""
@@ -251,24 +154,24 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     def _choose(  # noqa: PLR0915 - one formula after the other, as in the twin
         self, previous_steer: float, at: Located, belief: Belief
     ) -> tuple[float, Status]:
-        """Find the best angle of the neighbourhood; both angles are of the mirrored vehicle."""
-        vehicle, estimate, foot = self.vehicle, belief.estimate, at.foot
+        """Find the best angle in the neighbourhood; both angles are of the mirrored vehicle."""
+        vehicle, estimate, closest = self.vehicle, belief.estimate, at.closest
         speed = at.vehicle.forward_speed()
         pace = speed if speed > self._min_speed else self._min_speed
         count, period = steps(self._horizon_at(pace), at.dt)
         step = pace * period
         lag = vehicle.steer_lag * speed
         kept = decay(step, lag)
-        # In a bend the point that moves where the vehicle looks lies elsewhere by this much.
-        offset = at.turn(estimate.slip_length)
+        # A slip that grows with the curvature shifts the no-slip point along the vehicle.
+        offset = at.mirror(estimate.slip_length)
         travel = Travel.over(step, lag, kept, offset)
         length = vehicle.turning_length(speed) / estimate.gain
         move_cost = self._steer_rate_cost * length / period
         move_cost = move_cost * move_cost
 
-        arc_length = foot.arc_length(self.path)
+        arc_length = closest.arc_length(self.path)
         distance = count * step
-        preview = Preview(self.path, self._smoothing_length, foot.segment, arc_length, distance)
+        preview = Preview(self.path, self._smoothing_length, closest.segment, arc_length, distance)
         path_yaw, turns = preview.turns(arc_length, step, count)
         horizon = Horizon(
             travel=travel,
@@ -279,11 +182,11 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         )
         moves, cost = horizon.unlimited()
 
-        rate, span = self._turned(speed, at.dt)
-        # From afar the error counts only as far as it calls for the approach angle, or for what
-        # can be straightened on the way.
+        rate, span = self._rate_and_span(speed, at.dt)
+        # The pull of a large error is limited: to that of the approach angle, or of the steepest
+        # heading that the vehicle can still straighten before the path.
         heading_error = wrap(at.vehicle.yaw - path_yaw)
-        error = foot.cross_track_error()
+        error = closest.cross_track_error()
         straightening = Straightening(
             curvature=self._widest(pace, length),
             rate=rate / (length * pace),
@@ -295,13 +198,14 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         wanted_pull = error * cost.ec
         pull = saturate(wanted_pull, -most, most)
         wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
-        driven = tan(at.turn(wheel)) / length
+        driven = tan(at.mirror(wheel)) / length
         tangent = tan(previous_steer)
-        told = tangent / length
-        slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c
-        # The lowest point of the parabola; a control period may be a part of the step.
+        commanded = tangent / length
+        slope = pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c
+        # The minimum of the parabola is a move per step of the horizon; a control period may be
+        # shorter, and makes its share of the move.
         share = at.dt / period
-        wanted = told - slope / (move_cost + cost.cc) * share
+        wanted = commanded - slope / (move_cost + cost.cc) * share
 
         low, high = previous_steer - span, previous_steer + span
         unlimited = atan(wanted * length)
@@ -309,10 +213,10 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             error=pull / cost.ec if abs(wanted_pull) > most else error,
             heading=heading_error,
             driven=driven,
-            commanded=told,
+            commanded=commanded,
         )
-        # The curvature changes faster where the wheels stand wide. With the vehicle's own rate that
-        # is not counted on, as the wheels have to be straight again in time.
+        # At a constant rate of the angle, its tangent changes faster at large angles. With the
+        # vehicle's own rate that is not relied on: the wheels have to be straight again in time.
         steepness = 1.0 if self._rate_is_the_vehicles else 1.0 + tangent * tangent
         most_later = rate * period * steepness / length
         least, greatest = self._curvatures(at, belief, length)
@@ -320,28 +224,29 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         if low <= unlimited <= high and horizon.keeps(moves, start, limits):
             self._state = replace(self.state, reached_limits=0)
             return unlimited, Status.OK
-        # At rest the wheels stand.
+        # At rest the wheels do not turn.
         if span <= 0.0:
             return previous_steer, Status.OK
 
         def first(angle: float) -> float:
-            return (tan(angle) / length - told) / share
+            return (tan(angle) / length - commanded) / share
 
-        # Beyond its largest angle it is the curvature that is limited.
+        # An angle beyond `max_steer` is excluded by the limits of the curvature already.
         limits = limits._replace(
             first=(
                 first(low) if low > -vehicle.max_steer else -inf,
                 first(high) if high < vehicle.max_steer else inf,
             )
         )
-        plan = horizon.limited(start, limits, self.state.reached_limits)
+        plan = limited(horizon, start, limits, self.state.reached_limits)
         reached = later(plan.limits) if share > 0.5 else plan.limits
         self._state = replace(self.state, reached_limits=reached)
-        # A move to the largest curvature is made as fast as the wheels turn: its part in each
-        # control period would bring them there late.
+        # A move that ends at a limit of the curvature is commanded at once: by its share in each
+        # control period the wheels would come there too late.
         made = 1.0 if plan.reached is Reached.CURVATURE else share
-        angle = atan((told + (plan.curvatures[0] - told) * made) * length)
-        # The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        angle = atan((commanded + (plan.curvatures[0] - commanded) * made) * length)
+        # SATURATED means that the vehicle limits the angle. To be held back by `steer_span_rate`,
+        # which is a choice, does not count; to arrive at a limit of the curvature does.
         arrives = low - 1e-10 <= angle <= high + 1e-10
         status = Status.OK
         is_the_vehicles = self._rate_is_the_vehicles and speed >= _FULL_RATE * self._min_speed
@@ -354,15 +259,16 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         return saturate(angle, low, high), status
 
     def _horizon_at(self, pace: float) -> float:
-        """Return how long the prediction looks ahead at a speed [s].
+        """Return the horizon at a speed [s].
 
-        Longer where the vehicle's wheels need longer to straighten a vehicle that approaches the
-        path.
+        It is longer than the parameter if the vehicle's wheels need longer to straighten it on its
+        approach to the path.
         """
         horizon, vehicle = self.params.horizon, self.vehicle
         if not self._rate_is_the_vehicles:
             return horizon
-        # Wheels that turn out and back at their rate turn the vehicle by the approach angle.
+        # Half the time in which wheels that turn out and back at their rate turn the vehicle by
+        # the approach angle.
         length = vehicle.turning_length(pace)
         turn = sqrt(self.params.approach_angle * length / (pace * self._steer_span_rate))
         needed = _LAGS * vehicle.steer_lag + _TURNS * turn
@@ -370,11 +276,12 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         needed = needed if needed < most else most
         return needed if needed > horizon else horizon
 
-    def _turned(self, speed: float, dt: float) -> tuple[float, float]:
-        """Return the rate of the wheels that is planned with, and how far they turn in `dt`.
+    def _rate_and_span(self, speed: float, dt: float) -> tuple[float, float]:
+        """Return the planned rate of the wheels [rad/s], and their travel in a period `dt` [rad].
 
-        Below `min_speed` they turn in proportion to the distance, where the vehicle's rate is told
-        by all of it down to a part of that speed; the prediction counts its time at `min_speed`.
+        Below `min_speed` the wheels turn in proportion to the distance travelled. With a
+        `max_steer_rate` they turn at all of it down to `_FULL_RATE` of `min_speed`. The prediction
+        assumes at least `min_speed`, so the rate is converted to its time.
         """
         rate = self._steer_span_rate
         if speed >= self._min_speed:
@@ -389,8 +296,8 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     def _approach_angle_at(self, error: float, straightening: Straightening) -> float:
         """Return the heading at which a path is approached that is `error` away [rad].
 
-        The neighbourhood of a vehicle without limits of its own is a choice, and bounds no
-        approach.
+        `approach_angle` for a vehicle without limits of its own: `steer_span_rate` is a choice and
+        does not make the approach flatter.
         """
         approach_angle = self.params.approach_angle
         if self._rate_is_the_vehicles or self.vehicle.max_lateral_acceleration is not None:
@@ -406,12 +313,12 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         return steered
 
     def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
-        """Return the curvatures that the vehicle may be told.
+        """Return the least and the greatest curvature that may be commanded [1/m].
 
-        Of the angles that a command can bring the wheels to, and within its lateral acceleration.
+        By `max_steer` with the steering offset, and by `max_lateral_acceleration`.
         """
         vehicle = self.vehicle
-        offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset)
+        offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset)
         low = tan(vehicle.at_wheels(offset - vehicle.max_steer)) / length
         high = tan(vehicle.at_wheels(offset + vehicle.max_steer)) / length
         most = vehicle.max_lateral_acceleration
@@ -422,7 +329,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         return saturate(low, -widest, widest), saturate(high, -widest, widest)
 
     def check_law_state(self, state: PreviewPopState) -> PreviewPopState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+        """Return `state` if this controller could be in it."""
         max_steer = self.vehicle.max_steer
         previous_steer = check_steer("previous_steer", state.previous_steer, max_steer)
         reached = operator.index(state.reached_limits)

@@ -213,7 +213,7 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
         return Decision(steer, target.point, status)
 
     def check_law_state(self, state: PurePursuitState) -> PurePursuitState:
-        """Return `state`, where what is remembered in it is what this law could remember."""
+        """Return `state`, where what is remembered in it is what this controller could remember."""
         alpha = check_steer("previous_alpha", state.previous_alpha, PI)
         return replace(state, previous_alpha=alpha)
 

@@ -1,7 +1,7 @@
-"""Another path in mid-run: the place, the estimate and the angle carry on.
+"""A new path during a run: place, estimates and angle continue.
 
-A planner gives a path many times a second, mostly the same one from a little farther on. So the
-place on the new path is that of the last projection, and only a path that lies elsewhere makes a
+A planner sends a path many times a second, mostly the last one shifted a little. The place on the
+new path is therefore that of the last projection, and only a path that lies elsewhere starts a
 hand-over.
 """
 
@@ -21,7 +21,7 @@ from popsteer.reference.limits import MIN_DT
 from popsteer.reference.math import PI, atan2, saturate, sqrt
 from popsteer.reference.path.index import STEP_BUDGET
 from popsteer.reference.path.locate import locate
-from popsteer.reference.path.projection import find_foot
+from popsteer.reference.path.projection import find_closest_point
 from popsteer.reference.path.relocalise import relocalise_within
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ StateT = TypeVar("StateT", bound=TrackerState)
 def carry_over(
     law: LateralLaw[Any, StateT], follow: Follow, state: StateT, old: PathView, new: PathView
 ) -> StateT:
-    """Return the state of a law that follows `new` from now on, in place of `old`.
+    """Return the state of a controller that follows `new` from now on, in place of `old`.
 
     See `Tracker.set_path`.
     """
@@ -72,30 +72,30 @@ def carry_over(
     heading = yaw + PI if is_reverse else yaw
     opposite = follow.opposite_distance
     found = relocalise_within(new, (x, y), heading, opposite, STEP_BUDGET)
-    foot = find_foot(new, found.segment, (x, y))
+    closest = find_closest_point(new, found.segment, (x, y))
 
     if measured is not None:
         length = sqrt(along[0] * along[0] + along[1] * along[1])
         direction = (along[0] / length, along[1] / length)
         position = (there[0], there[1])
         reach = follow.search_distance + get_distance((x, y), position)
-        measured = locate(new, foot.segment, position, direction, reach, opposite).segment
-    place = Place(*foot.point, *there)
-    state = replace(state, waypoint=foot.segment, measured_waypoint=measured, place=place)
+        measured = locate(new, closest.segment, position, direction, reach, opposite).segment
+    place = Place(*closest.point, *there)
+    state = replace(state, waypoint=closest.segment, measured_waypoint=measured, place=place)
 
-    is_turned = new.is_reverse(foot.segment) != is_reverse
-    ahead = foot.along
+    changes_direction = new.is_reverse(closest.segment) != is_reverse
+    ahead = closest.along
     lengths = sqrt(along[0] * along[0] + along[1] * along[1]) * sqrt(
         ahead[0] * ahead[0] + ahead[1] * ahead[1]
     )
     cosine = (along[0] * ahead[0] + along[1] * ahead[1]) / lengths
     is_askew = cosine < ELSEWHERE_COSINE
-    if is_turned:
+    if changes_direction:
         state = law.forget_path(state)
     else:
-        state = law.change_path(state, None if is_askew else foot.cross_track_error())
+        state = law.change_path(state, None if is_askew else closest.cross_track_error())
     limit = ELSEWHERE * law.vehicle.wheelbase
-    if is_turned or is_askew or foot.squared_distance > limit * limit:
+    if changes_direction or is_askew or closest.squared_distance > limit * limit:
         return hand_over(law, state)
     return state
 
@@ -103,18 +103,20 @@ def carry_over(
 def hand_over(law: LateralLaw[Any, StateT], state: StateT) -> StateT:
     """Go on from the present angle.
 
-    Its difference to what the law wants fades in what is left of the hand-over that is under way,
-    or within `HANDOVER_TIME`.
+    Its difference to what the controller wants fades in what is left of the hand-over that is under
+    way, or within `HANDOVER_TIME`.
     """
-    left = state.handover_left if hands_over(state) else HANDOVER_TIME
+    remaining = state.handover_remaining if hands_over(state) else HANDOVER_TIME
     if state.handover_offset is not None:
-        # Of one that has begun less than all of its time is left.
-        left = saturate(left, 0.0, HANDOVER_TIME - MIN_DT)
+        # Less than all of its time remains once a hand-over has begun.
+        remaining = saturate(remaining, 0.0, HANDOVER_TIME - MIN_DT)
     state, goes_on_from_it = law.set_steer(state, state.steer)
     if state.monitor is not None:
-        # It is another task: the vehicle may begin it beyond the limit.
+        # A new path is a new task: the vehicle may start it beyond the limit.
         state = replace(state, monitor=state.monitor._replace(within=False))
-    return replace(state, handover_offset=None, handover_left=0.0 if goes_on_from_it else left)
+    return replace(
+        state, handover_offset=None, handover_remaining=0.0 if goes_on_from_it else remaining
+    )
 
 
 def goes_on(old: PathView, new: PathView, waypoint: int) -> bool:

@@ -18,7 +18,7 @@ __all__ = ["Search", "check_search"]
 
 
 class SearchParams(Protocol):
-    """The parameters of a law that searches for a lookahead point."""
+    """The parameters of a controller that searches for a lookahead point."""
 
     @property
     def lookahead_gain(self) -> float:
@@ -46,7 +46,7 @@ class SearchParams(Protocol):
 
 
 def check_search(params: SearchParams) -> None:
-    """Settle the parameters of a law that searches for a lookahead point."""
+    """Settle the parameters of a controller that searches for a lookahead point."""
     config_in_range(params, "lookahead_gain", 0.0, 1e3)
     config_optional(params, "min_lookahead", 0.0, 1e4)
     config_optional(params, "lookahead_tolerance", 1e-9, 1e3)
@@ -80,8 +80,8 @@ class Search:
     def find(self, path: PathView, at: Located, lookahead: float) -> Lookahead:
         """Find the lookahead point at distance `lookahead` [m] from a located vehicle."""
         if self.exact_lookahead:
-            point, found = get_crossing(path, at.foot, at.position, lookahead)
+            point, found = get_crossing(path, at.closest, at.position, lookahead)
             return Lookahead(0, point, found)
-        nearest = at.foot.nearest_waypoint(path)
+        nearest = at.closest.nearest_waypoint(path)
         waypoints = grid(path, window(path, nearest, self.window_ahead), self.grid_spacing)
         return get_lookahead_point(waypoints, at.position, lookahead, self.lookahead_tolerance)

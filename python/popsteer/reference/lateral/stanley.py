@@ -167,18 +167,18 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
         speed = self._softening + self.params.speed_gain * at.vehicle.forward_speed()
-        pull = atan(self.params.cross_track_gain * at.foot.cross_track_error() / speed)
+        pull = atan(self.params.cross_track_gain * at.closest.cross_track_error() / speed)
         if self.params.heading_behind:
-            path_yaw = path_yaw_behind(self.path, at.foot.nearest_waypoint(self.path))
+            path_yaw = path_yaw_behind(self.path, at.closest.nearest_waypoint(self.path))
         elif self._smoothing_length > 0.0:
-            arc_length = at.foot.arc_length(self.path)
+            arc_length = at.closest.arc_length(self.path)
             smoothing = self._smoothing_length
-            path_yaw = Preview.yaw_at(self.path, smoothing, at.foot.segment, arc_length)
+            path_yaw = Preview.yaw_at(self.path, smoothing, at.closest.segment, arc_length)
         else:
-            path_yaw = at.foot.path_yaw()
+            path_yaw = at.closest.path_yaw()
         heading_error = wrap(at.vehicle.yaw - path_yaw)
         steer, status = limit_steer(self.vehicle, -(heading_error + pull))
-        return Decision(steer, at.foot.point, status)
+        return Decision(steer, at.closest.point, status)
 
     def check_law_state(self, state: StanleyState) -> StanleyState:
         """Return `state`: there is nothing of its own in it."""

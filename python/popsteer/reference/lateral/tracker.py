@@ -1,8 +1,8 @@
-"""A control step whole: estimate, predict, locate, decide, limit.
+"""A whole control step: estimate, predict, locate, decide, limit.
 
-A `Tracker` is a law as a vehicle takes it. It shows the law the vehicle as it will be when the next
-command reaches the wheels, keeps the commands within what the vehicle does, goes on from a driver's
-angle without a jump, and answers every input.
+A `Tracker` runs a controller on a vehicle. It predicts the vehicle to the time when the next
+command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a driver
+without a jump of the angle, and answers every input.
 """
 
 from __future__ import annotations
@@ -14,23 +14,30 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Literal, TypeVar
 
 from popsteer.reference.error import input_in_range
 from popsteer.reference.lateral import (
-    Belief,
     Command,
     LateralLaw,
     Params,
     Tracked,
     check_steer,
 )
+from popsteer.reference.lateral.command_limits import limit, widest_offset
 from popsteer.reference.lateral.missed import Holding, elapse
-from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams, MonitorState
+from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams
+from popsteer.reference.lateral.monitor_state import MonitorState
+from popsteer.reference.lateral.perception import (
+    Perception,
+    observe_slip,
+    perceive_aged,
+    predict_now,
+)
 from popsteer.reference.lateral.predict import Predicting
 from popsteer.reference.lateral.replan import carry_over
-from popsteer.reference.lateral.reported import Reported, Sight, sight_aged
+from popsteer.reference.lateral.reported import Reported
 from popsteer.reference.lateral.tracker_state import (
     HANDOVER_TIME,
     Answer,
+    Deviation,
     Place,
-    Seen,
     TrackerState,
     check_waypoint,
     estimator_of,
@@ -42,26 +49,17 @@ from popsteer.reference.lateral.tracker_state import (
     with_past,
 )
 from popsteer.reference.limits import MAX_DT, MIN_DT
-from popsteer.reference.math import atan, divide, saturate
-from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.relocalise import relocalise
 from popsteer.reference.path.stop import Ahead
 from popsteer.reference.vehicle import Vehicle
 from popsteer.reference.vehicle.delay import InFlight
-from popsteer.reference.vehicle.estimator import (
-    MAX_STEER_OFFSET,
-    AdaptParams,
-    Corrections,
-    Estimate,
-    Estimator,
-)
 from popsteer.reference.vehicle.past import Past
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle.estimator import AdaptParams, Estimate
 
 __all__ = ["HANDOVER_TIME", "Tracker"]
 
@@ -72,13 +70,13 @@ StateT = TypeVar("StateT", bound=TrackerState)
 class Tracker(
     Holding[StateT], Predicting[StateT], LateralLaw[ParamsT, StateT], Generic[ParamsT, StateT]
 ):
-    """A law on a path, its vehicle, and how it adapts to that.
+    """A controller on a path, its vehicle, and how it adapts to that.
 
-    With a dead time the law is shown the vehicle as it will be when its command reaches the wheels.
-    Commands keep the vehicle's angle, rate and lateral acceleration. A law that starts from a
-    driver's angle, or on another path, goes on from the present angle: the difference to what the
-    law itself wants fades evenly over `HANDOVER_TIME`; POP, whose next angle lies in the
-    neighbourhood of the last, needs no fading.
+    With a dead time the controller gets the vehicle as predicted for the time when its command
+    reaches the wheels. Commands keep the vehicle's limits of angle, rate and lateral acceleration.
+    After a driver, or on another path, the command continues from the present angle: its difference
+    to the controller's own angle fades linearly over `HANDOVER_TIME`; POP, whose next angle lies in
+    the neighbourhood of the last, needs no fading.
     """
 
     TRACKED: ClassVar[Tracked]
@@ -100,7 +98,7 @@ class Tracker(
         self._monitor = None if watches is None else Monitor(watches, self._vehicle)
         # Whether wheels and motion of the vehicle are modelled.
         self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
-        # Whether the law's angle is the command as it is.
+        # Whether the controller's angle is the command as it is.
         offset = self._vehicle.steer_offset
         self._bare = (
             not self._models
@@ -168,10 +166,10 @@ class Tracker(
     def set_path(self, path: PathView) -> None:
         """Follow another path from the next step on.
 
-        The place on it is that of the last projection. Estimate, integral and commands in flight
-        carry on, and so does all of the state where the path is the same there. A path that lies
-        elsewhere is gone over to from the present angle, within `HANDOVER_TIME`; a hand-over that
-        is under way ends when it was to end. Before the first step nothing changes.
+        The place on it is that of the last projection. Estimates, integral and commands in flight
+        continue; so does the whole state if the path is unchanged there. To a path that lies
+        elsewhere the command changes over from the present angle within `HANDOVER_TIME`; a
+        hand-over in progress keeps its end. Before the first step nothing changes.
         """
         self._state = carry_over(self, self._follow, self._state, self._path, path)
         self._path = path
@@ -187,7 +185,7 @@ class Tracker(
         waypoint = relocalise(self._path, (base.x, base.y), yaw, self._follow.opposite_distance)
         # Nothing is learnt of the motion until then.
         self._state = replace(
-            self._state, waypoint=waypoint, measured_waypoint=None, place=None, seen=None
+            self._state, waypoint=waypoint, measured_waypoint=None, place=None, last_measured=None
         )
         watched = self._state.monitor
         if watched is not None:
@@ -235,48 +233,53 @@ class Tracker(
         dt = checked_dt(dt)
         reported = Reported(applied_steer, pose_age).checked(self._vehicle)
         self._state, dt = elapse(self._state, dt)
-        now, seen, belief, observed, travel = self._sight(vehicle, dt, reported)
+        now, predicted, belief, observed, travel = self._perceive(vehicle, dt, reported)
 
-        is_anew = self._state.waypoint is None
-        at = self._follow.locate(self._path, self._state.waypoint, seen, dt)
-        self._state = replace(self._state, waypoint=at.foot.segment)
+        at = self._follow.locate(self._path, self._state.waypoint, predicted, dt)
+        self._state = replace(self._state, waypoint=at.closest.segment)
         here = at
         if self._vehicle.dead_time > 0.0:
             here = self._follow.locate(self._path, self._state.measured_waypoint, now, dt)
-            self._state = replace(self._state, measured_waypoint=here.foot.segment)
+            self._state = replace(self._state, measured_waypoint=here.closest.segment)
         else:
             # One that a state of another vehicle brought along may be none of this path.
             self._state = replace(self._state, measured_waypoint=None)
         if self._adapt is not None:
             estimator = estimator_of(self._state)
-            # A pose that was given before shows nothing new.
+            # A pose that was given before carries no new information.
             if observed >= MIN_DT:
-                estimator = self._observe_slip(self._adapt, here, vehicle, observed, travel)
+                since = (observed, travel)
+                follow, adapt = self._follow, self._adapt
+                estimator = observe_slip(self, follow, adapt, estimator, here, vehicle, since)
             self._state = with_estimator(self._state, estimator)
             belief = replace(belief, estimate=estimator.estimate)
 
         fault = Status.OK
         if self._monitor is not None:
-            measured = Measured(here, now, is_anew, dt)
+            measured = Measured(here, now, dt)
             self._state, fault = self._monitor.watch(self._state, measured, models=self._models)
 
         if not self._bare:
-            # The angle of the last command by the offset as it is known now.
+            # The angle of the last command, with the present estimate of the offset.
             offset = self._vehicle.steer_offset + belief.estimate.steer_offset
             last = self._vehicle.at_wheels(self._state.steer + offset)
             self._state, _ = self.set_steer(self._state, last)
         decision = self.decide(at, belief)
-        steer = at.turn(decision.steer)
+        steer = at.mirror(decision.steer)
         self._state = replace(self._state, held=0)
         limited = False
         if self._bare and not hands_over(self._state):
             self._state = replace(self._state, steer=steer)
         else:
-            limited = self._limit(steer, at.vehicle.speed, dt, belief.estimate)
+            self._state, limited = limit(
+                self, self._state, steer, at.vehicle.speed, dt, belief.estimate
+            )
         ahead = Ahead.of(self._path, self._follow, here)
         pose = (now.x, now.y, now.yaw, now.speed)
-        answer = Answer(Seen.of(here), Seen.of(at), decision.target, at.reverse, ahead, pose)
-        place = Place(*at.foot.point, *here.foot.point)
+        answer = Answer(
+            Deviation.of(here), Deviation.of(at), decision.target, at.reverse, ahead, pose
+        )
+        place = Place(*at.closest.point, *here.closest.point)
         self._state = replace(self._state, answer=answer, place=place)
         status = decision.status | fault
         if limited:
@@ -295,121 +298,26 @@ class Tracker(
         return state
 
     def _take_over(self, state: StateT, steer: float) -> StateT:
-        """Let a law without a neighbourhood of its own fade from `steer`."""
+        """Let a controller without a neighbourhood of its own fade from `steer`."""
         state, goes_on = self.set_steer(state, steer)
-        left = 0.0 if goes_on else HANDOVER_TIME
-        return replace(state, steer=steer, handover_offset=None, handover_left=left)
+        remaining = 0.0 if goes_on else HANDOVER_TIME
+        return replace(state, steer=steer, handover_offset=None, handover_remaining=remaining)
 
-    def _predict(self, vehicle: VehicleState, dt: float) -> tuple[VehicleState, Belief]:
-        """Return the vehicle as the law is to see it.
-
-        Before, its motion since the last step is observed, and the last command takes flight.
-        """
-        car, state = self._vehicle, self._state
-        in_flight = in_flight_of(state)
-        if in_flight is None:
-            return vehicle, Belief(state.steer, Corrections())
-        estimator = estimator_of(state)
-        now = vehicle.ahead(car.no_slip)
-        before = estimator.estimate.longer_dead_time
-        if self._adapt is not None:
-            reached = in_flight.reaching(car, state.steer, dt)
-            estimator = estimator.observe_turn(self._adapt, car, now, reached, dt)
-        estimate = estimator.estimate
-        in_flight = in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before)
-        self._state = with_in_flight(with_estimator(state, estimator), in_flight)
-        if car.dead_time > 0.0:
-            predicted, wheel = in_flight.predict(car, now, estimate)
-            # What was given is good, so what comes of it is not refused.
-            seen = predicted.bounded().ahead(-car.no_slip).bounded()
-            return seen, Belief(wheel, estimate)
-        return vehicle, Belief(in_flight.wheel, estimate)
-
-    def _sight(self, vehicle: VehicleState, dt: float, reported: Reported) -> Sight:
-        """Return the vehicle now, and as the law is to see it, after all that is `reported`."""
+    def _perceive(self, vehicle: VehicleState, dt: float, reported: Reported) -> Perception:
+        """Return measured and predicted vehicle, after all that is `reported`."""
         applied, age = reported
         if applied is not None:
             # All that goes on from the last command goes on from what was applied instead.
             self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
         if age > 0.0 or past_of(self._state) is not None:
-            self._state, sight = sight_aged(
+            self._state, perception = perceive_aged(
                 self._vehicle, self._adapt, self._state, vehicle, dt, age, models=self._models
             )
-            return sight
-        seen, belief = self._predict(vehicle, dt)
-        return Sight(vehicle, seen, belief, observed=dt, travel=0.0)
-
-    def _observe_slip(
-        self, adapt: AdaptParams, here: Located, vehicle: VehicleState, dt: float, since: float
-    ) -> Estimator:
-        """Observe the slip of a vehicle that is at `here`.
-
-        It was seen at `vehicle`, `dt` [s] after the last time, and since then has come `since` [m].
-        Nothing is learnt across a change of the direction.
-        """
-        car, path = self._vehicle, self._path
-        estimator = estimator_of(self._state)
-        now = vehicle.ahead(car.no_slip)
-        if here.turned or here.vehicle.speed <= 0.0:
-            return replace(estimator, seen=now)
-
-        def curvature(travel: float) -> float:
-            travel = abs(travel)
-            # The tracked point lies ahead of the one that slips by about this much.
-            start = here.foot.arc_length(path) - self._follow.reference_offset - travel
-            start -= abs(since)
-            smoothing = 2.0 / 3.0 * car.wheelbase
-            preview = Preview(path, smoothing, here.foot.segment, start, travel)
-            _, (turn,) = preview.turns(start, travel, 1)
-            return here.turn(turn / travel)
-
-        estimator = estimator.observe_slip(adapt, car, now, curvature, dt)
-        return replace(estimator, seen=now)
-
-    def _limit(self, wanted: float, speed: float, dt: float, estimate: Corrections) -> bool:
-        """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
-
-        Tells whether it had to be limited.
-        """
-        car, before = self._vehicle, self._state.steer
-        offset = car.steer_offset + estimate.steer_offset
-        wanted = self._fade(wanted - offset, dt)
-        wheel = car.at_wheels(wanted + offset)
-        wheel = _limit_lateral_acceleration(car, wheel, speed, estimate.gain)
-        steer = saturate(wheel - offset, -car.max_steer, car.max_steer)
-        if car.max_steer_rate is not None:
-            reach = car.max_steer_rate * dt
-            steer = saturate(steer, before - reach, before + reach)
-        state, _ = self.set_steer(self._state, car.at_wheels(steer + offset))
-        self._state = replace(state, steer=steer)
-        # The offset is put off and on again, which rounds.
-        return abs(steer - wanted) > 1e-12
-
-    def _fade(self, wanted: float, dt: float) -> float:
-        """Return the command of a hand-over: the difference to the last one fades."""
-        state = self._state
-        if not hands_over(state):
-            return wanted
-        offset, before = state.handover_offset, state.handover_left
-        left = before
-        if offset is None and before >= HANDOVER_TIME:
-            offset = state.steer - wanted
-        elif offset is None:
-            # The path changed again on the way: the difference fades in the time that is left.
-            left -= dt
-            share = before / HANDOVER_TIME
-            offset = 0.0
-            if left > 0.0:
-                widest = _widest_offset(self._vehicle)
-                offset = saturate((state.steer - wanted) / share, -widest, widest)
-        else:
-            left -= dt
-        share = saturate(left / HANDOVER_TIME, 0.0, 1.0)
-        if left <= 0.0:
-            self._state = replace(state, handover_offset=None, handover_left=0.0)
-        else:
-            self._state = replace(state, handover_offset=offset, handover_left=left)
-        return wanted + share * offset
+            return perception
+        self._state, predicted, belief = predict_now(
+            self._vehicle, self._adapt, self._state, vehicle, dt
+        )
+        return Perception(vehicle, predicted, belief, observed=dt, travel=0.0)
 
     def _checked(self, state: StateT) -> StateT:
         """Return `state`, where it is one that this tracker could have on its path.
@@ -429,14 +337,14 @@ class Tracker(
         waypoint = check_waypoint("waypoint", self._path, state.waypoint)
         measured = check_waypoint("measured_waypoint", self._path, state.measured_waypoint)
         steer = check_steer("steer", state.steer, car.max_steer)
-        offset, left = state.handover_offset, state.handover_left
+        offset, remaining = state.handover_offset, state.handover_remaining
         # No offset and no time left is no hand-over; NaN is one, and refused.
         if hands_over(state):
             if offset is not None:
-                offset = check_steer("handover_offset", offset, _widest_offset(car))
-            left = input_in_range("handover_left", left, 0.0, HANDOVER_TIME)
+                offset = check_steer("handover_offset", offset, widest_offset(car))
+            remaining = input_in_range("handover_remaining", remaining, 0.0, HANDOVER_TIME)
         else:
-            left = 0.0
+            remaining = 0.0
         place = None if state.place is None else Place(*state.place).checked()
         held_time = input_in_range("held_time", state.held_time, 0.0, MAX_DT)
         period = input_in_range("period", state.period, 0.0, MAX_DT)
@@ -453,7 +361,7 @@ class Tracker(
             place=place,
             steer=steer,
             handover_offset=offset,
-            handover_left=left,
+            handover_remaining=remaining,
             held=max(0, operator.index(state.held)),
             held_time=held_time,
             period=period,
@@ -471,24 +379,3 @@ class Tracker(
             return InFlight.settled(self._vehicle, state.steer)
         longer = state.longer_dead_time
         return InFlight.restore(self._vehicle, in_flight.commands, in_flight.wheel, longer)
-
-
-# A state is flat, as the binding shows it; what goes together in it is taken out and put back here.
-
-
-def _widest_offset(car: Vehicle) -> float:
-    """Return the widest offset of a hand-over: from one end of the wheels to the other [rad]."""
-    return 2.0 * car.max_steer + (abs(car.steer_offset) + MAX_STEER_OFFSET)
-
-
-def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:
-    """Bring the angle `wheel` [rad] within `max_lateral_acceleration` at `speed` [m/s].
-
-    For a vehicle that turns `gain` times more than its figures say.
-    """
-    most = car.max_lateral_acceleration
-    if most is None:
-        return wheel
-    square, length = speed * speed * gain, car.turning_length(speed)
-    widest = atan(divide(most * length, square))
-    return saturate(wheel, -widest, widest)

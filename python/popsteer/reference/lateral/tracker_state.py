@@ -11,24 +11,25 @@ from popsteer.reference.lateral.command import Command
 from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.math import atan2, wrap
 from popsteer.reference.path.stop import Ahead
-from popsteer.reference.vehicle.delay import Commands, InFlight
+from popsteer.reference.vehicle.delay import InFlight
 from popsteer.reference.vehicle.estimator import Corrections, Estimator
 from popsteer.reference.vehicle.past import Past
 from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.lateral.monitor import MonitorState
+    from popsteer.reference.lateral.monitor_state import MonitorState
     from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle.timed import Timed
     from popsteer.status import Status
 
 __all__ = [
     "HANDOVER_TIME",
     "NOWHERE",
     "Answer",
+    "Deviation",
     "Place",
-    "Seen",
     "TrackerState",
     "check_waypoint",
     "estimator_of",
@@ -43,11 +44,11 @@ __all__ = [
 MAX_DISTANCE = 1e18
 """More than a distance along a path can come to [m]."""
 HANDOVER_TIME = 1.0
-"""How long the difference to a driver's angle takes to fade [s]."""
+"""Time in which the difference to a driver's angle fades [s]."""
 
 
-class Seen(NamedTuple):
-    """Where the tracked point was seen at the last step, for as long as an input is held."""
+class Deviation(NamedTuple):
+    """Errors of the last step, which are repeated while an input is held."""
 
     cross_track_error: float
     """Cross-track error [m]."""
@@ -58,19 +59,19 @@ class Seen(NamedTuple):
     along_y: float
 
     @classmethod
-    def of(cls, at: Located) -> Seen:
+    def of(cls, at: Located) -> Deviation:
         """Take it from a located vehicle."""
-        along = at.foot.along
-        return cls(at.foot.cross_track_error(), at.vehicle.yaw, along[0], along[1])
+        along = at.closest.along
+        return cls(at.closest.cross_track_error(), at.vehicle.yaw, along[0], along[1])
 
     def heading_error(self) -> float:
         """Yaw less direction of the path [rad], in [-π, π]."""
         return wrap(self.yaw - atan2(self.along_y, self.along_x))
 
-    def checked(self) -> Seen:
+    def checked(self) -> Deviation:
         """Return the same, as floats, where each is within its bound."""
         most = 4.0 * MAX_COORDINATE
-        return Seen(
+        return Deviation(
             input_in_range("answer", self.cross_track_error, -most, most),
             input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW),
             input_in_range("answer", self.along_x, -most, most),
@@ -97,18 +98,18 @@ class Place(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What the last step answered besides its angle."""
+    """The last step's command besides its angle."""
 
-    measured: Seen
+    measured: Deviation
     """The measured vehicle."""
-    predicted: Seen
+    predicted: Deviation
     """The predicted one."""
     target: Point
     """The point aimed at [m]."""
     reverse: bool
     """Whether the path was driven backwards."""
     ahead: Ahead
-    """What the path says of driving on from there."""
+    """Reference speed and distance to the next stop."""
     vehicle: tuple[float, float, float, float]
     """The pose of the vehicle's point x [m], y [m], yaw [rad], and the speed [m/s]."""
 
@@ -129,7 +130,10 @@ class Answer(NamedTuple):
 
     def checked(self) -> Answer:
         """Return the same, as floats, where each is within its bound."""
-        measured, predicted = Seen(*self.measured).checked(), Seen(*self.predicted).checked()
+        measured, predicted = (
+            Deviation(*self.measured).checked(),
+            Deviation(*self.predicted).checked(),
+        )
         most = 4.0 * MAX_COORDINATE
         x, y = self.target
         x = input_in_range("answer", x, -most, most)
@@ -153,7 +157,7 @@ class Answer(NamedTuple):
         return Ahead(speed, distance), vehicle
 
 
-_NOWHERE = Seen(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
+_NOWHERE = Deviation(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
 NOWHERE = Answer(
     measured=_NOWHERE,
     predicted=_NOWHERE,
@@ -162,12 +166,12 @@ NOWHERE = Answer(
     ahead=Ahead(reference_speed=None, distance_to_stop=0.0),
     vehicle=(0.0, 0.0, 0.0, 0.0),
 )
-"""Before the first step, for a vehicle that had better stand still."""
+"""Before the first step: stop."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerState:
-    """What all states remember beside the law's own.
+    """What all states remember beside the controller's own.
 
     Attributes
     ----------
@@ -183,7 +187,7 @@ class TrackerState:
         The angle last commanded [rad].
     handover_offset : float or None
         Difference to the angle that was taken over [rad]; None before the first step.
-    handover_left : float
+    handover_remaining : float
         How long it fades on [s]; 0 without a hand-over.
     held : int
         How many inputs in a row were refused.
@@ -202,7 +206,7 @@ class TrackerState:
         Angle that they end with [rad]; None before the first pose that had an age.
     past_since : float
         How long ago the last pose was measured [s].
-    seen : tuple of float or None
+    last_measured : tuple of float or None
         x [m], y [m], yaw [rad] and speed [m/s] of the point that does not slip as it was last seen;
         None where the motion since shows nothing.
     turn_turn, turn_offset, offset_offset : float
@@ -241,16 +245,16 @@ class TrackerState:
     place: Place | None = None
     steer: float = 0.0
     handover_offset: float | None = None
-    handover_left: float = 0.0
+    handover_remaining: float = 0.0
     held: int = 0
     held_time: float = 0.0
     period: float = 0.0
     wheel: float | None = None
-    commands_in_flight: Commands = ()
-    past_angles: Commands = ()
+    commands_in_flight: Timed = ()
+    past_angles: Timed = ()
     past_wheel: float | None = None
     past_since: float = 0.0
-    seen: tuple[float, float, float, float] | None = None
+    last_measured: tuple[float, float, float, float] | None = None
     turn_turn: float = 0.0
     turn_offset: float = 0.0
     offset_offset: float = 0.0
@@ -273,7 +277,7 @@ StateT = TypeVar("StateT", bound=TrackerState)
 
 def hands_over(state: TrackerState) -> bool:
     """Tell whether a hand-over is not over."""
-    return not (state.handover_offset is None and state.handover_left == 0.0)
+    return not (state.handover_offset is None and state.handover_remaining == 0.0)
 
 
 def in_flight_of(state: TrackerState) -> InFlight | None:
@@ -305,7 +309,7 @@ def with_past(state: StateT, past: Past | None) -> StateT:
 def estimator_of(state: TrackerState) -> Estimator:
     """Return what the motion of the vehicle has shown."""
     return Estimator(
-        seen=None if state.seen is None else VehicleState(*state.seen),
+        last_measured=None if state.last_measured is None else VehicleState(*state.last_measured),
         turn_turn=state.turn_turn,
         turn_offset=state.turn_offset,
         offset_offset=state.offset_offset,
@@ -326,10 +330,12 @@ def estimator_of(state: TrackerState) -> Estimator:
 
 def with_estimator(state: StateT, estimator: Estimator) -> StateT:
     """Return the state with what the motion of the vehicle has shown."""
-    seen, estimate = estimator.seen, estimator.estimate
+    last_measured, estimate = estimator.last_measured, estimator.estimate
     return replace(
         state,
-        seen=None if seen is None else (seen.x, seen.y, seen.yaw, seen.speed),
+        last_measured=None
+        if last_measured is None
+        else (last_measured.x, last_measured.y, last_measured.yaw, last_measured.speed),
         turn_turn=estimator.turn_turn,
         turn_offset=estimator.turn_offset,
         offset_offset=estimator.offset_offset,

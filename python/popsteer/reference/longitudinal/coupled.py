@@ -1,4 +1,4 @@
-"""The paper's longitudinal law, coupled with the steering angle: Equation 7."""
+"""The paper's longitudinal controller, coupled with the steering angle: Equation 7."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class CoupledLongitudinal:
     """Full throttle from rest, less with speed and in bends: Equation 7.
 
     τ = k_τ + [(v_lim - v) / v_lim - |δ| / δ_lim] (1 - k_τ); throttle where τ is positive, brake
-    where it is negative. The law has no memory.
+    where it is negative. The controller has no memory.
 
     Parameters
     ----------

@@ -97,12 +97,12 @@ class SpeedPid:
 
     @property
     def state(self) -> SpeedPidState:
-        """What the law remembers; may be set to a state saved before.
+        """What the controller remembers; may be set to a state saved before.
 
         Raises
         ------
         InputError
-            Where it is no state that this law could have; the state is then unchanged.
+            Where it is no state that this controller could have; the state is then unchanged.
         """
         return self._state
 
@@ -145,7 +145,7 @@ class SpeedPid:
         return Pedals.from_command(self._params.kp * error + integral + self._params.kd * rate)
 
     def check_state(self, state: SpeedPidState) -> SpeedPidState:
-        """Return `state`, where it is one that this law could have."""
+        """Return `state`, where it is one that this controller could have."""
         integral = input_in_range("integral", state.integral, -1.0, 1.0)
         error = state.previous_error
         if error is not None:

@@ -6,7 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from popsteer.reference.math import cos, sin
-from popsteer.reference.path.projection import find_foot_between
+from popsteer.reference.path.projection import find_closest_point_between
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
@@ -40,6 +40,6 @@ class Best:
 
     def visit(self, path: PathView, segment: int) -> None:
         """Take a segment into account."""
-        foot = find_foot_between(path, segment, self.position, 0.0, 1.0)
+        closest = find_closest_point_between(path, segment, self.position, 0.0, 1.0)
         heading = self._backward if path.is_reverse(segment) else self._forward
-        self._least = min(self._least, (foot.cost(heading, self.opposite_distance), segment))
+        self._least = min(self._least, (closest.cost(heading, self.opposite_distance), segment))

@@ -1,9 +1,10 @@
-"""A point of the vehicle, followed along the path: forwards, backwards, and where it turns round.
+"""Tracks a point of the vehicle along the path: forwards, backwards, and through cusps.
 
-A vehicle that backs up is, for a kinematic bicycle exactly, one that drives forward with its
-heading turned by half a circle, its axles mirrored about the rear axle and its steering negated.
-So the laws are written for driving forward only: `Follow.locate` hands them the mirrored vehicle
-where the path is driven backwards, and they negate what they answer.
+A vehicle that drives backwards equals one that drives forward with its heading turned by 180°, its
+axles mirrored about the rear axle and its steering angle negated; for the kinematic bicycle
+exactly. Controllers are therefore written for driving forward only. Where the path is driven
+backwards, `Follow.locate` gives them the mirrored vehicle, and `Located.mirror` converts their
+angle.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from popsteer.reference.path.relocalise import relocalise_within
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.index import Found
-    from popsteer.reference.path.projection import Foot
+    from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.state import VehicleState
@@ -30,69 +31,72 @@ __all__ = ["Follow", "Located"]
 
 @dataclass(frozen=True)
 class Located:
-    """Where the followed point is, with the vehicle as one that drives forward.
+    """The tracked point on the path, and the vehicle as one that drives forward.
 
     Attributes
     ----------
     position : tuple of float
-        The followed point [m].
-    foot : Foot
-        Its foot on the path.
+        The tracked point [m].
+    closest : ClosestPoint
+        The path's closest point to it.
     vehicle : VehicleState
-        The vehicle, turned round where the path is driven backwards.
+        The vehicle, mirrored where the path is driven backwards, so that it drives forward.
     heading : tuple of float
-        The unit vector along the turned vehicle's heading.
+        The unit vector along the mirrored vehicle's heading.
     dt : float
         Control period [s].
     reverse : bool
         Whether the path is driven backwards here.
     past_end : bool
         Whether the point is past the last waypoint of an open path.
-    turned : bool
-        Whether the direction is another than at the last step.
+    direction_changed : bool
+        Whether the direction of driving differs from that of the last step.
     off_path : bool
-        Whether the vehicle was lost, or is.
+        Whether the vehicle was lost in this step.
     """
 
     position: Point
-    foot: Foot
+    closest: ClosestPoint
     vehicle: VehicleState
     heading: Point
     dt: float
     reverse: bool
     past_end: bool
-    turned: bool = False
+    direction_changed: bool = False
     off_path: bool = False
 
-    def turn(self, steer: float) -> float:
-        """Take the turned vehicle's angle for the vehicle's own, and the other way round [rad]."""
+    def mirror(self, steer: float) -> float:
+        """Convert an angle or a curvature of the mirrored vehicle to the real one, and back.
+
+        The sign changes where the path is driven backwards.
+        """
         return -steer if self.reverse else steer
 
 
 @dataclass(frozen=True)
 class Follow:
-    """Which point of the vehicle is followed, and how.
+    """Which point of the vehicle is tracked, and how it is searched for on the path.
 
     Attributes
     ----------
     base : float
-        How far ahead of the pose's point the vehicle is mirrored where it drives backwards [m]:
-        the rear axle, or the point that does not slip.
+        Point about which the vehicle is mirrored where it drives backwards, ahead of the pose's
+        point [m]: the rear axle or the no-slip point.
     reference_offset : float
-        How far ahead of `base` the followed point lies, in the direction of driving [m].
+        Tracked point, ahead of `base` in the direction of driving [m].
     rear_axle : float
-        How far ahead of the pose's point the rear axle lies, in the vehicle's own frame [m]: 0 for
-        a pose of the rear axle, negative for one farther forward, whichever way it drives.
+        Rear axle, ahead of the pose's point in the vehicle's frame [m]: 0 for a pose of the rear
+        axle, negative for a pose farther forward.
     search_distance : float
-        How far along the path from its last place the point is looked for [m], beside what the
-        vehicle travels in a step.
+        Arc of the path to search on each side of the last projection [m], in addition to the
+        distance travelled in a step.
     lost_distance : float
-        Farther than this from its place on the path the vehicle is lost, and looked for on the
-        whole of it [m].
+        Distance from the path beyond which the vehicle is lost and is searched for on the whole
+        path [m].
     arrival_distance : float
-        The rear axle has come to where the vehicle turns round when it is this near [m].
+        Distance to a cusp at which the rear axle counts as arrived [m].
     opposite_distance : float
-        How much farther off the path counts where it leads the opposite way [m].
+        Cost of a path that leads opposite to the heading, as a distance [m].
     """
 
     base: float
@@ -105,10 +109,9 @@ class Follow:
 
     @classmethod
     def of(cls, vehicle: Vehicle, base: float, ahead: float) -> Follow:
-        """Say how the point of `vehicle` is followed that lies `ahead` [m] of `base`.
+        """Track the point `ahead` [m] of `base`, which lies so far [m] ahead of the pose's point.
 
-        Itself so far ahead of the pose's point [m]. It is looked for two wheelbases along the path
-        either way, and never lost.
+        The search covers two wheelbases of path on each side, and the vehicle is never lost.
         """
         wheelbase = vehicle.wheelbase
         return cls(
@@ -125,11 +128,11 @@ class Follow:
     def locate(
         self, path: PathView, waypoint: int | None, vehicle: VehicleState, dt: float
     ) -> Located:
-        """Find the point of a checked vehicle that was last at `waypoint`.
+        """Project the tracked point of a checked vehicle near segment `waypoint`.
 
-        On the whole path where that is None. A search of the whole path that runs out of
-        `STEP_BUDGET` gives the best place it has found. A first step goes on from there; a vehicle
-        that is lost only where it is no longer lost there, else from its last place.
+        On the whole path if that is None. The search of the whole path may run out of `STEP_BUDGET`
+        and then gives the best place so far. A first step takes that place. A lost vehicle takes it
+        only if it is no longer lost there, and else keeps its last place.
         """
         if waypoint is None:
             start = self._find_anew(path, vehicle).segment
@@ -140,15 +143,15 @@ class Follow:
         if following is not None:
             at = self._locate_from(path, following, vehicle, dt)
         squared_lost = self.lost_distance * self.lost_distance
-        if at.foot.squared_distance > squared_lost:
+        if at.closest.squared_distance > squared_lost:
             found = self._find_anew(path, vehicle)
             anew = self._locate_from(path, found.segment, vehicle, dt)
-            is_found = found.is_exact or anew.foot.squared_distance <= squared_lost
-            if is_found and anew.foot.squared_distance < at.foot.squared_distance:
+            is_found = found.is_exact or anew.closest.squared_distance <= squared_lost
+            if is_found and anew.closest.squared_distance < at.closest.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
-        turned = waypoint is not None and at.reverse != path.is_reverse(start)
-        return replace(at, turned=turned)
+        changed = waypoint is not None and at.reverse != path.is_reverse(start)
+        return replace(at, direction_changed=changed)
 
     def _locate_from(
         self, path: PathView, segment: int, vehicle: VehicleState, dt: float
@@ -162,42 +165,41 @@ class Follow:
         ahead = self.reference_offset + base
         position = (vehicle.x + ahead * heading[0], vehicle.y + ahead * heading[1])
         reach = self.search_distance + abs(vehicle.speed) * dt
-        foot = locate(path, segment, position, heading, reach, self.opposite_distance)
+        closest = locate(path, segment, position, heading, reach, self.opposite_distance)
         return Located(
             position=position,
-            foot=foot,
+            closest=closest,
             vehicle=vehicle,
             heading=heading,
             dt=dt,
             reverse=reverse,
-            past_end=foot.fraction > 1.0 and path.next_segment(foot.segment) is None,
+            past_end=closest.fraction > 1.0 and path.next_segment(closest.segment) is None,
         )
 
     def _next_section(self, path: PathView, at: Located, vehicle: VehicleState) -> int | None:
-        """Return the segment to go on with where the vehicle turns round, once it is there.
+        """Return the first segment behind a cusp, once the rear axle has arrived at the cusp.
 
-        That is one event for all that follow the vehicle, wherever their own point and that of
-        the pose are: the closest point of each only has to be near enough to tell which end is
-        meant.
+        The rear axle decides for every tracked point and every point of the pose, so that all
+        change direction in one step. The projection only tells which cusp is next.
         """
-        foot = at.foot
-        # How far the followed point lies behind the rear axle, in the direction of driving.
-        behind = at.turn(self.rear_axle - self.base) - self.reference_offset
+        closest = at.closest
+        # Distance of the tracked point behind the rear axle, in the direction of driving.
+        behind = at.mirror(self.rear_axle - self.base) - self.reference_offset
         near = (behind if behind > 0.0 else 0.0) + 4.0 * self.arrival_distance
-        last = foot.segment
-        rest = (1.0 - foot.fraction) * path.segment_length(last)
+        last = closest.segment
+        rest = (1.0 - closest.fraction) * path.segment_length(last)
         for _ in range(path.segments):
             following = path.following(last)
             if following is None:
-                return self._turn_round(path, last, vehicle)
+                return self._segment_after_cusp(path, last, vehicle)
             rest += path.segment_length(following)
             if rest > near:
                 break
             last = following
         return None
 
-    def _turn_round(self, path: PathView, last: int, vehicle: VehicleState) -> int | None:
-        """Return the segment after `last`, where the vehicle turns round, once it is there."""
+    def _segment_after_cusp(self, path: PathView, last: int, vehicle: VehicleState) -> int | None:
+        """Return the segment after `last`, which ends at a cusp, once the rear axle is there."""
         after = path.next_segment(last)
         if after is None:
             return None
@@ -206,11 +208,11 @@ class Follow:
         rear_axle = vehicle.point_ahead(self.rear_axle)
         to = (end[0] - rear_axle[0], end[1] - rear_axle[1])
         length = sqrt(along[0] * along[0] + along[1] * along[1])
-        left = (to[0] * along[0] + to[1] * along[1]) / length
-        return after if left <= self.arrival_distance else None
+        remaining = (to[0] * along[0] + to[1] * along[1]) / length
+        return after if remaining <= self.arrival_distance else None
 
     def _find_anew(self, path: PathView, vehicle: VehicleState) -> Found:
-        """Find the vehicle on the whole path, by the place of its `base`."""
+        """Search the whole path for the vehicle's `base`."""
         base = vehicle.ahead(self.base)
         position = (base.x, base.y)
         return relocalise_within(path, position, vehicle.yaw, self.opposite_distance, STEP_BUDGET)

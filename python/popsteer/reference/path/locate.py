@@ -1,4 +1,4 @@
-"""Where am I? The exact foot on the path, looked for along the arc around the last one."""
+"""Projects a position onto the path, near the segment of the last projection."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ from typing import TYPE_CHECKING
 
 from popsteer.reference.math import cos, sin, sqrt
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.path.projection import find_foot
+from popsteer.reference.path.projection import find_closest_point
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.path.projection import Foot
+    from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
 
 __all__ = ["OPPOSITE", "locate"]
 
 OPPOSITE = 10.0
-"""How much farther off a closest point counts where the path leads the opposite way [m].
+"""Cost of a path that leads opposite to the heading, as a distance [m]; for a wheelbase of 3 m.
 
-Unless another distance is given; right for a wheelbase of 3 m. Larger values hold on to the branch
-of the heading farther off; smaller ones take a nearer branch that leads elsewhere.
+Larger values keep to the branch along the heading from farther off. Smaller values take a nearer
+branch that leads elsewhere.
 """
 
 SMOOTHING = 0.2
-"""Length of path whose heading tells branches apart: two thirds of a wheelbase.
+"""Length of path over which its heading is smoothed: two thirds of a wheelbase.
 
-As a part of the distance that the opposite branch counts as farther off.
+As a share of the opposite distance.
 """
 
 
@@ -37,18 +37,23 @@ def locate(
     heading: Point,
     reach: float,
     opposite_distance: float = OPPOSITE,
-) -> Foot:
-    """Find the foot of `position` near the segment at `waypoint`.
+) -> ClosestPoint:
+    """Find the closest point of `position` near the segment at `waypoint`.
 
-    Of the segments from the one at `waypoint` until more than `reach` [m] of arc before and
-    behind it, each segment that is no farther off than the one before it and nearer than the one
-    after it is a candidate. The candidate of least distance counts, each distance with up to
-    `opposite_distance` [m] more the less the path leads along `heading`, by the segment or over a
-    fifth of `opposite_distance`, whichever leads along it more; of several the first.
+    Finds the local minima of the distance to `position` within `reach` [m] of arc behind and ahead
+    of the segment, and returns the one of least cost, the first of several. A segment holds a local
+    minimum if it is no farther off than the segment before it and nearer than the one after it; a
+    missing neighbour, at an end of the stretch, counts as infinitely far. Its cost [m], with the
+    angle d from the unit vector `heading` to the path, is::
 
-    The stretch ends where an open path does, where the vehicle has to change its direction, and
-    once around a closed path. So the foot cannot leap to another branch: farther along the path
-    than `reach` it does not look, and within it the heading tells branches apart.
+        distance + opposite_distance (1 - cos d) / 2
+
+    once with the direction of the segment and once with the path's smoothed direction about the
+    closest point; the lesser counts.
+
+    The stretch ends early at the end of an open path, at a cusp, and once around a closed path. The
+    answer cannot leap to another branch of the path: beyond `reach` there is no search, and within
+    it the heading tells branches apart.
 
     Examples
     --------
@@ -59,23 +64,23 @@ def locate(
     >>> locate(path, 0, (7.0, 0.4), (-1.0, 0.0), 6.0).segment
     2
     """
-    feet = [
-        find_foot(path, segment, position)
+    closest_points = [
+        find_closest_point(path, segment, position)
         for segment in _stretch(path, path.segment_at(waypoint), reach)
     ]
-    best, least = feet[0], inf
-    for k, foot in enumerate(feet):
-        behind = feet[k - 1].squared_distance if k > 0 else inf
-        ahead = feet[k + 1].squared_distance if k + 1 < len(feet) else inf
-        if behind >= foot.squared_distance < ahead:
-            cost = _least_cost(path, foot, heading, opposite_distance)
+    best, least = closest_points[0], inf
+    for k, closest in enumerate(closest_points):
+        behind = closest_points[k - 1].squared_distance if k > 0 else inf
+        ahead = closest_points[k + 1].squared_distance if k + 1 < len(closest_points) else inf
+        if behind >= closest.squared_distance < ahead:
+            cost = _least_cost(path, closest, heading, opposite_distance)
             if cost < least:
-                best, least = foot, cost
+                best, least = closest, cost
     return best
 
 
 def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
-    """List the segments of the stretch around `segment`, in their order."""
+    """List the segments around `segment` in order: whole ones until they exceed `reach` [m]."""
     found = [segment]
     behind, ahead = 0.0, 0.0
     while len(found) < path.segments and behind <= reach:
@@ -93,14 +98,17 @@ def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
     return found
 
 
-def _least_cost(path: PathView, foot: Foot, heading: Point, opposite_distance: float) -> float:
-    """Return the cost of a foot, or that with the heading of the path over a length, if less.
+def _least_cost(
+    path: PathView, closest: ClosestPoint, heading: Point, opposite_distance: float
+) -> float:
+    """Return the cost of a closest point: the lesser of two, by segment and by smoothed heading.
 
-    One segment of noisy waypoints or of a staircase may lead anywhere, the path about it does not.
+    The direction is smoothed over a fifth of `opposite_distance`. A single segment of noisy
+    waypoints or of a staircase may lead anywhere; the path about it does not.
     """
-    by_segment = foot.cost(heading, opposite_distance)
-    arc_length = foot.arc_length(path)
-    yaw = Preview.yaw_at(path, SMOOTHING * opposite_distance, foot.segment, arc_length)
+    by_segment = closest.cost(heading, opposite_distance)
+    arc_length = closest.arc_length(path)
+    yaw = Preview.yaw_at(path, SMOOTHING * opposite_distance, closest.segment, arc_length)
     along = heading[0] * cos(yaw) + heading[1] * sin(yaw)
-    smoothed = sqrt(foot.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
+    smoothed = sqrt(closest.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
     return smoothed if smoothed < by_segment else by_segment

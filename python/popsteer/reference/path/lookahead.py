@@ -11,7 +11,7 @@ from popsteer.reference.math import saturate, sqrt
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from popsteer.reference.path.projection import Foot
+    from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
 
 __all__ = ["Lookahead", "get_crossing", "get_lookahead_point", "get_lookahead_point_index"]
@@ -101,15 +101,15 @@ def get_lookahead_point(
 
 
 def get_crossing(
-    path: PathView, foot: Foot, position: Point, lookahead: float
+    path: PathView, closest: ClosestPoint, position: Point, lookahead: float
 ) -> tuple[Point, bool]:
-    """Find the first point from `foot` on that is `lookahead` [m] away, and whether there is one.
+    """Find the first point after `closest` that is `lookahead` [m] away, and whether there is one.
 
     Where an open path ends, or the vehicle has to turn round, the last segment goes on as a
-    straight line, so there always is one while the foot lies within the circle. Of a position
-    farther than `lookahead` from its foot the point is the foot, in which a circle that touches
-    the path ends as well; on a closed path that lies within the circle it is the waypoint at
-    least a quarter round.
+    straight line, so there always is one while the closest point lies within the circle. Of a
+    position farther than `lookahead` from its closest point the point is the closest point, in
+    which a circle that touches the path ends as well; on a closed path that lies within the circle
+    it is the waypoint at least a quarter round.
 
     Examples
     --------
@@ -118,13 +118,13 @@ def get_crossing(
     ((12.0, 0.0), True)
     """
     squared_lookahead = lookahead * lookahead
-    if foot.squared_distance >= squared_lookahead:
-        return foot.point, False
-    # From the foot itself, which keeps the digits far beyond the end of the path.
-    start = foot.point
-    segment = foot.segment
+    if closest.squared_distance >= squared_lookahead:
+        return closest.point, False
+    # From the closest point itself, which keeps the digits far beyond the end of the path.
+    start = closest.point
+    segment = closest.segment
     # How much of the segment is left; more than all of it before the start of the path.
-    left = 1.0 - foot.fraction
+    remaining = 1.0 - closest.fraction
     for _ in range(path.segments):
         begin, end = path.segment(segment)
         following = path.following(segment)
@@ -133,12 +133,12 @@ def get_crossing(
             to_start = (start[0] - position[0], start[1] - position[1])
             fraction = _exit(to_start, along, squared_lookahead)
             if following is not None:
-                fraction = saturate(fraction, 0.0, left)
+                fraction = saturate(fraction, 0.0, remaining)
             return (start[0] + fraction * along[0], start[1] + fraction * along[1]), True
         start = end
-        left = 1.0
+        remaining = 1.0
         segment = following
-    return _quarter_round(path, foot), False
+    return _quarter_round(path, closest), False
 
 
 def _exit(start: Point, along: Point, squared_radius: float) -> float:
@@ -152,9 +152,9 @@ def _exit(start: Point, along: Point, squared_radius: float) -> float:
     return -c / (b + root) if b > 0.0 else (root - b) / a
 
 
-def _quarter_round(path: PathView, foot: Foot) -> Point:
-    """Return the waypoint at least a quarter of a closed path on from `foot`."""
-    segment = foot.segment
+def _quarter_round(path: PathView, closest: ClosestPoint) -> Point:
+    """Return the waypoint at least a quarter of a closed path on from `closest`."""
+    segment = closest.segment
     passed = 0.0
     for _ in range(path.segments):
         passed += path.segment_length(segment)

@@ -71,15 +71,15 @@ class Path(PathView):
         *,
         opposite_distance: float = OPPOSITE,
     ) -> Projection:
-        """Find the foot of (x, y) [m] near the segment at `waypoint`; see `locate.locate`."""
+        """Project (x, y) [m] onto the path near the segment at `waypoint`; see `locate.locate`."""
         position = _position(x, y)
         yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
         waypoint = input_below("waypoint", waypoint, len(self))
         reach = input_in_range("reach", reach, 0.0, 1e9)
         opposite = input_in_range("opposite_distance", opposite_distance, 0.0, 1e9)
         heading = (cos(yaw), sin(yaw))
-        foot = locate.locate(self, waypoint, position, heading, reach, opposite)
-        return foot.projection(self)
+        closest = locate.locate(self, waypoint, position, heading, reach, opposite)
+        return closest.projection(self)
 
     def get_crossing(
         self, x: float, y: float, lookahead: float, segment: int
@@ -88,8 +88,8 @@ class Path(PathView):
         position = _position(x, y)
         lookahead = input_in_range("lookahead", lookahead, 0.0, 1e6)
         segment = self.segment_at(input_below("segment", segment, len(self)))
-        foot = projection.find_foot(self, segment, position)
-        return get_crossing(self, foot, position, lookahead)
+        closest = projection.find_closest_point(self, segment, position)
+        return get_crossing(self, closest, position, lookahead)
 
     def relocalise(
         self, x: float, y: float, yaw: float, *, opposite_distance: float = OPPOSITE

@@ -1,4 +1,4 @@
-"""The closest point of a segment, and what the path says there."""
+"""The closest point of a segment, and the path's arc length, direction and speed there."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from popsteer.reference.path.view import PathView
 
 __all__ = [
-    "Foot",
+    "ClosestPoint",
     "Projection",
-    "find_foot",
-    "find_foot_between",
+    "find_closest_point",
+    "find_closest_point_between",
     "nearest_waypoint",
     "path_yaw_behind",
     "project",
@@ -27,20 +27,20 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Projection:
-    """The foot of a position on the path.
+    """A position projected onto the path: the closest point, and what the path says there.
 
     Attributes
     ----------
     segment : int
-        The segment that carries the foot.
+        The segment of the closest point.
     fraction : float
-        Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+        Where on the segment: 0 at its start, 1 at its end; outside of 0..1 on an extension.
     point : tuple of float
-        The foot, (x, y) [m].
+        The closest point, (x, y) [m].
     arc_length : float
-        Arc length at the foot [m].
+        Arc length at the closest point [m].
     cross_track_error : float
-        Signed distance to the foot [m], positive left of the path.
+        Distance to the closest point [m], positive left of the path.
     path_yaw : float
         Direction of the segment [rad].
 
@@ -60,7 +60,7 @@ class Projection:
 
 
 def nearest_waypoint(path: PathView, position: Point) -> int:
-    """Find the waypoint nearest to `position` of all; the first of several.
+    """Find the waypoint nearest to `position`; the first of several.
 
     Examples
     --------
@@ -79,21 +79,23 @@ def nearest_waypoint(path: PathView, position: Point) -> int:
 
 
 @dataclass(frozen=True)
-class Foot:
-    """The foot of a position on one segment: what is needed to choose between several.
+class ClosestPoint:
+    """The closest point of one segment.
+
+    It holds what is needed to choose between segments; the rest is computed on request.
 
     Attributes
     ----------
     segment : int
-        The segment that carries the foot.
+        The segment of the closest point.
     fraction : float
-        Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+        Where on the segment: 0 at its start, 1 at its end; outside of 0..1 on an extension.
     point : tuple of float
-        The foot [m].
+        The closest point [m].
     squared_distance : float
-        Square of the distance to the foot [m²].
+        Square of the distance to the closest point [m²].
     along : tuple of float
-        From the start of the segment to its end [m].
+        Vector from the start of the segment to its end [m].
     squared_length : float
         Square of the segment's length [m²].
     side : float
@@ -109,7 +111,7 @@ class Foot:
     side: float
 
     def projection(self, path: PathView) -> Projection:
-        """Tell all about the foot."""
+        """Return the point with arc length, cross-track error and direction."""
         return Projection(
             segment=self.segment,
             fraction=self.fraction,
@@ -120,11 +122,11 @@ class Foot:
         )
 
     def arc_length(self, path: PathView) -> float:
-        """Return the arc length at the foot [m]."""
+        """Return the arc length at the closest point [m]."""
         return path.s[self.segment] + self.fraction * sqrt(self.squared_length)
 
     def cross_track_error(self) -> float:
-        """Return the signed distance to the foot [m], positive left of the path."""
+        """Return the distance to the closest point [m], positive left of the path."""
         return copysign(sqrt(self.squared_distance), self.side)
 
     def path_yaw(self) -> float:
@@ -132,33 +134,32 @@ class Foot:
         return atan2(self.along[1], self.along[0])
 
     def nearest_waypoint(self, path: PathView) -> int:
-        """Return the end of the segment nearer to the foot; its start where both are as near."""
+        """Return the nearer end of the segment; its start where both are as near."""
         following = path.next(self.segment)
         return following if self.fraction > 0.5 and following is not None else self.segment
 
     def cost(self, heading: Point, opposite_distance: float) -> float:
-        """Return the distance [m], plus up to `opposite_distance` where the path leads against."""
+        """Return distance + opposite_distance (1 - cos d) / 2 [m], d from heading to segment."""
         along = (heading[0] * self.along[0] + heading[1] * self.along[1]) / sqrt(
             self.squared_length
         )
         return sqrt(self.squared_distance) + 0.5 * opposite_distance * (1.0 - along)
 
 
-def find_foot(path: PathView, segment: int, position: Point) -> Foot:
-    """Find the foot of `position` on one segment.
+def find_closest_point(path: PathView, segment: int, position: Point) -> ClosestPoint:
+    """Find the closest point of one segment.
 
-    Where the path ends, or turns round for the vehicle to go on the other way, the segment goes
-    on as a straight line.
+    At an end of the path and at a cusp the segment goes on as a straight line.
     """
     low = -inf if path.preceding(segment) is None else 0.0
     high = inf if path.following(segment) is None else 1.0
-    return find_foot_between(path, segment, position, low, high)
+    return find_closest_point_between(path, segment, position, low, high)
 
 
-def find_foot_between(
+def find_closest_point_between(
     path: PathView, segment: int, position: Point, low: float, high: float
-) -> Foot:
-    """Find the foot of `position` on what lies between two fractions of a segment."""
+) -> ClosestPoint:
+    """Find the closest point between two fractions of a segment."""
     start, end = path.segment(segment)
     along = (end[0] - start[0], end[1] - start[1])
     to = (position[0] - start[0], position[1] - start[1])
@@ -169,7 +170,7 @@ def find_foot_between(
         high,
     )
     point = (start[0] + fraction * along[0], start[1] + fraction * along[1])
-    return Foot(
+    return ClosestPoint(
         segment=segment,
         fraction=fraction,
         point=point,
@@ -181,36 +182,36 @@ def find_foot_between(
 
 
 def project(path: PathView, nearest: int, position: Point) -> Projection:
-    """Project `position` exactly onto the two segments at waypoint `nearest`.
+    """Project `position` onto the two segments that meet at waypoint `nearest`.
 
-    The nearer foot counts, the segment ahead where both are as near. Before the first and beyond
-    the last waypoint of an open path the end segments go on as straight lines, so the
-    cross-track error stays the offset to the side.
+    Returns the nearer point; that of the segment ahead if both are equally near. Beyond the ends of
+    an open path the end segments go on as straight lines, so that the cross-track error remains the
+    lateral offset.
 
     Examples
     --------
     >>> from popsteer.reference import Path
     >>> path = Path([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)])
-    >>> foot = project(path, 1, (12.0, 5.0))
-    >>> foot.segment, foot.point, foot.arc_length, foot.cross_track_error
+    >>> found = project(path, 1, (12.0, 5.0))
+    >>> found.segment, found.point, found.arc_length, found.cross_track_error
     (1, (10.0, 5.0), 15.0, -2.0)
     """
     incoming = path.previous(nearest)
     outgoing = None if path.next(nearest) is None else nearest
     if incoming is not None and outgoing is not None:
-        behind = find_foot(path, incoming, position)
-        ahead = find_foot(path, outgoing, position)
-        foot = behind if behind.squared_distance < ahead.squared_distance else ahead
+        behind = find_closest_point(path, incoming, position)
+        ahead = find_closest_point(path, outgoing, position)
+        closest = behind if behind.squared_distance < ahead.squared_distance else ahead
     else:
-        foot = find_foot(path, nearest if incoming is None else incoming, position)
-    return foot.projection(path)
+        closest = find_closest_point(path, nearest if incoming is None else incoming, position)
+    return closest.projection(path)
 
 
 def path_yaw_behind(path: PathView, nearest: int) -> float:
-    """Give the direction of the segment that leads to waypoint `nearest` [rad].
+    """Give the direction of the segment that ends at waypoint `nearest` [rad].
 
-    Of the one that leaves it where none does. The path's heading as the published code takes
-    it, up to a waypoint and a half behind the foot.
+    Of the one that starts there if none ends there. The published code takes it for the path's
+    heading. It lies up to one and a half segments behind the closest point.
 
     Examples
     --------
@@ -226,8 +227,8 @@ def path_yaw_behind(path: PathView, nearest: int) -> float:
 def reference_speed(path: PathView, projection: Projection) -> float | None:
     """Interpolate the waypoints' reference speeds at a projection [m/s].
 
-    Their magnitudes linearly; negative where the path is driven backwards, None where it has no
-    speeds.
+    Magnitudes are interpolated linearly. Negative where the path is driven backwards, None if it
+    has no speeds.
 
     Examples
     --------

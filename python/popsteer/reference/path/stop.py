@@ -38,9 +38,9 @@ class Ahead(NamedTuple):
     def of(cls, path: PathView, follow: Follow, at: Located) -> Ahead:
         """Take it from a vehicle that `follow` has located."""
         # How far the followed point lies ahead of the rear axle, in the direction of driving.
-        lead = follow.reference_offset - at.turn(follow.rear_axle - follow.base)
-        segment = at.foot.segment
-        arc = at.foot.arc_length(path) - lead
+        lead = follow.reference_offset - at.mirror(follow.rear_axle - follow.base)
+        segment = at.closest.segment
+        arc = at.closest.arc_length(path) - lead
         end = section_end(path, segment)
         if end is None:
             distance_to_stop = inf

@@ -1,18 +1,27 @@
-"""Where will the vehicle be? The paper's one-step prediction, and the kinematic bicycle."""
+"""Where the vehicle will be.
+
+The paper's one-step prediction, the kinematic bicycle, and a vehicle rolled forward through its
+commands.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from popsteer.reference.math import cos, divide, saturate, sin, tan
+from popsteer.reference.math import ceil, cos, divide, saturate, sin, tan
 from popsteer.reference.vehicle.state import VehicleState
+from popsteer.reference.vehicle.wheels import move_wheel
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from popsteer.reference.geometry import Point
+    from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimator import Corrections
 
 __all__ = [
+    "Rollout",
     "advance",
     "get_predicted_location",
     "kinematic_bicycle",
@@ -22,6 +31,8 @@ __all__ = [
 
 MAX_STEPS = 20
 """The largest number of steps of a prediction."""
+STEP = 0.05
+"""The longest step of a rollout [s]; larger values cut bends short, smaller ones cost more."""
 
 
 def steps(horizon: float, dt: float) -> tuple[int, float]:
@@ -226,3 +237,71 @@ def advance(vehicle: VehicleState, travel: float, curvature: float, slip: float)
         yaw=vehicle.yaw + turn,
         speed=vehicle.speed,
     )
+
+
+class Rollout:
+    """A vehicle rolled forward through commands that last for their time each.
+
+    ::
+
+        curvature = gain tan(wheel + steer_offset) / turning_length,   yaw' = speed curvature
+
+    What the estimate knows better than the vehicle counts. The speed changes by the acceleration
+    that is estimated, and the turning length is that of the first speed.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        What the vehicle's figures say.
+    estimate : Corrections
+        What its motion has shown.
+    state : VehicleState
+        The point that does not slip at the beginning.
+
+    Attributes
+    ----------
+    state : VehicleState
+        The same by now.
+
+    Examples
+    --------
+    >>> from popsteer.reference.vehicle import Vehicle
+    >>> from popsteer.reference.vehicle.estimator import Corrections
+    >>> rollout = Rollout(Vehicle(), Corrections(), VehicleState(0.0, 0.0, 0.0, 10.0))
+    >>> rollout.drive(0.0, [(0.0, 0.5)])
+    0.0
+    >>> rollout.state
+    VehicleState(x=5.0, y=0.0, yaw=0.0, speed=10.0)
+    """
+
+    def __init__(self, vehicle: Vehicle, estimate: Corrections, state: VehicleState) -> None:
+        self._vehicle = vehicle
+        self._estimate = estimate
+        self.state = state
+        self._length = vehicle.turning_length(state.speed) / estimate.gain
+        self._start, self._time = state.speed, 0.0
+
+    def turn(self, wheel: float, time: float) -> None:
+        """Drive for `time` [s] with the wheels at the mean angle `wheel` [rad]: one step."""
+        estimate, state = self._estimate, self.state
+        self._time += time
+        speed = estimate.speed_after(self._start, self._time)
+        travel = 0.5 * (state.speed + speed) * time
+        angle = self._vehicle.at_wheels(wheel + estimate.steer_offset)
+        curvature = tan(angle) / self._length
+        slip = estimate.slip + estimate.slip_length * curvature
+        self.state = replace(advance(state, travel, curvature, slip), speed=speed)
+
+    def drive(self, wheel: float, commands: Iterable[tuple[float, float]]) -> float:
+        """Drive through `commands`, angles [rad] with how long each lasts [s].
+
+        From the angle `wheel` of the wheels [rad] on; returns that at the end [rad].
+        """
+        for steer, duration in commands:
+            steps = ceil(duration / STEP)
+            step = divide(duration, steps)
+            for _ in range(steps):
+                moved = move_wheel(self._vehicle, wheel, steer, step)
+                self.turn(moved.mean, step)
+                wheel = moved.wheel
+        return wheel

@@ -1,11 +1,13 @@
-"""What the motion of a vehicle shows of it: the one estimator of all controllers.
+"""Estimates what the vehicle's parameters do not say, from its motion. All controllers share it.
 
-The turning is found by least squares that forget: with the turn a that the vehicle's own figures
-expect and the turn b of one radian of steering offset, a measured turn is gain (a + steer_offset
-b), linear in gain and gain steer_offset. A dead time that is wrong turns the vehicle too early or
-too late: it is found from the turn that is left over and the rate at which the expected turn
-changes. The slip, the angle of the motion to the heading, is found from the position by normalised
-least mean squares.
+- Turning gain and steering offset by recursive least squares with exponential forgetting. The
+  model of the turn in one period is gain (a + steer_offset b): a is the turn that the vehicle's
+  parameters predict, b its derivative by the steering offset. It is linear in gain and
+  gain steer_offset.
+- Dead time by a normalised gradient step. A dead time that is too short by t leaves the residual
+  -t da/dt in the turn, so residual and rate of change of a give t.
+- Slip, the angle from the heading to the direction of motion, by normalised least mean squares
+  from the measured positions.
 """
 
 from __future__ import annotations
@@ -22,47 +24,47 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.delay import Reached
+    from popsteer.reference.vehicle.wheels import Reached
 
 __all__ = ["AdaptParams", "Corrections", "Estimate", "Estimator"]
 
 ACCELERATION_TIME = 0.1
-"""Time over which the acceleration is taken [s]."""
+"""Time constant of the estimated acceleration [s]."""
 GAIN_PRIOR = 1e-4
 """Weight of the vehicle's own gain, 1, in the least squares [rad²].
 
-Larger values make the estimate slower and steadier; 3e-4 is one turn of 1°.
+It is not forgotten. Larger values make the estimate slower and steadier; 1e-4 is one turn of 0.6°.
 """
 OFFSET_PRIOR = 0.1
 """Weight of the vehicle's own steering offset in the least squares.
 
-Larger values make the estimate slower and steadier; 0.1 are three periods in which a radian turns
-by 10°.
+It is not forgotten. Larger values make the estimate slower and steadier; 0.1 are three periods with
+b = 0.18.
 """
 CHANGE_PRIOR = 1e-2
-"""Weight of the vehicle's own dead time in the least squares [rad²/s²]."""
+"""Weight of the vehicle's own dead time [rad²/s²]. Larger values make its estimate slower."""
 MIN_GAIN, MAX_GAIN = 0.4, 2.5
-"""Bounds of the gain: beyond them the figures are those of another vehicle."""
+"""Bounds of the gain: beyond them the parameters are those of another vehicle."""
 MAX_STEER_OFFSET = 0.15
-"""The largest steering offset that is believed [rad]."""
+"""Bound of the estimated steering offset [rad]."""
 MAX_SLIP = 0.15
-"""The largest slip that is believed [rad]."""
+"""Bound of the estimated slip [rad]."""
 SLIP_SPLIT = 0.03
-"""Curvature, times the wheelbase, at which a slip sample updates both parts of the slip equally.
+"""Curvature times wheelbase at which a slip sample updates `slip` and `slip_length` equally.
 
-The parts are the constant and the curvature-dependent one. Below it a bend is treated as straight.
+Below it a bend is treated as straight.
 """
 LEAST_TRAVEL = 1e-9
-"""Less than the slowest vehicle travels in the shortest period at its default `min_speed` [m].
+"""Shortest distance from which a slip is estimated [m]: over less, a curvature overflows.
 
-A curvature over a distance much shorter than this could not be told from infinity.
+The slowest vehicle at its default `min_speed` travels more in the shortest period.
 """
 MAX_ACCELERATION = 20.0
-"""The largest acceleration that is believed, in wheelbases [1/s²]."""
+"""Bound of the estimated acceleration, in wheelbases [1/s²]."""
 MAX_SUM = 1e100
-"""More than a sum comes to within the bounds of the input."""
+"""Bound of the sums, which no valid input reaches."""
 MAX_TURN = 1e30
-"""More than a turn comes to, and little enough that squares of its changes keep to `MAX_SUM`."""
+"""Bound of a turn, which no valid input reaches; squares of its changes keep to `MAX_SUM`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,14 +74,14 @@ class AdaptParams:
     Attributes
     ----------
     turn_time : float
-        Time over which turning gain, steering offset and dead time are estimated [s]; 0 never.
-        Shorter: sooner right, and more noise of the heading passed on.
+        Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
+        switches them off. Shorter: faster, and more noise of the heading in the estimates.
     slip_time : float
-        Time over which the slip is estimated, straight on and in bends [s]; 0 never. Shorter:
-        sooner right, and more noise of the position passed on.
+        Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more noise
+        of the position in the estimate.
     min_speed : float or None
-        Below this speed the slip is not estimated [m/s]: the position moves too little to show it;
-        None is 5/3 wheelbases a second.
+        Below this speed the slip is not estimated [m/s], because the position moves too little to
+        show it. None is 5/3 wheelbases a second.
 
     Raises
     ------
@@ -104,21 +106,21 @@ class AdaptParams:
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """What is known of the vehicle: its own figures, corrected by what its motion has shown.
+    """The vehicle as it is estimated: its parameters, corrected by what its motion has shown.
 
     Attributes
     ----------
     gain : float
-        How many times more the vehicle turns than its figures say. Controllers use it where the
-        vehicle has a dead time; elsewhere it is only shown.
+        Ratio of the measured turning to that of the vehicle's parameters. Controllers use it for a
+        vehicle with a dead time, and 1 for others.
     steer_offset : float
-        Angle of the wheels at the command 0 [rad].
+        Steering offset: angle of the wheels at the command 0 [rad].
     dead_time : float
         Time from a command to its first effect on the wheels [s].
     slip : float
-        Angle of the motion of the point that does not slip to the heading, straight on [rad].
+        Slip of the no-slip point on a straight: direction of its motion less the heading [rad].
     slip_length : float
-        How much that angle grows with the curvature [m].
+        Change of the slip per curvature [m].
     acceleration : float
         Acceleration [m/s²].
 
@@ -140,21 +142,21 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Corrections:
-    """What is known of the vehicle beyond its own figures; `Estimate` in the Rust core.
+    """The estimates as corrections to the vehicle's parameters; `Estimate` in the Rust core.
 
     Attributes
     ----------
     gain : float
-        How many times more the vehicle turns than its figures say; as a controller uses it, 1
-        without a dead time.
+        Ratio of the measured turning to that of the vehicle's parameters. Controllers use 1 for a
+        vehicle without a dead time.
     steer_offset : float
-        Angle of the wheels at the command 0, beyond the vehicle's `steer_offset` [rad].
+        Steering offset, in addition to the vehicle's `steer_offset` [rad].
     longer_dead_time : float
-        How much longer the dead time is than the vehicle's [s].
+        Dead time, in addition to the vehicle's `dead_time` [s]; may be negative.
     slip : float
-        Angle of the motion of the point that does not slip to the heading, straight on [rad].
+        Slip of the no-slip point on a straight: direction of its motion less the heading [rad].
     slip_length : float
-        How much that angle grows with the curvature [m].
+        Change of the slip per curvature [m].
     acceleration : float
         Acceleration [m/s²].
     """
@@ -167,7 +169,7 @@ class Corrections:
     acceleration: float = 0.0
 
     def speed_after(self, speed: float, time: float) -> float:
-        """Return the speed `time` [s] on from `speed` [m/s]; a vehicle that brakes stops.
+        """Return the speed after `time` [s] at the estimated acceleration; braking stops at 0.
 
         Examples
         --------
@@ -180,7 +182,7 @@ class Corrections:
         return saturate(following, -MAX_SPEED, 0.0)
 
     def of(self, vehicle: Vehicle) -> Estimate:
-        """Return the corrected figures of `vehicle`."""
+        """Return the corrected parameters of `vehicle`."""
         return Estimate(
             gain=self.gain,
             steer_offset=vehicle.steer_offset + self.steer_offset,
@@ -193,37 +195,39 @@ class Corrections:
 
 @dataclass(frozen=True)
 class Estimator:
-    """What an estimate rests on; sums of which the old terms are forgotten.
+    """The estimator's state: sums with exponential forgetting, and the estimates they give.
+
+    a and b are those of the module's model: expected turn, and its derivative by the offset.
 
     Attributes
     ----------
-    seen : VehicleState or None
-        The point that does not slip as it was last seen; None where the motion since shows
-        nothing.
+    last_measured : VehicleState or None
+        State of the no-slip point when it was last measured; None if the motion since then must
+        not be used.
     turn_turn : float
-        Turns expected, squared [rad²].
+        Sum of a² [rad²].
     turn_offset : float
-        Turns expected times those of a radian of offset [rad].
+        Sum of a b [rad].
     offset_offset : float
-        Turns of a radian of offset, squared.
+        Sum of b².
     turn_measured : float
-        Turns expected times those measured [rad²].
+        Sum of a times the measured turn [rad²].
     offset_measured : float
-        Turns of a radian of offset times those measured [rad].
+        Sum of b times the measured turn [rad].
     turn : float
-        The turn expected for the last period [rad].
+        a of the last period [rad].
     change : float
-        Rates at which the expected turns changed, squared [rad²/s²].
+        Sum of the squared rates of change of a [rad²/s²].
     estimate : Corrections
-        What is known by now.
+        The present estimates.
 
     Examples
     --------
-    The motion over 0.1 s of a vehicle whose figures say that it goes straight on:
+    10 s of a vehicle that turns although its wheels are straight:
 
     >>> from popsteer.reference.vehicle import Vehicle
-    >>> from popsteer.reference.vehicle.delay import Reached
-    >>> estimator = Estimator(seen=VehicleState(0.0, 0.0, 0.0, 10.0))
+    >>> from popsteer.reference.vehicle.wheels import Reached
+    >>> estimator = Estimator(last_measured=VehicleState(0.0, 0.0, 0.0, 10.0))
     >>> now = VehicleState(1.0, 0.0, 0.01, 10.0)
     >>> for _ in range(100):
     ...     estimator = estimator.observe_turn(
@@ -233,7 +237,7 @@ class Estimator:
     0.03
     """
 
-    seen: VehicleState | None = None
+    last_measured: VehicleState | None = None
     turn_turn: float = 0.0
     turn_offset: float = 0.0
     offset_offset: float = 0.0
@@ -251,12 +255,11 @@ class Estimator:
         reached: Reached,
         dt: float,
     ) -> Estimator:
-        """Take in the turn since the last step, and how the speed changed.
+        """Update gain, steering offset, dead time and acceleration from the last `dt` [s].
 
-        The step was `dt` [s] ago, and `reached` reached the wheels since; `now` is the state of
-        the point that does not slip.
+        `now` is the state of the no-slip point, `reached` what the wheels did in that time.
         """
-        before = self.seen
+        before = self.last_measured
         if before is None:
             return replace(self, turn=0.0)
         speed = 0.5 * (before.speed + now.speed)
@@ -279,10 +282,10 @@ class Estimator:
         measured: float,
         dt: float,
     ) -> Estimator:
-        """Least squares that forget, for gain, steering offset and dead time.
+        """Update gain, steering offset and dead time from one `measured` turn.
 
-        No sample counts for more than a turn thrice as large as expected with twice the largest
-        offset, or than the longest dead time: a jump of the localisation shows nothing.
+        A measured turn counts as at most 2 (|a| + MAX_STEER_OFFSET |b|) away from the estimated
+        one, so a jump of the localisation changes little. `turn` is a, `by_offset` is b.
         """
 
         def expected(estimate: Corrections) -> float:
@@ -301,30 +304,30 @@ class Estimator:
             offset_measured=self.offset_measured * kept + by_offset * measured,
         )
         estimate = self.estimate
-        fitted = after._fitted_gain()
+        fitted = after.fitted_gain()
         if fitted is not None:
-            # Without commands in flight the gain is left to the feedback: one that is fitted
-            # through a lag that is not quite right would cost it margin.
+            # Without a dead time nothing is predicted and feedback corrects the gain. An estimate
+            # that is disturbed by a wrong lag would only cost gain margin.
             gain = fitted if vehicle.dead_time > 0.0 else 1.0
-            # The offset that goes with the gain, also where that is not the free one.
-            left = after.offset_measured - after.turn_offset * gain
-            offset = left / (after.offset_offset + OFFSET_PRIOR) / gain
+            # The best offset for this gain, which may be 1 or clamped.
+            offset_turn = after.offset_measured - after.turn_offset * gain
+            offset = offset_turn / (after.offset_offset + OFFSET_PRIOR) / gain
             offset = saturate(offset, -MAX_STEER_OFFSET, MAX_STEER_OFFSET)
             estimate = replace(estimate, gain=gain, steer_offset=offset)
 
         change = (self.turn - turn) / dt
         most_longer = _most_longer(vehicle)
-        left = measured - expected(estimate)
+        residual = measured - expected(estimate)
         most = abs(change) * most_longer
         changes = self.change * kept + change * change
-        late = saturate(left, -most, most) * change / (changes + CHANGE_PRIOR)
-        late = saturate(late, -dt, dt)
-        longer = saturate(estimate.longer_dead_time + late, -most_longer, most_longer)
+        correction = saturate(residual, -most, most) * change / (changes + CHANGE_PRIOR)
+        correction = saturate(correction, -dt, dt)
+        longer = saturate(estimate.longer_dead_time + correction, -most_longer, most_longer)
         estimate = replace(estimate, longer_dead_time=longer)
         return replace(after, change=changes, estimate=estimate)
 
-    def _fitted_gain(self) -> float | None:
-        """Return the gain by the normal equations of gain and gain times steering offset."""
+    def fitted_gain(self) -> float | None:
+        """Return the gain from the normal equations of gain and gain times steering offset."""
         aa, ab = self.turn_turn + GAIN_PRIOR, self.turn_offset
         bb = self.offset_offset + OFFSET_PRIOR
         ay, by = self.turn_measured + GAIN_PRIOR, self.offset_measured
@@ -334,8 +337,8 @@ class Estimator:
         return saturate((ay * bb - ab * by) / determinant, MIN_GAIN, MAX_GAIN)
 
     def known(self) -> Corrections:
-        """Return what is known by now, with the gain also where no controller uses it."""
-        gain = self._fitted_gain()
+        """Return the present estimates, with the fitted gain even if controllers use 1."""
+        gain = self.fitted_gain()
         return self.estimate if gain is None else replace(self.estimate, gain=gain)
 
     def observe_slip(
@@ -346,13 +349,14 @@ class Estimator:
         curvature: Callable[[float], float],
         dt: float,
     ) -> Estimator:
-        """Take in the motion since the last step, `dt` [s] ago.
+        """Update the slip from the motion of the no-slip point in the last `dt` [s].
 
-        `curvature` tells by how much the path turns [1/m] over a distance travelled [m], counted
-        in the direction in which the vehicle looks. It is the path's: the vehicle's own answers to
-        the errors of the position, which are in the sample too, would be taken for slip.
+        `curvature` gives the path's mean curvature [1/m] over a distance travelled [m], for a
+        vehicle that looks along its heading. The path's is used and not the vehicle's: the vehicle
+        steers by the measured position, so its curvature is correlated with the noise of the
+        sample.
         """
-        before = self.seen
+        before = self.last_measured
         if before is None or not params.slip_time > 0.0:
             return self
         pace = 5.0 / 3.0 * vehicle.wheelbase if params.min_speed is None else params.min_speed
@@ -376,21 +380,21 @@ class Estimator:
         return replace(self, estimate=replace(estimate, slip=slip, slip_length=slip_length))
 
     def checked(self, vehicle: Vehicle) -> Estimator:
-        """Return the estimator, as floats, where `vehicle` could have shown it.
+        """Return the estimator, as floats, if it is one that `vehicle` could have.
 
         Raises
         ------
         InputError
             Naming the field that is not.
         """
-        seen = self.seen
-        if seen is not None:
+        last_measured = self.last_measured
+        if last_measured is not None:
             most = 2.0 * MAX_COORDINATE
-            seen = VehicleState(
-                x=input_in_range("seen", seen.x, -most, most),
-                y=input_in_range("seen", seen.y, -most, most),
-                yaw=input_in_range("seen", seen.yaw, -MAX_YAW, MAX_YAW),
-                speed=input_in_range("seen", seen.speed, -MAX_SPEED, MAX_SPEED),
+            last_measured = VehicleState(
+                x=input_in_range("last_measured", last_measured.x, -most, most),
+                y=input_in_range("last_measured", last_measured.y, -most, most),
+                yaw=input_in_range("last_measured", last_measured.yaw, -MAX_YAW, MAX_YAW),
+                speed=input_in_range("last_measured", last_measured.speed, -MAX_SPEED, MAX_SPEED),
             )
         sums = {
             field: input_in_range(field, getattr(self, field), low, MAX_SUM)
@@ -417,7 +421,7 @@ class Estimator:
             )
         }
         estimate = Corrections(gain=gain, **others)
-        return Estimator(seen=seen, turn=turn, estimate=estimate, **sums)
+        return Estimator(last_measured=last_measured, turn=turn, estimate=estimate, **sums)
 
 
 def _most_longer(vehicle: Vehicle) -> float:

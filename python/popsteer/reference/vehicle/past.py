@@ -6,20 +6,19 @@ forward from where it was seen, through the angles that its wheels have had sinc
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from popsteer import errors
 from popsteer.reference.error import input_in_range
-from popsteer.reference.math import PI, saturate, tan
-from popsteer.reference.vehicle.bicycle import advance
-from popsteer.reference.vehicle.delay import Reached, move_wheel
+from popsteer.reference.math import PI, saturate
+from popsteer.reference.vehicle.bicycle import Rollout
+from popsteer.reference.vehicle.timed import Timed, checked_count, clipped, push_or_join
+from popsteer.reference.vehicle.wheels import Reached, move_wheel
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.delay import Commands
     from popsteer.reference.vehicle.estimator import Corrections
     from popsteer.reference.vehicle.state import VehicleState
 
@@ -28,7 +27,11 @@ __all__ = ["MAX_POSE_AGE", "Past"]
 MAX_POSE_AGE = 1.0
 """The oldest pose that a step takes [s]."""
 RESOLUTION = 64
-"""Angles are remembered apart down to this share of `MAX_POSE_AGE`."""
+"""Angles are remembered apart down to this share of `MAX_POSE_AGE`.
+
+A 32nd would halve the memory, but preview POP at 100 Hz on poses 0.1 s old then keeps within 11 mm
+of its path instead of 3 mm (root mean square).
+"""
 CAPACITY = 2 * RESOLUTION + 2
 """The most angles.
 
@@ -63,7 +66,7 @@ class Past:
     VehicleState(x=5.0, y=0.0, yaw=0.0, speed=10.0)
     """
 
-    angles: Commands
+    angles: Timed
     wheel: float
     since: float = 0.0
 
@@ -73,7 +76,7 @@ class Past:
         return cls(((wheel, MAX_POSE_AGE),), wheel)
 
     @classmethod
-    def restore(cls, angles: Commands, wheel: float, since: float) -> Past:
+    def restore(cls, angles: Timed, wheel: float, since: float) -> Past:
         """Return a past as it was.
 
         Raises
@@ -81,9 +84,7 @@ class Past:
         InputError
             Where there are too many angles, and as `checked`.
         """
-        count = len(angles)
-        if count > CAPACITY:
-            raise errors.InputError("past_angles", count, errors.count_in_range(0, CAPACITY))
+        angles = checked_count("past_angles", angles, CAPACITY)
         return cls(angles, wheel, since).checked()
 
     def checked(self) -> Past:
@@ -111,30 +112,19 @@ class Past:
         Those in flight, and then the last one. Angles that last shorter than a 64th of
         `MAX_POSE_AGE` are joined to their mean.
         """
-        past, gone = self.angles, dt
-        for steer, duration in commands:
-            if gone <= 0.0:
-                break
-            part = duration if duration < gone else gone
-            moved = move_wheel(vehicle, wheel, steer, part)
-            past = _push(past, moved.mean, part)
+        past, joined = self.angles, MAX_POSE_AGE / RESOLUTION
+        for steer, time in clipped(commands, dt):
+            moved = move_wheel(vehicle, wheel, steer, time)
+            past = push_or_join(past, moved.mean, time, joined, CAPACITY)
             wheel = moved.wheel
-            gone -= part
         return Past(past, wheel, saturate(self.since + dt, 0.0, MAX_SINCE))
 
     def reached(self, age: float) -> Reached:
         """Return what the wheels did from the last pose taken in until `age` [s] ago."""
-        turn, slope = 0.0, 0.0
-        ago = self._total()
-        for angle, duration in self.angles:
-            start = ago if ago < self.since else self.since
-            ago -= duration
-            part = start - (ago if ago > age else age)
-            if part > 0.0:
-                tangent = tan(angle)
-                turn += part * tangent
-                slope += part * (1.0 + tangent * tangent)
-        return Reached(turn, slope)
+        reached = Reached()
+        for angle, time in self._between(self.since, age):
+            reached = reached.plus(angle, time)
+        return reached
 
     def advance(
         self, vehicle: Vehicle, state: VehicleState, age: float, estimate: Corrections
@@ -144,37 +134,19 @@ class Past:
         The state is that of the point that does not slip; what the `estimate` knows better than
         `vehicle` counts.
         """
-        begin, time = state.speed, 0.0
-        length = vehicle.turning_length(state.speed) / estimate.gain
-        ago = self._total()
-        for mean, duration in self.angles:
-            start = ago if ago < age else age
-            ago -= duration
-            part = start - (ago if ago > 0.0 else 0.0)
-            if part > 0.0:
-                time += part
-                speed = estimate.speed_after(begin, time)
-                travel = 0.5 * (state.speed + speed) * part
-                angle = vehicle.at_wheels(mean + estimate.steer_offset)
-                curvature = tan(angle) / length
-                slip = estimate.slip + estimate.slip_length * curvature
-                state = replace(advance(state, travel, curvature, slip), speed=speed)
-        return state
+        rollout = Rollout(vehicle, estimate, state)
+        for angle, time in self._between(age, 0.0):
+            rollout.turn(angle, time)
+        return rollout.state
 
-    def _total(self) -> float:
-        """Return how long all that is remembered lasted [s]."""
-        total = 0.0
+    def _between(self, start: float, end: float) -> Iterator[tuple[float, float]]:
+        """Give the angles from `start` [s] ago until `end` [s] ago, and for how long each [s]."""
+        ago = 0.0
         for _, duration in self.angles:
-            total += duration
-        return total
-
-
-def _push(angles: Commands, angle: float, duration: float) -> Commands:
-    """Remember one more angle; the oldest is forgotten where there are too many."""
-    if angles:
-        mean, lasted = angles[-1]
-        total = lasted + duration
-        if total <= MAX_POSE_AGE / RESOLUTION:
-            joined = (mean * lasted + angle * duration) / total
-            return (*angles[:-1], (joined, total))
-    return (*angles, (angle, duration))[-CAPACITY:]
+            ago += duration
+        for angle, duration in self.angles:
+            since = ago if ago < start else start
+            ago -= duration
+            time = since - (ago if ago > end else end)
+            if time > 0.0:
+                yield angle, time

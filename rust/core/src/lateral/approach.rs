@@ -1,29 +1,29 @@
-//! How preview POP approaches a path: how far it looks ahead, how fast its wheels turn, and how
-//! steeply it comes, which is no steeper than the vehicle can straighten on what remains of the way.
+//! How preview POP approaches a path: no steeper than the vehicle can straighten before it gets
+//! there.
 
-use super::preview_pop::PreviewPop;
 use crate::math::sqrt;
 
-/// How many lags of the wheels the prediction sees through, where their rate is told. With fewer,
-/// wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
-const LAGS: f64 = 3.0;
+/// Least horizon in steering lags, for a vehicle with a `max_steer_rate`; added to [`TURNS`]. With
+/// fewer, wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
+pub(super) const LAGS: f64 = 3.0;
 
-/// And how many halves of the shortest time in which the wheels turn the vehicle by the approach
-/// angle: 2 are that time; less is needed, as the vehicle is not turned that far at once.
-const TURNS: f64 = 1.5;
+/// And in halves of the shortest time in which the vehicle can turn by the approach angle. 2 would
+/// be all of that time; less suffices, because the vehicle does not turn that far at once.
+pub(super) const TURNS: f64 = 1.5;
 
-/// The longest prediction, in horizons: its steps get longer with it, and its commands coarser.
-const MOST_HORIZONS: f64 = 2.0;
+/// Longest horizon, as a multiple of the parameter `horizon`. Larger values make the steps longer
+/// and the commands coarser.
+pub(super) const MOST_HORIZONS: f64 = 2.0;
 
-/// From this share of `min_speed` on, wheels whose rate is told turn at all of it. Smaller: a
-/// vehicle that creeps joins its path sooner, and turns its wheels more in noise.
+/// Share of `min_speed` from which on wheels with a `max_steer_rate` turn at that rate. Smaller: a
+/// creeping vehicle joins its path sooner, and turns its wheels more in noise.
 pub(super) const FULL_RATE: f64 = 0.5;
 
-/// How many lags of the wheels an approach keeps in hand: one in which they begin to turn back,
-/// and one in which they end it. With one, wheels of 1 rad/s with 0.3 s of lag overshoot a little.
+/// Reserve of an approach in steering lags: one to begin turning back, one to end it. With one
+/// alone, wheels of 1 rad/s with 0.3 s of lag overshoot a little.
 const LAGS_IN_HAND: f64 = 2.0;
 
-/// What straightens a vehicle that approaches its path, counted along the distance travelled.
+/// What limits how soon an approaching vehicle is straight again, per distance travelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Straightening {
     /// The largest curvature that the vehicle drives [1/m].
@@ -32,8 +32,8 @@ pub(super) struct Straightening {
     pub(super) rate: f64,
     /// The steering lag, as a distance [m].
     pub(super) lag: f64,
-    /// The cross-track error per radian of heading at which the unlimited law keeps its heading
-    /// [m]: close to the path it straightens sooner by itself.
+    /// The cross-track error per radian of heading at which the unlimited controller keeps its
+    /// heading [m]: close to the path it straightens sooner by itself.
     pub(super) unlimited: f64,
 }
 
@@ -46,9 +46,9 @@ impl Straightening {
     /// ```
     ///
     /// with the distance in brackets at most `unlimited`, so that close to the path the unlimited
-    /// law remains what it is. The first term is the arc of the largest curvature; the second the
-    /// way during which the wheels turn, and answer late. The curvature is no more than what they
-    /// reach while they turn the vehicle by the approach angle.
+    /// controller remains what it is. The first term is the arc of the largest curvature; the
+    /// second is the distance in which the wheels turn, and that of their lag. The curvature is at
+    /// most the one that they reach while the vehicle turns by the approach angle.
     #[inline]
     pub(super) fn steepest(&self, approach_angle: f64, error: f64) -> f64 {
         let reached = sqrt(approach_angle * self.rate);
@@ -70,81 +70,6 @@ impl Straightening {
             angle
         } else {
             approach_angle
-        }
-    }
-}
-
-impl PreviewPop {
-    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
-    /// longer to straighten a vehicle that approaches the path.
-    #[inline]
-    pub(super) fn horizon_at(&self, pace: f64) -> f64 {
-        if !self.rate_is_the_vehicles {
-            return self.horizon;
-        }
-        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
-        let length = self.vehicle.turning_length(pace);
-        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
-        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
-        let most = MOST_HORIZONS * self.horizon;
-        let needed = if needed < most { needed } else { most };
-        if needed > self.horizon {
-            needed
-        } else {
-            self.horizon
-        }
-    }
-
-    /// The rate of the wheels that is planned with [rad/s], and how far they turn in a control
-    /// period `dt` [rad]. Below `min_speed` they turn in proportion to the distance, where the
-    /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
-    /// time at `min_speed`.
-    #[inline]
-    pub(super) fn turned(&self, speed: f64, dt: f64) -> (f64, f64) {
-        let rate = self.steer_span_rate;
-        if speed >= self.min_speed {
-            return (rate, rate * dt);
-        }
-        let slow = speed / self.min_speed;
-        if !self.rate_is_the_vehicles {
-            (rate, rate * dt * slow)
-        } else if slow < FULL_RATE {
-            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
-        } else {
-            (rate / slow, rate * dt)
-        }
-    }
-
-    /// How fast the tangent of the wheels' angle is planned to change, per radian, when it is
-    /// `tangent`. It changes faster where the wheels stand wide. With the vehicle's own rate that
-    /// is not counted on, as the wheels have to be straight again in time.
-    #[inline]
-    pub(super) fn steepness(&self, tangent: f64) -> f64 {
-        if self.rate_is_the_vehicles {
-            1.0
-        } else {
-            1.0 + tangent * tangent
-        }
-    }
-
-    /// The heading at which a path is approached that is `error` away [rad]. The neighbourhood of a
-    /// vehicle without limits of its own is a choice, and bounds no approach.
-    #[inline]
-    pub(super) fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
-        if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
-            straightening.steepest(self.approach_angle, error.abs())
-        } else {
-            self.approach_angle
-        }
-    }
-
-    /// The largest curvature that the vehicle drives at a speed [1/m].
-    #[inline]
-    pub(super) fn widest(&self, pace: f64, length: f64) -> f64 {
-        let steered = self.max_tangent / length;
-        match self.vehicle.max_lateral_acceleration {
-            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
-            _ => steered,
         }
     }
 }

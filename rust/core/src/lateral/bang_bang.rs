@@ -63,7 +63,7 @@ pub struct BangBang {
 }
 
 impl BangBang {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
@@ -108,7 +108,7 @@ impl LateralLaw for BangBang {
         at: &Located,
         _belief: &Belief,
     ) -> Decision {
-        let error = at.foot.cross_track_error();
+        let error = at.closest.cross_track_error();
         let wanted = if error > self.deadband {
             -self.amplitude
         } else if error < -self.deadband {
@@ -119,7 +119,7 @@ impl LateralLaw for BangBang {
         let (steer, status) = self.vehicle.limit_steer(wanted);
         Decision {
             steer,
-            target: at.foot.point,
+            target: at.closest.point,
             status,
         }
     }

@@ -14,9 +14,9 @@
 pub struct Travel {
     step: f64,
     error_by_driven: f64,
-    error_by_told: f64,
+    error_by_commanded: f64,
     heading_by_driven: f64,
-    heading_by_told: f64,
+    heading_by_commanded: f64,
     kept: f64,
     taken: f64,
 }
@@ -29,14 +29,14 @@ impl Travel {
     pub fn new(step: f64, lag: f64, kept: f64, offset: f64) -> Self {
         let taken = 1.0 - kept;
         let heading_by_driven = lag * taken;
-        let heading_by_told = step - heading_by_driven;
-        let late = lag * heading_by_told;
+        let heading_by_commanded = step - heading_by_driven;
+        let lagging = lag * heading_by_commanded;
         Self {
             step,
-            error_by_driven: late + offset * heading_by_driven,
-            error_by_told: 0.5 * step * step - late + offset * heading_by_told,
+            error_by_driven: lagging + offset * heading_by_driven,
+            error_by_commanded: 0.5 * step * step - lagging + offset * heading_by_commanded,
             heading_by_driven,
-            heading_by_told,
+            heading_by_commanded,
             kept,
             taken,
         }
@@ -70,9 +70,9 @@ impl Travel {
         } = *state;
         Predicted {
             error: (error + self.step * heading + moved)
-                + (self.error_by_driven * driven + self.error_by_told * commanded),
+                + (self.error_by_driven * driven + self.error_by_commanded * commanded),
             heading: (heading - turn)
-                + (self.heading_by_driven * driven + self.heading_by_told * commanded),
+                + (self.heading_by_driven * driven + self.heading_by_commanded * commanded),
             driven: self.kept * driven + self.taken * commanded,
             commanded,
         }
@@ -104,9 +104,9 @@ impl Travel {
     #[inline]
     pub(super) fn added(&self) -> Predicted {
         Predicted {
-            error: self.error_by_told
-                + (self.step * self.heading_by_told + self.error_by_driven * self.taken),
-            heading: self.heading_by_told + self.heading_by_driven * self.taken,
+            error: self.error_by_commanded
+                + (self.step * self.heading_by_commanded + self.error_by_driven * self.taken),
+            heading: self.heading_by_commanded + self.heading_by_driven * self.taken,
             driven: self.kept * self.taken,
             commanded: 0.0,
         }
@@ -114,14 +114,14 @@ impl Travel {
 }
 
 /// The best move of the wheels in a state: the curvature that is commanded next is
-/// `left * commanded - (e * error + p * heading + a * driven + constant)`.
+/// `remaining * commanded - (e * error + p * heading + a * driven + constant)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(missing_docs, reason = "one letter an entry of the state")]
 pub struct BestMove {
     pub e: f64,
     pub p: f64,
     pub a: f64,
-    pub left: f64,
+    pub remaining: f64,
     pub constant: f64,
 }
 
@@ -129,7 +129,7 @@ impl BestMove {
     /// The curvature that is best commanded in `state` [1/m].
     #[inline]
     pub fn commanded(&self, state: &Predicted) -> f64 {
-        self.left * state.commanded - self.pull(state)
+        self.remaining * state.commanded - self.pull(state)
     }
 
     /// What of it is not of the curvature that is commanded already, with the sign changed.
@@ -141,9 +141,9 @@ impl BestMove {
     /// What of a curvature commanded on the way of the last step is left in the next one, where
     /// the state does not hold what it has added.
     #[inline]
-    pub(super) fn left_after(&self, travel: &Travel) -> f64 {
-        self.left
-            - ((self.e * travel.error_by_told + self.p * travel.heading_by_told)
+    pub(super) fn remaining_after(&self, travel: &Travel) -> f64 {
+        self.remaining
+            - ((self.e * travel.error_by_commanded + self.p * travel.heading_by_commanded)
                 + self.a * travel.taken)
     }
 }
@@ -201,9 +201,9 @@ impl CostToGo {
         let Travel {
             step,
             error_by_driven,
-            error_by_told,
+            error_by_commanded,
             heading_by_driven,
-            heading_by_told,
+            heading_by_commanded,
             kept,
             taken,
         } = *travel;
@@ -215,10 +215,22 @@ impl CostToGo {
             error_by_driven * self.ea + heading_by_driven * self.pa + kept * self.aa,
         );
         let (ce, cp, ca, cc) = (
-            error_by_told * self.ee + heading_by_told * self.ep + taken * self.ea + self.ec,
-            error_by_told * self.ep + heading_by_told * self.pp + taken * self.pa + self.pc,
-            error_by_told * self.ea + heading_by_told * self.pa + taken * self.aa + self.ac,
-            error_by_told * self.ec + heading_by_told * self.pc + taken * self.ac + self.cc,
+            error_by_commanded * self.ee
+                + heading_by_commanded * self.ep
+                + taken * self.ea
+                + self.ec,
+            error_by_commanded * self.ep
+                + heading_by_commanded * self.pp
+                + taken * self.pa
+                + self.pc,
+            error_by_commanded * self.ea
+                + heading_by_commanded * self.pa
+                + taken * self.aa
+                + self.ac,
+            error_by_commanded * self.ec
+                + heading_by_commanded * self.pc
+                + taken * self.ac
+                + self.cc,
         );
         // ... and for what the path and the drift add.
         let moved = drift - 0.5 * step * turn;
@@ -236,11 +248,11 @@ impl CostToGo {
             pc: step * ce + cp,
             aa: error_by_driven * ae + heading_by_driven * ap + kept * aa,
             ac: error_by_driven * ce + heading_by_driven * cp + kept * ca,
-            cc: error_by_told * ce + heading_by_told * cp + taken * ca + cc,
+            cc: error_by_commanded * ce + heading_by_commanded * cp + taken * ca + cc,
             e,
             p: step * e + p,
             a: error_by_driven * e + heading_by_driven * p + kept * a,
-            c: error_by_told * e + heading_by_told * p + taken * a + c,
+            c: error_by_commanded * e + heading_by_commanded * p + taken * a + c,
         }
     }
 
@@ -267,7 +279,7 @@ impl CostToGo {
             e: share * self.ec,
             p: share * self.pc,
             a: share * self.ac,
-            left: move_cost * share,
+            remaining: move_cost * share,
             constant: share * self.c,
         }
     }
@@ -317,23 +329,23 @@ impl CostToGo {
     pub fn before_best_move(&self, move_cost: f64, stage: &Self) -> Self {
         let share = 1.0 / (move_cost + self.cc);
         // What remains of the entries with `c`; written so, no digits cancel.
-        let left = move_cost * share;
+        let remaining = move_cost * share;
         let (e, p, a) = (share * self.ec, share * self.pc, share * self.ac);
         Self {
             ee: self.ee - e * self.ec + stage.ee,
             ep: self.ep - e * self.pc,
             ea: self.ea - e * self.ac,
-            ec: left * self.ec,
+            ec: remaining * self.ec,
             pp: self.pp - p * self.pc + stage.pp,
             pa: self.pa - p * self.ac + stage.pa,
-            pc: left * self.pc,
+            pc: remaining * self.pc,
             aa: self.aa - a * self.ac + stage.aa,
-            ac: left * self.ac,
-            cc: left * self.cc,
+            ac: remaining * self.ac,
+            cc: remaining * self.cc,
             e: self.e - e * self.c,
             p: self.p - p * self.c,
             a: self.a - a * self.c,
-            c: left * self.c,
+            c: remaining * self.c,
         }
     }
 }

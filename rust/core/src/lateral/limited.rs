@@ -8,9 +8,10 @@
 //! subject to  least_k <= u_k <= most_k,    low <= c_{k+1} <= high
 //! ```
 //!
-//! with the state `x_{k+1}` that [`Travel::after`] predicts from `x_k` and `c_{k+1}`. It is solved
-//! by an active set: the limits that are reached are held as given, the backward recursion gives
-//! the best of the other moves, and which limits are held is put right until nothing changes. A
+//! with the state `x_{k+1}` that [`Travel::after`](super::cost_to_go::Travel::after) predicts from
+//! `x_k` and `c_{k+1}`. It is solved by an active set: the limits that are reached are held as
+//! given, the backward recursion gives the best of the other moves, and which limits are held is
+//! put right until nothing changes. A
 //! *pass* is one such recursion. The first holds what the guess says. Most of the others decide
 //! what to hold on the way back, by what the moves exceed along the best plan so far, as
 //! control-limited differential dynamic programming does (Tassa, Mansard and Todorov, 2014), which
@@ -19,11 +20,13 @@
 //! are released, which lowers it at every pass (Nocedal and Wright, *Numerical Optimization*,
 //! section 16.5).
 
-use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
+use super::cost_to_go::Predicted;
 use super::held::{Held, Side, Step, first_stop};
+use super::plan::{ROUNDING, plan};
 use crate::vehicle::bicycle::MAX_STEPS;
 
 pub use super::held::ReachedLimits;
+pub use super::plan::{Horizon, Limits, Plan, Reached};
 
 /// The most passes of a plan; after them the best plan so far is taken.
 pub const MAX_PASSES: usize = 40;
@@ -32,15 +35,12 @@ pub const MAX_PASSES: usize = 40;
 /// added one at a time.
 const SHORTENED: usize = 2;
 
-/// Shares of the largest move that are rounding: a limit that is exceeded by less is kept.
-const ROUNDING: f64 = 1e-10;
-
 /// A cost that is lower by no more than this share is not lower.
 const SAME_COST: f64 = 1e-12;
 
 /// How a pass finds which limits to hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum PassKind {
     /// Those of the guess.
     Guess,
     /// Those that the moves exceed along the best plan so far.
@@ -49,113 +49,7 @@ enum Way {
     OneByOne,
 }
 
-/// What is planned: a prediction, and what its steps cost.
-#[derive(Clone, Copy, Debug)]
-pub struct Horizon<'a> {
-    /// One step of travel.
-    pub travel: Travel,
-    /// Cost of the state after a step.
-    pub stage: CostToGo,
-    /// Cost of a move, times its square; positive.
-    pub move_cost: f64,
-    /// How far the path turns in each step [rad]; at most [`MAX_STEPS`].
-    pub turns: &'a [f64],
-    /// How far the vehicle drifts to the left in a step [m].
-    pub drift: f64,
-}
-
-/// What the moves of a plan keep to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Least and greatest first move [1/m]; 0 lies between them.
-    pub first: (f64, f64),
-    /// The largest of the other moves, either way [1/m]; positive.
-    pub later: f64,
-    /// Least curvature that is commanded [1/m].
-    pub low: f64,
-    /// Greatest curvature that is commanded [1/m].
-    pub high: f64,
-}
-
-/// The limit that a first move reaches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reached {
-    /// None.
-    Nothing,
-    /// That of the move.
-    Rate,
-    /// That of the curvature.
-    Curvature,
-}
-
-/// A plan, and how it was found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
-    /// Curvature that is commanded after each move [1/m]; 0 beyond the horizon.
-    pub curvatures: [f64; MAX_STEPS],
-    /// The limit that the first move reaches.
-    pub reached: Reached,
-    /// The limits that the plan reaches.
-    pub limits: ReachedLimits,
-    /// Backward recursions taken.
-    pub passes: usize,
-    /// Whether the passes ran out: the plan keeps the limits but is not the best.
-    pub cut_short: bool,
-}
-
-impl Plan {
-    /// Curvature that is commanded after the first move [1/m].
-    pub fn first(&self) -> f64 {
-        let [first, ..] = self.curvatures;
-        first
-    }
-}
-
 impl Horizon<'_> {
-    /// The best moves without limits, into `moves`, and the cost-to-go before the first of them.
-    #[inline]
-    pub fn unlimited(&self, moves: &mut [BestMove]) -> CostToGo {
-        let mut after = self.stage;
-        let mut cost = self.stage;
-        for (&turn, best) in self.turns.iter().zip(moves).rev() {
-            cost = after.before(&self.travel, turn, self.drift);
-            *best = cost.best_move(self.move_cost);
-            after = cost.before_best_move(self.move_cost, &self.stage);
-        }
-        cost
-    }
-
-    /// Whether `moves` from `start` keep to `limits`, that of the first move apart.
-    ///
-    /// Each step costs this; so the state is carried without what the present curvature adds to
-    /// it, and the next curvature waits for little else than the present one.
-    #[inline]
-    pub fn keeps(&self, moves: &[BestMove], start: Predicted, limits: &Limits) -> bool {
-        let within = |curvature: f64| limits.low <= curvature && curvature <= limits.high;
-        let [first, moves @ ..] = moves else {
-            return true;
-        };
-        let [turn, turns @ ..] = self.turns else {
-            return true;
-        };
-        let travel = &self.travel;
-        let mut state = travel.before_commanded(&start, *turn, self.drift);
-        let mut present = first.commanded(&start);
-        let mut kept = within(present);
-        let added = travel.added();
-        for (best, &turn) in moves.iter().zip(turns) {
-            let next = best.left_after(travel) * present - best.pull(&state);
-            kept &= (next - present).abs() <= limits.later;
-            kept &= within(next);
-            state = travel.before_commanded(&state, turn, self.drift);
-            state.error += added.error * present;
-            state.heading += added.heading * present;
-            state.driven += added.driven * present;
-            present = next;
-        }
-        kept
-    }
-
     /// The best plan from `start` within `limits`.
     ///
     /// Where the commanded curvature lies beyond its limit and cannot be brought back by one move,
@@ -180,10 +74,10 @@ impl Horizon<'_> {
         let scale = limits.begin(start.commanded, self.turns, steps);
         let rounding = scale * ROUNDING;
         let mut best_cost = f64::INFINITY;
-        let mut way = Way::Guess;
+        let mut kind = PassKind::Guess;
         let mut shortened = 0;
         for pass in 1..=most_passes {
-            if way == Way::Along {
+            if kind == PassKind::Along {
                 self.recur_along(start, steps);
             } else {
                 self.recur(steps);
@@ -199,15 +93,15 @@ impl Horizon<'_> {
                     step.best_held = step.next_held;
                     step.held = step.next_held;
                 }
-                if way == Way::Guess {
-                    way = Way::Along;
+                if kind == PassKind::Guess {
+                    kind = PassKind::Along;
                 }
                 continue;
             }
             if self.roll_held(start, steps, rounding) {
                 return plan(steps, |step| step.next, pass, false);
             }
-            if way == Way::OneByOne {
+            if kind == PassKind::OneByOne {
                 best_cost = self.go_on(start, steps, rounding);
                 continue;
             }
@@ -216,10 +110,10 @@ impl Horizon<'_> {
             {
                 best_cost = cost;
                 shortened += 1;
-                way = Way::Along;
+                kind = PassKind::Along;
                 continue;
             }
-            way = Way::OneByOne;
+            kind = PassKind::OneByOne;
             for step in steps.iter_mut() {
                 step.held = step.best_held;
             }
@@ -300,7 +194,7 @@ impl Horizon<'_> {
                 (None, None) => wanted,
             };
             // Half the slope of the cost over this move, and what of it counts.
-            let stiffness = self.move_cost / step.policy.left;
+            let stiffness = self.move_cost / step.policy.remaining;
             let slope = stiffness * (step.next - wanted);
             let least = stiffness * rounding;
             step.next_held = step.held;
@@ -408,76 +302,12 @@ impl Horizon<'_> {
         }
         cost
     }
-
-    /// Moves on by a step under `curvature`; what it costs.
-    fn advance(&self, state: &mut Predicted, curvature: f64, turn: f64) -> f64 {
-        let moved = curvature - state.commanded;
-        state.commanded = curvature;
-        *state = self.travel.after(state, turn, self.drift);
-        self.move_cost * moved * moved + self.stage.of(state)
-    }
-}
-
-impl Limits {
-    /// Prepares the steps of a plan that starts from the curvature `commanded`; returns a length
-    /// of move to measure rounding by.
-    fn begin(&self, commanded: f64, turns: &[f64], steps: &mut [Step]) -> f64 {
-        let range = self.high - self.low;
-        let scale = if self.later < range {
-            self.later
-        } else {
-            range
-        };
-        let rounding = scale * ROUNDING;
-        let mut curvature = commanded;
-        let (mut least, mut most) = self.first;
-        for (step, &turn) in steps.iter_mut().zip(turns) {
-            step.turn = turn;
-            (step.least, step.most) = (least, most);
-            (step.low, step.high) = (self.low, self.high);
-            // Where there is no end, none is held.
-            if step.held_move().is_some_and(f64::is_infinite) {
-                step.held = Held::default();
-            }
-            if curvature + least >= self.high - rounding {
-                step.force(Side::Low);
-                curvature += least;
-            } else if curvature + most <= self.low + rounding {
-                step.force(Side::High);
-                curvature += most;
-            } else {
-                // From here on the limits can be kept.
-                curvature = 0.5 * (self.low + self.high);
-            }
-            (least, most) = (-self.later, self.later);
-        }
-        scale
-    }
-}
-
-fn plan(steps: &[Step], of: impl Fn(&Step) -> f64, passes: usize, cut_short: bool) -> Plan {
-    let first = steps.first().copied().unwrap_or_default();
-    let reached = match (first.held.rate, first.held.curvature) {
-        (_, Side::Low | Side::High) => Reached::Curvature,
-        (Side::Low | Side::High, _) => Reached::Rate,
-        _ => Reached::Nothing,
-    };
-    let mut curvatures = [0.0; MAX_STEPS];
-    for (curvature, step) in curvatures.iter_mut().zip(steps) {
-        *curvature = of(step);
-    }
-    Plan {
-        curvatures,
-        reached,
-        limits: ReachedLimits::of(steps),
-        passes,
-        cut_short,
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lateral::cost_to_go::{CostToGo, Travel};
 
     #[test]
     fn test_plan_cut_short_keeps_the_limits_and_says_so() {

@@ -1,4 +1,4 @@
-//! Inputs that fail to come: the last command is held, and its time counts.
+//! Missing and refused inputs: the last command is held, and the next step covers their time.
 
 use super::tracker_state::TrackerState;
 use super::{Command, LateralLaw, LateralState, Reported, Status, Tracker};
@@ -10,17 +10,16 @@ use crate::vehicle::state::checked_dt;
 
 /// From a motion over more time than this nothing is learnt [s]: what happened within it is not
 /// known well enough. Larger values learn from slower loops, and more wrongly from gaps.
-pub const LEARNING_GAP: f64 = 0.25;
+pub const ESTIMATION_GAP: f64 = 0.25;
 
 impl<L: LateralLaw> Tracker<L> {
-    /// A step that answers whatever comes in: where [`step`](Self::step) refuses the input, the
+    /// A step that answers every input: where [`step`](Self::step) refuses the input, the
     /// last command is held, its angle, direction, errors and target, with the status
     /// [`Status::INPUT_HELD`] for up to `hold_limit` inputs in a row and [`Status::INPUT_LOST`]
     /// beyond.
     ///
-    /// The time `dt` of a held input is added to that of the next step, whose answer so is that
-    /// of a single step over all the time that has passed. A `dt` that is itself refused counts as
-    /// that of the last step.
+    /// The time `dt` of a held input is added to the next step, which then is one step over the
+    /// whole time. A `dt` that is itself refused counts as that of the last step.
     pub fn step_or_hold(
         &self,
         path: &PathView<'_>,
@@ -33,8 +32,8 @@ impl<L: LateralLaw> Tracker<L> {
         self.step_or_hold_reported(path, state, vehicle, dt, hold_limit, reported)
     }
 
-    /// The same for a vehicle that reports more than pose and speed. What comes with a held input
-    /// does not count: the next step is told what was applied in all the time since.
+    /// The same for a vehicle that reports more than pose and speed. Reports of a held input are
+    /// ignored: the next step has to report for the whole time.
     pub fn step_or_hold_reported(
         &self,
         path: &PathView<'_>,
@@ -59,8 +58,8 @@ impl<L: LateralLaw> Tracker<L> {
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// An input fails to come, or is refused, `dt` [s] after the last: the next step counts its
-    /// time. A `dt` out of its range counts as that of the last step.
+    /// Notes an input that is missing, or refused, `dt` [s] after the last: the next step covers
+    /// its time. A `dt` out of its range counts as that of the last step.
     pub fn miss(&mut self, dt: f64) {
         let dt = checked_dt(dt).unwrap_or(self.period);
         self.held_time = saturate(self.held_time + dt, 0.0, MAX_DT);
@@ -73,8 +72,8 @@ impl<S: LateralState> TrackerState<S> {
         let elapsed = saturate(self.held_time + dt, MIN_DT, MAX_DT);
         self.held_time = 0.0;
         self.period = elapsed;
-        if elapsed > LEARNING_GAP {
-            self.estimator.seen = None;
+        if elapsed > ESTIMATION_GAP {
+            self.estimator.last_measured = None;
         }
         elapsed
     }

@@ -1,19 +1,25 @@
 //! The lateral controllers, one a file, behind [`LateralLaw`], and [`Tracker`], which steps them.
 //!
-//! A law decides an angle for a located vehicle; it is a vehicle, validated parameters and a small
-//! plain state. A [`Tracker`] is all of a step around it: estimate, predict, locate, limit.
+//! A controller decides an angle for a located vehicle; it is a vehicle, validated parameters and a
+//! small plain state. A [`Tracker`] is all of a step around it: estimate, predict, locate, limit.
 
 mod approach;
 pub mod bang_bang;
 pub mod command;
+pub mod command_limits;
 pub mod cost_to_go;
+pub mod error_buffer;
 mod held;
 pub mod limited;
 pub mod missed;
 pub mod monitor;
+pub mod monitor_state;
+mod perception;
 pub mod pid;
+pub mod plan;
 pub mod pop;
 pub mod predict;
+pub mod preview_params;
 pub mod preview_pop;
 pub mod pure_pursuit;
 pub mod replan;
@@ -25,16 +31,18 @@ pub mod tracker_state;
 
 pub use bang_bang::{BangBang, BangBangParams, BangBangState};
 pub use command::{Command, Status};
-pub use monitor::{MonitorParams, MonitorState};
+pub use monitor::MonitorParams;
+pub use monitor_state::MonitorState;
 pub use pid::{Pid, PidParams, PidState};
 pub use pop::{Pop, PopParams, PopState};
 pub use predict::Predicted;
-pub use preview_pop::{PreviewPop, PreviewPopParams, PreviewPopState};
+pub use preview_params::PreviewPopParams;
+pub use preview_pop::{PreviewPop, PreviewPopState};
 pub use pure_pursuit::{PurePursuit, PurePursuitParams, PurePursuitState};
 pub use reported::Reported;
 pub use stanley::{Stanley, StanleyParams, StanleyState};
 pub use tracker::Tracker;
-pub use tracker_state::{Answer, Handover, Place, Seen, TrackerState};
+pub use tracker_state::{Answer, Deviation, Handover, Place, TrackerState};
 
 use core::fmt;
 
@@ -44,7 +52,7 @@ use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
 use crate::vehicle::{AdaptParams, Estimate, Vehicle};
 
-/// What a law decides, for the vehicle as one that drives forward.
+/// What a controller decides, for the vehicle as one that drives forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
     /// Angle of the front wheels that is wanted [rad], within the vehicle's `max_steer`.
@@ -55,17 +63,17 @@ pub struct Decision {
     pub status: Status,
 }
 
-/// What a law may know of the vehicle beyond its own figures, in the vehicle's own frame.
+/// What a controller may know of the vehicle besides its parameters, in the vehicle's own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Belief {
     /// Angle of the wheels when the command to be decided reaches them, without the estimated
     /// offset [rad].
     pub wheel: f64,
-    /// What the motion has shown.
+    /// The estimates.
     pub estimate: Estimate,
 }
 
-/// What all states of laws have in common.
+/// What all states of controllers have in common.
 pub trait LateralState {
     /// Forgets what was measured against the path: it leads another way from now on.
     fn leave_path(&mut self) {}
@@ -74,16 +82,16 @@ pub trait LateralState {
     /// by nobody knows how much where that is none.
     fn change_path(&mut self, _offset: Option<f64>) {}
 
-    /// Takes note of the angle [rad] that the wheels were given instead of the law's answer.
-    /// Whether the law's next answer goes on from it.
+    /// Sets the last angle [rad] to the one that the wheels got in place of the controller's.
+    /// Returns whether the next angle continues from it.
     fn set_steer(&mut self, _steer: f64) -> bool {
         false
     }
 }
 
-/// A steering law: a vehicle and validated parameters that decide an angle.
+/// A steering controller: a vehicle and validated parameters that decide an angle.
 pub trait LateralLaw {
-    /// What the law remembers from one step to the next.
+    /// What the controller remembers from one step to the next.
     type State: Clone + PartialEq + fmt::Debug + LateralState;
 
     /// The state before the first step.
@@ -92,10 +100,10 @@ pub trait LateralLaw {
     /// The vehicle that is steered.
     fn vehicle(&self) -> &Vehicle;
 
-    /// Which point of the vehicle the law follows along the path, and how.
+    /// Which point of the vehicle the controller follows along the path, and how.
     fn follow(&self) -> &Follow;
 
-    /// Whether the law reads the [`Belief`]: its wheels are then modelled at every step.
+    /// Whether the controller reads the [`Belief`]: its wheels are then modelled at every step.
     fn predicts(&self) -> bool {
         false
     }
@@ -109,21 +117,21 @@ pub trait LateralLaw {
         belief: &Belief,
     ) -> Decision;
 
-    /// Whether `state` is one that this law could have.
+    /// Whether `state` is one that this controller could have.
     ///
     /// # Errors
     ///
     /// [`InputError`], naming the field that is not.
     fn check_state(&self, state: &Self::State) -> Result<(), InputError>;
 
-    /// How a tracker of this law adapts unless it is told otherwise: at all where an estimate
-    /// counts, in a law that predicts and where commands are in flight.
+    /// How a tracker of this controller adapts by default: only if estimates are used, which is in
+    /// controllers that predict and for vehicles with a dead time.
     fn default_adapt(&self) -> Option<AdaptParams> {
         (self.predicts() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
     }
 }
 
-/// Which axle a law steers by.
+/// Which axle a controller steers by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tracked {
     FrontAxle,

@@ -1,5 +1,6 @@
 //! PID on the cross-track error, the paper's Equation 1.
 
+use super::error_buffer::{BOUND, ErrorBuffer};
 use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
 use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
 use crate::geometry::Point;
@@ -21,14 +22,15 @@ pub struct PidParams {
     pub ki: Option<f64>,
     /// Derivative gain `k_D` [rad s/m]; by default 0.2 at the paper's wheelbase.
     pub kd: Option<f64>,
-    /// Buffer length: how many of the last errors the integral sums, against wind-up.
+    /// Buffer length: how many of the last errors the integral sums, against wind-up; at most
+    /// [`ErrorBuffer::CAPACITY`].
     pub buffer_length: usize,
     /// Whether the integral weighs each error with its `dt`, as the published code does; the
     /// paper's equation sums the bare errors.
     pub integral_with_dt: bool,
-    /// Length of path over which its heading is taken [m]; two wheelbases by default. The derivative is
-    /// then how fast the front axle moves across that heading, which noise of the waypoints hardly
-    /// reaches. 0: that of the error, as printed.
+    /// Length of path over which its heading is taken [m]; two wheelbases by default. The
+    /// derivative is then how fast the front axle moves across that heading, which noise of the
+    /// waypoints hardly reaches. 0: that of the error, as printed.
     pub smoothing_length: Option<f64>,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
@@ -74,156 +76,6 @@ impl Default for PidParams {
     }
 }
 
-/// More than any error, term or sum of them can come to [m], [m s].
-const BOUND: f64 = 1e16;
-
-/// The last so many terms of the integral, first in, first out, and their sum.
-///
-/// The sum is carried along, and taken anew each time the buffer comes round, so that rounding
-/// cannot build up over a long run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorBuffer {
-    terms: [f64; Self::CAPACITY],
-    length: usize,
-    count: usize,
-    next: usize,
-    sum: f64,
-}
-
-impl ErrorBuffer {
-    /// The longest buffer.
-    pub const CAPACITY: usize = 1000;
-
-    /// An empty buffer for `length` terms, at least one and at most [`CAPACITY`](Self::CAPACITY).
-    pub fn new(length: usize) -> Self {
-        let length = length.clamp(1, Self::CAPACITY);
-        Self {
-            terms: [0.0; Self::CAPACITY],
-            length,
-            count: 0,
-            next: 0,
-            sum: 0.0,
-        }
-    }
-
-    /// Takes in a term; the oldest leaves a full buffer.
-    #[inline]
-    pub fn push(&mut self, term: f64) {
-        let full = self.count == self.length;
-        if let Some(place) = self.terms.get_mut(self.next) {
-            self.sum = if full {
-                self.sum - *place + term
-            } else {
-                self.sum + term
-            };
-            *place = term;
-        }
-        if !full {
-            self.count += 1;
-        }
-        self.next += 1;
-        if self.next == self.length {
-            self.next = 0;
-            self.sum = self
-                .terms
-                .iter()
-                .take(self.length)
-                .fold(0.0, |sum, term| sum + term);
-        }
-    }
-
-    /// A buffer as it was: `terms` oldest first, `next` the place of the next one, `sum` as
-    /// carried along.
-    ///
-    /// # Errors
-    ///
-    /// [`InputError`] where no buffer of this `length` could have been so.
-    pub fn restore(
-        length: usize,
-        terms: &[f64],
-        next: usize,
-        sum: f64,
-    ) -> Result<Self, InputError> {
-        let mut buffer = Self::new(length);
-        let length = buffer.length;
-        let count = terms.len();
-        if count > buffer.length {
-            return Err(InputError {
-                field: "terms",
-                value: from_count(count),
-                requirement: Requirement::CountInRange(0, buffer.length),
-            });
-        }
-        let (low, high) = if count < buffer.length {
-            (count, count)
-        } else {
-            (0, buffer.length - 1)
-        };
-        if next < low || next > high {
-            return Err(InputError {
-                field: "next",
-                value: from_count(next),
-                requirement: Requirement::CountInRange(low, high),
-            });
-        }
-        for &term in terms {
-            input_in_range("terms", term, -BOUND, BOUND)?;
-        }
-        input_in_range("sum", sum, -BOUND, BOUND)?;
-        let start = if count == buffer.length { next } else { 0 };
-        for (k, &term) in terms.iter().enumerate() {
-            if let Some(place) = buffer.terms.get_mut(Self::around(start + k, length)) {
-                *place = term;
-            }
-        }
-        Ok(Self {
-            count,
-            next,
-            sum,
-            ..buffer
-        })
-    }
-
-    /// A place in a buffer of this length, counted round its end at most once.
-    fn around(place: usize, length: usize) -> usize {
-        if place < length {
-            place
-        } else {
-            place - length
-        }
-    }
-
-    /// The sum of the terms held.
-    #[inline]
-    pub fn sum(&self) -> f64 {
-        self.sum
-    }
-
-    /// How many terms the buffer has room for.
-    pub fn length(&self) -> usize {
-        self.length
-    }
-
-    /// The place of the next term.
-    pub fn next(&self) -> usize {
-        self.next
-    }
-
-    /// The terms held, oldest first.
-    pub fn terms(&self) -> impl Iterator<Item = f64> + '_ {
-        let start = if self.count == self.length {
-            self.next
-        } else {
-            0
-        };
-        (0..self.count).filter_map(move |k| {
-            self.terms
-                .get(Self::around(start + k, self.length))
-                .copied()
-        })
-    }
-}
-
 /// What [`Pid`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidState {
@@ -255,7 +107,7 @@ pub struct Pid {
 }
 
 impl Pid {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
@@ -299,8 +151,8 @@ impl Pid {
     fn rate_across(&self, path: &PathView<'_>, previous: Point, at: &Located) -> f64 {
         let step = at.position - previous;
         let half = 0.5 * (step.x * at.heading.x + step.y * at.heading.y);
-        let middle = at.foot.arc_length(path) - half;
-        let yaw = Preview::yaw_at(path, self.smoothing_length, at.foot.segment, middle);
+        let middle = at.closest.arc_length(path) - half;
+        let yaw = Preview::yaw_at(path, self.smoothing_length, at.closest.segment, middle);
         (step.y * cos(yaw) - step.x * sin(yaw)) / at.dt
     }
 }
@@ -348,8 +200,8 @@ impl LateralLaw for Pid {
         at: &Located,
         _belief: &Belief,
     ) -> Decision {
-        let error = at.foot.cross_track_error();
-        if at.turned || at.off_path {
+        let error = at.closest.cross_track_error();
+        if at.direction_changed || at.off_path {
             state.leave_path();
         }
         // At rest an error cannot be steered away; summing it would wind the integral up.
@@ -374,7 +226,7 @@ impl LateralLaw for Pid {
         state.previous_error = Some(error);
         Decision {
             steer,
-            target: at.foot.point,
+            target: at.closest.point,
             status,
         }
     }
@@ -396,57 +248,5 @@ impl LateralLaw for Pid {
             });
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn test_error_buffer_forgets_the_oldest() {
-        let mut buffer = ErrorBuffer::new(3);
-        for term in [1.0, 2.0, 4.0, 8.0] {
-            buffer.push(term);
-        }
-        assert_eq!(buffer.sum(), 14.0);
-        assert!(buffer.terms().eq([2.0, 4.0, 8.0]));
-    }
-
-    #[test]
-    fn test_error_buffer_restored_goes_on_alike() {
-        for pushed in [0, 2, 3, 7] {
-            let mut buffer = ErrorBuffer::new(3);
-            (0..pushed).for_each(|k| buffer.push(0.1 * f64::from(k)));
-            let terms: alloc::vec::Vec<f64> = buffer.terms().collect();
-            let restored = ErrorBuffer::restore(3, &terms, buffer.next(), buffer.sum());
-            assert_eq!(restored, Ok(buffer));
-        }
-        assert_eq!(
-            ErrorBuffer::restore(3, &[0.0; 4], 0, 0.0)
-                .unwrap_err()
-                .field,
-            "terms"
-        );
-        assert_eq!(
-            ErrorBuffer::restore(3, &[0.0; 2], 0, 0.0)
-                .unwrap_err()
-                .field,
-            "next"
-        );
-        assert_eq!(
-            ErrorBuffer::restore(3, &[], 0, f64::NAN).unwrap_err().field,
-            "sum"
-        );
-    }
-
-    #[test]
-    fn test_error_buffer_sum_stays_exact_over_a_long_run() {
-        let mut buffer = ErrorBuffer::new(500);
-        for k in 0..1_000_000_u32 {
-            buffer.push(if k % 1000 == 0 { 1e12 } else { 0.1 });
-        }
-        let sum: f64 = buffer.terms().sum();
-        assert!((buffer.sum() - sum).abs() <= 1e-6);
     }
 }

@@ -4,11 +4,12 @@ use super::LateralLaw;
 use super::tracker::Tracker;
 use super::tracker_state::TrackerState;
 use crate::error::InputError;
-use crate::math::{ceil_to_count, from_count, tan};
+use crate::math::from_count;
 use crate::path::view::PathView;
-use crate::vehicle::bicycle::advance;
+use crate::vehicle::bicycle::Rollout;
 use crate::vehicle::state::checked_dt;
-use crate::vehicle::{Estimate, InFlight, Vehicle, VehicleState};
+use crate::vehicle::timed::clipped;
+use crate::vehicle::{Estimate, InFlight, VehicleState};
 
 /// One instant of a predicted trajectory.
 // The order is told: arrays of these come from C.
@@ -37,9 +38,6 @@ impl Predicted {
     };
 }
 
-/// The longest step of the motion [s].
-const STEP: f64 = 0.05;
-
 impl<L: LateralLaw> Tracker<L> {
     /// Writes the trajectory from the last step of `state` on into `out`, an instant each `dt` [s],
     /// the last step first. Tells how many were written: none before the first step.
@@ -67,7 +65,7 @@ impl<L: LateralLaw> Tracker<L> {
         let wheel = state.past.map(|past| past.wheel());
         state.past = None;
         state.held_time = 0.0;
-        state.estimator.seen = None;
+        state.estimator.last_measured = None;
         let (estimate, mut plant) = match state.in_flight {
             Some(in_flight) if self.models => (state.estimator.estimate, in_flight),
             _ => (
@@ -95,52 +93,15 @@ impl<L: LateralLaw> Tracker<L> {
             }
             remaining -= vehicle.speed.abs() * dt;
             let start = vehicle.ahead(car.no_slip());
-            let end = drive(car, &plant, state.steer, &estimate, start, dt);
+            let mut rollout = Rollout::new(car, &estimate, start);
+            let commands = plant.commands().chain([(state.steer, dt)]);
+            rollout.drive(plant.wheel(), clipped(commands, dt));
             plant.elapse(car, state.steer, dt, 0.0);
-            vehicle = end.bounded().ahead(-car.no_slip()).bounded();
+            vehicle = rollout.state().bounded().ahead(-car.no_slip()).bounded();
             if self.step(path, &mut state, vehicle, dt).is_err() {
                 return Ok(k + 1);
             }
         }
         Ok(count)
     }
-}
-
-/// The point that does not slip `dt` [s] on from `state`, with `last` commanded [rad] and the
-/// commands before it in flight.
-fn drive(
-    car: &Vehicle,
-    in_flight: &InFlight,
-    last: f64,
-    estimate: &Estimate,
-    state: VehicleState,
-    dt: f64,
-) -> VehicleState {
-    let (begin, mut time) = (state.speed, 0.0);
-    let length = car.turning_length(state.speed) / estimate.gain;
-    let (mut state, mut wheel, mut gone) = (state, in_flight.wheel(), dt);
-    for (steer, duration) in in_flight.commands().chain([(last, dt)]) {
-        if gone <= 0.0 {
-            break;
-        }
-        let part = if duration < gone { duration } else { gone };
-        let steps = from_count(ceil_to_count(part / STEP));
-        let step = part / steps;
-        let mut done = 0.0;
-        while done < steps {
-            let moved = car.move_wheel(wheel, steer, step);
-            time += step;
-            let speed = estimate.speed_after(begin, time);
-            let travel = 0.5 * (state.speed + speed) * step;
-            let angle = car.at_wheels(moved.mean + estimate.steer_offset);
-            let curvature = tan(angle) / length;
-            let slip = estimate.slip + estimate.slip_length * curvature;
-            state = advance(state, travel, curvature, slip);
-            state.speed = speed;
-            wheel = moved.wheel;
-            done += 1.0;
-        }
-        gone -= part;
-    }
-    state
 }

@@ -1,123 +1,52 @@
-//! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
+//! Preview POP: of the angles near the last one, the one with the least predicted cost.
+//!
+//! One step of the controller: [`PreviewPop::choose`] predicts without limits and finds the best
+//! angle in closed form. Only if that plan breaks a limit, [`PreviewPop::best_within`] replaces it.
 
-use super::approach::{FULL_RATE, Straightening};
+use super::approach::{FULL_RATE, LAGS, MOST_HORIZONS, Straightening, TURNS};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::limited::{Horizon, Limits, Reached, ReachedLimits};
-use super::{
-    Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled, resolved,
-};
+use super::preview_params::PreviewPopParams;
+use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, resolved};
 use crate::error::{ConfigError, InputError, config_in_range};
-use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
+use crate::math::{PI, atan, decay, from_count, saturate, sqrt, tan, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 use crate::vehicle::bicycle::{MAX_STEPS, steps};
 
-/// Parameters of [`PreviewPop`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PreviewPopParams {
-    /// Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most this
-    /// times `dt` from the last one. The vehicle's `max_steer_rate` by default; 60 degrees/s, the
-    /// paper's 3 degrees in 50 ms, where it has none.
-    pub steer_span_rate: Option<f64>,
-    /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
-    /// seen through; shorter than the lag and the way back to the path, the vehicle oscillates.
-    /// Up to twice as long where the vehicle's `max_steer_rate` is told and its wheels need it.
-    pub horizon: f64,
-    /// How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a
-    /// wheelbase by default. More: the path is joined more gently, and offsets take longer to
-    /// vanish.
-    pub heading_cost: Option<f64>,
-    /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m s/rad];
-    /// a twelfth of the wheelbase by default. More: calmer wheels, less noise passed on, wider
-    /// bends where the model is wrong.
-    pub steer_rate_cost: Option<f64>,
-    /// Heading at which the path is approached from afar [rad]; less where the vehicle's limits
-    /// would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.
-    pub approach_angle: f64,
-    /// Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
-    /// prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's
-    /// `max_steer_rate` is told, they turn at all of it down to half this speed. By default 5/3
-    /// wheelbases a second.
-    pub min_speed: Option<f64>,
-    /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
-    /// More: less of the waypoints' noise is steered, and bends shorter than this are cut.
-    pub smoothing_length: Option<f64>,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; two wheelbases by default.
-    pub search_distance: Option<f64>,
-    /// Farther than this from its place the vehicle is lost, and looked for on the whole path
-    /// [m]; ten wheelbases by default.
-    pub lost_distance: Option<f64>,
-}
-
-impl PreviewPopParams {
-    /// The defaults: the neighbourhood of POP, and a middling car.
-    pub const DEFAULT: Self = Self {
-        steer_span_rate: None,
-        horizon: 1.0,
-        heading_cost: None,
-        steer_rate_cost: None,
-        approach_angle: 0.25,
-        min_speed: None,
-        smoothing_length: None,
-        search_distance: None,
-        lost_distance: None,
-    };
-
-    /// The parameters with the defaults that scale with `vehicle` filled in.
-    pub fn resolved(self, vehicle: &Vehicle) -> Self {
-        let wheelbase = vehicle.wheelbase;
-        let rate = vehicle.max_steer_rate.unwrap_or(60.0 * (PI / 180.0));
-        Self {
-            steer_span_rate: or_scaled(self.steer_span_rate, rate),
-            heading_cost: or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost: or_scaled(self.steer_rate_cost, wheelbase / 12.0),
-            min_speed: or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
-            smoothing_length: or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
-            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
-            ..self
-        }
-    }
-}
-
-impl Default for PreviewPopParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// What [`PreviewPop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PreviewPopState {
     /// The last angle `delta_prev` [rad].
     pub previous_steer: f64,
-    /// The limits that the last plan reaches, three bits a step: what the next plan is sought from,
-    /// which makes it quicker to find and no other.
+    /// The limits that the last plan reached, three bits a step. The search for the next plan
+    /// starts from them: it gets faster, its result stays the same.
     pub reached_limits: u64,
 }
 
 /// Preview POP: of the angles in the neighbourhood of the last one, the angle with the least cost
 /// over a horizon.
 ///
-/// The cost of a step is `e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`, with the
-/// cross-track error `e`, the heading error `p` and the rate of the wheels, predicted by a bicycle
-/// with lag along the curvature of the path ahead. What follows the first step is taken at its
-/// best, the cost-to-go, so the cost of an angle is a parabola, and the best angle is the lowest
-/// point of it. There is no list of candidates; the law is this closed form. Where that plan breaks
-/// a limit of the wheels' rate or angle or of the lateral acceleration, at any step, the best plan
-/// that keeps them takes its place ([`limited`](super::limited)).
+/// The cost of a step is `e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`: cross-track error
+/// `e`, heading error `p`, and the rate of the commanded angle, linearised about straight wheels. A
+/// linear bicycle with steering lag predicts them along the curvature of the path ahead. The moves
+/// after the first one are assumed optimal; their cost is the cost-to-go. The cost of an angle is
+/// then a parabola, and its minimum is the best angle. There is no list of candidates; the
+/// controller is this closed form. Where that plan breaks a limit of the wheels' rate or angle or
+/// of the lateral acceleration, at any step, the best plan that keeps them takes its place
+/// ([`limited`](super::limited)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
     pub(super) vehicle: Vehicle,
     follow: Follow,
-    /// The lesser of the neighbourhood's and the vehicle's.
+    /// Largest rate of the commanded angle [rad/s]: the lesser of `steer_span_rate` and the
+    /// vehicle's `max_steer_rate`.
     pub(super) steer_span_rate: f64,
-    /// Whether that is the vehicle's.
+    /// Whether that is the vehicle's `max_steer_rate`.
     pub(super) rate_is_the_vehicles: bool,
-    /// Of the vehicle's `max_steer`.
+    /// Tangent of the vehicle's `max_steer`.
     pub(super) max_tangent: f64,
     pub(super) horizon: f64,
     heading_cost: f64,
@@ -127,22 +56,22 @@ pub struct PreviewPop {
     smoothing_length: f64,
 }
 
-/// The angles that the wheels can be brought to in a control period.
+/// The angles that can be commanded in this control period.
 struct Neighbourhood {
     /// The least [rad].
     low: f64,
     /// The greatest [rad].
     high: f64,
-    /// What makes an angle of a curvature [m].
+    /// Turning length [m]: `angle = atan(curvature * length)`.
     length: f64,
-    /// Of a step of the horizon that a control period is.
+    /// Control period as a share of a step of the horizon, at most 1.
     share: f64,
-    /// Whether the rate of the vehicle's wheels bounds it.
+    /// Whether the vehicle's `max_steer_rate` bounds it.
     is_the_vehicles: bool,
 }
 
 impl PreviewPop {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
@@ -179,8 +108,8 @@ impl PreviewPop {
         })
     }
 
-    /// The best angle of the neighbourhood of `previous_steer`, both of the mirrored vehicle, and
-    /// how it was planned.
+    /// The best angle in the neighbourhood of `previous_steer`, and the status of the plan. Both
+    /// angles are of the mirrored vehicle.
     #[inline]
     fn choose(
         &self,
@@ -190,7 +119,7 @@ impl PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> (f64, Status) {
-        let (vehicle, estimate, foot) = (&self.vehicle, &belief.estimate, &at.foot);
+        let (vehicle, estimate, closest) = (&self.vehicle, &belief.estimate, &at.closest);
         let speed = at.vehicle.forward_speed();
         let pace = if speed > self.min_speed {
             speed
@@ -201,8 +130,8 @@ impl PreviewPop {
         let step = pace * period;
         let lag = vehicle.steer_lag * speed;
         let kept = decay(step, lag);
-        // In a bend the point that moves where the vehicle looks lies elsewhere by this much.
-        let offset = at.turn(estimate.slip_length);
+        // A slip that grows with the curvature shifts the no-slip point along the vehicle.
+        let offset = at.mirror(estimate.slip_length);
         let travel = Travel::new(step, lag, kept, offset);
         let length = vehicle.turning_length(speed) / estimate.gain;
         let move_cost = self.steer_rate_cost * length / period;
@@ -210,10 +139,10 @@ impl PreviewPop {
 
         let mut turns = [0.0; MAX_STEPS];
         let turns = turns.get_mut(..count).unwrap_or_default();
-        let arc_length = foot.arc_length(path);
+        let arc_length = closest.arc_length(path);
         let distance = from_count(count) * step;
         let smoothing = self.smoothing_length;
-        let path_yaw = Preview::new(path, smoothing, foot.segment, arc_length, distance)
+        let path_yaw = Preview::new(path, smoothing, closest.segment, arc_length, distance)
             .turns(arc_length, step, turns);
         let horizon = Horizon {
             travel,
@@ -225,11 +154,11 @@ impl PreviewPop {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let cost = horizon.unlimited(&mut moves);
 
-        let (rate, span) = self.turned(speed, at.dt);
-        // From afar the error counts only as far as it calls for the approach angle, or for what
-        // can be straightened on the way.
+        let (rate, span) = self.rate_and_span(speed, at.dt);
+        // The pull of a large error is limited: to that of the approach angle, or of the steepest
+        // heading that the vehicle can still straighten before the path.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let error = foot.cross_track_error();
+        let error = closest.cross_track_error();
         let most = self.approach_angle_at(
             error,
             &Straightening {
@@ -242,13 +171,16 @@ impl PreviewPop {
         let most = if most > 0.0 { most } else { 0.0 };
         let wanted_pull = error * cost.ec;
         let pull = saturate(wanted_pull, -most, most);
-        let driven = tan(at.turn(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
+        let driven =
+            tan(at.mirror(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
         let tangent = tan(previous_steer);
-        let told = tangent / length;
-        let slope = pull + heading_error * cost.pc + driven * cost.ac + told * cost.cc + cost.c;
-        // The lowest point of the parabola; a control period may be a part of the step.
+        let commanded = tangent / length;
+        let slope =
+            pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c;
+        // The minimum of the parabola is a move per step of the horizon; a control period may be
+        // shorter, and makes its share of the move.
         let share = at.dt / period;
-        let wanted = told - slope / (move_cost + cost.cc) * share;
+        let wanted = commanded - slope / (move_cost + cost.cc) * share;
 
         let (low, high) = (previous_steer - span, previous_steer + span);
         let unlimited = atan(wanted * length);
@@ -260,7 +192,7 @@ impl PreviewPop {
             },
             heading: heading_error,
             driven,
-            commanded: told,
+            commanded,
         };
         let later = rate * period * self.steepness(tangent) / length;
         let limits = |(least, greatest)| Limits {
@@ -272,7 +204,7 @@ impl PreviewPop {
         let keeps = |limits: &Limits| {
             low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, limits)
         };
-        // What keeps the narrower limits keeps the limits.
+        // The narrower limits are cheaper, and a plan that keeps them keeps the limits.
         let narrower = self.narrower_curvatures(at, belief, length);
         if keeps(&limits(narrower)) {
             *guess = ReachedLimits::default();
@@ -283,7 +215,7 @@ impl PreviewPop {
             *guess = ReachedLimits::default();
             return (unlimited, Status::OK);
         }
-        // At rest the wheels stand.
+        // At rest the wheels do not turn.
         if span <= 0.0 {
             return (previous_steer, Status::OK);
         }
@@ -313,9 +245,9 @@ impl PreviewPop {
             share,
             is_the_vehicles,
         } = around;
-        let (most, told) = (self.vehicle.max_steer, start.commanded);
-        let first = |angle: f64| (tan(angle) / length - told) / share;
-        // Beyond its largest angle it is the curvature that is limited.
+        let (most, commanded) = (self.vehicle.max_steer, start.commanded);
+        let first = |angle: f64| (tan(angle) / length - commanded) / share;
+        // An angle beyond `max_steer` is excluded by the limits of the curvature already.
         let least = if low > -most {
             first(low)
         } else {
@@ -336,14 +268,15 @@ impl PreviewPop {
         } else {
             plan.limits
         };
-        // A move to the largest curvature is made as fast as the wheels turn: its part in each
-        // control period would bring them there late.
+        // A move that ends at a limit of the curvature is commanded at once: by its share in each
+        // control period the wheels would come there too late.
         let made = match plan.reached {
             Reached::Curvature => 1.0,
             _ => share,
         };
-        let angle = atan((told + (plan.first() - told) * made) * length);
-        // The neighbourhood holds back by choice, the vehicle by what its wheels do.
+        let angle = atan((commanded + (plan.first() - commanded) * made) * length);
+        // SATURATED means that the vehicle limits the angle. To be held back by `steer_span_rate`,
+        // which is a choice, does not count; to arrive at a limit of the curvature does.
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
@@ -356,19 +289,19 @@ impl PreviewPop {
         )
     }
 
-    /// The curvatures that the vehicle may be told: of the angles that a command can bring the
-    /// wheels to, and within its lateral acceleration.
+    /// Least and greatest curvature that may be commanded [1/m]: by `max_steer` with the steering
+    /// offset, and by `max_lateral_acceleration`.
     #[inline]
     fn curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
         let vehicle = &self.vehicle;
-        let offset = at.turn(vehicle.steer_offset + belief.estimate.steer_offset);
+        let offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset);
         let most = vehicle.max_steer;
         let end = |angle: f64| tan(vehicle.at_wheels(angle)) / length;
         self.within_lateral_acceleration(at, end(offset - most), end(offset + most))
     }
 
-    /// Curvatures within [`curvatures`](Self::curvatures), by how steep a tangent is at its widest:
-    /// most plans keep them, and need no tangent.
+    /// Curvatures within [`curvatures`](Self::curvatures), from a linear bound of the tangent. Most
+    /// plans keep them, which saves two tangents a step.
     #[inline]
     fn narrower_curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
         let offset = self.vehicle.steer_offset + belief.estimate.steer_offset;
@@ -389,6 +322,81 @@ impl PreviewPop {
             saturate(low, -widest, widest),
             saturate(high, -widest, widest),
         )
+    }
+
+    /// The horizon at a speed [s]. It is longer than the parameter if the vehicle's wheels need
+    /// longer to straighten it on its approach to the path.
+    #[inline]
+    fn horizon_at(&self, pace: f64) -> f64 {
+        if !self.rate_is_the_vehicles {
+            return self.horizon;
+        }
+        // Half the time in which wheels that turn out and back at their rate turn the vehicle by
+        // the approach angle.
+        let length = self.vehicle.turning_length(pace);
+        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
+        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
+        let most = MOST_HORIZONS * self.horizon;
+        let needed = if needed < most { needed } else { most };
+        if needed > self.horizon {
+            needed
+        } else {
+            self.horizon
+        }
+    }
+
+    /// The planned rate of the wheels [rad/s], and their travel in a control period `dt` [rad].
+    ///
+    /// Below `min_speed` the wheels turn in proportion to the distance travelled. With a
+    /// `max_steer_rate` they turn at all of it down to [`FULL_RATE`] of `min_speed`. The prediction
+    /// assumes at least `min_speed`, so the rate is converted to its time.
+    #[inline]
+    fn rate_and_span(&self, speed: f64, dt: f64) -> (f64, f64) {
+        let rate = self.steer_span_rate;
+        if speed >= self.min_speed {
+            return (rate, rate * dt);
+        }
+        let slow = speed / self.min_speed;
+        if !self.rate_is_the_vehicles {
+            (rate, rate * dt * slow)
+        } else if slow < FULL_RATE {
+            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
+        } else {
+            (rate / slow, rate * dt)
+        }
+    }
+
+    /// The planned change of the tangent of the wheels' angle per radian, at `tangent`. It grows
+    /// with the angle. With the vehicle's own rate that is not relied on: the wheels have to be
+    /// straight again in time.
+    #[inline]
+    fn steepness(&self, tangent: f64) -> f64 {
+        if self.rate_is_the_vehicles {
+            1.0
+        } else {
+            1.0 + tangent * tangent
+        }
+    }
+
+    /// The heading at which a path is approached that is `error` away [rad]. The neighbourhood of a
+    /// vehicle without limits of its own is a choice, and bounds no approach.
+    #[inline]
+    fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
+        if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
+            straightening.steepest(self.approach_angle, error.abs())
+        } else {
+            self.approach_angle
+        }
+    }
+
+    /// The largest curvature that the vehicle drives at a speed [1/m].
+    #[inline]
+    fn widest(&self, pace: f64, length: f64) -> f64 {
+        let steered = self.max_tangent / length;
+        match self.vehicle.max_lateral_acceleration {
+            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
+            _ => steered,
+        }
     }
 }
 
@@ -428,14 +436,14 @@ impl LateralLaw for PreviewPop {
         belief: &Belief,
     ) -> Decision {
         let mut reached = ReachedLimits(state.reached_limits);
-        let previous = at.turn(state.previous_steer);
+        let previous = at.mirror(state.previous_steer);
         let (wanted, planned) = self.choose(path, previous, &mut reached, at, belief);
         state.reached_limits = reached.0;
         let (steer, status) = self.vehicle.limit_steer(wanted);
-        state.previous_steer = at.turn(steer);
+        state.previous_steer = at.mirror(steer);
         Decision {
             steer,
-            target: at.foot.point,
+            target: at.closest.point,
             status: planned | status,
         }
     }
@@ -446,86 +454,5 @@ impl LateralLaw for PreviewPop {
             state.previous_steer,
             self.vehicle.max_steer,
         )
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Path;
-    use crate::lateral::Tracker;
-    use crate::vehicle::{AdaptParams, VehicleState};
-    use proptest::prelude::*;
-
-    /// Usual values, and those towards the ends of a range.
-    fn within(low: f64, high: f64, usual: f64) -> impl Strategy<Value = f64> {
-        prop_oneof![
-            Just(usual),
-            Just(low),
-            Just(high),
-            (0.0..1.0).prop_map(move |share: f64| low + share * (high - low)),
-            (0.0..1.0).prop_map(move |share: f64| low + share.powi(9) * (high - low)),
-        ]
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
-
-        #[test]
-        fn test_preview_pop_of_any_parameters_answers_numbers_within_the_limit(
-            costs in (within(0.0, 1e3, 3.0), within(1e-3, 1e3, 0.25), within(1e-3, 1.5, 0.25)),
-            times in (within(0.05, 100.0, 1.0), within(0.0, 1e6, 0.5), within(0.0, 10.0, 0.1)),
-            car in (within(1e-3, 1e3, 3.0), within(0.0, 1e3, 0.0), within(-1e3, 1e3, 0.0)),
-            limits in (within(1e-3, 1.57, 1.22), within(1e-3, 1e6, 15.0), within(0.1, 1e3, 5.0)),
-            delay in (within(0.0, 10.0, 0.0), within(-0.5, 0.5, 0.0), within(1e-3, 1e6, 0.5)),
-            speeds in proptest::collection::vec(within(-1e4, 1e4, 12.0), 6),
-            spots in proptest::collection::vec(
-                (within(-1e9, 1e9, 30.0), within(-1e9, 1e9, 2.0), within(-1e6, 1e6, 0.1)),
-                6,
-            ),
-            periods in proptest::collection::vec(within(1e-6, 1e3, 0.05), 6),
-            smoothing in within(0.0, 1e3, 2.0),
-            closed: bool,
-        ) {
-            let car = Vehicle {
-                wheelbase: car.0,
-                understeer: car.1,
-                no_slip_point: Some(car.2),
-                steer_lag: times.2,
-                dead_time: delay.0,
-                steer_offset: delay.1,
-                max_steer_rate: Some(delay.2),
-                max_steer: limits.0,
-                max_lateral_acceleration: Some(limits.1),
-                ..Vehicle::DEFAULT
-            };
-            let law = PreviewPop::new(car, PreviewPopParams {
-                heading_cost: Some(costs.0),
-                steer_rate_cost: Some(costs.1),
-                approach_angle: costs.2,
-                horizon: times.0,
-                min_speed: Some(limits.2),
-                smoothing_length: Some(smoothing),
-                ..PreviewPopParams::DEFAULT
-            }).unwrap();
-            let adapt = AdaptParams {
-                turn_time: times.1,
-                slip_time: times.1,
-                min_speed: Some(limits.2),
-            };
-            let law = Tracker::new(law, Some(adapt)).unwrap();
-            let (x, y) = ([0.0, 30.0, 60.0, 61.0, 20.0], [0.0, 2.0, 0.0, 20.0, 20.0]);
-            let path = Path::new(&x, &y, None, closed).unwrap();
-            let view = path.view();
-            let mut state = law.initial_state();
-            for ((&speed, &(x, y, yaw)), &dt) in speeds.iter().zip(&spots).zip(&periods) {
-                let vehicle = VehicleState { x, y, yaw, speed };
-                let command = law.step(&view, &mut state, vehicle, dt).unwrap();
-                prop_assert!(command.steer.abs() <= limits.0, "{command:?}");
-                prop_assert!(command.cross_track_error.is_finite(), "{command:?}");
-                prop_assert!(command.predicted_cross_track_error.is_finite(), "{command:?}");
-                prop_assert_eq!(law.check_state(&view, &state), Ok(()));
-            }
-        }
     }
 }

@@ -98,7 +98,7 @@ pub struct PurePursuit {
 }
 
 impl PurePursuit {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///

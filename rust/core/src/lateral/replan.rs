@@ -1,18 +1,18 @@
-//! Another path in mid-run: the place, the estimate and the angle carry on.
+//! A new path during a run: place, estimates and angle continue.
 //!
-//! A planner gives a path many times a second, mostly the same one from a little farther on. So
-//! the place on the new path is that of the last projection, and only a path that lies elsewhere
-//! makes a hand-over.
+//! A planner sends a path many times a second, mostly the last one shifted a little. The place on
+//! the new path is therefore that of the last projection, and only a path that lies elsewhere
+//! starts a hand-over.
 
-use super::tracker::{HANDOVER_TIME, Tracker};
-use super::tracker_state::{Handover, Place, TrackerState};
+use super::tracker::Tracker;
+use super::tracker_state::{HANDOVER_TIME, Handover, Place, TrackerState};
 use super::{LateralLaw, LateralState};
 use crate::geometry::{Point, get_distance};
 use crate::limits::MIN_DT;
 use crate::math::{PI, atan2, saturate, sqrt};
 use crate::path::index::STEP_BUDGET;
 use crate::path::locate::locate;
-use crate::path::projection::Foot;
+use crate::path::projection::ClosestPoint;
 use crate::path::relocalise::relocalise_within;
 use crate::path::view::PathView;
 
@@ -24,12 +24,12 @@ const ELSEWHERE: f64 = 0.1;
 const ELSEWHERE_COSINE: f64 = 0.877_582_561_890_372_8;
 
 impl<L: LateralLaw> Tracker<L> {
-    /// The path `new` is followed from now on, in place of `old`.
+    /// The path `new` replaces `old`.
     ///
-    /// The place on it is that of the last projection. Estimate, integral and commands in flight
-    /// carry on, and so does all of the state where the path is the same there. A path that lies
-    /// elsewhere is gone over to from the present angle, within [`HANDOVER_TIME`]; a hand-over that
-    /// is under way ends when it was to end. Before the first step nothing changes.
+    /// The place on it is that of the last projection. Estimates, integral and commands in flight
+    /// continue; so does the whole state if the path is unchanged there. To a path that lies
+    /// elsewhere the command changes over from the present angle within [`HANDOVER_TIME`]; a
+    /// hand-over in progress keeps its end. Before the first step nothing changes.
     pub fn set_path(
         &self,
         state: &mut TrackerState<L::State>,
@@ -60,63 +60,69 @@ impl<L: LateralLaw> Tracker<L> {
         let heading = if is_reverse { yaw + PI } else { yaw };
         let opposite = self.follow().opposite_distance;
         let found = relocalise_within(new, place.predicted, heading, opposite, STEP_BUDGET);
-        let foot = Foot::new(new, found.segment, place.predicted);
+        let closest = ClosestPoint::new(new, found.segment, place.predicted);
 
         if state.measured_waypoint.is_some() {
             let length = sqrt(along.x * along.x + along.y * along.y);
             let along = Point::new(along.x / length, along.y / length);
             let apart = get_distance(place.predicted, place.measured);
             let reach = self.follow().search_distance + apart;
-            let found = locate(new, foot.segment, place.measured, along, reach, opposite);
+            let found = locate(new, closest.segment, place.measured, along, reach, opposite);
             state.measured_waypoint = Some(found.segment);
         }
-        state.waypoint = Some(foot.segment);
+        state.waypoint = Some(closest.segment);
         state.place = Some(Place {
-            predicted: foot.point,
+            predicted: closest.point,
             ..place
         });
 
-        let is_turned = new.is_reverse(foot.segment) != is_reverse;
-        let ahead = foot.along();
+        let changes_direction = new.is_reverse(closest.segment) != is_reverse;
+        let ahead = closest.along();
         let lengths = sqrt(along.x * along.x + along.y * along.y)
             * sqrt(ahead.x * ahead.x + ahead.y * ahead.y);
         let cosine = (along.x * ahead.x + along.y * ahead.y) / lengths;
         let is_askew = cosine < ELSEWHERE_COSINE;
-        if is_turned {
+        if changes_direction {
             state.law.leave_path();
         } else if is_askew {
             state.law.change_path(None);
         } else {
-            state.law.change_path(Some(foot.cross_track_error()));
+            state.law.change_path(Some(closest.cross_track_error()));
         }
         let limit = ELSEWHERE * self.vehicle().wheelbase;
-        if is_turned || is_askew || foot.squared_distance > limit * limit {
+        if changes_direction || is_askew || closest.squared_distance > limit * limit {
             state.hand_over();
         }
     }
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// Goes on from the present angle: its difference to what the law wants fades in what is left
-    /// of the hand-over that is under way, or within [`HANDOVER_TIME`].
+    /// Goes on from the present angle: its difference to what the controller wants fades in what is
+    /// left of the hand-over that is under way, or within [`HANDOVER_TIME`].
     fn hand_over(&mut self) {
         if let Some(monitor) = &mut self.monitor {
-            // It is another task: the vehicle may begin it beyond the limit.
+            // A new path is a new task: the vehicle may start it beyond the limit.
             monitor.within = false;
         }
-        let left = match self.handover {
-            // Of one that has begun less than all of its time is left.
+        let remaining = match self.handover {
+            // Less than all of its time remains once a hand-over has begun.
             Some(Handover {
                 offset: Some(_),
-                left,
-            }) => saturate(left, 0.0, HANDOVER_TIME - MIN_DT),
-            Some(Handover { offset: None, left }) => left,
+                remaining,
+            }) => saturate(remaining, 0.0, HANDOVER_TIME - MIN_DT),
+            Some(Handover {
+                offset: None,
+                remaining,
+            }) => remaining,
             None => HANDOVER_TIME,
         };
         self.handover = if self.law.set_steer(self.steer) {
             None
         } else {
-            Some(Handover { offset: None, left })
+            Some(Handover {
+                offset: None,
+                remaining,
+            })
         };
     }
 }

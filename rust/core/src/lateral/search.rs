@@ -54,11 +54,11 @@ impl Search {
     #[inline]
     pub(super) fn find(&self, path: &PathView<'_>, at: &Located, lookahead: f64) -> Target {
         let (point, found) = if self.exact_lookahead {
-            get_crossing(path, &at.foot, at.position, lookahead)
+            get_crossing(path, &at.closest, at.position, lookahead)
         } else {
             find_lookahead_point(
                 path,
-                at.foot.nearest_waypoint(path),
+                at.closest.nearest_waypoint(path),
                 self.window_ahead,
                 self.grid_spacing,
                 at.position,

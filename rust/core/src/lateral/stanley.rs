@@ -1,4 +1,4 @@
-//! The Stanley law, the paper's Equation 3.
+//! The Stanley controller, the paper's Equation 3.
 
 use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
 use crate::error::{ConfigError, InputError, config_in_range};
@@ -20,11 +20,11 @@ pub struct StanleyParams {
     /// the paper's wheelbase, in proportion at others.
     pub softening: Option<f64>,
     /// Whether the path's heading is that of the segment behind the nearest waypoint, as in the
-    /// published code, instead of that at the foot.
+    /// published code, instead of that at the closest point.
     pub heading_behind: bool,
-    /// Length of path over which its heading is taken [m]; a wheelbase by default. More: less of the
-    /// waypoints' noise is steered, and bends shorter than this are cut. 0, or `heading_behind`: the
-    /// heading of one segment, as printed.
+    /// Length of path over which its heading is taken [m]; a wheelbase by default. More: less of
+    /// the waypoints' noise is steered, and bends shorter than this are cut. 0, or
+    /// `heading_behind`: the heading of one segment, as printed.
     pub smoothing_length: Option<f64>,
     /// How far along the path from the last place the vehicle is looked for [m], beside what it
     /// travels in a step; two wheelbases by default.
@@ -88,7 +88,7 @@ pub struct Stanley {
 }
 
 impl Stanley {
-    /// The law with these parameters, for `vehicle`.
+    /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
     ///
@@ -144,20 +144,20 @@ impl LateralLaw for Stanley {
         _belief: &Belief,
     ) -> Decision {
         let speed = self.softening + self.speed_gain * at.vehicle.forward_speed();
-        let pull = atan(self.cross_track_gain * at.foot.cross_track_error() / speed);
+        let pull = atan(self.cross_track_gain * at.closest.cross_track_error() / speed);
         let path_yaw = if self.heading_behind {
-            path_yaw_behind(path, at.foot.nearest_waypoint(path))
+            path_yaw_behind(path, at.closest.nearest_waypoint(path))
         } else if self.smoothing_length > 0.0 {
-            let arc_length = at.foot.arc_length(path);
-            Preview::yaw_at(path, self.smoothing_length, at.foot.segment, arc_length)
+            let arc_length = at.closest.arc_length(path);
+            Preview::yaw_at(path, self.smoothing_length, at.closest.segment, arc_length)
         } else {
-            at.foot.path_yaw()
+            at.closest.path_yaw()
         };
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
         let (steer, status) = self.vehicle.limit_steer(-(heading_error + pull));
         Decision {
             steer,
-            target: at.foot.point,
+            target: at.closest.point,
             status,
         }
     }

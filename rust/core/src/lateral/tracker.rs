@@ -1,35 +1,32 @@
-//! A control step whole: estimate, predict, locate, decide, limit.
+//! A whole control step: estimate, predict, locate, decide, limit.
 //!
-//! A [`Tracker`] is a law as a vehicle takes it. It shows the law the vehicle as it will be when
-//! the next command reaches the wheels, keeps the commands within what the vehicle does, goes on
-//! from a driver's angle without a jump, and answers every input.
+//! A [`Tracker`] runs a controller on a vehicle. It predicts the vehicle to the time when the next
+//! command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a
+//! driver without a jump of the angle, and answers every input.
 
-use super::monitor::Monitor;
+use super::monitor::{Measured, Monitor, MonitorParams};
 use super::reported::Reported;
-use super::tracker_state::{Answer, Handover, Place, Seen, TrackerState, check_waypoint};
-use super::{Belief, Command, LateralLaw, LateralState, Status, check_steer};
+use super::tracker_state::{
+    Answer, Deviation, HANDOVER_TIME, Handover, Place, TrackerState, check_waypoint, widest_offset,
+};
+use super::{Command, LateralLaw, LateralState, Status, check_steer};
 use crate::error::{ConfigError, InputError, Requirement, input_in_range};
 use crate::geometry::Point;
 use crate::limits::{MAX_COORDINATE, MAX_DT, MIN_DT};
-use crate::math::{atan, saturate};
 use crate::path::follow::{Follow, Located};
-use crate::path::preview::Preview;
 use crate::path::relocalise::relocalise;
 use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
 
-/// How long the difference to a driver's angle takes to fade [s].
-pub const HANDOVER_TIME: f64 = 1.0;
-
-/// A law, and how it adapts to its vehicle.
+/// A controller, and how it adapts to its vehicle.
 ///
-/// With a dead time the law is shown the vehicle as it will be when its command reaches the
-/// wheels. Commands keep the vehicle's angle, rate and lateral acceleration. A law that starts from
-/// a driver's angle, or on another path, goes on from the present angle: the difference to what the
-/// law itself wants fades evenly over [`HANDOVER_TIME`]; POP, whose next angle lies in the
-/// neighbourhood of the last, needs no fading.
+/// With a dead time the controller gets the vehicle as predicted for the time when its command
+/// reaches the wheels. Commands keep the vehicle's limits of angle, rate and lateral acceleration.
+/// After a driver, or on another path, the command continues from the present angle: its difference
+/// to the controller's own angle fades linearly over [`HANDOVER_TIME`]; POP, whose next angle lies
+/// in the neighbourhood of the last, needs no fading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracker<L> {
     pub(super) law: L,
@@ -37,7 +34,7 @@ pub struct Tracker<L> {
     pub(super) monitor: Option<Monitor>,
     /// Whether wheels and motion of the vehicle are modelled.
     pub(super) models: bool,
-    /// Whether the law's angle is the command as it is.
+    /// Whether the controller's angle is the command as it is.
     bare: bool,
 }
 
@@ -55,7 +52,7 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(Self::unchecked(law, adapt))
     }
 
-    /// `law` with its vehicle, adapting as laws of its kind do.
+    /// `law` with its vehicle, adapting as controllers of its kind do.
     pub fn of(law: L) -> Self {
         let adapt = law.default_adapt();
         Self::unchecked(law, adapt)
@@ -77,7 +74,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The law.
+    /// The controller.
     pub fn law(&self) -> &L {
         &self.law
     }
@@ -102,7 +99,7 @@ impl<L: LateralLaw> Tracker<L> {
         self.follow().base + self.follow().reference_offset
     }
 
-    /// The same with the law made into another by `change`.
+    /// The same with the controller made into another by `change`.
     pub fn map<M: LateralLaw>(self, change: impl FnOnce(L) -> M) -> Tracker<M> {
         let (models, bare) = (self.models, self.bare);
         Tracker {
@@ -136,8 +133,8 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// The state before the first step of a vehicle that a driver leaves to the law, steering at
-    /// the angle `steer` [rad].
+    /// The state before the first step of a vehicle that a driver leaves to the controller,
+    /// steering at the angle `steer` [rad].
     ///
     /// # Errors
     ///
@@ -152,9 +149,9 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(state)
     }
 
-    /// After a jump of the vehicle, of its localisation or along the path: finds the place that
-    /// the next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest
-    /// of `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
+    /// After a jump of the vehicle, of its localisation or along the path: finds the place that the
+    /// next step goes on from, by [`relocalise`](crate::path::relocalise::relocalise). The rest of
+    /// `state` stays. Unlike a step it is exact wherever the vehicle is, and visits every segment
     /// at worst.
     ///
     /// # Errors
@@ -194,10 +191,10 @@ impl<L: LateralLaw> Tracker<L> {
         check_waypoint("waypoint", path, state.waypoint)?;
         check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
-        if let Some(Handover { offset, left }) = state.handover {
+        if let Some(Handover { offset, remaining }) = state.handover {
             let widest = widest_offset(vehicle);
             check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
-            input_in_range("handover_left", left, 0.0, HANDOVER_TIME)?;
+            input_in_range("handover_remaining", remaining, 0.0, HANDOVER_TIME)?;
         }
         if let Some(place) = state.place {
             place.checked()?;
@@ -233,7 +230,7 @@ impl<L: LateralLaw> Tracker<L> {
         }
     }
 
-    /// What is known of the vehicle beyond its own figures, its gain also where it is not used.
+    /// The present estimates, with the fitted gain even if the controller does not use it.
     pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
         state.estimator.known()
     }
@@ -251,16 +248,15 @@ impl<L: LateralLaw> Tracker<L> {
         let dt = checked_dt(dt)?;
         let reported = reported.checked(self.law.vehicle())?;
         let dt = state.elapse(dt);
-        let sight = self.sight(state, vehicle, dt, reported);
-        let mut belief = sight.belief;
+        let perception = self.perceive(state, vehicle, dt, reported);
+        let mut belief = perception.belief;
 
         let follow = self.law.follow();
-        let is_anew = state.waypoint.is_none();
-        let at = follow.locate(path, state.waypoint, sight.seen, dt);
-        state.waypoint = Some(at.foot.segment);
+        let at = follow.locate(path, state.waypoint, perception.predicted, dt);
+        state.waypoint = Some(at.closest.segment);
         let measured = if self.law.vehicle().dead_time > 0.0 {
-            let measured = follow.locate(path, state.measured_waypoint, sight.here, dt);
-            state.measured_waypoint = Some(measured.foot.segment);
+            let measured = follow.locate(path, state.measured_waypoint, perception.here, dt);
+            state.measured_waypoint = Some(measured.closest.segment);
             Some(measured)
         } else {
             // One that a state of another vehicle brought along may be none of this path.
@@ -269,25 +265,25 @@ impl<L: LateralLaw> Tracker<L> {
         };
         if let Some(adapt) = &self.adapt {
             let place = measured.as_ref().unwrap_or(&at);
-            // A pose that was given before shows nothing new.
-            if sight.observed >= MIN_DT {
-                let since = (sight.observed, sight.travel);
+            // A pose that was given before carries no new information.
+            if perception.observed >= MIN_DT {
+                let since = (perception.observed, perception.travel);
                 self.observe_slip(path, state, adapt, place, vehicle, since);
             }
             belief.estimate = state.estimator.estimate;
         }
 
         let here = measured.as_ref().unwrap_or(&at);
-        let fault = self.watch(state, here, sight.here, is_anew, dt);
+        let fault = self.watch(state, here, perception.here, dt);
 
         if !self.bare {
-            // The angle of the last command by the offset as it is known now.
+            // The angle of the last command, with the present estimate of the offset.
             let offset = self.law.vehicle().steer_offset + belief.estimate.steer_offset;
             let last = self.law.vehicle().at_wheels(state.steer + offset);
             state.law.set_steer(last);
         }
         let decision = self.law.decide(path, &mut state.law, &at, &belief);
-        let steer = at.turn(decision.steer);
+        let steer = at.mirror(decision.steer);
         state.held = 0;
         let limited = if self.bare && state.handover.is_none() {
             state.steer = steer;
@@ -295,20 +291,22 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
         };
-        let predicted = Seen::of(&at);
+        let predicted = Deviation::of(&at);
         let ahead = Ahead::of(path, follow, measured.as_ref().unwrap_or(&at));
         let answer = Answer {
-            measured: measured.as_ref().map_or(predicted, Seen::of),
+            measured: measured.as_ref().map_or(predicted, Deviation::of),
             predicted,
             target: decision.target,
             reverse: at.reverse,
             ahead,
-            vehicle: sight.here,
+            vehicle: perception.here,
         };
         state.answer = Some(answer);
         state.place = Some(Place {
-            predicted: at.foot.point,
-            measured: measured.as_ref().map_or(at.foot.point, |at| at.foot.point),
+            predicted: at.closest.point,
+            measured: measured
+                .as_ref()
+                .map_or(at.closest.point, |at| at.closest.point),
         });
         let status = decision.status
             | fault
@@ -318,172 +316,53 @@ impl<L: LateralLaw> Tracker<L> {
         Ok(status)
     }
 
-    /// The vehicle as the law is to see it, after its motion since the last step was observed and
-    /// the last command took flight.
-    #[inline]
-    pub(super) fn predict_now(
-        &self,
-        state: &mut TrackerState<L::State>,
-        vehicle: VehicleState,
-        dt: f64,
-    ) -> (VehicleState, Belief) {
-        let car = self.law.vehicle();
-        // Where nothing is modelled, what a state of another vehicle brings along does not count.
-        let (true, Some(in_flight)) = (self.models, &mut state.in_flight) else {
-            let belief = Belief {
-                wheel: state.steer,
-                estimate: Estimate::DEFAULT,
-            };
-            return (vehicle, belief);
+    /// The same, watching the vehicle so; not at all where that is none.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn monitored(mut self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
+        self.monitor = match params {
+            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
+            None => None,
         };
-        let estimator = &mut state.estimator;
-        let now = vehicle.ahead(car.no_slip());
-        let before = estimator.estimate.longer_dead_time;
-        if let Some(adapt) = &self.adapt {
-            let reached = in_flight.reaching(car, state.steer, dt);
-            estimator.observe_turn(adapt, car, now, reached, dt);
-        }
-        let estimate = estimator.estimate;
-        in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before);
-        if car.dead_time > 0.0 {
-            let (predicted, wheel) = in_flight.predict(car, now, &estimate);
-            // What was given is good, so what comes of it is not refused.
-            let seen = predicted.bounded().ahead(-car.no_slip()).bounded();
-            (seen, Belief { wheel, estimate })
-        } else {
-            let wheel = in_flight.wheel();
-            (vehicle, Belief { wheel, estimate })
-        }
+        Ok(self)
     }
 
-    /// Observes the slip of a vehicle that is at `here`, and was seen at `vehicle` so long [s] after
-    /// the last time, and since then has come so far [m]. Nothing is learnt across a change of the
-    /// direction.
+    /// How it watches the vehicle; none where it does not.
+    pub fn monitor(&self) -> Option<&MonitorParams> {
+        self.monitor.as_ref().map(Monitor::params)
+    }
+
+    /// Compares the measured motion with the last commands, and returns the faults.
     #[inline]
-    fn observe_slip(
+    fn watch(
         &self,
-        path: &PathView<'_>,
         state: &mut TrackerState<L::State>,
-        adapt: &AdaptParams,
         here: &Located,
         vehicle: VehicleState,
-        (dt, since): (f64, f64),
-    ) {
-        let car = self.law.vehicle();
-        let now = vehicle.ahead(car.no_slip());
-        if here.turned || here.vehicle.speed <= 0.0 {
-            state.estimator.seen = Some(now);
-            return;
-        }
-        let curvature = |travel: f64| {
-            let travel = travel.abs();
-            let mut turn = [0.0];
-            // The tracked point lies ahead of the one that slips by about this much.
-            let start = here.foot.arc_length(path) - self.follow().reference_offset - travel;
-            let start = start - since.abs();
-            let smoothing = 2.0 / 3.0 * car.wheelbase;
-            Preview::new(path, smoothing, here.foot.segment, start, travel)
-                .turns(start, travel, &mut turn);
-            let [turn] = turn;
-            here.turn(turn / travel)
-        };
-        state.estimator.observe_slip(adapt, car, now, curvature, dt);
-        state.estimator.seen = Some(now);
-    }
-
-    /// Commands the angle `wanted` of the wheels [rad] as far as the vehicle allows, and tells
-    /// whether it had to be limited.
-    fn limit(
-        &self,
-        state: &mut TrackerState<L::State>,
-        wanted: f64,
-        speed: f64,
         dt: f64,
-        estimate: &Estimate,
-    ) -> bool {
-        let car = self.law.vehicle();
-        let offset = car.steer_offset + estimate.steer_offset;
-        let widest = widest_offset(car);
-        let wanted = fade(
-            &mut state.handover,
-            state.steer,
-            wanted - offset,
+    ) -> Status {
+        let Some(monitor) = &self.monitor else {
+            return Status::OK;
+        };
+        // A tracker that models nothing ignores what a state of another vehicle holds.
+        let in_flight = state.in_flight.as_ref().filter(|_| self.models);
+        let now = Measured {
+            here,
+            vehicle,
+            wheel: in_flight.map(InFlight::wheel),
             dt,
-            widest,
-        );
-        let wheel = car.at_wheels(wanted + offset);
-        let wheel = car.limit_lateral_acceleration(wheel, speed, estimate.gain);
-        let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
-        let steer = match car.max_steer_rate {
-            None => command,
-            Some(rate) => saturate(command, state.steer - rate * dt, state.steer + rate * dt),
         };
-        state.steer = steer;
-        state.law.set_steer(car.at_wheels(steer + offset));
-        // The offset is put off and on again, which rounds.
-        (steer - wanted).abs() > 1e-12
-    }
-}
-
-/// The command of a hand-over: the difference to the last one, at most `widest` [rad], fades.
-fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64, widest: f64) -> f64 {
-    let Some(fading) = handover else {
-        return wanted;
-    };
-    let before = fading.left;
-    let offset = match fading.offset {
-        None if before >= HANDOVER_TIME => last - wanted,
-        None => {
-            // The path changed again on the way: the difference fades in the time that is left.
-            fading.left -= dt;
-            let share = before / HANDOVER_TIME;
-            if fading.left > 0.0 {
-                saturate((last - wanted) / share, -widest, widest)
-            } else {
-                0.0
-            }
-        }
-        Some(offset) => {
-            fading.left -= dt;
-            offset
-        }
-    };
-    fading.offset = Some(offset);
-    let share = saturate(fading.left / HANDOVER_TIME, 0.0, 1.0);
-    if fading.left <= 0.0 {
-        *handover = None;
-    }
-    wanted + share * offset
-}
-
-/// The widest offset of a hand-over: from one end of the wheels to the other [rad].
-fn widest_offset(vehicle: &Vehicle) -> f64 {
-    let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
-    2.0 * vehicle.max_steer + offsets
-}
-
-impl Vehicle {
-    /// An angle that the wheels can stand at [rad].
-    #[inline]
-    pub fn at_wheels(&self, angle: f64) -> f64 {
-        saturate(angle, -self.max_steer, self.max_steer)
-    }
-
-    /// The angle `wheel` [rad], brought within `max_lateral_acceleration` at `speed` [m/s] for a
-    /// vehicle that turns `gain` times more than its figures say.
-    #[inline]
-    fn limit_lateral_acceleration(&self, wheel: f64, speed: f64, gain: f64) -> f64 {
-        let Some(most) = self.max_lateral_acceleration else {
-            return wheel;
-        };
-        let (square, length) = (speed * speed * gain, self.turning_length(speed));
-        // tan(x) < x + x^3 up to 1.1, by more than rounds: within the limit no arc is needed.
-        let tangent = wheel.abs() * (1.0 + 1e-9 + wheel * wheel);
-        if wheel.abs() < 1.1 && tangent * square <= most * length {
-            return wheel;
-        }
-        let widest = atan(most * length / square);
-        saturate(wheel, -widest, widest)
+        let answer = state.answer.as_ref();
+        let last = answer.map(|answer| answer.measured.cross_track_error);
+        monitor.watch(
+            self.law.vehicle(),
+            &mut state.monitor,
+            state.steer,
+            last,
+            &now,
+        )
     }
 }
 
@@ -507,40 +386,5 @@ pub(super) fn command<S>(state: &TrackerState<S>, status: Status) -> Command {
         reference_speed: answer.ahead.reference_speed,
         distance_to_stop: answer.ahead.distance_to_stop,
         status,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
-
-        #[test]
-        fn test_lateral_limit_without_the_arc_is_that_of_the_arc(
-            wheel in prop_oneof![-1.57..1.57, -1e-7..1e-7, Just(0.0)],
-            near in prop_oneof![Just(0.0), -3e-16..3e-16, -2e-9..2e-9, -0.1..0.1],
-            at_limit: bool,
-            speed in prop_oneof![Just(0.0), -40.0..40.0, -1e4..1e4],
-            gain in 0.4..2.5,
-            most in prop_oneof![Just(4.0), (-3.0..6.0).prop_map(|e| f64::powf(10.0, e))],
-            understeer in prop_oneof![Just(0.0), 0.0..0.01],
-        ) {
-            let vehicle = Vehicle {
-                understeer,
-                max_lateral_acceleration: Some(most),
-                ..Vehicle::DEFAULT
-            };
-            let widest = atan(most * vehicle.turning_length(speed) / (speed * speed * gain));
-            let wheel = if at_limit {
-                (widest * (1.0 + near)).copysign(wheel)
-            } else {
-                wheel
-            };
-            let limited = vehicle.limit_lateral_acceleration(wheel, speed, gain);
-            prop_assert_eq!(limited.to_bits(), saturate(wheel, -widest, widest).to_bits());
-        }
     }
 }

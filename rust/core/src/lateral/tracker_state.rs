@@ -1,7 +1,7 @@
 //! What a tracker remembers.
 
-use super::tracker::HANDOVER_TIME;
-use super::{LateralState, MonitorState};
+use super::LateralState;
+use super::monitor_state::MonitorState;
 use crate::error::{InputError, Requirement, input_in_range};
 use crate::geometry::Point;
 use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
@@ -10,20 +10,23 @@ use crate::path::follow::Located;
 use crate::path::stop::Ahead;
 use crate::path::view::PathView;
 use crate::vehicle::past::Past;
-use crate::vehicle::{Estimator, InFlight, VehicleState};
+use crate::vehicle::{Estimator, InFlight, Vehicle, VehicleState};
 
-/// The difference to the angle that a law took over [rad], and how long it fades on [s].
+/// Time in which the difference to a driver's angle fades [s].
+pub const HANDOVER_TIME: f64 = 1.0;
+
+/// A hand-over: the difference to the angle that was taken over [rad], and its remaining time [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handover {
     /// None before the first step.
     pub offset: Option<f64>,
     /// From [`HANDOVER_TIME`] to 0.
-    pub left: f64,
+    pub remaining: f64,
 }
 
-/// Where the tracked point was seen at the last step, for as long as an input is held.
+/// Errors of the last step, which are repeated while an input is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct Deviation {
     /// Cross-track error [m].
     pub cross_track_error: f64,
     /// Heading of the vehicle, mirrored where it drives backwards [rad].
@@ -32,13 +35,13 @@ pub struct Seen {
     pub along: Point,
 }
 
-impl Seen {
+impl Deviation {
     #[inline]
     pub(super) fn of(at: &Located) -> Self {
         Self {
-            cross_track_error: at.foot.cross_track_error(),
+            cross_track_error: at.closest.cross_track_error(),
             yaw: at.vehicle.yaw,
-            along: at.foot.along(),
+            along: at.closest.along(),
         }
     }
 
@@ -85,34 +88,34 @@ impl Place {
     }
 }
 
-/// What the last step answered besides its angle.
+/// The last step's command besides its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     /// The measured vehicle.
-    pub measured: Seen,
+    pub measured: Deviation,
     /// The predicted one.
-    pub predicted: Seen,
+    pub predicted: Deviation,
     /// The point aimed at [m].
     pub target: Point,
     /// Whether the path was driven backwards.
     pub reverse: bool,
-    /// What the path says of driving on from there.
+    /// Reference speed and distance to the next stop.
     pub ahead: Ahead,
     /// The pose of the vehicle's point, and the speed.
     pub vehicle: VehicleState,
 }
 
 impl Answer {
-    /// Before the first step, for a vehicle that had better stand still.
+    /// Before the first step: stop.
     pub(super) const NOWHERE: Self = {
-        let seen = Seen {
+        let deviation = Deviation {
             cross_track_error: 0.0,
             yaw: 0.0,
             along: Point::new(1.0, 0.0),
         };
         Self {
-            measured: seen,
-            predicted: seen,
+            measured: deviation,
+            predicted: deviation,
             target: Point::new(0.0, 0.0),
             reverse: false,
             ahead: Ahead {
@@ -153,7 +156,7 @@ impl Answer {
 /// What a [`Tracker`](super::Tracker) remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackerState<S> {
-    /// What the law remembers.
+    /// What the controller remembers.
     pub law: S,
     /// The segment of the last projection of the predicted vehicle; none before the first step.
     pub waypoint: Option<usize>,
@@ -173,23 +176,23 @@ pub struct TrackerState<S> {
     pub period: f64,
     /// The last answer; none before the first step.
     pub answer: Option<Answer>,
-    /// Commands on their way to the wheels, where the vehicle is modelled.
+    /// Commands in flight, if the vehicle is modelled.
     pub in_flight: Option<InFlight>,
-    /// What the wheels did of late; none before the first pose that had an age.
+    /// The wheels' recent angles; none before the first pose with an age.
     pub past: Option<Past>,
-    /// What the motion of the vehicle has shown.
+    /// The estimator's state.
     pub estimator: Estimator,
     /// What the monitor remembers; none before the first step.
     pub monitor: Option<MonitorState>,
 }
 
 impl<S: LateralState> TrackerState<S> {
-    /// Puts the place on the path after a jump. Nothing is learnt of the motion until then.
+    /// Sets the place on the path after a jump. The motion until then is not used for estimates.
     pub fn set_waypoint(&mut self, waypoint: usize) {
         self.waypoint = Some(waypoint);
         self.measured_waypoint = None;
         self.place = None;
-        self.estimator.seen = None;
+        self.estimator.last_measured = None;
         if let Some(monitor) = &mut self.monitor {
             monitor.interrupt();
             monitor.within = false;
@@ -203,7 +206,7 @@ impl<S: LateralState> TrackerState<S> {
         } else {
             Some(Handover {
                 offset: None,
-                left: HANDOVER_TIME,
+                remaining: HANDOVER_TIME,
             })
         };
     }
@@ -223,4 +226,10 @@ pub(super) fn check_waypoint(
         }),
         _ => Ok(()),
     }
+}
+
+/// The widest offset of a hand-over: from one end of the wheels to the other [rad].
+pub(super) fn widest_offset(vehicle: &Vehicle) -> f64 {
+    let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
+    2.0 * vehicle.max_steer + offsets
 }

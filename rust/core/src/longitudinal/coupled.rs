@@ -1,4 +1,4 @@
-//! The paper's longitudinal law, coupled with the steering angle: Equation 7.
+//! The paper's longitudinal controller, coupled with the steering angle: Equation 7.
 
 use super::Pedals;
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
@@ -38,7 +38,7 @@ pub struct CoupledLongitudinal {
 }
 
 impl CoupledLongitudinal {
-    /// The law with these parameters.
+    /// The controller with these parameters.
     ///
     /// # Errors
     ///
@@ -50,7 +50,8 @@ impl CoupledLongitudinal {
         Ok(Self { params })
     }
 
-    /// Pedals at `speed` [m/s] with the commanded angle `steer` [rad]. The law has no memory.
+    /// Pedals at `speed` [m/s] with the commanded angle `steer` [rad]. The controller has no
+    /// memory.
     ///
     /// # Errors
     ///

@@ -50,7 +50,7 @@ pub struct SpeedPid {
 }
 
 impl SpeedPid {
-    /// The law with these parameters.
+    /// The controller with these parameters.
     ///
     /// # Errors
     ///
@@ -90,7 +90,7 @@ impl SpeedPid {
         ))
     }
 
-    /// Whether `state` is one that this law could have.
+    /// Whether `state` is one that this controller could have.
     ///
     /// # Errors
     ///

@@ -1,6 +1,6 @@
 //! The best of several segments by distance and heading, for a vehicle that may be anywhere.
 
-use super::projection::Foot;
+use super::projection::ClosestPoint;
 use super::view::PathView;
 use crate::geometry::Point;
 use crate::math::{cos, sin};
@@ -33,10 +33,10 @@ impl Best {
     /// Takes segment `segment` of `path` into account.
     #[inline]
     pub(super) fn visit(&mut self, path: &PathView<'_>, segment: usize) {
-        let foot = Foot::within(path, segment, self.position);
+        let closest = ClosestPoint::within(path, segment, self.position);
         // The heading only adds to the distance; most segments are too far off without it.
         let most = (1.0 + ROUNDING) * self.least.0 + ROUNDING * self.opposite_distance;
-        if foot.squared_distance > most * most {
+        if closest.squared_distance > most * most {
             return;
         }
         let heading = if path.is_reverse(segment) {
@@ -44,7 +44,7 @@ impl Best {
         } else {
             self.heading
         };
-        let candidate = (foot.cost(heading, self.opposite_distance), segment);
+        let candidate = (closest.cost(heading, self.opposite_distance), segment);
         if candidate < self.least {
             self.least = candidate;
         }

@@ -1,73 +1,73 @@
-//! A point of the vehicle, followed along the path: forwards, backwards, and through the places
-//! where it turns round.
+//! Tracks a point of the vehicle along the path: forwards, backwards, and through cusps.
 //!
-//! A vehicle that backs up is, for a kinematic bicycle exactly, one that drives forward with its
-//! heading turned by half a circle, its axles mirrored about the rear axle and its steering
-//! negated. So the laws are written for driving forward only: [`Follow::locate`] hands them the
-//! mirrored vehicle where the path is driven backwards, and they negate what they answer.
+//! A vehicle that drives backwards equals one that drives forward with its heading turned by 180
+//! degrees, its axles mirrored about the rear axle and its steering angle negated; for the
+//! kinematic bicycle exactly. Controllers are therefore written for driving forward only. Where the
+//! path is driven backwards, [`Follow::locate`] gives them the mirrored vehicle, and
+//! [`Located::mirror`] converts their angle.
 
 use super::index::{Found, STEP_BUDGET};
 use super::locate::locate;
-use super::projection::Foot;
+use super::projection::ClosestPoint;
 use super::relocalise::relocalise_within;
 use super::view::PathView;
 use crate::geometry::Point;
 use crate::math::{PI, cos, sin, sqrt};
 use crate::vehicle::{Vehicle, VehicleState};
 
-/// Which point of the vehicle is followed, and how.
+/// Which point of the vehicle is tracked, and how it is searched for on the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Follow {
-    /// How far ahead of the pose's point the vehicle is mirrored where it drives backwards [m]: the
-    /// rear axle, or the point that does not slip.
+    /// Point about which the vehicle is mirrored where it drives backwards, ahead of the pose's
+    /// point [m]: the rear axle or the no-slip point.
     pub base: f64,
-    /// How far ahead of `base` the followed point lies, in the direction of driving [m].
+    /// Tracked point, ahead of `base` in the direction of driving [m].
     pub reference_offset: f64,
-    /// How far ahead of the pose's point the rear axle lies, in the vehicle's own frame [m]: 0 for
-    /// a pose of the rear axle, negative for one farther forward, whichever way it drives.
+    /// Rear axle, ahead of the pose's point in the vehicle's frame [m]: 0 for a pose of the rear
+    /// axle, negative for a pose farther forward.
     pub rear_axle: f64,
-    /// How far along the path from its last place the point is looked for [m], beside what the
-    /// vehicle travels in a step.
+    /// Arc of the path to search on each side of the last projection [m], in addition to the
+    /// distance travelled in a step.
     pub search_distance: f64,
-    /// Farther than this from its place on the path the vehicle is lost, and looked for on the
-    /// whole of it [m].
+    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
+    /// path [m].
     pub lost_distance: f64,
-    /// The rear axle has come to where the vehicle turns round when it is this near [m].
+    /// Distance to a cusp at which the rear axle counts as arrived [m].
     pub arrival_distance: f64,
-    /// How much farther off the path counts where it leads the opposite way [m].
+    /// Cost of a path that leads opposite to the heading, as a distance [m].
     pub opposite_distance: f64,
 }
 
-/// Where the followed point is, with the vehicle as one that drives forward.
+/// The tracked point on the path, and the vehicle as one that drives forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(
     clippy::struct_excessive_bools,
     reason = "each says one thing of one step"
 )]
 pub struct Located {
-    /// The followed point [m].
+    /// The tracked point [m].
     pub position: Point,
-    /// Its foot on the path.
-    pub foot: Foot,
-    /// The vehicle, turned round where the path is driven backwards: speed positive along it.
+    /// The path's closest point to it.
+    pub closest: ClosestPoint,
+    /// The vehicle, mirrored where the path is driven backwards, so that it drives forward.
     pub vehicle: VehicleState,
-    /// The unit vector along the turned vehicle's heading.
+    /// The unit vector along the mirrored vehicle's heading.
     pub heading: Point,
     /// Control period [s].
     pub dt: f64,
     /// Whether the path is driven backwards here.
     pub reverse: bool,
-    /// Whether the direction is another than at the last step.
-    pub turned: bool,
-    /// Whether the vehicle was lost, or is.
+    /// Whether the direction of driving differs from that of the last step.
+    pub direction_changed: bool,
+    /// Whether the vehicle was lost in this step.
     pub off_path: bool,
     /// Whether the point is past the last waypoint of an open path.
     pub past_end: bool,
 }
 
 impl Follow {
-    /// How the point of `vehicle` is followed that lies `ahead` [m] of `base`, itself so far ahead of
-    /// the pose's point [m]: looked for two wheelbases along the path either way, and never lost.
+    /// Tracks the point `ahead` [m] of `base`, which lies so far [m] ahead of the pose's point. The
+    /// search covers two wheelbases of path on each side, and the vehicle is never lost.
     pub fn of(vehicle: &Vehicle, base: f64, ahead: f64) -> Self {
         let wheelbase = vehicle.wheelbase;
         Self {
@@ -82,12 +82,12 @@ impl Follow {
         }
     }
 
-    /// Finds the point of a checked vehicle that was last at `waypoint`, on the whole path where
-    /// that is none.
+    /// Projects the tracked point of a checked vehicle near segment `waypoint`; on the whole path
+    /// if that is none.
     ///
-    /// A search of the whole path that runs out of [`STEP_BUDGET`] gives the best place it has
-    /// found. A first step goes on from there; a vehicle that is lost only where it is no longer
-    /// lost there, else from its last place.
+    /// The search of the whole path may run out of [`STEP_BUDGET`] and then gives the best place so
+    /// far. A first step takes that place. A lost vehicle takes it only if it is no longer lost
+    /// there, and else keeps its last place.
     #[inline]
     pub fn locate(
         &self,
@@ -107,16 +107,16 @@ impl Follow {
             at = self.locate_from(path, next, vehicle, dt);
         }
         let squared_lost = self.lost_distance * self.lost_distance;
-        if at.foot.squared_distance > squared_lost {
+        if at.closest.squared_distance > squared_lost {
             let found = self.find_anew(path, vehicle);
             let anew = self.locate_from(path, found.segment, vehicle, dt);
-            let is_found = found.is_exact || anew.foot.squared_distance <= squared_lost;
-            if is_found && anew.foot.squared_distance < at.foot.squared_distance {
+            let is_found = found.is_exact || anew.closest.squared_distance <= squared_lost;
+            if is_found && anew.closest.squared_distance < at.closest.squared_distance {
                 at = anew;
             }
             at.off_path = true;
         }
-        at.turned = waypoint.is_some() && at.reverse != path.is_reverse(start);
+        at.direction_changed = waypoint.is_some() && at.reverse != path.is_reverse(start);
         at
     }
 
@@ -143,7 +143,7 @@ impl Follow {
         let ahead = self.reference_offset + base;
         let position = Point::new(vehicle.x + ahead * heading.x, vehicle.y + ahead * heading.y);
         let reach = self.search_distance + vehicle.speed.abs() * dt;
-        let foot = locate(
+        let closest = locate(
             path,
             segment,
             position,
@@ -153,38 +153,37 @@ impl Follow {
         );
         Located {
             position,
-            foot,
+            closest,
             vehicle,
             heading,
             dt,
             reverse,
-            turned: false,
+            direction_changed: false,
             off_path: false,
-            past_end: foot.fraction > 1.0 && path.next_segment(foot.segment).is_none(),
+            past_end: closest.fraction > 1.0 && path.next_segment(closest.segment).is_none(),
         }
     }
 
-    /// The segment to go on with where the vehicle turns round, once its rear axle is there.
+    /// The first segment behind a cusp, once the rear axle has arrived at the cusp.
     ///
-    /// That is one event for all that follow the vehicle, wherever their own point and that of
-    /// the pose are: the closest point of each only has to be near enough to tell which end is
-    /// meant.
+    /// The rear axle decides for every tracked point and every point of the pose, so that all
+    /// change direction in one step. The projection only tells which cusp is next.
     fn next_section(
         &self,
         path: &PathView<'_>,
         at: &Located,
         vehicle: VehicleState,
     ) -> Option<usize> {
-        let foot = &at.foot;
-        // How far the followed point lies behind the rear axle, in the direction of driving.
-        let behind = at.turn(self.rear_axle - self.base) - self.reference_offset;
+        let closest = &at.closest;
+        // Distance of the tracked point behind the rear axle, in the direction of driving.
+        let behind = at.mirror(self.rear_axle - self.base) - self.reference_offset;
         let behind = if behind > 0.0 { behind } else { 0.0 };
         let near = behind + 4.0 * self.arrival_distance;
-        let mut last = foot.segment;
-        let mut rest = (1.0 - foot.fraction) * path.segment_length(last);
+        let mut last = closest.segment;
+        let mut rest = (1.0 - closest.fraction) * path.segment_length(last);
         for _ in 0..path.segments() {
             let Some(following) = path.following(last) else {
-                return self.turn_round(path, last, vehicle);
+                return self.segment_after_cusp(path, last, vehicle);
             };
             rest += path.segment_length(following);
             if rest > near {
@@ -195,18 +194,23 @@ impl Follow {
         None
     }
 
-    /// The segment after `last`, at whose end the vehicle turns round, once its rear axle is there.
-    fn turn_round(&self, path: &PathView<'_>, last: usize, vehicle: VehicleState) -> Option<usize> {
+    /// The segment after `last`, which ends at a cusp, once the rear axle has arrived there.
+    fn segment_after_cusp(
+        &self,
+        path: &PathView<'_>,
+        last: usize,
+        vehicle: VehicleState,
+    ) -> Option<usize> {
         let next = path.next_segment(last)?;
         let (start, end) = path.segment(last);
         let along = end - start;
         let to = end - vehicle.point_ahead(self.rear_axle);
         let length = sqrt(along.x * along.x + along.y * along.y);
-        let left = (to.x * along.x + to.y * along.y) / length;
-        (left <= self.arrival_distance).then_some(next)
+        let remaining = (to.x * along.x + to.y * along.y) / length;
+        (remaining <= self.arrival_distance).then_some(next)
     }
 
-    /// Where the vehicle is found on the whole path, by the place of its `base`.
+    /// Searches the whole path for the vehicle's `base`.
     #[cold]
     fn find_anew(&self, path: &PathView<'_>, vehicle: VehicleState) -> Found {
         let base = vehicle.ahead(self.base);
@@ -217,10 +221,10 @@ impl Follow {
 }
 
 impl Located {
-    /// The law's answer for the turned vehicle as the angle of the vehicle itself, and the other
-    /// way round [rad].
+    /// Converts an angle [rad] or a curvature of the mirrored vehicle to the real one, and back:
+    /// the sign changes where the path is driven backwards.
     #[inline]
-    pub fn turn(&self, steer: f64) -> f64 {
+    pub fn mirror(&self, steer: f64) -> f64 {
         if self.reverse { -steer } else { steer }
     }
 }
@@ -238,19 +242,19 @@ mod tests {
         let path = shuttle();
         let view = path.view();
         let forward = FOLLOW.locate(&view, Some(1), at(19.0, 0.5, 1.0), 0.05);
-        assert!(!forward.reverse && !forward.turned && forward.foot.segment == 1);
-        assert_eq!(forward.foot.point, Point::new(22.0, 0.0));
-        assert_eq!(forward.foot.cross_track_error(), 0.5);
+        assert!(!forward.reverse && !forward.direction_changed && forward.closest.segment == 1);
+        assert_eq!(forward.closest.point, Point::new(22.0, 0.0));
+        assert_eq!(forward.closest.cross_track_error(), 0.5);
 
         let back = FOLLOW.locate(&view, Some(1), at(19.9, 0.5, 0.3), 0.05);
-        assert!(back.reverse && back.turned && back.foot.segment == 2);
+        assert!(back.reverse && back.direction_changed && back.closest.segment == 2);
         assert!((back.position.x - 16.9).abs() < 1e-12);
         assert_eq!(back.vehicle.speed, -0.3);
         // The path leads the other way: its left is the vehicle's right.
-        assert!((back.foot.cross_track_error() + 0.5).abs() < 1e-12);
+        assert!((back.closest.cross_track_error() + 0.5).abs() < 1e-12);
 
         let again = FOLLOW.locate(&view, Some(2), at(10.1, 0.0, -0.3), 0.05);
-        assert!(!again.reverse && again.turned && again.foot.segment == 3);
+        assert!(!again.reverse && again.direction_changed && again.closest.segment == 3);
     }
 
     #[test]
@@ -273,7 +277,7 @@ mod tests {
             for (x, turned) in [(3.7, false), (3.84, false), (3.86, true), (4.1, true)] {
                 let last = crate::math::to_count((x + reference_offset).clamp(0.0, 3.9) / 0.1);
                 let found = follow.locate(&path.view(), Some(last), at(x, 0.2, 0.3), 0.05);
-                assert_eq!(found.turned, turned, "{reference_offset} {x}");
+                assert_eq!(found.direction_changed, turned, "{reference_offset} {x}");
             }
         }
     }
@@ -303,7 +307,9 @@ mod tests {
                         speed,
                     };
                     let last = last.min(view.segments() - 1);
-                    follow.locate(&view, Some(last), pose, 0.05).turned
+                    follow
+                        .locate(&view, Some(last), pose, 0.05)
+                        .direction_changed
                 };
                 for yaw in [-0.1, 0.0, 0.2] {
                     for (rear, is_there) in [(39.7, false), (39.84, false), (39.86, true)] {
@@ -321,7 +327,7 @@ mod tests {
         let path = Path::new(&x, &y, None, true).unwrap();
         let path = path.with_reverse(&[true; 4]).unwrap();
         let found = FOLLOW.locate(&path.view(), Some(1), at(0.0, 0.1, -1.0), 0.05);
-        assert!(found.reverse && !found.turned);
+        assert!(found.reverse && !found.direction_changed);
     }
 
     #[test]
@@ -334,7 +340,7 @@ mod tests {
             ..FOLLOW
         };
         let found = follow.locate(&path.view(), Some(0), at(0.0, 0.0, -1.0), 0.05);
-        assert!(found.reverse && !found.turned);
+        assert!(found.reverse && !found.direction_changed);
     }
 
     #[test]
@@ -344,9 +350,9 @@ mod tests {
         let near = FOLLOW.locate(&path.view(), Some(0), at(20.0, 29.0, 5.0), 0.05);
         assert!(!near.off_path);
         let found = FOLLOW.locate(&path.view(), Some(0), at(240.0, 2.0, 5.0), 0.05);
-        assert!(found.off_path && found.foot.segment == 2);
+        assert!(found.off_path && found.closest.segment == 2);
         let lost = FOLLOW.locate(&path.view(), Some(0), at(40.0, 31.0, 5.0), 0.05);
-        assert!(lost.off_path && lost.foot.segment == 0);
+        assert!(lost.off_path && lost.closest.segment == 0);
     }
 
     /// Once round a circle of 100,000 m, a waypoint each metre.
@@ -366,11 +372,12 @@ mod tests {
         for last in [0, 31_000, 99_999] {
             let lost = FOLLOW.locate(&path.view(), Some(last), centre, 0.05);
             assert!(lost.off_path);
-            let arc = lost.foot.arc_length(&path.view()) - f64::from(u32::try_from(last).unwrap());
+            let arc =
+                lost.closest.arc_length(&path.view()) - f64::from(u32::try_from(last).unwrap());
             assert!(arc.abs() <= 8.0 || arc.abs() >= 1e5 - 8.0, "{last} {arc}");
         }
         let first = FOLLOW.locate(&path.view(), None, centre, 0.05);
-        assert!(first.off_path && !first.turned);
+        assert!(first.off_path && !first.direction_changed);
     }
 
     #[test]
@@ -385,6 +392,6 @@ mod tests {
         let found = FOLLOW.find_anew(&path.view(), vehicle);
         assert!(!found.is_exact);
         let place = FOLLOW.locate(&path.view(), Some(0), vehicle, 0.05);
-        assert!(place.off_path && place.foot.squared_distance < 16.0);
+        assert!(place.off_path && place.closest.squared_distance < 16.0);
     }
 }

@@ -1,27 +1,28 @@
-//! Where am I? The exact foot on the path, looked for along the arc around the last one.
+//! Projects a position onto the path, near the segment of the last projection.
 //!
-//! [`locate_by_scan`] looks at every segment of a bounded stretch and is the definition;
-//! [`locate`] leaves it to `nearby` where that is certain of the answer.
+//! [`locate_by_scan`] visits every segment of a bounded stretch and is the definition. [`locate`]
+//! gives the same answer; it first asks `nearby`, which visits fewer segments and says when it is
+//! not certain.
 
 use super::nearby::locate_nearby;
 use super::preview::Preview;
-use super::projection::Foot;
+use super::projection::ClosestPoint;
 use super::view::PathView;
 use crate::geometry::Point;
 use crate::math::{cos, sin, sqrt};
 
-/// How much farther off a closest point counts where the path leads the opposite way [m], unless
-/// another distance is given: right for a wheelbase of 3 m. Larger values hold on to the branch of
-/// the heading farther off; smaller ones take a nearer branch that leads elsewhere.
+/// Cost of a path that leads opposite to the heading, as a distance [m]; right for a wheelbase of 3
+/// m. Larger values keep to the branch along the heading from farther off. Smaller values take a
+/// nearer branch that leads elsewhere.
 pub const OPPOSITE: f64 = 10.0;
 
-/// Length of path whose heading tells branches apart, as a part of the distance that the opposite
-/// one counts as farther off: two thirds of a wheelbase.
+/// Length of path over which its heading is smoothed, as a share of the opposite distance: two
+/// thirds of a wheelbase.
 const SMOOTHING: f64 = 0.2;
 
-/// The foot of `position` within `reach` [m] of arc before and behind the segment at `waypoint`,
-/// for a vehicle that drives along the unit vector `heading`; see [`locate_by_scan`], whose
-/// answer this is. [`OPPOSITE`] is an `opposite_distance` [m] for a car.
+/// The closest point of `position` near the segment at `waypoint`, for a vehicle that drives along
+/// the unit vector `heading`. Same answer as [`locate_by_scan`], which defines it; lengths in
+/// metres.
 #[inline]
 pub fn locate(
     path: &PathView<'_>,
@@ -30,22 +31,29 @@ pub fn locate(
     heading: Point,
     reach: f64,
     opposite_distance: f64,
-) -> Foot {
+) -> ClosestPoint {
     locate_nearby(path, waypoint, position, heading, reach, opposite_distance).unwrap_or_else(
         || locate_by_scan(path, waypoint, position, heading, reach, opposite_distance),
     )
 }
 
-/// The foot of `position` by the definition: of the segments from the one at `waypoint` until
-/// more than `reach` [m] of arc before and behind it, each segment that is no farther off than
-/// the one before it and nearer than the one after it is a candidate. The candidate of least
-/// distance counts, each distance with up to `opposite_distance` [m] more the less the path leads
-/// along `heading`, by the segment or over a fifth of `opposite_distance`, whichever leads along it
-/// more; of several the first.
+/// Finds the local minima of the distance to `position` within `reach` [m] of arc behind and ahead
+/// of the segment at `waypoint`, and returns the one of least cost, the first of several.
 ///
-/// The stretch ends where an open path does, where the vehicle has to change its direction, and
-/// once around a closed path. So the foot cannot leap to another branch: farther along the path
-/// than `reach` it does not look, and within it the heading tells branches apart.
+/// A segment holds a local minimum if it is no farther off than the segment before it and nearer
+/// than the one after it; a missing neighbour, at an end of the stretch, counts as infinitely far.
+/// Its cost [m], with the angle `d` from `heading` to the path, is
+///
+/// ```text
+/// distance + opposite_distance (1 - cos d) / 2
+/// ```
+///
+/// once with the direction of the segment and once with the path's smoothed direction about the
+/// closest point; the lesser counts.
+///
+/// The stretch ends early at the end of an open path, at a cusp, and once around a closed path. The
+/// answer cannot leap to another branch of the path: beyond `reach` there is no search, and within
+/// it the heading tells branches apart.
 #[cold]
 pub fn locate_by_scan(
     path: &PathView<'_>,
@@ -54,9 +62,9 @@ pub fn locate_by_scan(
     heading: Point,
     reach: f64,
     opposite_distance: f64,
-) -> Foot {
+) -> ClosestPoint {
     let (first, last) = stretch(path, path.segment_at(waypoint), reach);
-    let mut here = Foot::new(path, first, position);
+    let mut here = ClosestPoint::new(path, first, position);
     let mut behind = f64::INFINITY;
     let (mut best, mut least) = (here, f64::INFINITY);
     for _ in 0..path.segments() {
@@ -64,7 +72,7 @@ pub fn locate_by_scan(
             None
         } else {
             path.following(here.segment)
-                .map(|next| Foot::new(path, next, position))
+                .map(|next| ClosestPoint::new(path, next, position))
         };
         let ahead = next.map_or(f64::INFINITY, |next| next.squared_distance);
         if here.squared_distance <= behind && here.squared_distance < ahead {
@@ -82,40 +90,46 @@ pub fn locate_by_scan(
     best
 }
 
-/// The first and the last segment of the stretch around `segment`.
+/// The first and the last segment of the stretch around `segment`: behind and ahead of it, whole
+/// segments until their lengths exceed `reach` [m].
 fn stretch(path: &PathView<'_>, segment: usize, reach: f64) -> (usize, usize) {
     let (mut first, mut last) = (segment, segment);
     let (mut behind, mut ahead) = (0.0, 0.0);
-    let mut left = path.segments() - 1;
-    while left > 0 && behind <= reach {
+    let mut remaining = path.segments() - 1;
+    while remaining > 0 && behind <= reach {
         let Some(previous) = path.preceding(first) else {
             break;
         };
         behind += path.segment_length(previous);
         first = previous;
-        left -= 1;
+        remaining -= 1;
     }
-    while left > 0 && ahead <= reach {
+    while remaining > 0 && ahead <= reach {
         let Some(next) = path.following(last) else {
             break;
         };
         ahead += path.segment_length(next);
         last = next;
-        left -= 1;
+        remaining -= 1;
     }
     (first, last)
 }
 
-/// The cost of a foot: [`Foot::cost`], or that with the heading of the path over a fifth of
-/// `opposite_distance`, where that is less. One segment of noisy waypoints or of a staircase may
-/// lead anywhere, the path about it does not.
-fn least_cost(path: &PathView<'_>, foot: &Foot, heading: Point, opposite_distance: f64) -> f64 {
-    let by_segment = foot.cost(heading, opposite_distance);
+/// The lesser of two costs: by the direction of the segment, [`ClosestPoint::cost`], and by the
+/// path's direction smoothed over a fifth of `opposite_distance`. A single segment of noisy
+/// waypoints or of a staircase may lead anywhere; the path about it does not.
+fn least_cost(
+    path: &PathView<'_>,
+    closest: &ClosestPoint,
+    heading: Point,
+    opposite_distance: f64,
+) -> f64 {
+    let by_segment = closest.cost(heading, opposite_distance);
     let base = SMOOTHING * opposite_distance;
-    let arc_length = foot.arc_length(path);
-    let yaw = Preview::yaw_at(path, base, foot.segment, arc_length);
+    let arc_length = closest.arc_length(path);
+    let yaw = Preview::yaw_at(path, base, closest.segment, arc_length);
     let along = heading.x * cos(yaw) + heading.y * sin(yaw);
-    let smoothed = sqrt(foot.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
+    let smoothed = sqrt(closest.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
     if smoothed < by_segment {
         smoothed
     } else {

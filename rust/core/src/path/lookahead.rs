@@ -1,6 +1,6 @@
 //! Where do I aim? The paper's search for the lookahead point, and an exact one.
 
-use super::projection::Foot;
+use super::projection::ClosestPoint;
 use super::resample::Grid;
 use super::view::PathView;
 use crate::geometry::{Point, get_distance, squared_distance};
@@ -58,30 +58,30 @@ pub fn get_lookahead_point_index(
     get_lookahead_point(grid, position, lookahead, tolerance).index
 }
 
-/// The first point of the path, from `foot` on, that is `lookahead` [m] away from `position`, and
-/// whether there is one.
+/// The first point of the path, from `closest` on, that is `lookahead` [m] away from `position`,
+/// and whether there is one.
 ///
 /// Where an open path ends, or the vehicle has to turn round, the last segment goes on as a
-/// straight line, so there always is one while the foot lies within the circle. Of a position
-/// farther than `lookahead` from its foot the point is the foot, in which a circle that touches
-/// the path ends as well; on a closed path that lies within the circle it is the point a quarter
-/// round.
+/// straight line, so there always is one while the closest point lies within the circle. Of a
+/// position farther than `lookahead` from its closest point the point is the closest point, in
+/// which a circle that touches the path ends as well; on a closed path that lies within the circle
+/// it is the point a quarter round.
 #[inline]
 pub fn get_crossing(
     path: &PathView<'_>,
-    foot: &Foot,
+    closest: &ClosestPoint,
     position: Point,
     lookahead: f64,
 ) -> (Point, bool) {
     let squared_lookahead = lookahead * lookahead;
-    if foot.squared_distance >= squared_lookahead {
-        return (foot.point, false);
+    if closest.squared_distance >= squared_lookahead {
+        return (closest.point, false);
     }
-    // From the foot itself, which keeps the digits far beyond the end of the path.
-    let mut from = foot.point;
-    let mut segment = foot.segment;
+    // From the closest point itself, which keeps the digits far beyond the end of the path.
+    let mut from = closest.point;
+    let mut segment = closest.segment;
     // How much of the segment is left; more than all of it before the start of the path.
-    let mut left = 1.0 - foot.fraction;
+    let mut remaining = 1.0 - closest.fraction;
     for _ in 0..path.segments() {
         let (start, end) = path.segment(segment);
         let next = path.following(segment);
@@ -92,16 +92,16 @@ pub fn get_crossing(
             let fraction = if goes_on {
                 fraction
             } else {
-                saturate(fraction, 0.0, left)
+                saturate(fraction, 0.0, remaining)
             };
             let point = Point::new(from.x + fraction * along.x, from.y + fraction * along.y);
             return (point, true);
         }
         from = end;
-        left = 1.0;
+        remaining = 1.0;
         segment = next.unwrap_or(segment);
     }
-    (quarter_round(path, foot), false)
+    (quarter_round(path, closest), false)
 }
 
 /// Where, in multiples of `along`, a line that starts at `from` inside the circle about the origin
@@ -121,9 +121,9 @@ fn exit(from: Point, along: Point, squared_radius: f64) -> f64 {
     }
 }
 
-/// The waypoint at least a quarter of a closed path on from `foot`.
-fn quarter_round(path: &PathView<'_>, foot: &Foot) -> Point {
-    let mut segment = foot.segment;
+/// The waypoint at least a quarter of a closed path on from `closest`.
+fn quarter_round(path: &PathView<'_>, closest: &ClosestPoint) -> Point {
+    let mut segment = closest.segment;
     let mut passed = 0.0;
     for _ in 0..path.segments() {
         passed += path.segment_length(segment);
@@ -171,8 +171,8 @@ mod tests {
     fn crossing(path: &Path, position: (f64, f64), lookahead: f64) -> (Point, bool) {
         let position = Point::new(position.0, position.1);
         let view = path.view();
-        let foot = locate_by_scan(&view, 0, position, Point::new(1.0, 0.0), 1e3, OPPOSITE);
-        get_crossing(&view, &foot, position, lookahead)
+        let closest = locate_by_scan(&view, 0, position, Point::new(1.0, 0.0), 1e3, OPPOSITE);
+        get_crossing(&view, &closest, position, lookahead)
     }
 
     #[test]
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn test_crossing_too_far_off_or_touching_is_the_foot() {
+    fn test_crossing_too_far_off_or_touching_is_the_closest_point() {
         let path = Path::new(&[0.0, 10.0], &[0.0; 2], None, false).unwrap();
         for lookahead in [5.0, 4.0, 0.0] {
             assert_eq!(

@@ -2,8 +2,8 @@
 //!
 //! - [`view`] holds the waypoints, which [`measure`] has checked, and [`Path`] owns them.
 //! - [`projection`] is the closest point of a segment; [`locate`] finds it along the arc around the
-//!   last one, and [`relocalise`] on the whole path after a jump, with the boxes of an index on long
-//!   paths.
+//!   last one, and [`relocalise`] on the whole path after a jump, with the boxes of an index on
+//!   long paths.
 //! - [`follow`] takes a vehicle along the path in both directions.
 //! - [`preview`] tells how the path turns ahead, [`stop`] how far and how fast to go on.
 //! - [`resample`] makes the fine grid of the near neighbourhood and [`lookahead`] searches it, as
@@ -33,6 +33,6 @@ pub use follow::{Follow, Located};
 pub use index::{Found, STEP_BUDGET};
 #[cfg(feature = "alloc")]
 pub use owned::{Path, distinct_waypoints};
-pub use projection::{Foot, Projection};
+pub use projection::{ClosestPoint, Projection};
 pub use stop::Ahead;
 pub use view::PathView;

@@ -1,19 +1,18 @@
-//! The way past the scan: what [`locate_by_scan`](super::locate::locate_by_scan) finds, from the
-//! segments beside the last foot alone.
+//! A shortcut of [`locate_by_scan`](super::locate::locate_by_scan): goes downhill from the last
+//! segment to the nearest local minimum, then proves by bounds that no other minimum can cost less.
 //!
-//! Where none of the others can matter the answer is certain without looking at them; where that
-//! does not show, there is none, and the scan has to look.
+//! Where the proof fails there is no answer, and the scan has to find it.
 
-use super::projection::Foot;
+use super::projection::ClosestPoint;
 use super::view::PathView;
 use crate::geometry::{Point, squared_distance};
 use crate::math::sqrt;
 
-/// More than rounding can move a foot or a waypoint within the bounds of coordinates [m].
+/// Bound of the rounding of a closest point or a waypoint within the bounds of coordinates [m].
 const MARGIN: f64 = 1e-6;
 
-/// What the scan finds, where that is certain from the feet beside the last one; none where a
-/// place farther along could be as good.
+/// What the scan finds, if that is certain; none if a place farther along the path could be as
+/// good.
 #[inline]
 pub(super) fn locate_nearby(
     path: &PathView<'_>,
@@ -22,37 +21,37 @@ pub(super) fn locate_nearby(
     heading: Point,
     reach: f64,
     opposite_distance: f64,
-) -> Option<Foot> {
-    // Around a path this short both ways meet.
+) -> Option<ClosestPoint> {
+    // Around a path this short both directions meet.
     if path.is_closed() && path.length() <= 2.0 * reach + 4.0 * path.longest() {
         return None;
     }
     let start = path.segment_at(waypoint);
-    let mut foot = Foot::new(path, start, position);
-    let mut ahead = Way::new(path, start, &foot, true, reach);
-    let mut behind = Way::new(path, start, &foot, false, reach);
-    // Downhill to the candidate; ahead first, as the scan takes the last of several as near.
-    while let Some(next) = ahead.foot(position) {
-        if next.squared_distance > foot.squared_distance {
+    let mut closest = ClosestPoint::new(path, start, position);
+    let mut ahead = Outward::new(path, start, &closest, true, reach);
+    let mut behind = Outward::new(path, start, &closest, false, reach);
+    // Downhill to the local minimum; ahead first, as the scan takes the last of several as near.
+    while let Some(next) = ahead.closest(position) {
+        if next.squared_distance > closest.squared_distance {
             break;
         }
-        foot = next;
+        closest = next;
     }
-    if foot.segment == start {
-        while let Some(previous) = behind.foot(position) {
-            if previous.squared_distance >= foot.squared_distance {
+    if closest.segment == start {
+        while let Some(previous) = behind.closest(position) {
+            if previous.squared_distance >= closest.squared_distance {
                 break;
             }
-            foot = previous;
+            closest = previous;
         }
     }
-    // No less than the scan's cost of it, which looks at the path about the segment too.
-    let limit = foot.cost(heading, opposite_distance) + MARGIN;
-    (ahead.clears(position, limit) && behind.clears(position, limit)).then_some(foot)
+    // At least the scan's cost of it, which is the lesser of this one and the smoothed one.
+    let limit = closest.cost(heading, opposite_distance) + MARGIN;
+    (ahead.clears(position, limit) && behind.clears(position, limit)).then_some(closest)
 }
 
-/// The segments on one side of the last foot, outwards, as far as the stretch goes.
-struct Way<'a> {
+/// The segments on one side of the last one, outwards, to the end of the stretch.
+struct Outward<'a> {
     path: &'a PathView<'a>,
     segment: usize,
     /// Squared distance to the last segment, as the scan has it; infinite where that is not known.
@@ -63,13 +62,19 @@ struct Way<'a> {
     ahead: bool,
 }
 
-impl<'a> Way<'a> {
+impl<'a> Outward<'a> {
     #[inline]
-    fn new(path: &'a PathView<'a>, segment: usize, foot: &Foot, ahead: bool, reach: f64) -> Self {
+    fn new(
+        path: &'a PathView<'a>,
+        segment: usize,
+        closest: &ClosestPoint,
+        ahead: bool,
+        reach: f64,
+    ) -> Self {
         Self {
             path,
             segment,
-            inner: foot.squared_distance,
+            inner: closest.squared_distance,
             arc: 0.0,
             reach,
             ahead,
@@ -97,12 +102,12 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// The foot on the next segment.
+    /// The closest point on the next segment.
     #[inline]
-    fn foot(&mut self, position: Point) -> Option<Foot> {
-        let foot = Foot::new(self.path, self.advance()?, position);
-        self.inner = foot.squared_distance;
-        Some(foot)
+    fn closest(&mut self, position: Point) -> Option<ClosestPoint> {
+        let closest = ClosestPoint::new(self.path, self.advance()?, position);
+        self.inner = closest.squared_distance;
+        Some(closest)
     }
 
     /// Whether no segment farther out can be a candidate of the scan at a cost up to `limit`.
@@ -121,8 +126,8 @@ impl<'a> Way<'a> {
             let (along, to) = (end - start, position - start);
             let squared_length = along.x * along.x + along.y * along.y;
             let along_it = to.x * along.x + to.y * along.y;
-            // The inner end, and whether it is the foot: the same bits as the scan's.
-            let (near, is_foot) = if self.ahead {
+            // The inner end, and whether it is the closest point: the same bits as the scan's.
+            let (near, is_closest) = if self.ahead {
                 (start, along_it <= 0.0)
             } else {
                 (start + along, along_it >= squared_length)
@@ -139,7 +144,7 @@ impl<'a> Way<'a> {
             } else {
                 distance >= self.inner
             };
-            if is_foot && (rises || distance > limit * limit) {
+            if is_closest && (rises || distance > limit * limit) {
                 self.inner = distance;
                 continue;
             }

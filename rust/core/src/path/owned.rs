@@ -10,7 +10,7 @@ use super::view::PathView;
 use crate::error::PathError;
 use crate::geometry::{Point, get_distance};
 
-/// Waypoints copied once; [`Path::view`] lends them to the laws.
+/// Waypoints copied once; [`Path::view`] lends them to the controllers.
 ///
 /// # Examples
 ///
@@ -96,7 +96,7 @@ impl Path {
         Some((0..view.segments()).filter(turns).collect())
     }
 
-    /// The path as the laws take it.
+    /// The path as the controllers take it.
     #[inline]
     pub fn view(&self) -> PathView<'_> {
         PathView::from_measured(

@@ -9,9 +9,9 @@ use crate::math::{atan2, remainder, saturate};
 /// The direction at an arc length is that of the chord from half a base behind to half a base
 /// ahead: on a bend it is the tangent, where segments would turn by leaps. Where segments are
 /// longer than half a base, the chord reaches one segment's length either way instead, up to five
-/// bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back within the chord, the
-/// direction is that of the segment. Beyond an open path's ends, and where the vehicle turns round
-/// to go on the other way, it goes straight on; a closed path wraps.
+/// bases, so coarse waypoints turn as evenly as fine ones. Where the path doubles back within the
+/// chord, the direction is that of the segment. Beyond an open path's ends, and where the vehicle
+/// turns round to go on the other way, it goes straight on; a closed path wraps.
 ///
 /// Looking at a place costs a search by halves at worst, and next to nothing where it lies on the
 /// segment of the last place, or on the next one.
@@ -72,11 +72,11 @@ impl<'a> Preview<'a> {
         }
     }
 
-    /// The direction of `path` [rad], smoothed over `base` [m], at `arc_length` on segment `segment`:
-    /// that of one place, where [`new`](Self::new) is for several.
+    /// The direction of `path` [rad], smoothed over `base` [m], at `arc_length` on segment
+    /// `segment`: that of one place, where [`new`](Self::new) is for several.
     ///
-    /// The chord reaches at most one base either way. Farther, a vehicle that steers by it would cut
-    /// the corners of coarse waypoints, which a plan over several places does not.
+    /// The chord reaches at most one base either way. Farther, a vehicle that steers by it would
+    /// cut the corners of coarse waypoints, which a plan over several places does not.
     #[inline]
     pub fn yaw_at(path: &'a PathView<'a>, base: f64, segment: usize, arc_length: f64) -> f64 {
         Self::reaching(path, base, base, segment, arc_length, 0.0).path_yaw(arc_length)
@@ -201,8 +201,8 @@ impl Stretch {
 
 /// The angle from one direction to another [rad], in [-pi, pi].
 ///
-/// Up to 7 degrees by the series of the arc tangent, 2e-15 rad off at most, which costs an eighth of
-/// `atan2`.
+/// Up to 7 degrees by the series of the arc tangent, 2e-15 rad off at most, which costs an eighth
+/// of `atan2`.
 #[inline]
 fn angle_between(from: (f64, f64), to: (f64, f64)) -> f64 {
     let cross = from.0 * to.1 - from.1 * to.0;

@@ -1,27 +1,27 @@
-//! The closest point of a segment, and what the path says there.
+//! The closest point of a segment, and the path's arc length, direction and speed there.
 
 use super::view::PathView;
 use crate::geometry::{Point, squared_distance};
 use crate::math::{atan2, saturate, sqrt};
 
-/// The foot of a position on the path.
+/// A position projected onto the path: the closest point, and what the path says there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
-    /// The segment that carries the foot.
+    /// The segment of the closest point.
     pub segment: usize,
-    /// Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
+    /// Where on the segment: 0 at its start, 1 at its end; outside of 0..1 on an extension.
     pub fraction: f64,
-    /// The foot [m].
+    /// The closest point [m].
     pub point: Point,
-    /// Arc length at the foot [m].
+    /// Arc length at the closest point [m].
     pub arc_length: f64,
-    /// Signed distance to the foot [m], positive left of the path.
+    /// Distance to the closest point [m], positive left of the path.
     pub cross_track_error: f64,
     /// Direction of the segment [rad].
     pub path_yaw: f64,
 }
 
-/// The waypoint nearest to `position` of all; the first of several. Visits every waypoint.
+/// The waypoint nearest to `position`; the first of several. Visits every waypoint.
 pub fn nearest_waypoint(path: &PathView<'_>, position: Point) -> usize {
     let mut nearest = 0;
     let mut least = f64::INFINITY;
@@ -35,50 +35,51 @@ pub fn nearest_waypoint(path: &PathView<'_>, position: Point) -> usize {
     nearest
 }
 
-/// Projects `position` exactly onto the two segments at waypoint `nearest`; the nearer foot
-/// counts, the segment ahead where both are as near.
+/// Projects `position` onto the two segments that meet at waypoint `nearest`, and returns the
+/// nearer point; that of the segment ahead if both are equally near.
 ///
-/// Before the first and beyond the last waypoint of an open path the end segments go on as
-/// straight lines, so the cross-track error stays the offset to the side.
+/// Beyond the ends of an open path the end segments go on as straight lines, so that the
+/// cross-track error remains the lateral offset.
 #[inline]
 pub fn project(path: &PathView<'_>, nearest: usize, position: Point) -> Projection {
     let incoming = path.previous(nearest);
     let outgoing = path.next(nearest).map(|_| nearest);
-    let foot = match (incoming, outgoing) {
+    let closest = match (incoming, outgoing) {
         (Some(incoming), Some(outgoing)) => {
-            let behind = Foot::new(path, incoming, position);
-            let ahead = Foot::new(path, outgoing, position);
+            let behind = ClosestPoint::new(path, incoming, position);
+            let ahead = ClosestPoint::new(path, outgoing, position);
             if behind.squared_distance < ahead.squared_distance {
                 behind
             } else {
                 ahead
             }
         }
-        (Some(only), None) | (None, Some(only)) => Foot::new(path, only, position),
-        (None, None) => Foot::new(path, nearest, position),
+        (Some(only), None) | (None, Some(only)) => ClosestPoint::new(path, only, position),
+        (None, None) => ClosestPoint::new(path, nearest, position),
     };
-    foot.projection(path)
+    closest.projection(path)
 }
 
-/// The foot of a position on one segment: what is needed to choose between several.
+/// The closest point of one segment. It holds what is needed to choose between segments; the rest
+/// is computed on request.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Foot {
-    /// The segment that carries the foot.
+pub struct ClosestPoint {
+    /// The segment that carries the closest point.
     pub segment: usize,
     /// Where on the segment: 0 at its start, 1 at its end; beyond both on the extensions.
     pub fraction: f64,
-    /// The foot [m].
+    /// The closest point [m].
     pub point: Point,
-    /// Square of the distance to the foot [m^2].
+    /// Square of the distance to the closest point [m^2].
     pub squared_distance: f64,
     along: Point,
     squared_length: f64,
     side: f64,
 }
 
-impl Foot {
-    /// The foot of `position` on segment `segment`. Where the path ends, or turns round for the
-    /// vehicle to go on the other way, the segment goes on as a straight line.
+impl ClosestPoint {
+    /// The closest point of segment `segment`. At an end of the path and at a cusp the segment goes
+    /// on as a straight line.
     #[inline]
     pub fn new(path: &PathView<'_>, segment: usize, position: Point) -> Self {
         let low = match path.preceding(segment) {
@@ -92,7 +93,7 @@ impl Foot {
         Self::between(path, segment, position, low, high)
     }
 
-    /// The foot of `position` on what lies between both ends of the segment.
+    /// The closest point between both ends of the segment, without extension.
     #[inline]
     pub(super) fn within(path: &PathView<'_>, segment: usize, position: Point) -> Self {
         Self::between(path, segment, position, 0.0, 1.0)
@@ -121,7 +122,7 @@ impl Foot {
         }
     }
 
-    /// All about the foot.
+    /// The closest point with arc length, cross-track error and direction.
     #[inline]
     pub fn projection(&self, path: &PathView<'_>) -> Projection {
         Projection {
@@ -134,13 +135,13 @@ impl Foot {
         }
     }
 
-    /// Arc length at the foot [m].
+    /// Arc length at the closest point [m].
     #[inline]
     pub fn arc_length(&self, path: &PathView<'_>) -> f64 {
         path.arc(self.segment) + self.fraction * sqrt(self.squared_length)
     }
 
-    /// Signed distance to the foot [m], positive left of the path.
+    /// Distance to the closest point [m], positive left of the path.
     #[inline]
     pub fn cross_track_error(&self) -> f64 {
         sqrt(self.squared_distance).copysign(self.side)
@@ -152,13 +153,14 @@ impl Foot {
         atan2(self.along.y, self.along.x)
     }
 
-    /// From the start of the segment to its end [m].
+    /// Vector from the start of the segment to its end [m].
     #[inline]
     pub fn along(&self) -> Point {
         self.along
     }
 
-    /// The end of the segment that is nearer to the foot; its start where both are as near.
+    /// The end of the segment that is nearer to the closest point; its start where both are as
+    /// near.
     #[inline]
     pub fn nearest_waypoint(&self, path: &PathView<'_>) -> usize {
         if self.fraction > 0.5 {
@@ -168,8 +170,8 @@ impl Foot {
         }
     }
 
-    /// Distance [m], and up to `opposite_distance` [m] more the less the path leads along the unit
-    /// vector `heading`.
+    /// `distance + opposite_distance (1 - cos d) / 2` [m], with the angle `d` from the unit vector
+    /// `heading` to the segment.
     #[inline]
     pub(super) fn cost(&self, heading: Point, opposite_distance: f64) -> f64 {
         let along =
@@ -178,16 +180,16 @@ impl Foot {
     }
 }
 
-/// Direction of the segment that leads to waypoint `nearest` [rad], of the one that leaves it
-/// where none does: the path's heading as the published code takes it, up to a waypoint and a
-/// half behind the foot.
+/// Direction of the segment that ends at waypoint `nearest` [rad]; of the one that starts there if
+/// none ends there. The published code takes it for the path's heading. It lies up to one and a
+/// half segments behind the closest point.
 pub fn path_yaw_behind(path: &PathView<'_>, nearest: usize) -> f64 {
     let (start, end) = path.segment(path.previous(nearest).unwrap_or(nearest));
     atan2(end.y - start.y, end.x - start.x)
 }
 
-/// The reference speed at a projection [m/s], negative where the path is driven backwards; the
-/// magnitudes are taken linearly between the waypoints'. None where the path has no speeds.
+/// The reference speed at a projection [m/s], negative where the path is driven backwards.
+/// Magnitudes are interpolated linearly between waypoints. None if the path has no speeds.
 pub fn reference_speed(path: &PathView<'_>, projection: &Projection) -> Option<f64> {
     let speed = path.speed()?;
     let here = speed.get(projection.segment)?.abs();

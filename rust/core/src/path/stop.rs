@@ -29,7 +29,7 @@ impl Ahead {
     #[inline]
     pub fn of(path: &PathView<'_>, follow: &Follow, at: &Located) -> Self {
         // How far the followed point lies ahead of the rear axle, in the direction of driving.
-        let lead = follow.reference_offset - at.turn(follow.rear_axle - follow.base);
+        let lead = follow.reference_offset - at.mirror(follow.rear_axle - follow.base);
         Self::behind(path, follow, at, lead)
     }
 
@@ -42,7 +42,7 @@ impl Ahead {
     /// What `path` says `lead` [m] behind the point that `follow` has located.
     #[inline]
     pub fn behind(path: &PathView<'_>, follow: &Follow, at: &Located, lead: f64) -> Self {
-        let segment = at.foot.segment;
+        let segment = at.closest.segment;
         let end = path.section_end(segment);
         // Most closed paths say neither.
         if end.is_none() && path.speed().is_none() {
@@ -51,7 +51,7 @@ impl Ahead {
                 distance_to_stop: f64::INFINITY,
             };
         }
-        let arc = at.foot.arc_length(path) - lead;
+        let arc = at.closest.arc_length(path) - lead;
         let distance_to_stop = match end {
             None => f64::INFINITY,
             Some(last) => {

@@ -1,8 +1,9 @@
-//! Where will the vehicle be? The paper's one-step prediction, and the kinematic bicycle.
+//! Where the vehicle will be: the paper's one-step prediction, the kinematic bicycle, and a vehicle
+//! rolled forward through its commands.
 
-use super::VehicleState;
+use super::{Estimate, Vehicle, VehicleState};
 use crate::geometry::Point;
-use crate::math::{cos, from_count, saturate, sin, tan, to_count};
+use crate::math::{ceil_to_count, cos, from_count, saturate, sin, tan, to_count};
 use nalgebra::{SMatrix, SVector, Vector2};
 
 /// The largest number of steps of a prediction.
@@ -93,6 +94,85 @@ pub fn advance(vehicle: VehicleState, travel: f64, curvature: f64, slip: f64) ->
         y: vehicle.y + travel * sin(direction),
         yaw: vehicle.yaw + turn,
         speed: vehicle.speed,
+    }
+}
+
+/// A vehicle rolled forward through commands that last for their time each.
+///
+/// ```text
+/// curvature = gain tan(wheel + steer_offset) / turning_length,   yaw' = speed curvature
+/// ```
+///
+/// The state is that of the point that does not slip; what the estimate knows better than the
+/// vehicle counts. The speed changes by the acceleration that is estimated, and the turning length
+/// is that of the first speed.
+#[derive(Clone, Copy, Debug)]
+pub struct Rollout<'a> {
+    vehicle: &'a Vehicle,
+    estimate: &'a Estimate,
+    state: VehicleState,
+    /// Length that turns an angle of the wheels into a curvature [m].
+    length: f64,
+    /// Speed at the beginning [m/s].
+    start: f64,
+    /// Time since then [s].
+    time: f64,
+}
+
+impl<'a> Rollout<'a> {
+    /// The longest step [s]; larger values cut bends short, smaller ones cost more.
+    const STEP: f64 = 0.05;
+
+    /// A vehicle that begins at `state`.
+    #[inline]
+    pub fn new(vehicle: &'a Vehicle, estimate: &'a Estimate, state: VehicleState) -> Self {
+        Self {
+            vehicle,
+            estimate,
+            state,
+            length: vehicle.turning_length(state.speed) / estimate.gain,
+            start: state.speed,
+            time: 0.0,
+        }
+    }
+
+    /// The vehicle as it is by now.
+    #[inline]
+    pub fn state(&self) -> VehicleState {
+        self.state
+    }
+
+    /// Drives for `time` [s] with the wheels at the mean angle `wheel` [rad]: one step.
+    #[inline]
+    pub fn turn(&mut self, wheel: f64, time: f64) {
+        let (estimate, state) = (self.estimate, self.state);
+        self.time += time;
+        let speed = estimate.speed_after(self.start, self.time);
+        let travel = 0.5 * (state.speed + speed) * time;
+        let angle = self.vehicle.at_wheels(wheel + estimate.steer_offset);
+        let curvature = tan(angle) / self.length;
+        let slip = estimate.slip + estimate.slip_length * curvature;
+        self.state = advance(state, travel, curvature, slip);
+        self.state.speed = speed;
+    }
+
+    /// Drives through `commands`, angles [rad] with how long each lasts [s], from the angle `wheel`
+    /// of the wheels [rad] on; that at the end [rad].
+    #[inline]
+    pub fn drive(&mut self, wheel: f64, commands: impl Iterator<Item = (f64, f64)>) -> f64 {
+        let mut wheel = wheel;
+        for (steer, duration) in commands {
+            let steps = from_count(ceil_to_count(duration / Self::STEP));
+            let step = duration / steps;
+            let mut done = 0.0;
+            while done < steps {
+                let moved = self.vehicle.move_wheel(wheel, steer, step);
+                self.turn(moved.mean, step);
+                wheel = moved.wheel;
+                done += 1.0;
+            }
+        }
+        wheel
     }
 }
 

@@ -4,94 +4,20 @@
 //! steers too late. [`InFlight::predict`] rolls the vehicle forward through them, so that the
 //! controller sees it as it will be when its next command reaches the wheels.
 
-use super::bicycle::advance;
+use super::bicycle::Rollout;
+use super::timed::{Timed, clipped};
+use super::wheels::Reached;
 use super::{Estimate, Vehicle, VehicleState};
-use crate::error::{InputError, Requirement, input_in_range};
-use crate::math::{ceil_to_count, decay, from_count, saturate, tan};
-
-/// Where the wheels come to, and their mean angle on the way.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moved {
-    /// Angle at the end [rad].
-    pub wheel: f64,
-    /// Mean angle [rad].
-    pub mean: f64,
-}
-
-impl Vehicle {
-    /// The wheels from the angle `wheel` [rad] after `time` [s] of a `command` [rad] that reaches
-    /// them: a first-order response whose rate is limited, solved exactly.
-    ///
-    /// Farther from the commanded angle than `max_steer_rate steer_lag` the wheels turn at their
-    /// rate, nearer they approach it exponentially.
-    #[inline]
-    pub fn move_wheel(&self, wheel: f64, command: f64, time: f64) -> Moved {
-        let target = saturate(command + self.steer_offset, -self.max_steer, self.max_steer);
-        if time <= 0.0 {
-            return Moved { wheel, mean: wheel };
-        }
-        let gap = target - wheel;
-        match self.max_steer_rate {
-            Some(rate) if gap.abs() > rate * self.steer_lag => {
-                let knee = (rate * self.steer_lag).copysign(gap);
-                let ramp = (gap - knee).abs() / rate;
-                if ramp >= time {
-                    let turned = (rate * time).copysign(gap);
-                    return Moved {
-                        wheel: wheel + turned,
-                        mean: wheel + 0.5 * turned,
-                    };
-                }
-                let start = target - knee;
-                let rest = self.approach(start, target, time - ramp);
-                let share = ramp / time;
-                Moved {
-                    wheel: rest.wheel,
-                    mean: share * (0.5 * (wheel + start)) + (1.0 - share) * rest.mean,
-                }
-            }
-            _ => self.approach(wheel, target, time),
-        }
-    }
-
-    /// The exponential part of the response.
-    #[inline]
-    fn approach(&self, wheel: f64, target: f64, time: f64) -> Moved {
-        let kept = decay(time, self.steer_lag);
-        let excess = wheel - target;
-        Moved {
-            wheel: target + excess * kept,
-            mean: target + excess * (self.steer_lag * (1.0 - kept) / time),
-        }
-    }
-}
-
-/// What reached the wheels in a period: integrals over the time, for the speed 1 m/s and the
-/// turning length 1 m.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reached {
-    /// Of `tan(wheel)` [s].
-    pub turn: f64,
-    /// Of its derivative by the angle [s].
-    pub slope: f64,
-}
+use crate::error::{InputError, input_in_range};
+use crate::math::{from_count, saturate};
 
 /// The commands that are given but have not reached the wheels, oldest first, and the wheels.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InFlight {
     /// Angle [rad] and how long it was commanded [s].
-    commands: [(f64, f64); Self::CAPACITY],
-    first: usize,
-    count: usize,
+    commands: Timed<{ Self::CAPACITY }>,
     /// Angle of the wheels by the vehicle's own figures, without an estimated offset [rad].
     wheel: f64,
-}
-
-/// Places of the ring that hold no command do not count.
-impl PartialEq for InFlight {
-    fn eq(&self, other: &Self) -> bool {
-        self.wheel == other.wheel && self.commands().eq(other.commands())
-    }
 }
 
 impl InFlight {
@@ -99,20 +25,16 @@ impl InFlight {
     const RESOLUTION: usize = 64;
     /// The most commands in flight; shorter ones are joined, see [`elapse`](Self::elapse).
     pub const CAPACITY: usize = 3 * Self::RESOLUTION + 4;
-    /// The longest step of the prediction [s].
-    const STEP: f64 = 0.05;
 
     /// The wheels at rest under the command `steer` [rad], and that command in flight.
     pub fn settled(vehicle: &Vehicle, steer: f64) -> Self {
         let most = vehicle.max_steer;
         let mut in_flight = Self {
-            commands: [(0.0, 0.0); Self::CAPACITY],
-            first: 0,
-            count: 0,
+            commands: Timed::EMPTY,
             wheel: saturate(steer + vehicle.steer_offset, -most, most),
         };
         if vehicle.dead_time > 0.0 {
-            in_flight.push((steer, vehicle.dead_time));
+            in_flight.commands.push(steer, vehicle.dead_time);
         }
         in_flight
     }
@@ -139,20 +61,10 @@ impl InFlight {
         wheel: f64,
         longer: f64,
     ) -> Result<Self, InputError> {
-        let count = commands.len();
-        if count > Self::CAPACITY {
-            return Err(InputError {
-                field: "commands_in_flight",
-                value: from_count(count),
-                requirement: Requirement::CountInRange(0, Self::CAPACITY),
-            });
-        }
-        let mut in_flight = Self::settled(vehicle, 0.0);
-        in_flight.count = 0;
-        in_flight.wheel = wheel;
-        for command in commands {
-            in_flight.push(command);
-        }
+        let in_flight = Self {
+            commands: Timed::restore("commands_in_flight", commands)?,
+            wheel,
+        };
         in_flight.check(vehicle, longer)?;
         Ok(in_flight)
     }
@@ -185,7 +97,7 @@ impl InFlight {
 
     /// The commands in flight, oldest first: angle [rad] and duration [s].
     pub fn commands(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        (0..self.count).map(|k| self.get(k))
+        self.commands.iter()
     }
 
     /// Angle of the wheels by the vehicle's own figures, without an estimated offset [rad].
@@ -196,19 +108,11 @@ impl InFlight {
     /// What reaches the wheels in `dt` [s] after `last` was commanded.
     #[inline]
     pub fn reaching(&self, vehicle: &Vehicle, last: f64, dt: f64) -> Reached {
-        let mut reached = Reached::default();
-        let (mut wheel, mut gone) = (self.wheel, dt);
-        for (steer, duration) in self.commands().chain([(last, dt)]) {
-            if gone <= 0.0 {
-                break;
-            }
-            let part = if duration < gone { duration } else { gone };
-            let moved = vehicle.move_wheel(wheel, steer, part);
-            let tangent = tan(moved.mean);
-            reached.turn += part * tangent;
-            reached.slope += part * (1.0 + tangent * tangent);
+        let (mut reached, mut wheel) = (Reached::default(), self.wheel);
+        for (steer, time) in clipped(self.commands().chain([(last, dt)]), dt) {
+            let moved = vehicle.move_wheel(wheel, steer, time);
+            reached.add(moved.mean, time);
             wheel = moved.wheel;
-            gone -= part;
         }
         reached
     }
@@ -218,26 +122,17 @@ impl InFlight {
     /// later. Commands shorter than a 64th of the dead time are joined to their mean.
     pub fn elapse(&mut self, vehicle: &Vehicle, last: f64, dt: f64, longer: f64) {
         let mut gone = dt - longer;
-        let joined = vehicle.dead_time / from_count(Self::RESOLUTION);
-        let newest = self.count.checked_sub(1);
-        match newest.map(|k| (k, self.get(k))) {
-            Some((k, (steer, duration))) if duration + dt <= joined => {
-                let total = duration + dt;
-                let mean = (steer * duration + last * dt) / total;
-                self.set(k, (mean, total));
-            }
-            _ => self.push((last, dt)),
-        }
-        while gone > 0.0 && self.count > 0 {
-            let (steer, duration) = self.get(0);
-            if duration > gone {
-                self.wheel = vehicle.move_wheel(self.wheel, steer, gone).wheel;
-                self.set(0, (steer, duration - gone));
-                break;
-            }
-            self.wheel = vehicle.move_wheel(self.wheel, steer, duration).wheel;
-            self.pop();
-            gone -= duration;
+        let joined = if self.commands.is_full() {
+            f64::INFINITY
+        } else {
+            vehicle.dead_time / from_count(Self::RESOLUTION)
+        };
+        self.commands.push_or_join(last, dt, joined);
+        while gone > 0.0
+            && let Some((steer, time)) = self.commands.take(gone)
+        {
+            self.wheel = vehicle.move_wheel(self.wheel, steer, time).wheel;
+            gone -= time;
         }
     }
 
@@ -250,73 +145,17 @@ impl InFlight {
         state: VehicleState,
         estimate: &Estimate,
     ) -> (VehicleState, f64) {
-        let (start, mut time) = (state.speed, 0.0);
-        let (mut state, mut wheel) = (state, self.wheel);
-        let length = vehicle.turning_length(state.speed) / estimate.gain;
-        for (steer, duration) in self.commands() {
-            let steps = from_count(ceil_to_count(duration / Self::STEP));
-            let step = duration / steps;
-            let mut done = 0.0;
-            while done < steps {
-                let moved = vehicle.move_wheel(wheel, steer, step);
-                time += step;
-                let speed = estimate.speed_after(start, time);
-                let travel = 0.5 * (state.speed + speed) * step;
-                let angle = vehicle.at_wheels(moved.mean + estimate.steer_offset);
-                let curvature = tan(angle) / length;
-                let slip = estimate.slip + estimate.slip_length * curvature;
-                state = advance(state, travel, curvature, slip);
-                state.speed = speed;
-                wheel = moved.wheel;
-                done += 1.0;
-            }
-        }
-        (state, wheel)
-    }
-
-    #[inline]
-    fn place(&self, k: usize) -> usize {
-        let place = self.first + k;
-        if place < Self::CAPACITY {
-            place
-        } else {
-            place - Self::CAPACITY
-        }
-    }
-
-    #[inline]
-    fn get(&self, k: usize) -> (f64, f64) {
-        self.commands
-            .get(self.place(k))
-            .copied()
-            .unwrap_or((self.wheel, 0.0))
-    }
-
-    #[inline]
-    fn set(&mut self, k: usize, command: (f64, f64)) {
-        let place = self.place(k);
-        if let Some(entry) = self.commands.get_mut(place) {
-            *entry = command;
-        }
-    }
-
-    #[inline]
-    fn push(&mut self, command: (f64, f64)) {
-        self.set(self.count, command);
-        self.count += 1;
-    }
-
-    #[inline]
-    fn pop(&mut self) {
-        self.first = self.place(1);
-        self.count -= 1;
+        let mut rollout = Rollout::new(vehicle, estimate, state);
+        let wheel = rollout.drive(self.wheel, self.commands());
+        (rollout.state(), wheel)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::exp;
+    use crate::math::tan;
+    use crate::vehicle::bicycle::advance;
     use alloc::vec::Vec;
 
     fn car(dead_time: f64, steer_lag: f64, max_steer_rate: Option<f64>) -> Vehicle {
@@ -365,6 +204,20 @@ mod tests {
     }
 
     #[test]
+    fn test_elapse_of_a_full_ring_keeps_the_dead_time() {
+        let car = car(0.3, 0.1, None);
+        // Of a state that was put together: steps leave no ring full.
+        let short = 1e-4;
+        let rest = 0.3 - short * from_count(InFlight::CAPACITY - 1);
+        let commands: Vec<_> = (0..InFlight::CAPACITY)
+            .map(|k| (0.1, if k == 0 { rest } else { short }))
+            .collect();
+        let mut in_flight = InFlight::restore(&car, commands.into_iter(), 0.0, 0.0).unwrap();
+        in_flight.elapse(&car, 0.2, 0.02, 0.0);
+        assert_eq!(in_flight.check(&car, 0.0), Ok(()));
+    }
+
+    #[test]
     fn test_settled_wheels_stand_at_the_command_and_its_offset() {
         let car = Vehicle {
             steer_offset: 0.02,
@@ -374,29 +227,6 @@ mod tests {
         assert_eq!(in_flight.wheel(), 0.32);
         in_flight.elapse(&car, 0.3, 0.05, 0.0);
         assert_eq!(in_flight.wheel(), 0.32);
-    }
-
-    #[test]
-    fn test_move_wheel_is_a_first_order_response_with_a_limited_rate() {
-        let lagging = car(0.0, 0.1, None).move_wheel(0.0, 1.0, 0.1);
-        assert!((lagging.wheel - (1.0 - exp(-1.0))).abs() < 1e-15);
-        let slow = car(0.0, 0.0, Some(0.5));
-        assert_eq!(slow.move_wheel(0.0, 1.0, 0.1).wheel, 0.05);
-        assert_eq!(slow.move_wheel(0.0, 0.01, 0.1).wheel, 0.01);
-        // Against the differential equation in small steps.
-        let both = car(0.0, 0.2, Some(0.4));
-        for (start, command, time) in [(0.0, 0.3, 0.5), (0.1, -0.6, 2.5), (0.2, 0.25, 0.3)] {
-            let (mut wheel, mut sum) = (start, 0.0);
-            let step = time / 1e5;
-            for _ in 0..100_000 {
-                let rate = saturate((command - wheel) / 0.2, -0.4, 0.4);
-                sum += (wheel + 0.5 * rate * step) * step;
-                wheel += rate * step;
-            }
-            let moved = both.move_wheel(start, command, time);
-            assert!((moved.wheel - wheel).abs() < 1e-5, "{moved:?} {wheel}");
-            assert!((moved.mean - sum / time).abs() < 1e-5, "{moved:?}");
-        }
     }
 
     #[test]

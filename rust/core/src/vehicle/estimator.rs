@@ -1,13 +1,15 @@
-//! What the motion of a vehicle shows of it: the one estimator of all controllers.
+//! Estimates what the vehicle's parameters do not say, from its motion. All controllers share it.
 //!
-//! The turning is found by least squares that forget: with the turn `a` that the vehicle's own
-//! figures expect and the turn `b` of one radian of steering offset, a measured turn is
-//! `gain (a + steer_offset b)`, linear in `gain` and `gain steer_offset`. A dead time that is
-//! wrong turns the vehicle too early or too late: it is found from the turn that is left over and
-//! the rate at which the expected turn changes. The slip, the angle of the motion to the heading,
-//! is found from the position by normalised least mean squares.
+//! - **Turning gain and steering offset** by recursive least squares with exponential forgetting.
+//!   The model of the turn in one period is `gain (a + steer_offset b)`: `a` is the turn that the
+//!   vehicle's parameters predict, `b` its derivative by the steering offset. It is linear in
+//!   `gain` and `gain steer_offset`.
+//! - **Dead time** by a normalised gradient step. A dead time that is too short by `t` leaves the
+//!   residual `-t da/dt` in the turn, so residual and rate of change of `a` give `t`.
+//! - **Slip**, the angle from the heading to the direction of motion, by normalised least mean
+//!   squares from the measured positions.
 
-use super::delay::Reached;
+use super::wheels::Reached;
 use super::{Vehicle, VehicleState};
 use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
 use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
@@ -16,26 +18,26 @@ use crate::math::{cos, exp, saturate, sin, wrap};
 /// How fast a controller adapts to its vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptParams {
-    /// Time over which turning gain, steering offset and dead time are estimated [s]; 0 never.
-    /// Shorter: sooner right, and more noise of the heading passed on.
+    /// Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
+    /// switches them off. Shorter: faster, and more noise of the heading in the estimates.
     pub turn_time: f64,
-    /// Time over which the slip is estimated, straight on and in bends [s]; 0 never. Shorter:
-    /// sooner right, and more noise of the position passed on.
+    /// Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more noise
+    /// of the position in the estimate.
     pub slip_time: f64,
-    /// Below this speed the slip is not estimated [m/s]: the position moves too little to show it;
-    /// by default 5/3 wheelbases a second.
+    /// Below this speed the slip is not estimated [m/s], because the position moves too little to
+    /// show it. The default is 5/3 wheelbases a second.
     pub min_speed: Option<f64>,
 }
 
 impl AdaptParams {
-    /// A few bends for the turning, half of that for the slip.
+    /// 10 s for the turning, which is a few bends; 5 s for the slip.
     pub const DEFAULT: Self = Self {
         turn_time: 10.0,
         slip_time: 5.0,
         min_speed: None,
     };
 
-    /// The parameters themselves where each is within its range.
+    /// Returns the parameters if each is within its range.
     ///
     /// # Errors
     ///
@@ -56,26 +58,26 @@ impl Default for AdaptParams {
     }
 }
 
-/// What is known of the vehicle beyond its own figures.
+/// The estimates: corrections to the vehicle's parameters, its slip and its acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// How many times more the vehicle turns than its figures say; as a controller uses it, 1
-    /// without a dead time.
+    /// Ratio of the measured turning to that of the vehicle's parameters. Controllers use 1 for a
+    /// vehicle without a dead time.
     pub gain: f64,
-    /// Angle of the wheels at the command 0, beyond the vehicle's `steer_offset` [rad].
+    /// Steering offset, in addition to the vehicle's `steer_offset` [rad].
     pub steer_offset: f64,
-    /// How much longer the dead time is than the vehicle's [s].
+    /// Dead time, in addition to the vehicle's `dead_time` [s]; may be negative.
     pub longer_dead_time: f64,
-    /// Angle of the motion of the point that does not slip to the heading, straight on [rad].
+    /// Slip of the no-slip point on a straight: direction of its motion less the heading [rad].
     pub slip: f64,
-    /// How much that angle grows with the curvature [m].
+    /// Change of the slip per curvature [m].
     pub slip_length: f64,
     /// Acceleration [m/s^2].
     pub acceleration: f64,
 }
 
 impl Estimate {
-    /// Nothing beyond the vehicle's own figures.
+    /// No corrections: the vehicle is as its parameters say, and keeps its speed.
     pub const DEFAULT: Self = Self {
         gain: 1.0,
         steer_offset: 0.0,
@@ -85,7 +87,8 @@ impl Estimate {
         acceleration: 0.0,
     };
 
-    /// The speed `time` [s] on from `speed` [m/s]; a vehicle that brakes stops.
+    /// The speed [m/s] after `time` [s] at the estimated acceleration; a braking vehicle stops at
+    /// 0.
     #[inline]
     pub fn speed_after(&self, speed: f64, time: f64) -> f64 {
         let next = speed + self.acceleration * time;
@@ -103,70 +106,72 @@ impl Default for Estimate {
     }
 }
 
-/// What an [`Estimate`] rests on; sums of which the old terms are forgotten.
+/// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.
+///
+/// `a` and `b` are those of the module's model: expected turn, and its derivative by the offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimator {
-    /// The point that does not slip as it was last seen; none where nothing can be learnt from the
-    /// motion since.
-    pub seen: Option<VehicleState>,
-    /// Turns expected, squared [rad^2].
+    /// State of the no-slip point when it was last measured; none if the motion since then must not
+    /// be used.
+    pub last_measured: Option<VehicleState>,
+    /// Sum of `a^2` [rad^2].
     pub turn_turn: f64,
-    /// Turns expected times those of a radian of offset [rad].
+    /// Sum of `a b` [rad].
     pub turn_offset: f64,
-    /// Turns of a radian of offset, squared.
+    /// Sum of `b^2`.
     pub offset_offset: f64,
-    /// Turns expected times those measured [rad^2].
+    /// Sum of `a` times the measured turn [rad^2].
     pub turn_measured: f64,
-    /// Turns of a radian of offset times those measured [rad].
+    /// Sum of `b` times the measured turn [rad].
     pub offset_measured: f64,
-    /// The turn expected for the last period [rad].
+    /// `a` of the last period [rad].
     pub turn: f64,
-    /// Rates at which the expected turns changed, squared [rad^2/s^2].
+    /// Sum of the squared rates of change of `a` [rad^2/s^2].
     pub change: f64,
-    /// What is known by now.
+    /// The present estimates.
     pub estimate: Estimate,
 }
 
 impl Estimator {
-    /// Time over which the acceleration is taken [s].
+    /// Time constant of the estimated acceleration [s].
     const ACCELERATION_TIME: f64 = 0.1;
-    /// Weight of the vehicle's own gain, 1, in the least squares [rad^2]. Larger values make the
-    /// estimate slower and steadier; 1e-4 is one turn of 0.6 degrees.
+    /// Weight of the vehicle's own gain, 1, in the least squares [rad^2]. It is not forgotten.
+    /// Larger values make the estimate slower and steadier; 1e-4 is one turn of 0.6 degrees.
     const GAIN_PRIOR: f64 = 1e-4;
-    /// Weight of the vehicle's own steering offset in the least squares. Larger values make the
-    /// estimate slower and steadier; 0.1 are three periods in which a radian turns by 10 degrees.
+    /// Weight of the vehicle's own steering offset in the least squares. It is not forgotten.
+    /// Larger values make the estimate slower and steadier; 0.1 are three periods with `b` = 0.18.
     const OFFSET_PRIOR: f64 = 0.1;
-    /// Weight of the vehicle's own dead time in the least squares [rad^2/s^2].
+    /// Weight of the vehicle's own dead time [rad^2/s^2]. Larger values make its estimate slower.
     const CHANGE_PRIOR: f64 = 1e-2;
-    /// Bounds of the gain: beyond them the figures are those of another vehicle.
+    /// Least gain: below it the parameters are those of another vehicle.
     pub const MIN_GAIN: f64 = 0.4;
-    /// The upper one.
+    /// Largest gain: above it the parameters are those of another vehicle.
     pub const MAX_GAIN: f64 = 2.5;
-    /// The largest steering offset that is believed [rad].
+    /// Bound of the estimated steering offset [rad].
     pub const MAX_STEER_OFFSET: f64 = 0.15;
-    /// The largest slip that is believed [rad].
+    /// Bound of the estimated slip [rad].
     pub const MAX_SLIP: f64 = 0.15;
-    /// The curvature at which a slip sample updates the constant and the curvature-dependent part
-    /// equally, times the wheelbase. Below it a bend is treated as straight.
+    /// Curvature times wheelbase at which a slip sample updates `slip` and `slip_length` equally.
+    /// Below it a bend is treated as straight.
     const SLIP_SPLIT: f64 = 0.03;
-    /// Less than the slowest vehicle travels in the shortest period at its default `min_speed` [m].
-    /// A curvature over a distance much shorter than this could not be told from infinity.
+    /// Shortest distance from which a slip is estimated [m]: over less, a curvature overflows. The
+    /// slowest vehicle at its default `min_speed` travels more in the shortest period.
     const LEAST_TRAVEL: f64 = 1e-9;
-    /// The largest acceleration that is believed, in wheelbases [1/s^2].
+    /// Bound of the estimated acceleration, in wheelbases [1/s^2].
     const MAX_ACCELERATION: f64 = 20.0;
-    /// More than a sum comes to within the bounds of the input.
+    /// Bound of the sums, which no valid input reaches.
     const MAX_SUM: f64 = 1e100;
-    /// More than a turn comes to, and little enough that the squares of its changes keep to that.
+    /// Bound of a turn, which no valid input reaches; the squares of its changes keep to `MAX_SUM`.
     const MAX_TURN: f64 = 1e30;
 
-    /// How far an estimated dead time may be from the vehicle's [s].
+    /// Bound of `longer_dead_time`, either way [s].
     #[inline]
     fn most_longer(vehicle: &Vehicle) -> f64 {
         0.5 * vehicle.dead_time
     }
 
-    /// Takes in the turn since the last step, `dt` [s] ago, in which `reached` reached the wheels,
-    /// and how the speed changed. `now` is the state of the point that does not slip.
+    /// Updates gain, steering offset, dead time and acceleration from the motion in the last `dt`
+    /// [s]. `now` is the state of the no-slip point, `reached` what the wheels did in that time.
     #[inline]
     pub fn observe_turn(
         &mut self,
@@ -176,7 +181,7 @@ impl Estimator {
         reached: Reached,
         dt: f64,
     ) {
-        let Some(before) = self.seen else {
+        let Some(before) = self.last_measured else {
             self.turn = 0.0;
             return;
         };
@@ -212,10 +217,10 @@ impl Estimator {
         saturate(estimate.acceleration + weight * gained, -most, most)
     }
 
-    /// Least squares that forget, for gain, steering offset and dead time.
+    /// Updates gain, steering offset and dead time from one `measured` turn.
     ///
-    /// No sample counts for more than a turn thrice as large as expected with twice the largest
-    /// offset, or than the longest dead time: a jump of the localisation shows nothing.
+    /// A measured turn counts as at most `2 (|a| + MAX_STEER_OFFSET |b|)` away from the estimated
+    /// one, so a jump of the localisation changes little. `turn` is `a`, `by_offset` is `b`.
     #[inline]
     fn fit_turning(
         &mut self,
@@ -239,10 +244,10 @@ impl Estimator {
         self.offset_measured = self.offset_measured * kept + by_offset * measured;
 
         if let Some(fitted) = self.fitted_gain() {
-            // Without commands in flight the gain is left to the feedback: one that is fitted
-            // through a lag that is not quite right would cost it margin.
+            // Without a dead time nothing is predicted and feedback corrects the gain. An estimate
+            // that is disturbed by a wrong lag would only cost gain margin.
             let gain = if vehicle.dead_time > 0.0 { fitted } else { 1.0 };
-            // The offset that goes with the gain, also where that is not the free one.
+            // The best offset for this gain, which may be 1 or clamped.
             let offset = (self.offset_measured - self.turn_offset * gain)
                 / (self.offset_offset + Self::OFFSET_PRIOR)
                 / gain;
@@ -253,19 +258,20 @@ impl Estimator {
 
         let change = (self.turn - turn) / dt;
         let most_longer = Self::most_longer(vehicle);
-        let left = measured - expected(&self.estimate);
+        let residual = measured - expected(&self.estimate);
         let most = change.abs() * most_longer;
         self.change = self.change * kept + change * change;
-        let late = saturate(left, -most, most) * change / (self.change + Self::CHANGE_PRIOR);
-        let late = saturate(late, -dt, dt);
+        let correction =
+            saturate(residual, -most, most) * change / (self.change + Self::CHANGE_PRIOR);
+        let correction = saturate(correction, -dt, dt);
         self.estimate.longer_dead_time = saturate(
-            self.estimate.longer_dead_time + late,
+            self.estimate.longer_dead_time + correction,
             -most_longer,
             most_longer,
         );
     }
 
-    /// The gain by the normal equations of gain and `gain steer_offset`.
+    /// The gain from the normal equations of `gain` and `gain steer_offset`.
     #[inline]
     fn fitted_gain(&self) -> Option<f64> {
         let (aa, ab, bb) = (
@@ -284,7 +290,7 @@ impl Estimator {
         })
     }
 
-    /// What is known by now, with the gain as it is fitted also where no controller uses it.
+    /// The present estimates, with the fitted gain even if controllers use 1.
     pub fn known(&self) -> Estimate {
         Estimate {
             gain: self.fitted_gain().unwrap_or(self.estimate.gain),
@@ -292,11 +298,12 @@ impl Estimator {
         }
     }
 
-    /// Takes in the motion since the last step, `dt` [s] ago, along a path that turns by
-    /// `curvature` [1/m], counted in the direction in which the vehicle looks.
+    /// Updates the slip from the motion of the no-slip point in the last `dt` [s].
     ///
-    /// The curvature is the path's: the vehicle's own answers to the errors of the position, which
-    /// are in the sample too, would be taken for slip.
+    /// `curvature` gives the path's mean curvature [1/m] over a distance travelled [m], for a
+    /// vehicle that looks along its heading. The path's is used and not the vehicle's: the vehicle
+    /// steers by the measured position, so its curvature is correlated with the noise of the
+    /// sample.
     #[inline]
     pub fn observe_slip(
         &mut self,
@@ -306,7 +313,7 @@ impl Estimator {
         curvature: impl FnOnce(f64) -> f64,
         dt: f64,
     ) {
-        let (Some(before), true) = (self.seen, params.slip_time > 0.0) else {
+        let (Some(before), true) = (self.last_measured, params.slip_time > 0.0) else {
             return;
         };
         let pace = params.min_speed.unwrap_or(5.0 / 3.0 * vehicle.wheelbase);
@@ -340,17 +347,27 @@ impl Estimator {
         );
     }
 
-    /// The estimator itself, where a vehicle could have shown it.
+    /// Returns the estimator if it is one that `vehicle` could have.
     ///
     /// # Errors
     ///
     /// [`InputError`], naming the field that is not.
     pub fn checked(self, vehicle: &Vehicle) -> Result<Self, InputError> {
-        if let Some(seen) = self.seen {
-            input_in_range("seen", seen.x, -2.0 * MAX_COORDINATE, 2.0 * MAX_COORDINATE)?;
-            input_in_range("seen", seen.y, -2.0 * MAX_COORDINATE, 2.0 * MAX_COORDINATE)?;
-            input_in_range("seen", seen.yaw, -MAX_YAW, MAX_YAW)?;
-            input_in_range("seen", seen.speed, -MAX_SPEED, MAX_SPEED)?;
+        if let Some(last_measured) = self.last_measured {
+            input_in_range(
+                "last_measured",
+                last_measured.x,
+                -2.0 * MAX_COORDINATE,
+                2.0 * MAX_COORDINATE,
+            )?;
+            input_in_range(
+                "last_measured",
+                last_measured.y,
+                -2.0 * MAX_COORDINATE,
+                2.0 * MAX_COORDINATE,
+            )?;
+            input_in_range("last_measured", last_measured.yaw, -MAX_YAW, MAX_YAW)?;
+            input_in_range("last_measured", last_measured.speed, -MAX_SPEED, MAX_SPEED)?;
         }
         for (field, value, low) in [
             ("turn_turn", self.turn_turn, 0.0),
@@ -401,10 +418,13 @@ mod tests {
     }
 
     /// What is estimated of a vehicle with a wheelbase of 3 m, 0.2 s of dead time and a lag of
-    /// 0.1 s in 60 s of bends at 10 m/s and more, where `told` is believed.
-    fn estimated(told: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
+    /// 0.1 s in 60 s of bends at 10 m/s and more, where `given` is believed.
+    fn estimated(given: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
         let real = car(3.0, 0.2, steer_offset);
-        let (mut there, mut known) = (InFlight::settled(&real, 0.0), InFlight::settled(&told, 0.0));
+        let (mut there, mut known) = (
+            InFlight::settled(&real, 0.0),
+            InFlight::settled(&given, 0.0),
+        );
         let mut estimator = Estimator::default();
         let mut vehicle = VehicleState {
             x: 0.0,
@@ -423,19 +443,19 @@ mod tests {
             if step == 900 {
                 vehicle.yaw += jump;
             }
-            let reached = known.reaching(&told, command, 0.05);
+            let reached = known.reaching(&given, command, 0.05);
             let before = estimator.estimate.longer_dead_time;
-            estimator.observe_turn(&AdaptParams::DEFAULT, &told, vehicle, reached, 0.05);
+            estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, 0.05);
             let longer = estimator.estimate.longer_dead_time - before;
-            estimator.seen = Some(vehicle);
-            known.elapse(&told, command, 0.05, longer);
+            estimator.last_measured = Some(vehicle);
+            known.elapse(&given, command, 0.05, longer);
         }
         estimator
     }
 
     #[test]
     fn test_slip_of_a_vehicle_that_hardly_moves_is_a_number() {
-        let told = car(3.0, 0.0, 0.0);
+        let given = car(3.0, 0.0, 0.0);
         let params = AdaptParams {
             min_speed: Some(0.0),
             ..AdaptParams::DEFAULT
@@ -448,11 +468,11 @@ mod tests {
                 speed,
             };
             let mut estimator = Estimator {
-                seen: Some(state(0.0)),
+                last_measured: Some(state(0.0)),
                 ..Estimator::default()
             };
-            estimator.observe_slip(&params, &told, state(0.1), |travel| 1e-16 / travel, 0.05);
-            assert!(estimator.checked(&told).is_ok(), "{estimator:?}");
+            estimator.observe_slip(&params, &given, state(0.1), |travel| 1e-16 / travel, 0.05);
+            assert!(estimator.checked(&given).is_ok(), "{estimator:?}");
         }
     }
 
@@ -471,10 +491,10 @@ mod tests {
     }
 
     #[test]
-    fn test_estimator_learns_little_of_a_jump_of_the_heading() {
-        let told = car(2.55, 0.25, 0.0);
-        let calm = estimated(told, 0.0, 0.0, 0.0).estimate;
-        let jumped = estimated(told, 0.0, 0.0, 2.0).estimate;
+    fn test_estimator_takes_little_of_a_jump_of_the_heading() {
+        let given = car(2.55, 0.25, 0.0);
+        let calm = estimated(given, 0.0, 0.0, 0.0).estimate;
+        let jumped = estimated(given, 0.0, 0.0, 2.0).estimate;
         assert!((calm.gain - jumped.gain).abs() < 0.03, "{jumped:?}");
         assert!(
             (calm.steer_offset - jumped.steer_offset).abs() < 0.003,
@@ -493,22 +513,22 @@ mod tests {
             estimated(car(0.9, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
             0.4
         );
-        let told = car(3.0, 0.1, 0.0);
-        let found = estimated(told, 0.0, 0.0, 0.0);
+        let given = car(3.0, 0.1, 0.0);
+        let found = estimated(given, 0.0, 0.0, 0.0);
         assert_eq!(found.estimate.longer_dead_time, 0.05);
-        assert!(found.checked(&told).is_ok());
+        assert!(found.checked(&given).is_ok());
         let refused = found.checked(&car(3.0, 0.09, 0.0)).unwrap_err();
         assert_eq!(refused.field, "longer_dead_time");
         let turned = Estimator {
             turn: 1e31,
             ..found
         };
-        assert_eq!(turned.checked(&told).unwrap_err().value, 1e31);
+        assert_eq!(turned.checked(&given).unwrap_err().value, 1e31);
     }
 
     #[test]
     fn test_slip_is_found_from_the_position_whichever_way_the_vehicle_drives() {
-        let told = Vehicle::DEFAULT;
+        let given = Vehicle::DEFAULT;
         for speed in [10.0, -10.0] {
             let mut estimator = Estimator::default();
             let mut vehicle = VehicleState {
@@ -518,7 +538,7 @@ mod tests {
                 speed,
             };
             for step in 0..2000 {
-                estimator.seen = Some(vehicle);
+                estimator.last_measured = Some(vehicle);
                 let curvature = match step / 20 % 3 {
                     0 => 0.03,
                     1 => 0.0,
@@ -527,7 +547,7 @@ mod tests {
                 let slip = 0.01 - 0.4 * curvature;
                 vehicle = advance(vehicle, speed * 0.05, curvature, slip);
                 let params = AdaptParams::DEFAULT;
-                estimator.observe_slip(&params, &told, vehicle, |_| curvature, 0.05);
+                estimator.observe_slip(&params, &given, vehicle, |_| curvature, 0.05);
             }
             let found = estimator.estimate;
             assert!((found.slip - 0.01).abs() < 1e-3, "{found:?}");

@@ -6,6 +6,8 @@ pub mod delay;
 pub mod estimator;
 pub mod past;
 pub mod state;
+pub mod timed;
+pub mod wheels;
 
 pub use delay::InFlight;
 pub use estimator::{AdaptParams, Estimate, Estimator};
@@ -13,6 +15,7 @@ pub use past::Past;
 pub use state::VehicleState;
 
 use crate::error::{ConfigError, config_in_range};
+use crate::math::saturate;
 
 /// All that is true of a car-like vehicle, told once.
 ///
@@ -140,6 +143,12 @@ impl Vehicle {
     #[inline]
     pub fn turning_length(&self, speed: f64) -> f64 {
         self.turning_wheelbase.unwrap_or(self.wheelbase) + self.understeer * speed * speed
+    }
+
+    /// An angle that the wheels can stand at [rad].
+    #[inline]
+    pub fn at_wheels(&self, angle: f64) -> f64 {
+        saturate(angle, -self.max_steer, self.max_steer)
     }
 }
 

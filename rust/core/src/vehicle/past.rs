@@ -3,35 +3,29 @@
 //! A localisation takes its time, which is none of the steering's. [`Past::advance`] rolls the
 //! vehicle forward from where it was seen, through the angles that its wheels have had since.
 
-use super::bicycle::advance;
-use super::delay::Reached;
+use super::bicycle::Rollout;
+use super::timed::{Timed, clipped};
+use super::wheels::Reached;
 use super::{Estimate, Vehicle, VehicleState};
-use crate::error::{InputError, Requirement, input_in_range};
-use crate::math::{from_count, saturate, tan};
+use crate::error::{InputError, input_in_range};
+use crate::math::{from_count, saturate};
 
 /// The oldest pose that a step takes [s].
 pub const MAX_POSE_AGE: f64 = 1.0;
 
 /// The angles of the wheels by the vehicle's own figures over the last second, oldest first.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Past {
     /// Mean angle [rad] and for how long [s].
-    angles: [(f64, f64); Self::CAPACITY],
-    first: usize,
-    count: usize,
+    angles: Timed<{ Self::CAPACITY }>,
     wheel: f64,
     since: f64,
 }
 
-/// Places of the ring that hold no angle do not count.
-impl PartialEq for Past {
-    fn eq(&self, other: &Self) -> bool {
-        self.wheel == other.wheel && self.since == other.since && self.angles().eq(other.angles())
-    }
-}
-
 impl Past {
-    /// Angles are remembered apart down to this share of [`MAX_POSE_AGE`].
+    /// Angles are remembered apart down to this share of [`MAX_POSE_AGE`]. A 32nd would halve
+    /// the memory, but preview POP at 100 Hz on poses 0.1 s old then keeps within 11 mm of its path
+    /// instead of 3 mm (root mean square).
     const RESOLUTION: usize = 64;
     /// The most angles. Two neighbours are together longer than a share, so half as many shares
     /// are remembered as there are places.
@@ -42,13 +36,11 @@ impl Past {
     /// The wheels as they have stood at the angle `wheel` [rad] for long.
     pub fn settled(wheel: f64) -> Self {
         let mut past = Self {
-            angles: [(0.0, 0.0); Self::CAPACITY],
-            first: 0,
-            count: 0,
+            angles: Timed::EMPTY,
             wheel,
             since: 0.0,
         };
-        past.push(wheel, MAX_POSE_AGE);
+        past.angles.push(wheel, MAX_POSE_AGE);
         past
     }
 
@@ -63,21 +55,11 @@ impl Past {
         wheel: f64,
         since: f64,
     ) -> Result<Self, InputError> {
-        let count = angles.len();
-        if count > Self::CAPACITY {
-            return Err(InputError {
-                field: "past_angles",
-                value: from_count(count),
-                requirement: Requirement::CountInRange(0, Self::CAPACITY),
-            });
-        }
-        let mut past = Self::settled(wheel);
-        past.count = 0;
-        past.since = since;
-        for (place, angle) in past.angles.iter_mut().zip(angles) {
-            *place = angle;
-            past.count += 1;
-        }
+        let past = Self {
+            angles: Timed::restore("past_angles", angles)?,
+            wheel,
+            since,
+        };
         past.check()?;
         Ok(past)
     }
@@ -100,7 +82,7 @@ impl Past {
 
     /// Mean angles [rad] and for how long each [s], oldest first.
     pub fn angles(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        (0..self.count).map(|k| self.get(k))
+        self.angles.iter()
     }
 
     /// Angle of the wheels now [rad].
@@ -128,16 +110,11 @@ impl Past {
         wheel: f64,
         dt: f64,
     ) {
-        let (mut wheel, mut gone) = (wheel, dt);
-        for (steer, duration) in commands {
-            if gone <= 0.0 {
-                break;
-            }
-            let part = if duration < gone { duration } else { gone };
-            let moved = vehicle.move_wheel(wheel, steer, part);
-            self.push(moved.mean, part);
+        let (mut wheel, joined) = (wheel, MAX_POSE_AGE / from_count(Self::RESOLUTION));
+        for (steer, time) in clipped(commands, dt) {
+            let moved = vehicle.move_wheel(wheel, steer, time);
+            self.angles.push_or_join(moved.mean, time, joined);
             wheel = moved.wheel;
-            gone -= part;
         }
         self.wheel = wheel;
         self.since = saturate(self.since + dt, 0.0, Self::MAX_SINCE);
@@ -146,17 +123,8 @@ impl Past {
     /// What the wheels did from the last pose that was taken in until `age` [s] ago.
     pub fn reached(&self, age: f64) -> Reached {
         let mut reached = Reached::default();
-        let mut ago = self.total();
-        for (angle, duration) in self.angles() {
-            let start = if ago < self.since { ago } else { self.since };
-            ago -= duration;
-            let end = if ago > age { ago } else { age };
-            let part = start - end;
-            if part > 0.0 {
-                let tangent = tan(angle);
-                reached.turn += part * tangent;
-                reached.slope += part * (1.0 + tangent * tangent);
-            }
+        for (angle, time) in self.between(self.since, age) {
+            reached.add(angle, time);
         }
         reached
     }
@@ -170,74 +138,24 @@ impl Past {
         age: f64,
         estimate: &Estimate,
     ) -> VehicleState {
-        let (begin, mut time) = (state.speed, 0.0);
-        let mut state = state;
-        let length = vehicle.turning_length(state.speed) / estimate.gain;
-        let mut ago = self.total();
-        for (angle, duration) in self.angles() {
-            let start = if ago < age { ago } else { age };
+        let mut rollout = Rollout::new(vehicle, estimate, state);
+        for (angle, time) in self.between(age, 0.0) {
+            rollout.turn(angle, time);
+        }
+        rollout.state()
+    }
+
+    /// The angles from `start` [s] ago until `end` [s] ago, and for how long each [s].
+    fn between(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let mut ago = self
+            .angles()
+            .fold(0.0, |total, (_, duration)| total + duration);
+        self.angles().filter_map(move |(angle, duration)| {
+            let from = if ago < start { ago } else { start };
             ago -= duration;
-            let end = if ago > 0.0 { ago } else { 0.0 };
-            let part = start - end;
-            if part > 0.0 {
-                time += part;
-                let speed = estimate.speed_after(begin, time);
-                let travel = 0.5 * (state.speed + speed) * part;
-                let angle = vehicle.at_wheels(angle + estimate.steer_offset);
-                let curvature = tan(angle) / length;
-                let slip = estimate.slip + estimate.slip_length * curvature;
-                state = advance(state, travel, curvature, slip);
-                state.speed = speed;
-            }
-        }
-        state
-    }
-
-    /// How long all that is remembered lasted [s].
-    fn total(&self) -> f64 {
-        self.angles()
-            .fold(0.0, |total, (_, duration)| total + duration)
-    }
-
-    fn push(&mut self, angle: f64, duration: f64) {
-        let share = MAX_POSE_AGE / from_count(Self::RESOLUTION);
-        if let Some(newest) = self.count.checked_sub(1) {
-            let (mean, lasted) = self.get(newest);
-            let total = lasted + duration;
-            if total <= share {
-                let mean = (mean * lasted + angle * duration) / total;
-                self.set(newest, (mean, total));
-                return;
-            }
-        }
-        if self.count == Self::CAPACITY {
-            self.first = self.place(1);
-        } else {
-            self.count += 1;
-        }
-        self.set(self.count - 1, (angle, duration));
-    }
-
-    fn place(&self, k: usize) -> usize {
-        let place = self.first + k;
-        if place < Self::CAPACITY {
-            place
-        } else {
-            place - Self::CAPACITY
-        }
-    }
-
-    fn get(&self, k: usize) -> (f64, f64) {
-        self.angles
-            .get(self.place(k))
-            .copied()
-            .unwrap_or((self.wheel, 0.0))
-    }
-
-    fn set(&mut self, k: usize, angle: (f64, f64)) {
-        let place = self.place(k);
-        if let Some(entry) = self.angles.get_mut(place) {
-            *entry = angle;
-        }
+            let until = if ago > end { ago } else { end };
+            let time = from - until;
+            (time > 0.0).then_some((angle, time))
+        })
     }
 }

@@ -75,8 +75,8 @@ impl VehicleState {
         )
     }
 
-    /// The speed where the vehicle rolls forward, else 0 [m/s]: what the laws steer by while it
-    /// still rolls the other way.
+    /// The speed where the vehicle rolls forward, else 0 [m/s]: what the controllers steer by while
+    /// it still rolls the other way.
     #[inline]
     pub fn forward_speed(&self) -> f64 {
         if self.speed > 0.0 { self.speed } else { 0.0 }

@@ -1,4 +1,4 @@
-//! What all controllers have in common: one macro around a law of the core.
+//! What all controllers have in common: one macro around a tracker of the core.
 
 use popsteer_core::lateral::Tracker;
 use popsteer_core::{ConfigError, LateralLaw};
@@ -14,15 +14,15 @@ pub(super) fn track<L: LateralLaw>(
 ) -> Result<Tracker<L>, ConfigError> {
     let tracker = match adapt {
         Adapt::Usual => Tracker::of(law),
-        Adapt::Told(told) => Tracker::new(law, told.as_ref().map(|params| params.get().0))?,
+        Adapt::Given(given) => Tracker::new(law, given.as_ref().map(|params| params.get().0))?,
     };
     match monitor {
         Monitored::Usual => Ok(tracker),
-        Monitored::Told(told) => tracker.monitored(told.as_ref().map(|params| params.get().0)),
+        Monitored::Given(given) => tracker.monitored(given.as_ref().map(|params| params.get().0)),
     }
 }
 
-/// A controller: a law of the core, its state, and the path it follows.
+/// A controller: a tracker of the core, its state, and the path it follows.
 ///
 /// The texts of the parameters that all of them have, and of their methods, are here.
 macro_rules! controller {
@@ -41,8 +41,8 @@ macro_rules! controller {
         ///     The path to follow.
         /// vehicle : Vehicle, optional
         ///     What is true of the vehicle, and where the point lies whose pose `step` is given;
-        ///     ``Vehicle()`` by default. With a dead time the controller steers by the vehicle as it
-        ///     will be when its command reaches the wheels.
+        ///     ``Vehicle()`` by default. With a dead time the controller steers by the vehicle as
+        ///     it will be when its command reaches the wheels.
         #[doc = concat!("params : ", $name, "Params, optional")]
         ///     The tuning; its defaults scale with the vehicle.
         /// adapt : AdaptParams or None or "auto", default "auto"
@@ -241,9 +241,10 @@ macro_rules! controller {
             /// Take one control step, and answer whatever comes in.
             ///
             /// Where `step` would raise `InputError`, the last command is held: its angle,
-            /// direction, errors, target, reference speed and distance to stop. Its time is added to that of the next step, whose
-            /// answer is that of one `step` over all the time that has passed. So give the `dt`
-            /// since the last call here, and to `step` the time since it last answered.
+            /// direction, errors, target, reference speed and distance to stop. Its time is added
+            /// to that of the next step, whose answer is that of one `step` over all the time that
+            /// has passed. So give the `dt` since the last call here, and to `step` the time since
+            /// it last answered.
             ///
             /// Parameters
             /// ----------
@@ -388,13 +389,13 @@ macro_rules! controller {
 
             /// Follow another path from the next step on.
             ///
-            /// That may be at every step, as a planner gives its paths. The place on the new path is
-            /// that of the last step; integral, estimate and commands in flight carry on, and where
-            /// the path is the same beside the vehicle, nothing changes. A path that lies elsewhere,
-            /// by more than a tenth of the wheelbase or half a radian, is gone over to from the
-            /// present angle: the difference to what the controller wants fades within a second,
-            /// and in what is left of that second where one such path follows another. POP goes on
-            /// in its neighbourhood.
+            /// That may be at every step, as a planner gives its paths. The place on the new path
+            /// is that of the last step; integral, estimate and commands in flight carry on, and
+            /// where the path is the same beside the vehicle, nothing changes. A path that lies
+            /// elsewhere, by more than a tenth of the wheelbase or half a radian, is gone over to
+            /// from the present angle: the difference to what the controller wants fades within a
+            /// second, and in what is left of that second where one such path follows another. POP
+            /// goes on in its neighbourhood.
             ///
             /// Parameters
             /// ----------
@@ -472,8 +473,8 @@ macro_rules! controller {
                 self.owner.clone_ref(py)
             }
 
-            /// How far ahead of the vehicle's point the tracked point lies [m], driving forward: the
-            /// point whose errors a command tells.
+            /// How far ahead of the vehicle's point the tracked point lies [m], driving forward:
+            /// the point whose errors a command tells.
             #[getter]
             fn tracked_point(&self) -> f64 {
                 self.law.tracked_point()

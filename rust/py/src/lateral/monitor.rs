@@ -15,18 +15,18 @@ params! {
     /// second is farther than `turn_tolerance` and five standard deviations of its noise from what
     /// the commands explain, and for 2 s after: with the turn ``E`` that the vehicle's figures
     /// expect of them, quicker by 0.03 s to slower by 0.1 s, and the turn ``S`` of a radian of
-    /// steering offset, all turns ``gain (E + offset S)`` with a gain from 0.4 to 2.5 and the offset
-    /// that the motion has shown. Nothing is concluded across inputs that were refused, periods
-    /// longer than 0.3 s, changes of the direction, and `relocalise`. A steering offset of more
-    /// than some 1.5 degrees that nobody told is implausible until the motion has shown it, and so
-    /// is a localisation whose yaw jumps.
+    /// steering offset, all turns ``gain (E + offset S)`` with a gain from 0.4 to 2.5 and the
+    /// offset that the motion has shown. Nothing is concluded across inputs that were refused,
+    /// periods longer than 0.3 s, changes of the direction, and `relocalise`. A steering offset of
+    /// more than some 1.5 degrees that nobody told is implausible until the motion has shown it,
+    /// and so is a localisation whose yaw jumps.
     PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer",
     shown as "(*, deviation_limit=None, turn_tolerance=0.01)",
     defaults MonitorParams::DEFAULT, checked by MonitorParams::checked,
     deviation_limit: Option<f64>, "float, optional",
-        "Cross-track error beyond which a vehicle that was nearer before is deviating [m]; half a wheelbase by default, 1e9 for never.";
+        "Cross-track error from which a vehicle that was within it is deviating [m]. Half a wheelbase by default; 1e9 switches it off.";
     turn_tolerance: f64, "float, default 0.01",
-        "How far the yaw measured over a second may be from what the commands explain, besides its noise [rad]; 1e9 for any. Less: sooner found, and sooner a false alarm.";
+        "Largest difference of the turn measured over a second to the turns that the commands explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner, false alarms are likelier.";
     @examples {
         /// A vehicle that comes off the path:
         ///

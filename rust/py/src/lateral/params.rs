@@ -88,7 +88,7 @@ tuning! {
     steer_span_rate: Option<f64>, "float, optional",
         "Optimization range delta_nbd over the control period [rad/s]: an angle lies at most this times dt from the last one; by default the vehicle's max_steer_rate, or 60 degrees/s, the paper's 3 degrees in 50 ms.";
     horizon: f64, "float, default 1.0",
-        "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is seen through; shorter than the lag and the way back to the path, the vehicle oscillates. Up to twice as long where the vehicle's ``max_steer_rate`` is told and its wheels need it.";
+        "How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is seen through; shorter than the lag and the way back to the path, the vehicle oscillates. Up to twice as long where the vehicle's ``max_steer_rate`` is given and its wheels need it.";
     heading_cost: Option<f64>, "float, optional",
         "How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; a wheelbase by default. More: the path is joined more gently, and offsets take longer to vanish.";
     steer_rate_cost: Option<f64>, "float, optional",
@@ -96,7 +96,7 @@ tuning! {
     approach_angle: f64, "float, default 0.25",
         "Heading at which the path is approached from afar [rad]; less where the vehicle's limits would not straighten it on the way. More: sooner back on the path, by a sharper manoeuvre.";
     min_speed: Option<f64>, "float, optional",
-        "Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's max_steer_rate is told, they turn at all of it down to half this speed. By default 5/3 wheelbases a second.";
+        "Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's max_steer_rate is given, they turn at all of it down to half this speed. By default 5/3 wheelbases a second.";
     smoothing_length: Option<f64>, "float, optional",
         "Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default. More: less of the waypoints' noise is steered, and bends shorter than this are cut.";
     search_distance: Option<f64>, "float, optional",
@@ -120,7 +120,7 @@ tuning! {
     kd: Option<f64>, "float, optional",
         "Derivative gain k_D [rad s/m]; by default 0.2 at the paper's wheelbase.";
     buffer_length: usize, "int, default 500",
-        "How many of the last errors the integral sums, against wind-up.";
+        "How many of the last errors the integral sums, against wind-up; at most 500.";
     integral_with_dt: bool, "bool, default True",
         "Whether the integral weighs each error with its dt; the paper's equation does not.";
     smoothing_length: Option<f64>, "float, optional",
@@ -136,8 +136,8 @@ tuning! {
 }
 
 tuning! {
-    /// Parameters of `PurePursuit`; the paper's Table 1 at the paper's car, with the published code's
-    /// least lookahead.
+    /// Parameters of `PurePursuit`; the paper's Table 1 at the paper's car, with the published
+    /// code's least lookahead.
     PyPurePursuitParams(PurePursuitParams) named "PurePursuitParams" of PurePursuit,
     shown as "(*, lookahead_gain=0.9, min_lookahead=None, alpha_by_arccos=False, exact_lookahead=True, lookahead_tolerance=None, window_ahead=None, grid_spacing=None, search_distance=None, lost_distance=None)",
     lookahead_gain: f64, "float, default 0.9",

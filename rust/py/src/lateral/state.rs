@@ -2,7 +2,7 @@
 
 use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
-    PurePursuit, PurePursuitState, Stanley, StanleyState, pid::ErrorBuffer,
+    PurePursuit, PurePursuitState, Stanley, StanleyState, error_buffer::ErrorBuffer,
 };
 use popsteer_core::lateral::{Tracker, TrackerState};
 use popsteer_core::{InputError, LateralLaw, Point};
@@ -15,7 +15,7 @@ use crate::params::{Count, Field, repr};
 
 /// How a state goes between Python and the core.
 pub(crate) trait StateClass: Sized {
-    /// The core's law.
+    /// The core's controller.
     type Law: LateralLaw;
     /// The class that shows `state`, with `tail` beside it.
     fn show(state: &<Self::Law as LateralLaw>::State, tail: Tail) -> Self;

@@ -25,7 +25,7 @@ macro_rules! state {
                     "The angle last commanded [rad].";
                 handover_offset: Option<f64> = [None] at [handover_offset], "float, optional",
                     "Difference to the angle that was taken over [rad]; None before the first step.";
-                handover_left: f64 = [0.0] at [handover_left], "float, default 0.0",
+                handover_remaining: f64 = [0.0] at [handover_remaining], "float, default 0.0",
                     "How long it goes on fading [s]; 0 without a hand-over.";
                 held: Count = [Count(0)] at [held], "int, default 0",
                     "How many inputs in a row were refused.";
@@ -43,8 +43,8 @@ macro_rules! state {
                     "Angle that they end with [rad]; None before the first pose that had an age.";
                 past_since: f64 = [0.0] at [past_since], "float, default 0.0",
                     "How long ago the last pose was measured [s].";
-                seen: Option<Motion> = [None] at [seen], "tuple of float, optional",
-                    "Where the no-slip point was last seen: x, y [m], yaw [rad] and speed [m/s].";
+                last_measured: Option<Motion> = [None] at [last_measured], "tuple of float, optional",
+                    "Where the no-slip point was last last_measured: x, y [m], yaw [rad] and speed [m/s].";
                 turn_turn: f64 = [0.0] at [estimator.turn_turn], "float, default 0.0",
                     "Turns expected, squared [rad^2].";
                 turn_offset: f64 = [0.0] at [estimator.turn_offset], "float, default 0.0",
@@ -60,11 +60,11 @@ macro_rules! state {
                 change: f64 = [0.0] at [estimator.change], "float, default 0.0",
                     "Rates at which the expected turns changed, squared [rad^2/s^2].";
                 gain: f64 = [1.0] at [estimator.estimate.gain], "float, default 1.0",
-                    "How many times more the vehicle turns than it was told.";
+                    "How many times more the vehicle turns than it was given.";
                 steer_offset: f64 = [0.0] at [estimator.estimate.steer_offset], "float, default 0.0",
-                    "Estimated angle of the wheels at the command 0, beyond the one told [rad].";
+                    "Estimated angle of the wheels at the command 0, beyond the one given [rad].";
                 longer_dead_time: f64 = [0.0] at [estimator.estimate.longer_dead_time], "float, default 0.0",
-                    "How much longer the dead time is than the one told [s].";
+                    "How much longer the dead time is than the one given [s].";
                 slip: f64 = [0.0] at [estimator.estimate.slip], "float, default 0.0",
                     "Angle of the motion of the no-slip point to the heading, straight on [rad].";
                 slip_length: f64 = [0.0] at [estimator.estimate.slip_length], "float, default 0.0",

@@ -1,6 +1,8 @@
 //! What the states of all controllers have in common, on its way between Python and the core.
 
-use popsteer_core::lateral::{Answer, Handover, MonitorState, Place, Seen, Tracker, TrackerState};
+use popsteer_core::lateral::{
+    Answer, Deviation, Handover, MonitorState, Place, Tracker, TrackerState,
+};
 use popsteer_core::path::Ahead;
 use popsteer_core::vehicle::{Estimator, InFlight, Past, VehicleState};
 use popsteer_core::{InputError, LateralLaw, Point};
@@ -12,12 +14,12 @@ use crate::params::{Count, Field};
 /// Four numbers: x, y [m], yaw [rad] and speed [m/s], or two points [m].
 pub(super) type Motion = (f64, f64, f64, f64);
 /// Cross-track error [m], yaw [rad], and along the path (x, y) [m].
-type Sighting = (f64, f64, f64, f64);
+type Deviations = (f64, f64, f64, f64);
 /// The measured and the predicted vehicle, the target [m], whether it drove backwards, reference
 /// speed [m/s] and distance to stop [m], and where the vehicle was.
 pub(super) type Answered = (
-    Sighting,
-    Sighting,
+    Deviations,
+    Deviations,
     (f64, f64),
     bool,
     (Option<f64>, f64),
@@ -43,7 +45,7 @@ pub(crate) struct Tail {
     pub(super) place: Option<Motion>,
     pub(super) steer: f64,
     pub(super) handover_offset: Option<f64>,
-    pub(super) handover_left: f64,
+    pub(super) handover_remaining: f64,
     pub(super) held: Count,
     pub(super) held_time: f64,
     pub(super) period: f64,
@@ -53,7 +55,7 @@ pub(crate) struct Tail {
     pub(super) past_wheel: Option<f64>,
     pub(super) past_since: f64,
     /// Where the no-slip point was last seen, which the estimator beside it does not know here.
-    pub(super) seen: Option<Motion>,
+    pub(super) last_measured: Option<Motion>,
     pub(super) estimator: Estimator,
     pub(super) answer: Option<Answered>,
     pub(super) monitor: Option<Watched>,
@@ -68,17 +70,17 @@ fn to_waypoint(waypoint: Option<Count>) -> Option<usize> {
     waypoint.map(|Count(index)| usize::try_from(index).unwrap_or(usize::MAX))
 }
 
-fn from_seen(seen: Seen) -> Sighting {
-    let Seen {
+fn from_deviation(last_measured: Deviation) -> Deviations {
+    let Deviation {
         cross_track_error,
         yaw,
         along,
-    } = seen;
+    } = last_measured;
     (cross_track_error, yaw, along.x, along.y)
 }
 
-fn to_seen((cross_track_error, yaw, x, y): Sighting) -> Seen {
-    Seen {
+fn to_deviation((cross_track_error, yaw, x, y): Deviations) -> Deviation {
+    Deviation {
         cross_track_error,
         yaw,
         along: Point::new(x, y),
@@ -89,8 +91,8 @@ fn to_answer((measured, predicted, target, reverse, ahead, vehicle): Answered) -
     let (reference_speed, distance_to_stop) = ahead;
     let (x, y, yaw, speed) = vehicle;
     Answer {
-        measured: to_seen(measured),
-        predicted: to_seen(predicted),
+        measured: to_deviation(measured),
+        predicted: to_deviation(predicted),
         target: Point::new(target.0, target.1),
         reverse,
         ahead: Ahead {
@@ -161,7 +163,7 @@ impl Tail {
             }),
             steer: state.steer,
             handover_offset: state.handover.and_then(|handover| handover.offset),
-            handover_left: state.handover.map_or(0.0, |handover| handover.left),
+            handover_remaining: state.handover.map_or(0.0, |handover| handover.remaining),
             held: state.held.argument(),
             held_time: state.held_time,
             period: state.period,
@@ -177,17 +179,23 @@ impl Tail {
             ),
             past_wheel: state.past.as_ref().map(Past::wheel),
             past_since: state.past.as_ref().map_or(0.0, Past::since),
-            seen: state
-                .estimator
-                .seen
-                .map(|seen| (seen.x, seen.y, seen.yaw, seen.speed)),
+            last_measured: state.estimator.last_measured.map(|last_measured| {
+                (
+                    last_measured.x,
+                    last_measured.y,
+                    last_measured.yaw,
+                    last_measured.speed,
+                )
+            }),
             estimator: Estimator {
-                seen: None,
+                last_measured: None,
                 ..state.estimator
             },
             answer: state.answer.map(|answer| {
-                let (measured, predicted) =
-                    (from_seen(answer.measured), from_seen(answer.predicted));
+                let (measured, predicted) = (
+                    from_deviation(answer.measured),
+                    from_deviation(answer.predicted),
+                );
                 let target = (answer.target.x, answer.target.y);
                 let ahead = (answer.ahead.reference_speed, answer.ahead.distance_to_stop);
                 let VehicleState { x, y, yaw, speed } = answer.vehicle;
@@ -224,10 +232,11 @@ impl Tail {
         };
         let handover = Handover {
             offset: self.handover_offset,
-            left: self.handover_left,
+            remaining: self.handover_remaining,
         };
         // -0.0 too: none is left.
-        let none = handover.offset.is_none() && handover.left <= 0.0 && handover.left >= 0.0;
+        let none =
+            handover.offset.is_none() && handover.remaining <= 0.0 && handover.remaining >= 0.0;
         Ok(TrackerState {
             law,
             waypoint: to_waypoint(self.waypoint),
@@ -245,9 +254,12 @@ impl Tail {
             in_flight,
             past,
             estimator: Estimator {
-                seen: self
-                    .seen
-                    .map(|(x, y, yaw, speed)| VehicleState { x, y, yaw, speed }),
+                last_measured: self.last_measured.map(|(x, y, yaw, speed)| VehicleState {
+                    x,
+                    y,
+                    yaw,
+                    speed,
+                }),
                 ..self.estimator
             },
             monitor: self.monitor.map(to_monitor),

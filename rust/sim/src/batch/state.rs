@@ -31,7 +31,7 @@ pub(super) struct Short<S> {
     monitor: Option<MonitorState>,
 }
 
-/// A larger state of a law costs more to be moved at each step than it saves [bytes].
+/// A larger state of a controller costs more to be moved at each step than it saves [bytes].
 const SHORT: usize = 256;
 
 impl<S: Clone> KeptState<S> {

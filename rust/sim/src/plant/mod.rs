@@ -1,4 +1,4 @@
-//! What the laws drive: vehicle models that run finer than the control.
+//! What the controllers drive: vehicle models that run finer than the control.
 
 mod bicycle;
 mod identified;

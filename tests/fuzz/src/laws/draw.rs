@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use crate::scene::symmetric;
 use popsteer_core::Point;
-use popsteer_core::lateral::{MonitorState, Seen};
+use popsteer_core::lateral::{Deviation, MonitorState};
 use popsteer_core::limits::{MAX_COORDINATE, MAX_YAW};
 
 pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
@@ -11,11 +11,11 @@ pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
         return None;
     }
     let unknown = |bytes: &mut Bytes| bytes.byte() & 1 == 1;
-    let most = [1.0, 1e100][bytes.below(2)];
+    let most: f64 = [1.0, 1e100][bytes.below(2)];
     Some(MonitorState {
         wheel: symmetric(bytes, 1.0, 1.57),
         yaw: unknown(bytes).then(|| symmetric(bytes, 4.0, MAX_YAW)),
-        residual: unknown(bytes).then(|| symmetric(bytes, 0.1, most)),
+        residual: unknown(bytes).then(|| symmetric(bytes, 0.1, most.min(1e49))),
         measured: symmetric(bytes, 0.5, most),
         expected: symmetric(bytes, 0.5, most),
         delayed: symmetric(bytes, 0.5, most),
@@ -31,8 +31,8 @@ pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
     })
 }
 
-pub(super) fn draw_seen(bytes: &mut Bytes) -> Seen {
-    Seen {
+pub(super) fn draw_deviation(bytes: &mut Bytes) -> Deviation {
+    Deviation {
         cross_track_error: symmetric(bytes, 2.0, 4.0 * MAX_COORDINATE),
         yaw: symmetric(bytes, 4.0, 2.0 * MAX_YAW),
         along: Point::new(

@@ -3,8 +3,9 @@
 
 mod draw;
 mod plain;
+mod reported;
 
-use self::draw::{draw_monitor, draw_seen};
+use self::draw::{draw_deviation, draw_monitor};
 use crate::backwards::check_backwards;
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, adapt, car, dt, estimator, symmetric, vehicle};
@@ -12,7 +13,7 @@ use crate::subject::{Subject, waypoint};
 use popsteer_core::error::Requirement;
 use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::command::Level;
-use popsteer_core::lateral::tracker::HANDOVER_TIME;
+use popsteer_core::lateral::tracker_state::HANDOVER_TIME;
 use popsteer_core::lateral::{
     BangBang, Handover, Pid, Place, Pop, PreviewPop, PurePursuit, Stanley, TrackerState,
 };
@@ -134,13 +135,14 @@ impl<L: Subject> Life<L> {
                     kinematic_bicycle(self.vehicle, steer, bytes.within(-3.0, 3.0), 3.0, 0.05);
                 self.step(self.vehicle, 0.05);
             }
-            80..=149 => {
+            80..=129 => {
                 let vehicle = vehicle(bytes, &self.path.view());
                 let refused = self.step(vehicle, dt(bytes));
                 if !refused {
                     self.vehicle = vehicle;
                 }
             }
+            130..=149 => self.step_reported(bytes),
             150..=174 => {
                 let vehicle = vehicle(bytes, &self.path.view());
                 self.step_or_hold(vehicle, dt(bytes), bytes.below(3));
@@ -181,15 +183,18 @@ impl<L: Subject> Life<L> {
                 assert_eq!(command.steer.to_bits(), steer.to_bits());
                 self.check_command(&command);
                 self.check_limits(&before, &command, dt);
-                plain::check_step(
-                    &self.tracker,
-                    &path,
-                    &before,
-                    &self.state,
-                    &command,
-                    vehicle,
-                    dt,
-                );
+                // Where a pose was old once, the commands since are kept, and timed, apart.
+                if before.past.is_none() {
+                    plain::check_step(
+                        &self.tracker,
+                        &path,
+                        &before,
+                        &self.state,
+                        &command,
+                        vehicle,
+                        dt,
+                    );
+                }
                 assert_eq!(self.tracker.check_state(&path, &self.state), Ok(()));
                 false
             }
@@ -336,7 +341,7 @@ impl<L: Subject> Life<L> {
         } else {
             let segment = self.state.waypoint.expect("the vehicle was found");
             assert!(segment < path.segments());
-            assert_eq!(self.state.estimator.seen, None);
+            assert_eq!(self.state.estimator.last_measured, None);
             self.put(self.state.clone());
         }
     }
@@ -362,9 +367,10 @@ impl<L: Subject> Life<L> {
             let (old, new) = (old.view(), self.path.view());
             self.tracker.set_path(&mut self.state, &old, &new);
             self.tracker.set_path(&mut self.twin, &old, &new);
-            let left = |state: &State<L>| state.handover.map_or(0.0, |handover| handover.left);
-            assert!(left(&self.state) <= HANDOVER_TIME);
-            assert!(before.handover.is_none() || left(&self.state) <= left(&before));
+            let remaining =
+                |state: &State<L>| state.handover.map_or(0.0, |handover| handover.remaining);
+            assert!(remaining(&self.state) <= HANDOVER_TIME);
+            assert!(before.handover.is_none() || remaining(&self.state) <= remaining(&before));
             assert_eq!(self.state.steer.to_bits(), before.steer.to_bits());
             assert_eq!(self.state.estimator, before.estimator);
             assert_eq!(self.state.in_flight, before.in_flight);
@@ -394,11 +400,11 @@ impl<L: Subject> Life<L> {
         } = self.car;
         let handover = (bytes.byte() & 1 == 1).then(|| Handover {
             offset: (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 1.0, PI)),
-            left: bytes.number([0.0, 1.0], [0.0, HANDOVER_TIME]),
+            remaining: bytes.number([0.0, 1.0], [0.0, HANDOVER_TIME]),
         });
         let answer = (bytes.byte() & 1 == 1).then(|| Answer {
-            measured: draw_seen(bytes),
-            predicted: draw_seen(bytes),
+            measured: draw_deviation(bytes),
+            predicted: draw_deviation(bytes),
             target: Point::new(
                 symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),
                 symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),

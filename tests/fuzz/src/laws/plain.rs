@@ -2,8 +2,8 @@
 
 use super::State;
 use crate::subject::Subject;
-use popsteer_core::lateral::missed::LEARNING_GAP;
-use popsteer_core::lateral::tracker::HANDOVER_TIME;
+use popsteer_core::lateral::missed::ESTIMATION_GAP;
+use popsteer_core::lateral::tracker_state::HANDOVER_TIME;
 use popsteer_core::lateral::{Belief, Decision, Handover, TrackerState};
 use popsteer_core::limits::MAX_DT;
 use popsteer_core::path::Located;
@@ -44,8 +44,8 @@ pub(super) fn check_step<L: Subject>(
             command.target.y,
         ]),
         bits([
-            plain.measured.foot.cross_track_error(),
-            plain.predicted.foot.cross_track_error(),
+            plain.measured.closest.cross_track_error(),
+            plain.predicted.closest.cross_track_error(),
             plain.decision.target.x,
             plain.decision.target.y,
         ])
@@ -78,8 +78,8 @@ fn decide<L: Subject>(
     if let Some(mut in_flight) = modelled {
         let now = vehicle.ahead(car.no_slip());
         let mut estimator = before.estimator;
-        if dt > LEARNING_GAP {
-            estimator.seen = None;
+        if dt > ESTIMATION_GAP {
+            estimator.last_measured = None;
         }
         if let Some(adapt) = tracker.adapt() {
             let reached = in_flight.reaching(car, before.steer, dt);
@@ -145,20 +145,20 @@ fn check_limits<L: Subject>(
 ) {
     let (car, estimate) = (tracker.vehicle(), &plain.estimate);
     let offset = car.steer_offset + estimate.steer_offset;
-    let mut wanted = plain.predicted.turn(plain.decision.steer) - offset;
-    if let Some(Handover { offset, left }) = before.handover {
-        let (difference, left) = match offset {
-            None if left >= HANDOVER_TIME => (before.steer - wanted, left),
-            None if left <= dt => (0.0, 0.0),
+    let mut wanted = plain.predicted.mirror(plain.decision.steer) - offset;
+    if let Some(Handover { offset, remaining }) = before.handover {
+        let (difference, remaining) = match offset {
+            None if remaining >= HANDOVER_TIME => (before.steer - wanted, remaining),
+            None if remaining <= dt => (0.0, 0.0),
             None => {
                 let widest =
                     2.0 * car.max_steer + car.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
-                let whole = (before.steer - wanted) * HANDOVER_TIME / left;
-                (whole.clamp(-widest, widest), left - dt)
+                let whole = (before.steer - wanted) * HANDOVER_TIME / remaining;
+                (whole.clamp(-widest, widest), remaining - dt)
             }
-            Some(difference) => (difference, left - dt),
+            Some(difference) => (difference, remaining - dt),
         };
-        wanted += (left / HANDOVER_TIME).clamp(0.0, 1.0) * difference;
+        wanted += (remaining / HANDOVER_TIME).clamp(0.0, 1.0) * difference;
     }
     let mut wheel = (wanted + offset).clamp(-car.max_steer, car.max_steer);
     if let Some(most) = car.max_lateral_acceleration {

@@ -4,7 +4,7 @@ use super::{along, following, slack, waypoint};
 use crate::bytes::Bytes;
 use popsteer_core::geometry::get_distance;
 use popsteer_core::math::wrap;
-use popsteer_core::path::Foot;
+use popsteer_core::path::ClosestPoint;
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::lookahead::{
     get_crossing, get_lookahead_point, get_lookahead_point_index,
@@ -18,15 +18,20 @@ use std::f64::consts::PI;
 const LONGEST: f64 = 1.001e7;
 
 /// The point lies on the path ahead and on the circle, and all before it within.
-pub(super) fn check_crossing(view: &PathView<'_>, foot: &Foot, position: Point, bytes: &mut Bytes) {
+pub(super) fn check_crossing(
+    view: &PathView<'_>,
+    closest: &ClosestPoint,
+    position: Point,
+    bytes: &mut Bytes,
+) {
     let lookahead = draw_lookahead(view, position, 0.0, bytes);
     if !(0.0..=LONGEST).contains(&lookahead) {
         return;
     }
-    let (point, found) = get_crossing(view, foot, position, lookahead);
+    let (point, found) = get_crossing(view, closest, position, lookahead);
     let slack = slack(view, position) + 64.0 * f64::EPSILON * lookahead;
-    if foot.squared_distance >= lookahead * lookahead {
-        assert_eq!((point, found), (foot.point, false));
+    if closest.squared_distance >= lookahead * lookahead {
+        assert_eq!((point, found), (closest.point, false));
         return;
     }
     let inside = |index: usize| get_distance(position, waypoint(view, index)) <= lookahead + slack;
@@ -38,9 +43,9 @@ pub(super) fn check_crossing(view: &PathView<'_>, foot: &Foot, position: Point, 
     }
     assert!(
         (get_distance(position, point) - lookahead).abs() <= slack,
-        "{position:?} {lookahead} {foot:?} {point:?} {slack} {view:?}"
+        "{position:?} {lookahead} {closest:?} {point:?} {slack} {view:?}"
     );
-    let (mut from, mut segment) = (foot.point, foot.segment);
+    let (mut from, mut segment) = (closest.point, closest.segment);
     for _ in 0..view.segments() {
         let unit = along(view, segment) / get_distance(Point::zeros(), along(view, segment));
         let to = point - from;
@@ -61,15 +66,15 @@ pub(super) fn check_crossing(view: &PathView<'_>, foot: &Foot, position: Point, 
 }
 
 /// Directions are the same whichever place was asked for before, and no turn is more than half one.
-pub(super) fn check_preview(view: &PathView<'_>, foot: &Foot, bytes: &mut Bytes) {
+pub(super) fn check_preview(view: &PathView<'_>, closest: &ClosestPoint, bytes: &mut Bytes) {
     let base = bytes.parameter(2.0, [0.0, 10.0], [0.0, 1e3]);
     let step = bytes.parameter(0.5, [0.05, 20.0], [1e-7, 1e7]);
     if !((0.0..=1e3).contains(&base) && (1e-7..=1e7).contains(&step)) {
         return;
     }
     let mut turns = [f64::NAN; 6];
-    let arc_length = foot.arc_length(view);
-    let new = || Preview::new(view, base, foot.segment, arc_length, 6.0 * step);
+    let arc_length = closest.arc_length(view);
+    let new = || Preview::new(view, base, closest.segment, arc_length, 6.0 * step);
     let first = new().turns(arc_length, step, &mut turns);
     let (mut here, mut travelled) = (new().path_yaw(arc_length), 0.0);
     assert_eq!(first.to_bits(), here.to_bits());

@@ -36,12 +36,12 @@ pub fn check(data: &[u8]) {
             place::ask_beyond(&view, position, vehicle.yaw, &mut bytes);
             continue;
         }
-        let foot = place::check_locate(&view, position, vehicle.yaw, &mut bytes);
+        let closest = place::check_locate(&view, position, vehicle.yaw, &mut bytes);
         place::check_projection(&view, position);
         place::check_relocalise(&view, position, vehicle.yaw);
-        aim::check_crossing(&view, &foot, position, &mut bytes);
-        aim::check_lookahead(&view, foot.nearest_waypoint(&view), position, &mut bytes);
-        aim::check_preview(&view, &foot, &mut bytes);
+        aim::check_crossing(&view, &closest, position, &mut bytes);
+        aim::check_lookahead(&view, closest.nearest_waypoint(&view), position, &mut bytes);
+        aim::check_preview(&view, &closest, &mut bytes);
         if bytes.is_empty() {
             break;
         }

@@ -6,7 +6,7 @@ use crate::scene::dt;
 use popsteer_core::geometry::get_distance;
 use popsteer_core::path::locate::{OPPOSITE, locate, locate_by_scan};
 use popsteer_core::path::projection::{
-    Foot, nearest_waypoint, path_yaw_behind, project, reference_speed,
+    ClosestPoint, nearest_waypoint, path_yaw_behind, project, reference_speed,
 };
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::{Follow, Located};
@@ -34,7 +34,7 @@ pub(super) fn check_locate(
     position: Point,
     yaw: f64,
     bytes: &mut Bytes,
-) -> Foot {
+) -> ClosestPoint {
     let heading = Point::new(yaw.cos(), yaw.sin());
     let last = match bytes.byte() {
         255 => usize::MAX,
@@ -46,51 +46,52 @@ pub(super) fn check_locate(
     } else {
         6.0
     };
-    let foot = locate(view, last, position, heading, reach, OPPOSITE);
+    let closest = locate(view, last, position, heading, reach, OPPOSITE);
     assert_eq!(
-        foot,
+        closest,
         locate_by_scan(view, last, position, heading, reach, OPPOSITE)
     );
     let start = last.min(view.segments() - 1);
-    assert!(foot.segment < view.segments());
-    assert_eq!(view.is_reverse(foot.segment), view.is_reverse(start));
-    assert!(foot.fraction >= 0.0 || preceding(view, foot.segment).is_none());
-    assert!(foot.fraction <= 1.0 || following(view, foot.segment).is_none());
+    assert!(closest.segment < view.segments());
+    assert_eq!(view.is_reverse(closest.segment), view.is_reverse(start));
+    assert!(closest.fraction >= 0.0 || preceding(view, closest.segment).is_none());
+    assert!(closest.fraction <= 1.0 || following(view, closest.segment).is_none());
     let slack = slack(view, position);
-    let error = foot.cross_track_error().abs();
-    assert!((error - get_distance(position, foot.point)).abs() <= slack);
-    assert!(foot.arc_length(view).is_finite() && foot.path_yaw().abs() <= PI);
+    let error = closest.cross_track_error().abs();
+    assert!((error - get_distance(position, closest.point)).abs() <= slack);
+    assert!(closest.arc_length(view).is_finite() && closest.path_yaw().abs() <= PI);
     // Not beyond the stretch.
     if !view.is_closed() {
-        let between = (view.s()[foot.segment] - view.s()[start]).abs();
+        let between = (view.s()[closest.segment] - view.s()[start]).abs();
         let slack = 64.0 * f64::EPSILON * view.length();
         assert!(between <= reach + 2.0 * view.longest() + slack);
     }
-    foot
+    closest
 }
 
-/// The foot beside the nearest waypoint of all.
+/// The closest point beside the nearest waypoint of all.
 pub(super) fn check_projection(view: &PathView<'_>, position: Point) {
     let distance = |index| get_distance(position, waypoint(view, index));
     let nearest = nearest_waypoint(view, position);
     assert!((0..view.len()).all(|index| distance(index) >= distance(nearest)));
-    let foot = project(view, nearest, position);
+    let closest = project(view, nearest, position);
     let slack = slack(view, position);
-    assert!(foot.segment < view.segments());
-    assert!(foot.fraction.is_finite() && foot.arc_length.is_finite());
-    assert!(foot.path_yaw.abs() <= PI && path_yaw_behind(view, nearest).abs() <= PI);
-    let error = foot.cross_track_error.abs();
+    assert!(closest.segment < view.segments());
+    assert!(closest.fraction.is_finite() && closest.arc_length.is_finite());
+    assert!(closest.path_yaw.abs() <= PI && path_yaw_behind(view, nearest).abs() <= PI);
+    let error = closest.cross_track_error.abs();
     assert!(error <= get_distance(position, waypoint(view, nearest)) + slack);
-    assert!((error - get_distance(position, foot.point)).abs() <= slack);
-    assert!(foot.fraction >= 0.0 || preceding(view, foot.segment).is_none());
-    assert!(foot.fraction <= 1.0 || following(view, foot.segment).is_none());
-    match (reference_speed(view, &foot), view.speed()) {
+    assert!((error - get_distance(position, closest.point)).abs() <= slack);
+    assert!(closest.fraction >= 0.0 || preceding(view, closest.segment).is_none());
+    assert!(closest.fraction <= 1.0 || following(view, closest.segment).is_none());
+    match (reference_speed(view, &closest), view.speed()) {
         (Some(speed), Some(speeds)) => {
-            let ends = [foot.segment, (foot.segment + 1) % view.len()].map(|k| speeds[k].abs());
+            let ends =
+                [closest.segment, (closest.segment + 1) % view.len()].map(|k| speeds[k].abs());
             let slack = 4.0 * f64::EPSILON * (ends[0] + ends[1]);
             assert!(speed.abs() >= ends[0].min(ends[1]) - slack);
             assert!(speed.abs() <= ends[0].max(ends[1]) + slack);
-            assert_eq!(speed.is_sign_negative(), view.is_reverse(foot.segment));
+            assert_eq!(speed.is_sign_negative(), view.is_reverse(closest.segment));
         }
         (None, None) => {}
         mixed => panic!("{mixed:?}"),
@@ -145,25 +146,25 @@ pub(super) fn check_follow(view: &PathView<'_>, vehicle: VehicleState, bytes: &m
     }
     let at = follow.locate(view, last, vehicle, dt);
     assert_eq!(at, follow_plainly(&follow, view, last, vehicle, dt));
-    assert_eq!(at.reverse, view.is_reverse(at.foot.segment));
-    assert!(last.is_some() || !at.turned);
+    assert_eq!(at.reverse, view.is_reverse(at.closest.segment));
+    assert!(last.is_some() || !at.direction_changed);
     let driven = if at.reverse {
         -vehicle.speed
     } else {
         vehicle.speed
     };
     assert_eq!(at.vehicle.speed.to_bits(), driven.to_bits());
-    assert_eq!(at.turn(at.turn(0.3)).to_bits(), 0.3_f64.to_bits());
+    assert_eq!(at.mirror(at.mirror(0.3)).to_bits(), 0.3_f64.to_bits());
 }
 
-/// The segment of the foot, or the last one that ends near enough ahead of it to be where the
-/// vehicle turns round.
+/// The segment of the closest point, or the last one that ends near enough ahead of it to be where
+/// the vehicle turns round.
 fn last_segment_near(follow: &Follow, view: &PathView<'_>, at: &Located) -> usize {
     let sign = if at.reverse { -1.0 } else { 1.0 };
     let behind = sign * (follow.rear_axle - follow.base) - follow.reference_offset;
     let near = behind.max(0.0) + 4.0 * follow.arrival_distance;
-    let mut last = at.foot.segment;
-    let mut rest = (1.0 - at.foot.fraction) * length(view, last);
+    let mut last = at.closest.segment;
+    let mut rest = (1.0 - at.closest.fraction) * length(view, last);
     for _ in 0..view.segments() {
         let Some(next) = following(view, last) else {
             break;
@@ -202,18 +203,18 @@ fn follow_plainly(
         let heading = Point::new(driven.yaw.cos(), driven.yaw.sin());
         let position = driven.point_ahead(follow.reference_offset + sign * follow.base);
         let reach = follow.search_distance + driven.speed.abs() * dt;
-        let foot = locate_by_scan(view, segment, position, heading, reach, OPPOSITE);
-        let is_last = !view.is_closed() && foot.segment + 1 == view.segments();
+        let closest = locate_by_scan(view, segment, position, heading, reach, OPPOSITE);
+        let is_last = !view.is_closed() && closest.segment + 1 == view.segments();
         Located {
             position,
-            foot,
+            closest,
             vehicle: driven,
             heading,
             dt,
             reverse,
-            turned: false,
+            direction_changed: false,
             off_path: false,
-            past_end: is_last && foot.fraction > 1.0,
+            past_end: is_last && closest.fraction > 1.0,
         }
     };
     let start = last.map_or_else(anew, |last| last.min(view.segments() - 1));
@@ -230,13 +231,13 @@ fn follow_plainly(
             at = from(next);
         }
     }
-    if at.foot.squared_distance > follow.lost_distance * follow.lost_distance {
+    if at.closest.squared_distance > follow.lost_distance * follow.lost_distance {
         let anew = from(anew());
-        if anew.foot.squared_distance < at.foot.squared_distance {
+        if anew.closest.squared_distance < at.closest.squared_distance {
             at = anew;
         }
         at.off_path = true;
     }
-    at.turned = last.is_some() && at.reverse != view.is_reverse(start);
+    at.direction_changed = last.is_some() && at.reverse != view.is_reverse(start);
     at
 }

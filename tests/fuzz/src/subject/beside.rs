@@ -2,7 +2,7 @@
 
 use super::{Search, Subject, gain, scaled_gain};
 use crate::bytes::Bytes;
-use popsteer_core::lateral::pid::ErrorBuffer;
+use popsteer_core::lateral::error_buffer::ErrorBuffer;
 use popsteer_core::lateral::{
     BangBang, BangBangParams, BangBangState, Pid, PidParams, PidState, Stanley, StanleyParams,
     StanleyState,

@@ -1,0 +1,133 @@
+"""From the command line to an exit status: every error is one line."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
+
+from popsteer.errors import PopsteerError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["INTERRUPTED", "REFUSED", "main"]
+
+REFUSED = 2
+"""Exit status where the input, the options or a file are at fault."""
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as a shell has it."""
+
+_LAB = ("matplotlib", "rich", "typer")
+_NOW = {
+    "--laws": "--controllers",
+    "dead-time": "delay",
+    "export-all": "tracks --out",
+    **dict.fromkeys(("--csv", "--json", "--figures"), "--out"),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The arguments after the name of the command; those of the process by default.
+
+    Raises
+    ------
+    SystemExit
+        Always: 0 where all went well, 2 with one line on stderr where it did not, 130 after Ctrl-C,
+        and 1 where whoever read the output has gone.
+
+    Examples
+    --------
+    >>> main(["tracks", "export", "nowhere", "track.csv"])
+    Traceback (most recent call last):
+    SystemExit: 2
+    """
+    _set_up_streams()
+    try:
+        status = _run(arguments)
+        sys.stdout.flush()
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in _LAB:
+            raise
+        status = _refuse('the command line needs the extra "lab": pip install "popsteer[lab]"')
+    except PopsteerError as error:
+        status = _refuse(str(error))
+    except BrokenPipeError:
+        status = 1  # whoever read the output has seen enough: `popsteer tracks | head` is no error
+    except OSError as error:
+        where = error.filename
+        if where is None and _drop_what_fails(sys.stdout):
+            where = "standard output"
+        status = _refuse(f"{f'{where}: ' if where else ''}{error.strerror or error}")
+    except KeyboardInterrupt:
+        status = INTERRUPTED
+    _drop_what_fails(sys.stdout)
+    sys.exit(status)
+
+
+def _set_up_streams() -> None:
+    """Make sure that there are streams to write to, or exit."""
+    if sys.stderr is None:  # closed by the shell, `2>&-`; print would take stdout for it
+        # Never closed: it stands in for a stream that lives as long as the process.
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
+    if sys.stdout is None:  # `>&-`; said at once, not after a drive whose table nobody sees
+        sys.exit(_refuse("standard output is closed"))
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            # A terminal that has no ψ shows a question mark rather than an error.
+            stream.reconfigure(errors="replace")
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    """Run the command line; errors of its use come back as a status, all others as they are."""
+    import typer
+
+    from popsteer.cli.app import app
+
+    # What typer raises at wrong use; it does not export the class by name.
+    wrong_use: Any = next(
+        kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
+    )
+    command = typer.main.get_command(app)
+    given = None if arguments is None else list(arguments)
+    try:
+        status = command.main(args=given, prog_name="popsteer", standalone_mode=False)
+    except wrong_use as error:
+        return _refuse(_with_new_name(error.format_message()))
+    except typer.Abort:  # older versions make this of Ctrl-C
+        return INTERRUPTED
+    return status if isinstance(status, int) else 0
+
+
+def _with_new_name(message: str) -> str:
+    """Add what an option or a command of 0.1.0 is called now."""
+    found = re.match(r"No such (?:option|command):? '?([\w-]+)'?", message)
+    if found is None or found[1] not in _NOW:
+        return message
+    return f"{found[0]}; it is {_NOW[found[1]]} now"
+
+
+def _refuse(message: str) -> int:
+    """Say in one line on stderr what is wrong."""
+    with suppress(OSError):  # where stderr is full or gone, the status alone tells
+        print(f"popsteer: {' '.join(message.split())}", file=sys.stderr)
+    _drop_what_fails(sys.stderr)
+    return REFUSED
+
+
+def _drop_what_fails(stream: TextIO) -> bool:
+    """Empty the buffer, if need be into nowhere: Python would fail on it again as it exits."""
+    try:
+        stream.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        return True
+    return False

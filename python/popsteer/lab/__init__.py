@@ -1,0 +1,64 @@
+"""The laboratory: what people look at, one experiment a folder.
+
+Each experiment has what it runs (``run``), its table and its figures in its folder:
+
+``compare``
+    Several controllers on one plant and one path.
+``matrix``
+    Controllers × plants × tracks, and the time of a step of each.
+``edges``
+    Controllers on pathological paths.
+``delay``
+    What dead time does to the controllers, and what prediction makes of it.
+``stability``
+    How far the steering loops are from instability.
+``plan``
+    What limits the speeds along a path.
+``identify``
+    A vehicle from the log of a drive.
+``replay``
+    Controllers that watch the log of a drive.
+``bench``
+    How long a control step takes.
+
+``baselines`` are controllers from elsewhere to compare with, ``common`` is what the experiments
+share: names, layout, colours, timing. Running needs numpy alone; tables and figures need the extra
+``lab``: ``pip install "popsteer[lab]"``.
+
+Examples
+--------
+>>> import popsteer
+>>> from popsteer import lab
+>>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+>>> comparison = lab.compare.run(path, ["stanley", "pop"], "kinematic-bicycle")
+>>> comparison.runs["pop"].metrics.finished
+True
+"""
+
+from popsteer.lab import (
+    baselines,
+    bench,
+    common,
+    compare,
+    delay,
+    edges,
+    identify,
+    matrix,
+    plan,
+    replay,
+    stability,
+)
+
+__all__ = [
+    "baselines",
+    "bench",
+    "common",
+    "compare",
+    "delay",
+    "edges",
+    "identify",
+    "matrix",
+    "plan",
+    "replay",
+    "stability",
+]

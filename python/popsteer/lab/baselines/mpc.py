@@ -1,0 +1,286 @@
+"""A linear time-varying model-predictive controller on osqp: 20 stages of 50 ms.
+
+What it is given of the car is its `popsteer.Vehicle`. The commands in flight are rolled through as
+the controllers of popsteer do it, so that the problem begins where the next command reaches the
+wheels; backwards the vehicle is mirrored about its rear axle. `mpc_problem` has the problem itself.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from popsteer._core import Vehicle
+from popsteer.lab.baselines.ahead import Ahead
+from popsteer.lab.baselines.mpc_params import MpcParams
+from popsteer.lab.baselines.mpc_problem import Instant, Problem
+from popsteer.reference import Vehicle as Chain
+from popsteer.reference.vehicle.delay import InFlight
+from popsteer.reference.vehicle.estimator import Corrections
+from popsteer.reference.vehicle.state import VehicleState, checked_dt
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from popsteer import Path
+
+__all__ = ["Mpc", "MpcCommand"]
+
+# Below this speed, in wheelbases a second, the vehicle hardly answers to its wheels, and the
+# problem would be about nothing.
+_LEAST_SPEED = 1.0 / 3.0
+# Farther from the path, in wheelbases, the linear model says nothing; from there on it is
+# approached as from here.
+_MOST_ERROR, _MOST_HEADING = 1.0, 1.0
+_AS_GIVEN = Corrections()
+
+
+class MpcCommand(NamedTuple):
+    """What a step of the controller comes to."""
+
+    steer: float
+    """Angle of the front wheels [rad]."""
+    status: Status
+    """``SATURATED`` where the angle is at its limit."""
+    reverse: bool
+    """Whether the path is driven backwards."""
+
+
+class Mpc:
+    """The controller, for `popsteer.sim.run` one of one's own.
+
+    Its tracked point is the front axle, backwards the point a wheelbase behind the rear axle.
+
+    Parameters
+    ----------
+    path : Path
+        What to follow.
+    vehicle : Vehicle, optional
+        What is true of the vehicle, and where the point lies whose pose `step` is given;
+        ``Vehicle()`` by default, and in `popsteer.sim.run` the plant's.
+    params : MpcParams, optional
+        Weights and horizon; the defaults scale with the vehicle.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+    >>> car = popsteer.Vehicle(wheelbase=2.7, dead_time=0.1)
+    >>> Mpc(path, car).step(0.0, 0.5, 0.0, 8.0, 0.05).steer < 0.0
+    True
+    """
+
+    name = "mpc"
+
+    def __init__(
+        self, path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None
+    ) -> None:
+        self.path = path
+        self.vehicle_given = vehicle is not None
+        self.vehicle = vehicle = Vehicle() if vehicle is None else vehicle
+        self.params = MpcParams() if params is None else params
+        self.tracked_point = vehicle.front_axle
+        resolved = self.params.resolved(vehicle)
+        # The chain from command to motion has its home in the core and, the same, in the reference.
+        self._chain = Chain(**vehicle.as_dict())
+        self._ahead = Ahead(path)
+        self._ends = resolved.stage_time * np.arange(resolved.stages + 1, dtype=np.float64)
+        self._problem = Problem(vehicle, resolved)
+        self.reset()
+
+    def with_vehicle(self, vehicle: Vehicle) -> Mpc:
+        """Give a fresh controller of another vehicle, on the same path.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            The vehicle.
+
+        Returns
+        -------
+        Mpc
+            A new one.
+        """
+        return Mpc(self.path, vehicle, self.params)
+
+    def reset(self) -> None:
+        """Forget the steps taken so far."""
+        self.previous_steer = 0.0
+        self._segment: int | None = None
+        self._reverse = False
+        self._in_flight = InFlight.settled(self._chain, 0.0)
+        self._problem.reset()
+
+    def step(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        reverse: bool | None = None,
+    ) -> MpcCommand:
+        """Answer a pose and a speed.
+
+        Parameters
+        ----------
+        x, y, yaw : float
+            Pose of the vehicle's point [m, m, rad].
+        speed : float
+            Speed [m/s]; negative while rolling backwards.
+        dt : float
+            Time since the last step, and until the next [s].
+        reverse : bool, optional
+            Whether the path is driven backwards where the rear axle is. Left out, the direction
+            stays: a controller that is not told does not pass a place where the vehicle turns
+            round.
+
+        Returns
+        -------
+        MpcCommand
+            The angle.
+
+        Raises
+        ------
+        InputError
+            A number is not finite or beyond its bound, or `dt` is not positive.
+        PopsteerError
+            osqp found no solution.
+        """
+        steer = self.steer(x, y, yaw, speed, dt, reverse=reverse)
+        lowest, highest = self._problem.reach
+        limited = not lowest < self._mirror(steer) < highest
+        return MpcCommand(steer, Status.SATURATED if limited else Status.OK, self._reverse)
+
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        reverse: bool | None = None,
+    ) -> float:
+        """Answer as `step` does, with the angle alone.
+
+        Parameters
+        ----------
+        x, y, yaw, speed, dt, reverse
+            As `step`.
+
+        Returns
+        -------
+        float
+            The angle [rad].
+
+        Raises
+        ------
+        InputError, PopsteerError
+            As `step`.
+        """
+        self.update(x, y, yaw, speed, dt, reverse=reverse)
+        return self.solve()
+
+    def update(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        reverse: bool | None = None,
+    ) -> None:
+        """Find the vehicle on the path, linearise ahead of it, hand the numbers to osqp.
+
+        Parameters
+        ----------
+        x, y, yaw, speed, dt, reverse
+            As `step`.
+
+        Raises
+        ------
+        InputError
+            As `step`.
+        """
+        measured = VehicleState(x, y, yaw, speed).checked()
+        dt = checked_dt(dt)
+        segment = self._find(measured, reverse=reverse)
+        # What has come of the last commands by now, and will have when the next one arrives.
+        self._in_flight = self._in_flight.elapse(self._chain, self.previous_steer, dt, 0.0)
+        now = measured.ahead(self._chain.no_slip)
+        state, wheel = self._in_flight.predict(self._chain, now, _AS_GIVEN)
+
+        # As a vehicle that drives forward.
+        length, slip = self.vehicle.wheelbase, self._chain.no_slip - self.vehicle.rear_axle
+        yaw, ahead = state.yaw, length - slip
+        if self._reverse:
+            yaw, ahead = math.remainder(yaw + math.pi, math.tau), length + slip
+        x, y = state.x + ahead * math.cos(yaw), state.y + ahead * math.sin(yaw)
+        reach = 2.0 * length + abs(state.speed) * dt
+        projection = self.path.locate(x, y, yaw, segment, reach)
+        self._segment = projection.segment
+        speed = max(self._mirror(state.speed), _LEAST_SPEED * length)
+        heading = self._ahead.headings(
+            projection.segment, projection.arc_length, speed * self._ends
+        )
+        error = math.remainder(yaw - float(heading[0]), math.tau)
+        offset = self.vehicle.steer_offset
+        self._problem.update(
+            Instant(
+                curvature=np.diff(heading) / (speed * self.params.stage_time),
+                speed=speed,
+                ahead=ahead,
+                cross_track=_within(projection.cross_track_error, _MOST_ERROR * length),
+                heading=_within(error, _MOST_HEADING),
+                wheel=self._mirror(wheel - offset),
+                offset=self._mirror(offset),
+                previous=self._mirror(self.previous_steer),
+                dt=dt,
+            )
+        )
+
+    def solve(self) -> float:
+        """Solve from the last solution, moved on by one stage.
+
+        Returns
+        -------
+        float
+            The angle [rad].
+
+        Raises
+        ------
+        PopsteerError
+            osqp found no solution.
+        """
+        self.previous_steer = self._mirror(self._problem.solve())
+        return self.previous_steer
+
+    def _find(self, measured: VehicleState, *, reverse: bool | None) -> int:
+        """Give the segment to look for the vehicle from, and take note of the direction."""
+        segment = self._segment
+        if segment is None:
+            rear = measured.ahead(self.vehicle.rear_axle)
+            segment = self.path.relocalise(rear.x, rear.y, rear.yaw)
+        if reverse is not None:
+            segment = self._ahead.turning(segment, reverse=reverse)
+        backwards = self._ahead.reverse(segment)
+        if backwards is not self._reverse:
+            # The last solution is of the vehicle that was not mirrored, or was.
+            self._problem.reset()
+            self._reverse = backwards
+        return segment
+
+    def _mirror(self, value: float) -> float:
+        """Give an angle or a speed of the vehicle as that of the mirrored one, and back."""
+        return -value if self._reverse else value
+
+
+def _within(value: float, bound: float) -> float:
+    return min(max(value, -bound), bound)

@@ -1,0 +1,285 @@
+"""The quadratic problem of the model-predictive controller, in osqp.
+
+The model is the vehicle's chain in coordinates of the path, linearised along it, for a vehicle that
+drives forward. With v the speed, L the wheelbase that it turns by, K the understeer, τ the lag, d
+how far the tracked point lies ahead of the one that does not slip, κ_k the path's mean curvature
+over stage k, h the length of a stage, δ the command and a the angle of the wheels, both without the
+steering offset δ_0::
+
+    G = L + K v²            δ_ref = atan(G κ) - δ_0
+    r ≈ v (κ + (1 + (G κ)²) (a - δ_ref) / G)
+    a[k+1] = α a[k] + (1 - α) δ[k]         α = exp(-h / τ);  its mean over the stage:
+    ā[k] = β a[k] + (1 - β) δ[k]           β = (1 - α) τ / h
+    e[k+1] = e[k] + h v ψ[k] + h² v / 2 (r̄[k] - v κ) + h d r̄[k]
+    ψ[k+1] = ψ[k] + h (r̄[k] - v κ - v κ² e[k])
+
+The cost weighs e², (ψ + d κ)², whose zero is the heading that keeps the tracked point on a bend,
+and the squares of δ - δ_ref and of the changes of δ; the last stage's errors count more, for the
+time beyond the horizon. The angle keeps `max_steer` and `max_lateral_acceleration`, its changes
+keep `max_steer_rate`: from the last command within the control period, then within each stage.
+
+What can be done once is done once: the sparsity, the cost's matrix and the symbolic factorisation.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import osqp
+from scipy import sparse
+
+from popsteer.errors import PopsteerError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer import Vehicle
+    from popsteer.lab.baselines.mpc_params import MpcParams
+
+__all__ = ["Instant", "Problem"]
+
+# Of a stage: variables δ[k], e[k+1], ψ[k+1], a[k+1]; rows the equations of e, ψ, a, the limit of δ,
+# the limit of its change.
+_VARIABLES, _ROWS = 4, 5
+# Row and column within the stage, and whether the column is of the stage before, which the first
+# stage has not: what it knows of the time before is in the bounds.
+_KINDS = (
+    (0, 1, 0), (0, 1, 1), (0, 2, 1), (0, 3, 1), (0, 0, 0),
+    (1, 2, 0), (1, 1, 1), (1, 2, 1), (1, 3, 1), (1, 0, 0),
+    (2, 3, 0), (2, 3, 1), (2, 0, 0),
+    (3, 0, 0),
+    (4, 0, 0), (4, 0, 1),
+)  # fmt: skip
+_OWN = [_KINDS.index(kind) for kind in ((0, 1, 0), (1, 2, 0), (2, 3, 0), (4, 0, 1))]
+
+
+class Instant(NamedTuple):
+    """What a problem is about: a vehicle that drives forward, beside its path."""
+
+    curvature: NDArray[np.float64]
+    """Mean curvature of the path over each stage [1/m]."""
+    speed: float
+    """Speed [m/s]; positive."""
+    ahead: float
+    """How far the tracked point lies ahead of the one that does not slip [m]."""
+    cross_track: float
+    """Cross-track error of the tracked point [m]."""
+    heading: float
+    """Heading error [rad]."""
+    wheel: float
+    """Angle of the wheels, without the steering offset [rad]."""
+    offset: float
+    """Steering offset [rad]."""
+    previous: float
+    """The last command [rad]."""
+    dt: float
+    """Time since that command [s]."""
+
+
+class Problem:
+    """The problem, set up once and solved again and again.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+    params : MpcParams
+        Weights and horizon, `resolved` for the vehicle.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab.baselines import MpcParams
+    >>> car = popsteer.Vehicle()
+    >>> problem = Problem(car, MpcParams().resolved(car))
+    >>> problem.update(Instant(np.zeros(20), 8.0, 3.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.05))
+    >>> problem.solve() < 0.0  # left of the path: to the right
+    True
+    """
+
+    def __init__(self, vehicle: Vehicle, params: MpcParams) -> None:
+        self._vehicle, self._params = vehicle, params
+        stages = params.stages
+        self._entries = np.ones((stages, len(_KINDS)))
+        self._entries[:, _OWN] = -1.0
+        self._q = np.zeros((stages, _VARIABLES))
+        self._low, self._high = np.zeros((stages, _ROWS)), np.zeros((stages, _ROWS))
+        # Between two angles within the largest, no change is larger than this.
+        self._rate = vehicle.max_steer_rate
+        self._most_change = 2.0 * vehicle.max_steer
+        change = self._change(params.stage_time)
+        self._low[:, 4], self._high[:, 4] = -change, change
+        self._changes_before = change * np.arange(stages)
+        self.reset()
+        self._set_up()
+
+    def reset(self) -> None:
+        """Forget the last solution."""
+        stages = self._params.stages
+        self._x, self._y = np.zeros((stages, _VARIABLES)), np.zeros((stages, _ROWS))
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Within which angles the next command lies, but for its rate.
+
+        Returns
+        -------
+        tuple of float
+            The smallest and the largest [rad].
+        """
+        return float(self._low[0, 3]), float(self._high[0, 3])
+
+    def update(self, now: Instant) -> None:
+        """Hand the numbers of an instant to osqp.
+
+        Parameters
+        ----------
+        now : Instant
+            The vehicle beside its path.
+        """
+        self._fill(now)
+        bounds = {"l": self._low.ravel(), "u": self._high.ravel()}
+        self._osqp.update(q=self._q.ravel(), Ax=self._data(), **bounds)
+
+    def solve(self) -> float:
+        """Solve from the last solution, moved on by one stage.
+
+        Returns
+        -------
+        float
+            The next command [rad].
+
+        Raises
+        ------
+        PopsteerError
+            osqp found no solution.
+        """
+        self._osqp.warm_start(_moved_on(self._x), _moved_on(self._y))
+        result = self._osqp.solve(raise_error=False)
+        if result.x is None or not np.isfinite(result.x).all():
+            raise PopsteerError(f"osqp found no solution: {result.info.status}")
+        stages = self._params.stages
+        self._x = result.x.reshape(stages, _VARIABLES)
+        self._y = result.y.reshape(stages, _ROWS)
+        # The solver keeps limits to its tolerance; the wheels keep them.
+        within_rate = _within(float(self._x[0, 0]), self._low[0, 4], self._high[0, 4])
+        return _within(within_rate, *self.reach)
+
+    def _change(self, time: float) -> float:
+        """Give the largest change of the angle in a time [s]."""
+        most = self._most_change
+        return most if self._rate is None else min(self._rate * time, most)
+
+    def _set_up(self) -> None:
+        """Give osqp the structure; it scales for the numbers that it is set up with."""
+        pattern = _pattern(self._params.stages)
+        self._order = pattern.data.astype(int) - 1
+        length, stage_time = self._vehicle.wheelbase, self._params.stage_time
+        curvature = np.full(self._params.stages, 0.03 / length)
+        self._fill(Instant(curvature, 3.0 * length, length, 0.0, 0.0, 0.0, 0.0, 0.0, stage_time))
+        matrix = sparse.csc_matrix(
+            (self._data(), pattern.indices, pattern.indptr), shape=pattern.shape
+        )
+        self._osqp: Any = osqp.OSQP()
+        self._osqp.setup(
+            _cost(self._params),
+            self._q.ravel(),
+            matrix,
+            self._low.ravel(),
+            self._high.ravel(),
+            verbose=False,
+            eps_abs=self._params.tolerance,
+            eps_rel=self._params.tolerance,
+        )
+
+    def _fill(self, now: Instant) -> None:
+        """Write what has changed into the entries of A, the bounds and q."""
+        p, entries, low, high, q = self._params, self._entries, self._low, self._high, self._q
+        h, d, v, lag = p.stage_time, now.ahead, now.speed, self._vehicle.steer_lag
+        base = self._vehicle.turning_length(v)
+        slope = base * now.curvature
+        reference = np.arctan(slope) - now.offset
+        gain = v * (1.0 + slope * slope) / base  # of r on a
+        kept = math.exp(-h / lag) if lag > 0.0 else 0.0
+        mean = (1.0 - kept) * lag / h
+        turned = h * gain
+        moved = turned * (0.5 * h * v + d)
+        bend = h * v * now.curvature * now.curvature
+        # In the order of _KINDS.
+        entries[:, 2] = h * v
+        entries[:, 3], entries[:, 4] = mean * moved, (1.0 - mean) * moved
+        entries[:, 6] = -bend
+        entries[:, 8], entries[:, 9] = mean * turned, (1.0 - mean) * turned
+        entries[:, 11], entries[:, 12] = kept, 1.0 - kept
+        # What does not depend on the variables: r̄ = v κ - gain δ_ref + gain ā.
+        low[:, 0] = moved * reference - h * d * v * now.curvature
+        low[:, 1] = turned * reference
+        low[:, 2] = 0.0
+        low[0, 0] -= now.cross_track + h * v * now.heading + mean * moved[0] * now.wheel
+        low[0, 1] -= now.heading - bend[0] * now.cross_track + mean * turned[0] * now.wheel
+        low[0, 2] -= kept * now.wheel
+        high[:, :3] = low[:, :3]
+        self._bound(now, base)
+        q[:, 0] = -p.steer_weight * reference
+        q[0, 0] -= p.change_weight * now.previous
+        weight = np.full(len(q), p.heading_weight)
+        weight[-1] *= p.last_weight
+        q[:, 2] = weight * d * now.curvature
+
+    def _bound(self, now: Instant, base: float) -> None:
+        """Write the limits of the angle and of its change."""
+        widest = most = self._vehicle.max_steer
+        if self._vehicle.max_lateral_acceleration is not None:
+            acceleration = self._vehicle.max_lateral_acceleration
+            widest = min(most, math.atan(acceleration * base / (now.speed * now.speed)))
+        change = self._change(now.dt)
+        self._low[0, 4], self._high[0, 4] = now.previous - change, now.previous + change
+        # Where the last command is beyond the limits, they are those that it can come back to.
+        back = change + self._changes_before
+        lowest = _within(-widest - now.offset, -most, most)
+        highest = _within(widest - now.offset, -most, most)
+        self._low[:, 3] = np.minimum(lowest, now.previous + back)
+        self._high[:, 3] = np.maximum(highest, now.previous - back)
+
+    def _data(self) -> NDArray[np.float64]:
+        """Give A's entries in the order of its columns."""
+        data: NDArray[np.float64] = self._entries.ravel()[self._order]
+        return data
+
+
+def _pattern(stages: int) -> sparse.csc_matrix:
+    """Give A with 1, 2, ... for its entries, in the order of stages and `_KINDS`."""
+    entries = [
+        (len(_KINDS) * k + kind + 1, _ROWS * k + row, _VARIABLES * (k - before) + column)
+        for k in range(stages)
+        for kind, (row, column, before) in enumerate(_KINDS)
+        if k >= before
+    ]
+    data, rows, columns = zip(*entries, strict=True)
+    shape = (_ROWS * stages, _VARIABLES * stages)
+    return sparse.csc_matrix((np.array(data, float), (rows, columns)), shape)
+
+
+def _cost(params: MpcParams) -> sparse.csc_matrix:
+    """Give P, its upper half."""
+    stages = params.stages
+    diagonal = np.zeros((stages, _VARIABLES))
+    diagonal[:, 1:3] = params.cross_track_weight, params.heading_weight
+    diagonal[-1, 1:3] *= params.last_weight
+    diagonal[:, 0] = params.steer_weight + 2.0 * params.change_weight
+    diagonal[-1, 0] -= params.change_weight  # nothing changes after the last stage
+    beside = np.zeros((stages, _VARIABLES))
+    beside[:-1, 0] = -params.change_weight
+    above = beside.ravel()[: _VARIABLES * (stages - 1)]
+    return sparse.diags([diagonal.ravel(), above], [0, _VARIABLES], format="csc")
+
+
+def _moved_on(stages: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Drop the first stage, repeat the last."""
+    return np.concatenate((stages[1:], stages[-1:])).ravel()
+
+
+def _within(value: float, low: float, high: float) -> float:
+    return float(min(max(value, low), high))

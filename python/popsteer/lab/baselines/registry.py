@@ -1,0 +1,91 @@
+"""The baselines by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.lab.baselines.mpc_params import MpcParams
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from popsteer import Path, Vehicle
+    from popsteer.sim.steering import OwnLaw
+
+__all__ = ["Baseline", "get", "names"]
+
+# What the extra installs, by the names that Python imports it under.
+_MODULES = ("osqp", "scipy")
+
+
+class Baseline(NamedTuple):
+    """What is to be known about a baseline by those who deal with any of them."""
+
+    name: str
+    """Name on the command line and in files."""
+    title: str
+    """Name as a person reads it, in tables and figures."""
+    params: type[MpcParams]
+    """The class of its parameters."""
+    controller: Callable[[Path, Vehicle | None, MpcParams | None], OwnLaw]
+    """Makes what steers, of path, vehicle and parameters; without a vehicle, of the plant's."""
+
+
+def _mpc(path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None) -> OwnLaw:
+    try:
+        from popsteer.lab.baselines.mpc import Mpc
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in _MODULES:
+            raise
+        raise PopsteerError(
+            'controller mpc needs the extra "mpc": pip install "popsteer[mpc]"'
+        ) from error
+    return Mpc(path, vehicle, params)
+
+
+_BASELINES = {"mpc": Baseline("mpc", "MPC", MpcParams, _mpc)}
+
+
+def names() -> tuple[str, ...]:
+    """Names of the baselines, whether their extras are installed or not.
+
+    Returns
+    -------
+    tuple of str
+        The names that `get` knows.
+
+    Examples
+    --------
+    >>> names()
+    ('mpc',)
+    """
+    return tuple(_BASELINES)
+
+
+def get(name: str) -> Baseline:
+    """Give a baseline by its name.
+
+    Parameters
+    ----------
+    name : str
+        One of `names`.
+
+    Returns
+    -------
+    Baseline
+        Its title, its parameters, and what makes it.
+
+    Raises
+    ------
+    ConfigError
+        No baseline has this name.
+
+    Examples
+    --------
+    >>> get("mpc").params().stages
+    20
+    """
+    if name not in names():
+        raise ConfigError.unknown("baseline", name, names())
+    return _BASELINES[name]

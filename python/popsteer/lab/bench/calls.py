@@ -1,0 +1,121 @@
+"""The calls that the benchmark times, each under its name in the report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import popsteer
+from popsteer import reference
+from popsteer.lab.common.timing import Driver
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from popsteer.lab.common.timing import Drive
+
+__all__ = [
+    "EMPTY_CALL",
+    "LABELS",
+    "MPC_SOLVE",
+    "MPC_STEP",
+    "MPC_UPDATE",
+    "NUMBA_STEP",
+    "PAPER_NS",
+    "PAPER_REFERENCE_STEP",
+    "PAPER_STEP",
+    "POP_COMMAND",
+    "POP_STEP",
+    "PREVIEW_POP_STEP",
+    "REFERENCE_STEP",
+    "SLOW_STEPS",
+    "lineup",
+]
+
+POP_STEP = "pop_step_ns"
+POP_COMMAND = "pop_command_ns"
+PAPER_STEP = "pop_paper_step_ns"
+PREVIEW_POP_STEP = "preview_pop_step_ns"
+REFERENCE_STEP = "reference_step_ns"
+PAPER_REFERENCE_STEP = "reference_paper_step_ns"
+SLOW_STEPS = frozenset({REFERENCE_STEP, PAPER_REFERENCE_STEP})
+"""Those in plain Python, which get fewer calls."""
+EMPTY_CALL = "empty_call_ns"
+NUMBA_STEP = "numba_step_ns"
+MPC_STEP = "mpc_step_ns"
+MPC_UPDATE = "mpc_update_ns"
+MPC_SOLVE = "mpc_solve_ns"
+
+PAPER_NS = 3.239e6
+"""Mean latency of POP in the paper, on its laptop [ns]."""
+
+LABELS = {
+    POP_STEP: "POP, angle",
+    POP_COMMAND: "POP, command",
+    PAPER_STEP: "POP, paper's",
+    PREVIEW_POP_STEP: "preview POP",
+    "pid_step_ns": "PID",
+    "pure_pursuit_step_ns": "pure pursuit",
+    "stanley_step_ns": "Stanley",
+    EMPTY_CALL: "empty call",
+    REFERENCE_STEP: "POP in Python",
+    PAPER_REFERENCE_STEP: "paper, Python",
+    NUMBA_STEP: "POP in numba",
+    MPC_STEP: "MPC on osqp",
+    MPC_UPDATE: "- its update",
+    MPC_SOLVE: "- its solve",
+}
+"""What a person reads for each name."""
+
+
+class _Law(Protocol):
+    """What all controllers have, in Rust and in Python."""
+
+    def reset(self) -> None:
+        """Forget the steps taken so far."""
+
+
+def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
+    """Give a maker of drivers for each call that is timed.
+
+    Parameters
+    ----------
+    drive : Drive
+        Gives the path, and the vehicle that the controllers are given.
+
+    Returns
+    -------
+    dict
+        Name in the report to maker. Each driver made has a state of its own.
+
+    Notes
+    -----
+    ``pop_step_ns`` and the other controllers are ``steer``, the angle alone; ``pop_command_ns`` is
+    ``step``, which measures the errors besides; ``pop_paper_step_ns`` is POP with the paper's
+    search. ``empty_call_ns`` is a method of `popsteer.Pop` with the signature of ``steer`` that
+    returns at once: what the border between Python and Rust costs by itself.
+    """
+    path, car = drive.path, drive.vehicle
+    paper = popsteer.PopParams(exact_lookahead=False)
+    plain = reference.Path(zip(path.x.tolist(), path.y.tolist(), strict=True), closed=path.closed)
+    plain_car = reference.Vehicle(**car.as_dict())
+    plain_paper = reference.PopParams(exact_lookahead=False)
+
+    def driver(make: Callable[[], _Law], method: str = "steer") -> Callable[[], Driver]:
+        def made() -> Driver:
+            law = make()
+            return Driver(getattr(law, method), law.reset)
+
+        return made
+
+    return {
+        POP_STEP: driver(lambda: popsteer.Pop(path, car)),
+        POP_COMMAND: driver(lambda: popsteer.Pop(path, car), "step"),
+        PAPER_STEP: driver(lambda: popsteer.Pop(path, car, paper)),
+        PREVIEW_POP_STEP: driver(lambda: popsteer.PreviewPop(path, car)),
+        "pid_step_ns": driver(lambda: popsteer.Pid(path, car)),
+        "pure_pursuit_step_ns": driver(lambda: popsteer.PurePursuit(path, car)),
+        "stanley_step_ns": driver(lambda: popsteer.Stanley(path, car)),
+        EMPTY_CALL: driver(lambda: popsteer.Pop(path, car), "_empty_call"),
+        REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_car)),
+        PAPER_REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_car, plain_paper)),
+    }

@@ -1,0 +1,173 @@
+"""The latency of a control step, called from Python.
+
+The whole step as the paper counts it (pre-processing of the window, lookahead, prediction,
+optimisation) on the states of a recorded drive, beside the other controllers, the pure-Python
+reference, an empty method of the same binding and signature, the yardsticks from outside where they
+are at hand, and the paper's 3.239 ms. How the clock is read is explained in
+`popsteer.lab.common.timing`; all figures are of one run, and all ratios of its medians.
+
+Examples
+--------
+>>> from popsteer.lab.bench import latency
+>>> report = latency.measure(calls=1000, reference_calls=32)
+>>> [name for name, ratio in report.ratios.items() if ratio][:3]
+['reference_over_step', 'reference_over_step_of_paper', 'step_over_empty_call']
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import popsteer
+from popsteer.errors import ConfigError, PopsteerError, count_in_range
+from popsteer.files import write_text_atomic
+from popsteer.lab.bench import yardsticks
+from popsteer.lab.bench.calls import PAPER_NS, SLOW_STEPS, lineup
+from popsteer.lab.bench.report import LatencyReport, to_json
+from popsteer.lab.bench.states import DT, at_hand
+from popsteer.lab.bench.table import table
+from popsteer.lab.common import machine
+from popsteer.lab.common.percentiles import Percentiles
+from popsteer.lab.common.timing import BATCH, Drive, time_calls
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable
+
+    from rich.console import Console
+
+    from popsteer.lab.bench.yardsticks import Yardsticks
+
+__all__ = ["PAPER_NS", "LatencyReport", "Percentiles", "measure", "run", "table", "to_json"]
+
+# Enough for p99.9 and max to say something: a thousand calls lie above p99.9.
+_CALLS = 1_000_000
+_MOST_CALLS = 1_000_000_000
+
+
+def measure(
+    drive: Drive | None = None,
+    *,
+    calls: int = _CALLS,
+    reference_calls: int | None = None,
+    outside: Yardsticks | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> LatencyReport:
+    """Time the control step.
+
+    Parameters
+    ----------
+    drive : Drive, optional
+        The states to drive through; by default those of `popsteer.lab.bench.states.at_hand`.
+    calls : int, optional
+        How many calls of each Rust controller to time one by one, at least; as many in batches.
+    reference_calls : int, optional
+        The same for the pure-Python reference, which takes far longer; by default the drive once.
+    outside : Yardsticks, optional
+        Yardsticks to time beside them; by default none.
+    progress : callable, optional
+        Called now and then with the part that is done, in 0 to 1.
+
+    Returns
+    -------
+    LatencyReport
+        The figures.
+
+    Raises
+    ------
+    ConfigError
+        The extension is no release build, or a count is not positive.
+    PathError
+        The recorded drive is there but cannot be read.
+    PopsteerError
+        The clock is too coarse to see an empty call.
+    """
+    if popsteer.build_profile != "release":
+        raise ConfigError(
+            "build_profile", popsteer.build_profile, "'release' for a benchmark (try `make wheel`)"
+        )
+    drive = at_hand() if drive is None else drive
+    if reference_calls is None:
+        reference_calls = len(drive.states)
+    for name, count in (("calls", calls), ("reference_calls", reference_calls)):
+        if not 1 <= count <= _MOST_CALLS:
+            raise ConfigError(name, count, count_in_range(1, _MOST_CALLS))
+    outside = yardsticks.Yardsticks() if outside is None else outside
+    makers = {**lineup(drive), **outside.makers}
+    counts = {name: min(calls, outside.calls.get(name, calls)) for name in makers}
+    counts |= dict.fromkeys(SLOW_STEPS, reference_calls)
+    result = time_calls(makers, counts, drive, DT, progress)
+    for name, percentiles in result.percentiles.items():
+        if percentiles.net_p50 is not None and percentiles.net_p50 <= 0.0:
+            raise PopsteerError(f"{name} came out as 0: the clock of this machine is too coarse")
+    return LatencyReport(
+        build_profile=popsteer.build_profile,
+        results={**result.percentiles, **dict.fromkeys(outside.absent)},
+        absent=dict(outside.absent),
+        states={"source": drive.source, "count": len(drive.states)},
+        machine=machine.describe(),
+        timing={
+            "calls": result.calls,
+            "batch": BATCH,
+            "timer_floor_ns": result.timer_floor_ns,
+            "loop_ns": result.loop_ns,
+        },
+    )
+
+
+def run(
+    json_file: str | os.PathLike[str] | None = None,
+    console: Console | None = None,
+    *,
+    data: str | os.PathLike[str] | None = None,
+    yardsticks_folder: str | os.PathLike[str] | None = None,
+) -> LatencyReport:
+    """Measure, print the table, and write the JSON file: what ``popsteer bench`` does; needs rich.
+
+    Parameters
+    ----------
+    json_file : str or os.PathLike, optional
+        Where `to_json` goes, whole or not at all; nowhere by default.
+    console : rich.console.Console, optional
+        Where the table and a progress bar go; by default standard output.
+    data : str or os.PathLike, optional
+        Folder of the authors' recorded run, as `popsteer.lab.bench.states.at_hand` takes it.
+    yardsticks_folder : str or os.PathLike, optional
+        Folder of the yardsticks, as `popsteer.lab.bench.yardsticks.at_hand` takes it.
+
+    Returns
+    -------
+    LatencyReport
+        The figures.
+
+    Raises
+    ------
+    ConfigError
+        The extension is no release build.
+    PathError
+        The recorded run cannot be read.
+    PopsteerError
+        The folder of the yardsticks does not hold them.
+    OSError
+        The JSON file cannot be written; the table is printed all the same.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console() if console is None else console
+    drive = at_hand(data)
+    outside = yardsticks.at_hand(drive, yardsticks_folder)
+    # Without auto_refresh rich starts no thread, which would run in the midst of what is timed.
+    with Progress(
+        console=console, transient=True, auto_refresh=False, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("timing", total=1.0)
+
+        def show(part: float) -> None:
+            bar.update(task, completed=part, refresh=True)
+
+        report = measure(drive, calls=_CALLS, outside=outside, progress=show)
+    console.print(table(report))
+    if json_file is not None:
+        write_text_atomic(json_file, to_json(report))
+    return report

@@ -1,0 +1,146 @@
+"""The situations that the benchmark puts the controllers in: a drive, state by state."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import popsteer
+from popsteer import tracks, vehicles
+from popsteer.errors import PathError
+from popsteer.lab.common.timing import Drive
+from popsteer.sim import run
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import NDArray
+
+__all__ = ["DT", "at_hand", "embedded", "recorded"]
+
+DT = 0.05
+"""The control period of both drives [s]: 20 Hz, the paper's."""
+
+# Both drives are of one vehicle, the one that the plant was identified from.
+_PLANT = "carla-identified"
+# Beside the checkout, for who is in the checkout.
+_RECORDING = FilePath("..", "shared", "data", "carla_racetrack")
+
+
+def at_hand(data: str | os.PathLike[str] | None = None) -> Drive:
+    """Give the authors' recorded drive where it is at hand, else the embedded track's.
+
+    Parameters
+    ----------
+    data : str or os.PathLike, optional
+        Folder of the recording; by default ``../shared/data/carla_racetrack``, if it is there.
+
+    Returns
+    -------
+    Drive
+        The drive.
+
+    Raises
+    ------
+    PathError
+        A file of the folder cannot be read, or is no recording.
+    """
+    if data is not None:
+        return recorded(data)
+    return recorded(_RECORDING) if _RECORDING.is_dir() else embedded()
+
+
+def embedded() -> Drive:
+    """Drive the embedded race track with POP on the identified plant.
+
+    Returns
+    -------
+    Drive
+        The states of the closed loop, from a start at rest 2.44 m beside the path.
+
+    Examples
+    --------
+    >>> drive = embedded()
+    >>> len(drive.path), len(drive.states) > 1000
+    (1274, True)
+    """
+    track = tracks.get("racetrack")
+    path = popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
+    along = track.xy[1] - track.xy[0]
+    yaw = float(np.arctan2(along[1], along[0]))
+    x, y = (track.xy[0] + 2.44 * np.array((-np.sin(yaw), np.cos(yaw)))).tolist()
+    vehicle = vehicles.get(_PLANT)
+    driven = run(popsteer.Pop(path, vehicle), _PLANT, start=(x, y, yaw), start_at="front")
+    table = np.column_stack([driven.records[name] for name in ("x", "y", "yaw", "speed")])
+    return Drive("the embedded race track, closed loop", path, _tuples(table), vehicle)
+
+
+def recorded(folder: str | os.PathLike[str]) -> Drive:
+    """Read the drive that the paper's authors recorded in CARLA.
+
+    Parameters
+    ----------
+    folder : str or os.PathLike
+        Holds ``waypoints.csv``, ``trajectory.csv`` (t, x, y, speed of the front axle) and
+        ``tracking_error.csv`` (cross-track error, heading error).
+
+    Returns
+    -------
+    Drive
+        The states from the second row of the trajectory on; the first row is the vehicle's origin.
+
+    Raises
+    ------
+    PathError
+        A file cannot be read, or is not of this shape.
+
+    Notes
+    -----
+    The recording holds no yaw. It does hold the heading error, direction of the path less yaw,
+    against the segment that leads to the nearest waypoint; that gives the yaw back.
+    """
+    folder = FilePath(folder)
+    path = popsteer.Path.from_csv(folder / "waypoints.csv")
+    trajectory = _table(folder / "trajectory.csv", 4)[1:]
+    errors = _table(folder / "tracking_error.csv", 2)
+    if len(errors) != len(trajectory):
+        raise PathError(
+            f"{folder / 'tracking_error.csv'}: has {len(errors)} rows for {len(trajectory)} states"
+        )
+    vehicle = vehicles.get(_PLANT)
+    front = vehicle.front_axle
+    table = np.empty((len(trajectory), 4))
+    nearest = path.nearest_waypoint(*trajectory[0, 1:3])
+    for row, (_, x, y, speed), heading_error in zip(table, trajectory, errors[:, 1], strict=True):
+        # The vehicle is known by its point alone: look along the path, 6 m to both sides.
+        place = path.locate(x, y, path.path_yaw_behind(nearest), nearest, 6.0)
+        nearest = path.nearest_waypoint(*place.point)
+        yaw = path.path_yaw_behind(nearest) - heading_error
+        row[:] = x - front * np.cos(yaw), y - front * np.sin(yaw), yaw, speed
+    return Drive("the authors' recorded run", path, _tuples(table), vehicle)
+
+
+def _table(file: FilePath, columns: int) -> NDArray[np.float64]:
+    """Read a file of numbers between commas: at least two rows, so many columns."""
+    try:
+        with warnings.catch_warnings():  # of an empty file; the shape tells that too
+            warnings.simplefilter("ignore", UserWarning)
+            table = np.loadtxt(file, delimiter=",", ndmin=2)
+    except OSError as error:
+        raise PathError(f"{file}: cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise PathError(f"{file}: {error}") from error
+    if len(table) < 2 or table.shape[1] != columns or not np.isfinite(table).all():
+        raise PathError(
+            f"{file}: must hold at least 2 rows of {columns} finite numbers, has shape"
+            f" {table.shape}"
+        )
+    return table
+
+
+def _tuples(table: NDArray[np.float64]) -> list[tuple[float, float, float, float]]:
+    """Turn rows into Python's own numbers, as a controller written in Python would hold them."""
+    return [(x, y, yaw, speed) for x, y, yaw, speed in table.tolist()]

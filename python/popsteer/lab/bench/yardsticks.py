@@ -1,0 +1,113 @@
+"""The yardsticks from outside: what others' tools take for the same step.
+
+POP's step compiled by numba, and a linear model-predictive controller on osqp. They are files of
+the checkout's ``benches/yardsticks``, no part of the package, and need the extra ``yardsticks``;
+what is not at hand is left out, with its reason.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, cast
+
+from popsteer.errors import PopsteerError
+from popsteer.lab.bench.calls import MPC_SOLVE, MPC_STEP, MPC_UPDATE, NUMBA_STEP
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Mapping
+
+    from popsteer.lab.common.timing import Drive, Driver
+
+__all__ = ["ROWS", "Yardsticks", "at_hand"]
+
+# Beside the working directory, for who is in the checkout.
+_FOLDER = Path("benches", "yardsticks")
+_NO_EXTRA = "not installed: pip install popsteer[yardsticks]"
+_NO_FOLDER = "not at hand: run in a checkout, or name its benches/yardsticks with --yardsticks"
+
+
+class _Yardstick(NamedTuple):
+    """A file, what it needs, the rows it gives, and how many calls are enough."""
+
+    file: str
+    needs: tuple[str, ...]
+    rows: tuple[str, ...]
+    calls: int
+
+
+_YARDSTICKS = (
+    _Yardstick("numba_pop.py", ("numba",), (NUMBA_STEP,), 200_000),
+    _Yardstick("osqp_mpc.py", ("osqp", "scipy"), (MPC_STEP, MPC_UPDATE, MPC_SOLVE), 10_000),
+)
+
+ROWS = tuple(row for yardstick in _YARDSTICKS for row in yardstick.rows)
+"""Names in the report, whether at hand or not."""
+
+
+@dataclass(frozen=True)
+class Yardsticks:
+    """What is at hand, and why the rest is not.
+
+    Attributes
+    ----------
+    makers : mapping
+        Name in the report to maker of drivers.
+    calls : mapping
+        Name in the report to how many calls are enough; they take longer than the Rust controllers.
+    absent : mapping
+        Name in the report to the reason why there is no such row.
+    """
+
+    makers: Mapping[str, Callable[[], Driver]] = field(default_factory=dict)
+    calls: Mapping[str, int] = field(default_factory=dict)
+    absent: Mapping[str, str] = field(default_factory=lambda: dict.fromkeys(ROWS, "not asked for"))
+
+
+def at_hand(drive: Drive, folder: str | os.PathLike[str] | None = None) -> Yardsticks:
+    """Prepare the yardsticks that are at hand.
+
+    Parameters
+    ----------
+    drive : Drive
+        What they are to drive.
+    folder : str or os.PathLike, optional
+        Where their files are; by default ``benches/yardsticks``, if it is there.
+
+    Returns
+    -------
+    Yardsticks
+        Those that can be timed, and the reasons for the others.
+
+    Raises
+    ------
+    PopsteerError
+        The folder that was named has no such file.
+    """
+    makers: dict[str, Callable[[], Driver]] = {}
+    calls: dict[str, int] = {}
+    absent: dict[str, str] = {}
+    for yardstick in _YARDSTICKS:
+        file = Path(_FOLDER if folder is None else folder) / yardstick.file
+        if not file.is_file():
+            if folder is not None:
+                raise PopsteerError(f"{file}: there is no such file")
+            absent |= dict.fromkeys(yardstick.rows, _NO_FOLDER)
+        elif any(find_spec(module) is None for module in yardstick.needs):
+            absent |= dict.fromkeys(yardstick.rows, _NO_EXTRA)
+        else:
+            makers[yardstick.rows[0]] = _load(file)(drive)
+            calls[yardstick.rows[0]] = yardstick.calls
+    return Yardsticks(makers, calls, absent)
+
+
+def _load(file: Path) -> Callable[[Drive], Callable[[], Driver]]:
+    """Run a file as a module of its own; give its `prepare`."""
+    spec = spec_from_file_location(f"popsteer_yardstick_{file.stem}", file)
+    if spec is None or spec.loader is None:
+        raise PopsteerError(f"{file}: is no Python file")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return cast("Callable[[Drive], Callable[[], Driver]]", module.prepare)

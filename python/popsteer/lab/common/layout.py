@@ -1,0 +1,91 @@
+"""How all reports look alike: their tables on a terminal, their JSON documents."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rich.table import Table
+
+__all__ = ["WIDE", "add_names", "blank_table", "json_text"]
+
+WIDE = 118
+"""Characters that all columns need side by side."""
+_LONG = 20  # characters of a name that every table has room for
+
+
+def blank_table(gap: int = 2) -> Table:
+    """Begin a table with a rule under its heads and nothing else around it.
+
+    Parameters
+    ----------
+    gap : int, default 2
+        Characters between columns.
+
+    Returns
+    -------
+    rich.table.Table
+        Without columns and rows.
+
+    Examples
+    --------
+    >>> blank_table().row_count
+    0
+    """
+    from rich import box
+    from rich.table import Table
+
+    return Table(
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        show_edge=False,
+        padding=(0, gap, 0, 0),
+        header_style="",
+    )
+
+
+def add_names(table: Table, head: str, names: Iterable[str]) -> None:
+    """Add a column of names, whole ones: a long name is folded, never cut.
+
+    Parameters
+    ----------
+    table : rich.table.Table
+        The table.
+    head : str
+        The head of the column.
+    names : iterable of str
+        What will stand in it.
+
+    Examples
+    --------
+    >>> table = blank_table()
+    >>> add_names(table, "track", ["slalom"])
+    >>> table.columns[0].no_wrap
+    True
+    """
+    fits = all(len(name) <= _LONG for name in names)
+    table.add_column(head, no_wrap=fits, overflow="fold")
+
+
+def json_text(document: dict[str, Any]) -> str:
+    r"""Write a document as JSON that people can read as well.
+
+    Parameters
+    ----------
+    document : dict
+        What it says; finite numbers alone.
+
+    Returns
+    -------
+    str
+        The text, with a newline at its end.
+
+    Examples
+    --------
+    >>> json_text({"law": "pop"})
+    '{\n  "law": "pop"\n}\n'
+    """
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -1,0 +1,47 @@
+"""The names of all that can be compared, for programs and for people."""
+
+from __future__ import annotations
+
+from popsteer import controllers
+from popsteer.lab import baselines
+
+__all__ = ["controller_names", "title_of"]
+
+
+def controller_names() -> tuple[str, ...]:
+    """Names of all that can be compared.
+
+    Returns
+    -------
+    tuple of str
+        The controllers of popsteer, then the baselines.
+
+    Examples
+    --------
+    >>> controller_names()[-2:]
+    ('preview-pop', 'mpc')
+    """
+    return (*controllers.names(), *baselines.names())
+
+
+def title_of(law: str) -> str:
+    """Name of a controller as a person reads it; that of one's own is as it is.
+
+    Parameters
+    ----------
+    law : str
+        Name of a controller.
+
+    Returns
+    -------
+    str
+        Its title.
+
+    Examples
+    --------
+    >>> title_of("pure-pursuit"), title_of("mine")
+    ('Pure-Pursuit', 'mine')
+    """
+    if law in baselines.names():
+        return baselines.get(law).title
+    return controllers.get(law).title if law in controllers.names() else law

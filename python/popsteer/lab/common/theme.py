@@ -1,0 +1,137 @@
+"""Colours and letters of the figures, on a light and on a dark background."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+__all__ = ["THEMES", "Theme"]
+
+
+class Theme(NamedTuple):
+    """Colours on one background."""
+
+    background: str
+    """Behind everything."""
+    text: str
+    """Titles and labels."""
+    faint: str
+    """Ticks, notes and frames."""
+    grid: str
+    """Grid lines."""
+    path: str
+    """The path to follow."""
+    laws: Mapping[str, str]
+    """Colour of each controller of popsteer and of each baseline."""
+    others: tuple[str, ...]
+    """Colours for controllers of one's own, in turn."""
+
+    def colours(self, names: Iterable[str]) -> dict[str, str]:
+        """Give each controller a colour.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Names of controllers.
+
+        Returns
+        -------
+        dict
+            A colour for each.
+        """
+        chosen: dict[str, str] = {}
+        strangers = 0
+        for name in names:
+            if name in self.laws:
+                chosen[name] = self.laws[name]
+            else:
+                chosen[name] = self.others[strangers % len(self.others)]
+                strangers += 1
+        return chosen
+
+    @property
+    def settings(self) -> Any:  # noqa: ANN401 - matplotlib lists the keys, which change with it
+        """Settings of matplotlib that go with the theme.
+
+        Returns
+        -------
+        dict
+            For ``matplotlib.rc_context``.
+        """
+        return {
+            "axes.edgecolor": self.grid,
+            "axes.facecolor": self.background,
+            "axes.grid": True,
+            "axes.labelcolor": self.text,
+            "axes.labelsize": 9.5,
+            "axes.spines.right": False,
+            "axes.spines.top": False,
+            "axes.titlecolor": self.text,
+            "axes.titlesize": 12.0,
+            "axes.titleweight": "bold",
+            "axes.unicode_minus": True,
+            "figure.facecolor": self.background,
+            "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture everywhere
+            "font.size": 9.5,
+            "grid.color": self.grid,
+            "grid.linewidth": 0.6,
+            "legend.frameon": False,
+            "legend.labelcolor": self.text,
+            "lines.solid_joinstyle": "round",
+            "savefig.facecolor": self.background,
+            "svg.hashsalt": "popsteer",  # the same figure is the same file
+            "text.color": self.text,
+            "xtick.color": self.grid,
+            "xtick.labelcolor": self.faint,
+            "ytick.color": self.grid,
+            "ytick.labelcolor": self.faint,
+        }
+
+
+# The colours of Okabe and Ito, which colour-blind readers can tell apart; on the dark background
+# the blue and the green are lighter, so that they stand out as far as the others.
+_LIGHT = {
+    "bang-bang": "#8a6d00",
+    "pid": "#d55e00",
+    "pure-pursuit": "#009e73",
+    "stanley": "#b5589a",
+    "pop": "#0072b2",
+    "preview-pop": "#111111",
+    "mpc": "#5b21e6",
+}
+_DARK = {
+    "bang-bang": "#f0e442",
+    "pid": "#ff8c42",
+    "pure-pursuit": "#2fd0a0",
+    "stanley": "#e79ccb",
+    "pop": "#56b4e9",
+    "preview-pop": "#ffffff",
+    "mpc": "#8163ff",
+}
+
+THEMES: Mapping[str, Theme] = MappingProxyType(
+    {
+        "light": Theme(
+            background="#ffffff",
+            text="#1f2328",
+            faint="#59636e",
+            grid="#dfe3e8",
+            path="#c3c9d1",
+            laws=_LIGHT,
+            others=("#332288", "#117733", "#882255", "#44aa99"),
+        ),
+        "dark": Theme(
+            background="#0d1117",
+            text="#e6edf3",
+            faint="#9aa4af",
+            grid="#2b323b",
+            path="#4c5661",
+            laws=_DARK,
+            others=("#b7a8ff", "#88ccee", "#ff9da7", "#ddcc77"),
+        ),
+    }
+)
+"""The themes by name."""

@@ -1,0 +1,20 @@
+"""Several controllers on one plant and one path: their errors beside the paper's.
+
+`runs` drives them, `step_time` times a step of each, `paper` holds the paper's figures; `table` is
+what the command prints, `files` what it writes: `metrics_json`, `runs_csv` and `figures`.
+"""
+
+from popsteer.lab.compare import files, paper, table
+from popsteer.lab.compare.runs import Comparison, controller, parameters, run
+from popsteer.lab.compare.step_time import time_steps
+
+__all__ = [
+    "Comparison",
+    "controller",
+    "files",
+    "paper",
+    "parameters",
+    "run",
+    "table",
+    "time_steps",
+]

@@ -1,0 +1,60 @@
+"""From a figure to the bytes of its files."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from popsteer.errors import ConfigError
+from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.compare.figures.overview import overview_figure
+from popsteer.lab.compare.figures.results import results_figure
+
+if TYPE_CHECKING:
+    from popsteer.lab.compare import Comparison
+
+__all__ = ["FIGURES", "render"]
+
+FIGURES = {"results": results_figure, "overview": overview_figure}
+"""What draws each figure, by its name."""
+
+
+def render(comparison: Comparison, figure: str, theme: str = "light") -> dict[str, bytes]:
+    r"""Draw a figure.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs, with their records.
+    figure : {"results", "overview"}
+        ``results``: as the paper's figure of results, a column for each controller with the path
+        driven, cross-track error, heading error and angle. ``overview``: the controllers on one
+        axis, and their figures beside the paper's.
+    theme : {"light", "dark"}, default "light"
+        The background.
+
+    Returns
+    -------
+    dict
+        The content of the file by its kind, ``png`` and ``svg``.
+
+    Raises
+    ------
+    ConfigError
+        No figure, or no theme, has this name.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab import compare
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> comparison = compare.run(path, ["pop"])
+    >>> render(comparison, "results")["png"][:4]
+    b'\x89PNG'
+    """
+    if figure not in FIGURES:
+        raise ConfigError.unknown("figure", figure, FIGURES)
+    if theme not in THEMES:
+        raise ConfigError.unknown("theme", theme, THEMES)
+    return drawn(partial(FIGURES[figure], comparison), THEMES[theme])

@@ -1,0 +1,292 @@
+"""Several controllers on one plant and one path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+from popsteer import controllers, presets, sim
+from popsteer.errors import ConfigError
+from popsteer.lab import baselines
+from popsteer.lab.common.names import controller_names
+from popsteer.sim import plant_name, vehicle_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from typing import Any
+
+    from popsteer._core import AdaptParams, CoupledLongitudinal, Path, Settings, SpeedPid, Vehicle
+    from popsteer.controllers import Controller, Params
+    from popsteer.lab.baselines import MpcParams
+    from popsteer.sim import OwnLaw, Plant, Run
+    from popsteer.sim.closed_loop import Pose
+    from popsteer.sim.geometry import StartAt
+
+__all__ = ["DEFAULT_CONTROLLERS", "Comparison", "controller", "parameters", "run"]
+
+DEFAULT_CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop")
+"""The controllers of the paper, in the order of its table."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Runs of several controllers on one plant and one path.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> comparison = run(path, ["stanley", "pop"])
+    >>> comparison.plant, list(comparison.runs)
+    ('carla-identified', ['stanley', 'pop'])
+    """
+
+    runs: Mapping[str, Run]
+    """The runs by name of the controller, in the order to show them; at least one."""
+    preset: str
+    """Where the controllers' tuning comes from."""
+    plant: str
+    """What the plant is called."""
+    track: str = ""
+    """What the path is called; ``dataclasses.replace`` gives it a name."""
+    step_times: Mapping[str, float] = field(default_factory=dict)
+    """What a step of each controller takes [s], where that was measured: see `time_steps`."""
+
+    @property
+    def first(self) -> Run:
+        """Any of the runs, for what they have in common.
+
+        Returns
+        -------
+        Run
+            The first one.
+        """
+        return next(iter(self.runs.values()))
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """What the plant is.
+
+        Returns
+        -------
+        Vehicle
+            The same for all runs.
+        """
+        return self.first.plant_vehicle
+
+    @property
+    def believed(self) -> Vehicle:
+        """What the controllers were given of the vehicle.
+
+        Returns
+        -------
+        Vehicle
+            The same for all of them.
+        """
+        return self.first.vehicle or self.vehicle
+
+    @property
+    def path(self) -> Path:
+        """What was followed.
+
+        Returns
+        -------
+        Path
+            The same for all runs.
+        """
+        return self.first.path
+
+    @property
+    def dt(self) -> float:
+        """Control period.
+
+        Returns
+        -------
+        float
+            In [s].
+        """
+        return self.first.dt
+
+
+def parameters(names: Sequence[str], preset: str) -> dict[str, Params | MpcParams]:
+    """Give the tuning of several controllers from a preset.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of controllers or baselines; those have no presets.
+    preset : str
+        Name of a preset.
+
+    Returns
+    -------
+    dict
+        Parameters by name of the controller, in the order given.
+
+    Raises
+    ------
+    ConfigError
+        A controller or the preset is not known, or a preset is given to baselines alone.
+
+    Examples
+    --------
+    >>> parameters(["pid"], "published-code")["pid"].kp
+    0.12
+    """
+    if preset != presets.REPRODUCTION and names and set(names) <= set(baselines.names()):
+        requirement = f"left out, as it changes nothing about {', '.join(names)}"
+        raise ConfigError("preset", preset, requirement)
+    chosen: dict[str, Params | MpcParams] = {}
+    for name in names:
+        if name in baselines.names():
+            chosen[name] = baselines.get(name).params()
+        elif name in controllers.names():
+            chosen[name] = presets.get(name, preset)
+        else:
+            raise ConfigError.unknown("controller", name, controller_names())
+    return chosen
+
+
+def controller(
+    name: str,
+    path: Path,
+    vehicle: Vehicle,
+    params: Params | MpcParams,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+) -> Controller | OwnLaw:
+    """Make what steers.
+
+    Parameters
+    ----------
+    name : str
+        One of `popsteer.lab.common.names.controller_names`.
+    path : Path
+        What it follows.
+    vehicle : Vehicle
+        The vehicle that it is given.
+    params : parameters of that controller
+        As `parameters` gives them.
+    adapt : AdaptParams or None, optional
+        How it adapts; None: not at all. Left out: as it does by default. Baselines do not.
+
+    Returns
+    -------
+    Controller or OwnLaw
+        In a fresh state.
+
+    Raises
+    ------
+    PopsteerError
+        The controller needs an extra that is not installed.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> pop = controller("pop", path, popsteer.Vehicle(), popsteer.PopParams())
+    >>> pop.steer(0.0, 0.0, 0.0, 5.0, 0.05)
+    0.0
+    """
+    # The registries pair each controller with its parameters.
+    known: Any = params
+    if name in baselines.names():
+        return baselines.get(name).controller(path, vehicle, known)
+    return controllers.get(name).controller(path, vehicle, known, adapt=adapt)
+
+
+def run(  # noqa: PLR0913 - as `popsteer.sim.run`
+    path: Path,
+    names: Sequence[str] | Mapping[str, Params | MpcParams] = DEFAULT_CONTROLLERS,
+    plant: Plant = "carla-identified",
+    *,
+    vehicle: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+    preset: str = presets.REPRODUCTION,
+    start: Pose | None = None,
+    start_at: StartAt = "pose",
+    speed: float | None = None,
+    constant_speed: float | None = None,
+    longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+    settings: Settings | None = None,
+    progress: Callable[[str, float], object] | None = None,
+) -> Comparison:
+    """Let several controllers drive the same plant along the same path, one after the other.
+
+    Parameters
+    ----------
+    path : Path
+        What they follow.
+    names : sequence of str, or mapping of str to parameters
+        The controllers, of `popsteer.lab.common.names.controller_names`; by default the paper's
+        four. A mapping gives each its tuning, and `preset` then only says what that is called.
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
+        What moves.
+    vehicle : Vehicle, optional
+        The vehicle that the controllers are given; the plant's own by default.
+    adapt : AdaptParams or None, optional
+        How the controllers of popsteer adapt; None: not at all. Left out: as each does by default.
+    preset : str, default "reproduction"
+        Where the tuning comes from; see `popsteer.presets`.
+    start : tuple of float, optional
+        Pose at the start, (x, y, yaw) [m, m, rad]; by default the front axle is 2.44 m to the right
+        of the first waypoint.
+    start_at : {"pose", "rear", "front"}, default "pose"
+        Whose pose `start` is: the vehicle's point's, or that of an axle.
+    speed, constant_speed : float, optional
+        Speed at the start, and speed to be kept all the way [m/s]; as `popsteer.sim.run` has them.
+    longitudinal : CoupledLongitudinal or SpeedPid, optional
+        What works the pedals; the paper's coupled controller by default.
+    settings : Settings, optional
+        Control period, limits and the like.
+    progress : callable, optional
+        Called now and then with the name of the controller and the share of its path done, 0 to 1.
+
+    Returns
+    -------
+    Comparison
+        The runs.
+
+    Raises
+    ------
+    ConfigError
+        A controller, the preset or the plant is not known, or `vehicle` puts the pose's point
+        elsewhere than the plant does; nothing was driven then.
+    InputError
+        The start is not finite or beyond its bound.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer import tracks
+    >>> comparison = run(popsteer.Path(tracks.get("slalom").xy))
+    >>> {name: run.metrics.finished for name, run in comparison.runs.items()}
+    {'pid': True, 'pure-pursuit': True, 'stanley': True, 'pop': True}
+    """
+    chosen = dict(names) if isinstance(names, Mapping) else parameters(names, preset)
+    believed = vehicle_of(plant) if vehicle is None else vehicle
+    drivers = {
+        name: controller(name, path, believed, params, adapt) for name, params in chosen.items()
+    }
+    runs: dict[str, Run] = {}
+    for name, driver in drivers.items():
+
+        def advance(share: float, name: str = name) -> None:
+            if progress is not None:
+                progress(name, share)
+
+        advance(0.0)
+        runs[name] = sim.run(
+            driver,
+            plant,
+            path=path,
+            start=start,
+            start_at=start_at,
+            speed=speed,
+            constant_speed=constant_speed,
+            longitudinal=longitudinal,
+            settings=settings,
+            progress=advance,
+        )
+        advance(1.0)
+    return Comparison(runs=runs, preset=preset, plant=plant_name(plant))

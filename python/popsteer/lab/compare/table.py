@@ -1,0 +1,241 @@
+"""The table of a comparison, the paper's figures beside the measured ones."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from popsteer.lab.common.layout import WIDE, add_names, blank_table
+from popsteer.lab.common.names import title_of
+from popsteer.lab.common.vehicle import differences
+from popsteer.lab.compare.paper import PAPER, is_authors_path
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from rich.table import Table
+
+    from popsteer.lab.compare import Comparison
+    from popsteer.sim import Run
+
+__all__ = ["caption", "notes", "tables"]
+
+
+def caption(comparison: Comparison) -> str:
+    """Say in one line what was compared.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs.
+
+    Returns
+    -------
+    str
+        Track, plant, what the controllers believed otherwise, preset and control period.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab import compare
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> caption(compare.run(path, ["pop"]))
+    '81 waypoints, 80 m, plant carla-identified, preset reproduction, dt 0.05 s'
+    """
+    path = comparison.path
+    name = f"{comparison.track}, " if comparison.track else ""
+    believed = differences(comparison.believed, comparison.vehicle)
+    return (
+        f"{name}{len(path)} waypoints, {path.length:.0f} m, plant {comparison.plant}{believed}, "
+        f"preset {comparison.preset}, dt {comparison.dt:g} s"
+    )
+
+
+def notes(comparison: Comparison) -> list[str]:
+    """Say what a reader has to know to compare the figures with the paper's.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs.
+
+    Returns
+    -------
+    list of str
+        One sentence or two each; none where no controller of the paper is among the runs.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab import compare
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> len(notes(compare.run(path, ["pid"])))
+    2
+    """
+    where = (
+        "Errors are measured at each controller's own tracked point, as the paper did, and at the"
+        " rear axle, one point for all."
+    )
+    said = [where]
+    said += [
+        f"{title_of(name)} came to an end after {run.metrics.time:.1f} s: {run.ending}."
+        for name, run in comparison.runs.items()
+        if not run.metrics.finished
+    ]
+    said += [
+        f"Fault of {title_of(name)}: {', '.join(run.metrics.faults.names)}; up to"
+        f" {run.metrics.max_abs_cross_track_error:.2f} m off its path."
+        for name, run in comparison.runs.items()
+        if run.metrics.faults
+    ]
+    if not PAPER.keys() & comparison.runs.keys():
+        return said
+    if not is_authors_path(comparison.path):
+        said.append(
+            "The paper's figures are from its authors' track and vehicle in CARLA; this is another"
+            " track, so they are no target here."
+        )
+    elif "pid" in comparison.runs:
+        said.append(
+            "The paper's PID row is reproduced by no reading of its gains; with those of its table"
+            " and Δt in the integral, PID tracks as closely as POP."
+        )
+    return said
+
+
+def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
+    """Set out the figures of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The runs.
+    width : int, default 118
+        How many characters a line has. Where one table would not fit, there are two.
+
+    Returns
+    -------
+    list of rich.table.Table
+        To be printed one below the other. The best figure of a column is bold.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab import compare
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> comparison = compare.run(path, ["stanley", "pop"])
+    >>> [table.row_count for table in tables(comparison, width=80)]
+    [2, 2]
+    """
+    more = _more(comparison.first.settings.settling_time)
+    if comparison.step_times:
+        more.append(_step_time(comparison.step_times))
+    against_paper = [
+        # A ratio to figures of another track would say nothing.
+        column
+        for column in _AGAINST_PAPER
+        if column is not _RATIO or is_authors_path(comparison.path)
+    ]
+    groups = [against_paper + more] if width >= WIDE else [against_paper, more]
+    return [_table(comparison, columns) for columns in groups]
+
+
+def _table(comparison: Comparison, columns: list[_Column]) -> Table:
+    """Set out some columns."""
+    from rich.text import Text
+
+    table = blank_table(1)
+    add_names(table, "controller", map(title_of, comparison.runs))
+    for column in columns:
+        table.add_column(Text(column.head), justify="right", no_wrap=True)
+    best = [_best(comparison, column) for column in columns]
+    for name, run in comparison.runs.items():
+        cells = [Text(title_of(name))]
+        for column, least in zip(columns, best, strict=True):
+            value = column.value(run)
+            style = "bold" if value is not None and value == least else ""
+            cells.append(Text(column.show(run), style=style))
+        table.add_row(*cells)
+    return table
+
+
+class _Column(NamedTuple):
+    """A column: its head, where its numbers come from, and how they are shown."""
+
+    head: str
+    value: Callable[[Run], float | None]
+    form: str
+    ranked: bool = False
+    """Whether less is better."""
+
+    def show(self, run: Run) -> str:
+        """Show the number of a run; a dash where there is none."""
+        value = self.value(run)
+        if value is None or not math.isfinite(value):
+            return "–"
+        return format(value, self.form) if self.form else ("yes" if value else "no")
+
+
+def _best(comparison: Comparison, column: _Column) -> float | None:
+    """Find the least figure among the runs that finished, where a column has a best at all."""
+    if not column.ranked or len(comparison.runs) < 2:
+        return None
+    values = [column.value(run) for run in comparison.runs.values() if run.metrics.finished]
+    return min((value for value in values if value is not None), default=None)
+
+
+def _paper_cross_track(run: Run) -> float | None:
+    return PAPER[run.law].mean_abs_cross_track_error if run.law in PAPER else None
+
+
+def _paper_heading(run: Run) -> float | None:
+    return PAPER[run.law].mean_abs_heading_error if run.law in PAPER else None
+
+
+def _ratio(run: Run) -> float | None:
+    paper = _paper_cross_track(run)
+    return None if paper is None else run.metrics.mean_abs_cross_track_error / paper
+
+
+_RATIO = _Column("ratio\n\n", _ratio, ".2f")
+_AGAINST_PAPER = [
+    _Column("mean\n|e|\n[m]", lambda r: r.metrics.mean_abs_cross_track_error, ".4f", ranked=True),
+    _Column("paper\n\n[m]", _paper_cross_track, ".4f"),
+    _RATIO,
+    _Column("mean\n|ψe|\n[rad]", lambda r: r.metrics.mean_abs_heading_error, ".4f", ranked=True),
+    _Column("paper\n\n[rad]", _paper_heading, ".4f"),
+]
+
+
+def _step_time(times: Mapping[str, float]) -> _Column:
+    """Column for the median time of a control step."""
+    return _Column("step\np50\n[µs]", lambda run: 1e6 * times[run.law], ".2f", ranked=True)
+
+
+def _more(settling_time: float) -> list[_Column]:
+    """Columns for what the paper does not report."""
+    settled = f"after\n{settling_time:g} s\n[m]"
+    return [
+        _Column("rms\ne\n[m]", lambda r: r.metrics.rms_cross_track_error, ".3f", ranked=True),
+        _Column("max\n|e|\n[m]", lambda r: r.metrics.max_abs_cross_track_error, ".2f", ranked=True),
+        _Column(
+            settled, lambda r: r.metrics.settled_mean_abs_cross_track_error, ".4f", ranked=True
+        ),
+        _Column(
+            "rear\naxle\n[m]",
+            lambda r: r.metrics.rear_axle_mean_abs_cross_track_error,
+            ".4f",
+            ranked=True,
+        ),
+        _Column(
+            "max\n|δ|\n[deg]", lambda r: math.degrees(r.metrics.max_abs_steer), ".1f", ranked=True
+        ),
+        _Column(
+            "rms\nδ rate\n[deg/s]",
+            lambda r: math.degrees(r.metrics.rms_steer_rate),
+            ".1f",
+            ranked=True,
+        ),
+        _Column("time\n\n[s]", lambda r: r.metrics.time, ".1f"),
+        _Column("fin-\nished\n", lambda r: float(r.metrics.finished), ""),
+    ]

@@ -1,0 +1,92 @@
+"""The figure of a matrix: tracking error against the time of a control step."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from popsteer.lab.common.names import title_of
+from popsteer.lab.matrix.rows import rows
+
+if TYPE_CHECKING:
+    from popsteer.lab.common.theme import Theme
+    from popsteer.lab.matrix.runs import Matrix
+
+__all__ = ["matrix_figure"]
+
+_MARKERS = "osD^vP*X"
+
+
+def matrix_figure(found: Matrix, theme: Theme) -> Figure:
+    """Draw a panel for each plant: a colour for each controller, a marker for each track.
+
+    Parameters
+    ----------
+    found : Matrix
+        What was measured.
+    theme : Theme
+        The colours.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+    """
+    shown = list(rows(found))
+    plants = list(dict.fromkeys(row.plant for row in shown))
+    tracks = list(dict.fromkeys(row.track for row in shown))
+    colours = theme.colours(dict.fromkeys(row.law for row in shown))
+    markers = {track: _MARKERS[k % len(_MARKERS)] for k, track in enumerate(tracks)}
+    across = len(plants) if len(plants) <= 3 else math.ceil(len(plants) / 2)
+    down = math.ceil(len(plants) / across)
+    figure = Figure(figsize=(max(4.2 * across, 7.0), 3.1 * down + 1.2), layout="constrained")
+    grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+    for spare in grid.flat[len(plants) :]:
+        spare.set_visible(False)
+    for panel, plant in zip(grid.flat, plants, strict=False):
+        for row in shown:
+            error = row.metrics.settled_mean_abs_cross_track_error
+            if row.plant != plant or not error > 0.0:
+                continue
+            colour = colours[row.law]
+            panel.plot(
+                1e6 * row.step_time,
+                error,
+                markers[row.track],
+                color=colour,
+                # Hollow: what it did until it came to an end tells little.
+                markerfacecolor=colour if row.metrics.finished else theme.background,
+                markeredgecolor=theme.background if row.metrics.finished else colour,
+                markersize=8.5,
+            )
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.margins(0.12)
+        panel.set_title(plant, fontsize=10.5)
+        panel.xaxis.set_major_formatter("{x:g}")
+        panel.yaxis.set_major_formatter("{x:g}")
+    for panel in grid.flat[max(len(plants) - across, 0) : len(plants)]:
+        panel.tick_params(labelbottom=True)
+        panel.set_xlabel("step, median [µs]")
+    for panel in grid[:, 0]:
+        panel.set_ylabel("mean |cross-track error|\nafter 5 s [m]")
+    handles = [
+        Line2D([], [], linestyle="", marker="o", color=colour, label=title_of(law))
+        for law, colour in colours.items()
+    ] + [
+        Line2D([], [], linestyle="", marker=marker, color=theme.faint, label=track)
+        for track, marker in markers.items()
+    ]
+    if not all(row.metrics.finished for row in shown):
+        hollow = Line2D([], [], linestyle="", marker="o", color=theme.faint, label="not finished")
+        hollow.set_markerfacecolor(theme.background)
+        handles.append(hollow)
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
+    pedals = "the paper's pedals"
+    if found.constant_speed is not None:
+        pedals = f"constant {found.constant_speed:g} m/s"
+    figure.suptitle(f"Tracking error against the time of a control step, {pedals}", fontsize=11)
+    return figure

@@ -1,0 +1,43 @@
+"""The rows of a matrix: one for each controller on each plant and track."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from popsteer.lab.matrix.runs import Matrix
+    from popsteer.sim import Metrics
+
+__all__ = ["Row", "rows"]
+
+
+class Row(NamedTuple):
+    """One controller on one plant and track."""
+
+    plant: str
+    track: str
+    law: str
+    metrics: Metrics
+    step_time: float
+    ending: str
+
+
+def rows(found: Matrix) -> Iterator[Row]:
+    """Give the rows, plant by plant and track by track.
+
+    Parameters
+    ----------
+    found : Matrix
+        What was measured.
+
+    Yields
+    ------
+    Row
+        In the order of the comparisons.
+    """
+    for comparison in found.comparisons:
+        for name, run in comparison.runs.items():
+            time = comparison.step_times[name]
+            yield Row(comparison.plant, comparison.track, name, run.metrics, time, run.ending)

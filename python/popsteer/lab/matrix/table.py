@@ -1,0 +1,209 @@
+"""The table and the files of controllers × plants × tracks."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from statistics import median
+from typing import TYPE_CHECKING
+
+from popsteer._core import __version__
+from popsteer.lab.common.layout import WIDE, add_names, blank_table, json_text
+from popsteer.lab.common.machine import describe
+from popsteer.lab.common.names import title_of
+from popsteer.lab.compare.metrics_json import SCHEMA, metrics_document
+from popsteer.lab.matrix.rows import Row, rows
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.table import Table
+
+    from popsteer.lab.matrix.runs import Matrix
+    from popsteer.sim import Metrics
+
+__all__ = ["FILES", "matrix_caption", "matrix_files", "matrix_notes", "matrix_tables"]
+
+FILES = (
+    *("matrix.csv", "matrix.md", "matrix.json"),
+    *(f"matrix{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
+)
+"""The names of the files that `matrix_files` gives."""
+
+_COLUMNS = (
+    "mean_abs_cross_track_error",
+    "settled_mean_abs_cross_track_error",
+    "settled_max_abs_cross_track_error",
+)
+
+
+def matrix_caption(found: Matrix) -> str:
+    """Say in one line what was driven.
+
+    Parameters
+    ----------
+    found : Matrix
+        What was measured.
+
+    Returns
+    -------
+    str
+        Preset, control period, and what the figures are.
+    """
+    first = found.comparisons[0]
+    return (
+        f"preset {first.preset}, dt {first.dt:g} s; |cross-track error| of the whole run and after"
+        f" {first.first.settings.settling_time:g} s, median time of a step"
+    )
+
+
+def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
+    """Set out what was found, a row for each controller on each plant and track.
+
+    Parameters
+    ----------
+    found : Matrix
+        What was measured.
+    width : int, default 118
+        How many characters a line has. Where one table would not fit, each plant has its own.
+
+    Returns
+    -------
+    list of rich.table.Table
+        To be printed one below the other.
+    """
+    shown = list(rows(found))
+    if width >= WIDE:
+        return [_table(shown, "plant")]
+    plants = dict.fromkeys(row.plant for row in shown)
+    return [
+        _table([row for row in shown if row.plant == plant], f"plant {plant}") for plant in plants
+    ]
+
+
+def _table(shown: Sequence[Row], title: str) -> Table:
+    """Set out some rows: with a column for the plant, or with the plant as the title."""
+    from rich.text import Text
+
+    column = title == "plant"
+    table = blank_table(2 if column else 1)
+    if not column:
+        table.title, table.title_justify, table.title_style = title, "left", "bold"
+    if column:
+        add_names(table, "plant", (row.plant for row in shown))
+    add_names(table, "track", (row.track for row in shown))
+    add_names(table, "controller", (title_of(row.law) for row in shown))
+    for head in ("mean\n[m]", "after\n[m]", "max after\n[m]", "step\n[µs]", "fin-\nished"):
+        table.add_column(Text(head), justify="right", no_wrap=True)
+    for row in shown:
+        figures = row.metrics
+        table.add_row(
+            *((row.plant,) if column else ()),
+            row.track,
+            title_of(row.law),
+            f"{figures.mean_abs_cross_track_error:.4f}",
+            f"{figures.settled_mean_abs_cross_track_error:.4f}",
+            f"{figures.settled_max_abs_cross_track_error:.3f}",
+            f"{1e6 * row.step_time:.2f}",
+            "yes" if figures.finished else "no",
+        )
+    return table
+
+
+def matrix_notes(found: Matrix) -> list[str]:
+    """Say why runs did not reach the end.
+
+    Parameters
+    ----------
+    found : Matrix
+        What was measured.
+
+    Returns
+    -------
+    list of str
+        A sentence for each of them.
+    """
+    return [
+        f"{title_of(row.law)} on {row.plant}, {row.track}, ended after"
+        f" {row.metrics.time:.1f} s: {row.ending}."
+        for row in rows(found)
+        if not row.metrics.finished
+    ]
+
+
+def matrix_files(found: Matrix) -> dict[str, bytes]:
+    """Compute the files.
+
+    Parameters
+    ----------
+    found : Matrix
+        What was measured.
+
+    Returns
+    -------
+    dict
+        The content of each file by its name: ``matrix.csv`` (a row for each controller on each
+        plant and track), ``matrix.json`` (all their metrics), ``matrix.md`` (the errors after
+        settling, a column for each controller; of runs that did not finish in brackets), and
+        ``matrix`` as ``.png`` and ``.svg``, the figure of error against step time, for a light and,
+        as ``-dark``, for a dark background.
+    """
+    from popsteer.lab.common.draw import drawn
+    from popsteer.lab.common.theme import THEMES
+    from popsteer.lab.matrix.figures import matrix_figure
+
+    content = {
+        f"matrix{'' if name == 'light' else f'-{name}'}.{kind}": data
+        for name, theme in THEMES.items()
+        for kind, data in drawn(partial(matrix_figure, found), theme).items()
+    }
+    content["matrix.csv"] = _csv(found).encode()
+    content["matrix.md"] = _markdown(found).encode()
+    document = {
+        "schema": SCHEMA,
+        "version": __version__,
+        "machine": describe(),
+        "constant_speed": found.constant_speed,
+        "comparisons": [metrics_document(each) for each in found.comparisons],
+    }
+    content["matrix.json"] = json_text(document).encode()
+    return content
+
+
+def _csv(found: Matrix) -> str:
+    lines = [
+        "# errors in m, step_time in s",
+        ",".join(("plant", "track", "law", *_COLUMNS, "step_time", "ending")),
+    ]
+    for row in rows(found):
+        figures = row.metrics
+        numbers = (*(getattr(figures, column) for column in _COLUMNS), row.step_time)
+        ending = row.ending.replace('"', '""')
+        cells = [row.plant, row.track, row.law, *map(repr, numbers), f'"{ending}"']
+        lines.append(",".join(cells))
+    return "\n".join(lines) + "\n"
+
+
+def _markdown(found: Matrix) -> str:
+    """Set out the errors after settling, and what a step takes on an average plant and track."""
+    names = list(found.comparisons[0].runs)
+    lines = [
+        ["plant", "track", *map(title_of, names)],
+        ["---", "---", *["--:"] * len(names)],
+    ]
+    for each in found.comparisons:
+        cells = [_error(run.metrics) for run in each.runs.values()]
+        lines.append([each.plant, each.track, *cells])
+    times = [median(each.step_times[name] for each in found.comparisons) for name in names]
+    lines.append(["step, median [µs]", "", *(f"{1e6 * time:.2f}" for time in times)])
+    on = describe()
+    table = "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    return f"{table}\n{on['cpu']}, {on['cores']} cores; {on['python']}.\n"
+
+
+def _error(metrics: Metrics) -> str:
+    """Show the mean error after settling; of a run that did not finish in brackets."""
+    error = metrics.settled_mean_abs_cross_track_error
+    if not math.isfinite(error):
+        return "–"
+    return f"{error:.4f}" if metrics.finished else f"({error:.4f})"

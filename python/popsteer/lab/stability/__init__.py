@@ -1,0 +1,22 @@
+"""How far the steering loops are from instability, and what that costs in bends.
+
+`linear` and `linear_preview` are the loops of small signals, `runs` their margins, `carrot` and
+`preview_bend` the offsets in a bend; `table`, `figures` and `choice_figure` show them.
+"""
+
+from popsteer.lab.stability import table
+from popsteer.lab.stability.carrot import carrot_offset, driven_offset
+from popsteer.lab.stability.preview_bend import preview_offset
+from popsteer.lab.stability.runs import Margins, Stability, dead_time_map, margins, run
+
+__all__ = [
+    "Margins",
+    "Stability",
+    "carrot_offset",
+    "dead_time_map",
+    "driven_offset",
+    "margins",
+    "preview_offset",
+    "run",
+    "table",
+]

@@ -1,0 +1,219 @@
+"""Figures of the theory page: where the loops are stable, and how the carrot cuts bends."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+
+from popsteer._core import PopParams, PurePursuitParams
+from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.names import title_of
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.stability.carrot import LATERAL, carrot_curve
+from popsteer.lab.stability.choice_figure import choice_curves, choice_figure
+from popsteer.lab.stability.linear import lookahead
+from popsteer.lab.stability.runs import dead_time_map, run
+from popsteer.lab.stability.table import stability_caption
+from popsteer.sim import plant_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    from popsteer.lab.common.theme import Theme
+    from popsteer.lab.stability import Stability
+    from popsteer.lab.stability.carrot import Carrot
+
+__all__ = ["stability_figures"]
+
+_LEVELS = (0.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 1000.0)  # ms
+_SPEEDS = np.linspace(1.0, 30.0, 59)
+_DISTANCES = np.geomspace(1.0, 25.0, 41)
+
+
+def stability_figures(
+    result: Stability, progress: Callable[[str, float], object] | None = None
+) -> dict[str, bytes]:
+    """Draw the figures of a stability study, on a light and on a dark background.
+
+    Parameters
+    ----------
+    result : Stability
+        Controllers and vehicle; the figures have a range of speeds of their own.
+    progress : callable, optional
+        Called now and then with what is being made and the share of it that is done.
+
+    Returns
+    -------
+    dict
+        Content of each PNG file by its name: ``stability-margins``, the margins of all controllers
+        over speed; ``stability-map``, where one has a lookahead, the dead-time margin over speed
+        and lookahead; ``carrot-offset``, by how much POP cuts bends on the plants of popsteer;
+        ``preview-choice``, with POP and preview POP among them, what margin costs in a bend.
+    """
+
+    def tell(share: float) -> None:
+        if progress is not None:
+            progress("figures", share)
+
+    tell(0.0)
+    fine = run(
+        result.params,
+        result.vehicle,
+        _SPEEDS.tolist(),
+        believed=result.believed,
+        preset=result.preset,
+        dt=result.dt,
+    )
+    tell(0.2)
+    maps = {
+        name: dead_time_map(
+            params,
+            result.vehicle,
+            _SPEEDS.tolist(),
+            _DISTANCES.tolist(),
+            result.dt,
+            believed=result.believed,
+        )
+        for name, params in result.params.items()
+        if isinstance(params, PopParams | PurePursuitParams)
+    }
+    tell(0.7)
+    draw: dict[str, Callable[[Theme], Figure]] = {
+        "stability-margins": partial(_margins_figure, fine)
+    }
+    if maps:
+        draw["stability-map"] = partial(_map_figure, result, maps)
+    if "pop" in result.params:
+        curves = {plant: carrot_curve(plant) for plant in plant_names()}
+        draw["carrot-offset"] = partial(_carrot_figure, curves)
+    if choices := choice_curves(result):
+        draw["preview-choice"] = partial(choice_figure, result, choices)
+    content = {}
+    for index, (figure, make) in enumerate(draw.items()):
+        for theme, colours in THEMES.items():
+            suffix = "" if theme == "light" else f"-{theme}"
+            content[f"{figure}{suffix}.png"] = drawn(make, colours)["png"]
+        tell(0.8 + 0.2 * (index + 1) / len(draw))
+    return content
+
+
+def _map_figure(result: Stability, maps: Mapping[str, NDArray[np.float64]], theme: Theme) -> Figure:
+    """Draw the dead-time margin over speed and lookahead."""
+    figure = Figure(figsize=(10.5, 4.9), layout="constrained")
+    panels = figure.subplots(1, len(maps), squeeze=False, sharey=True)[0]
+    colours = ScalarMappable(BoundaryNorm(_LEVELS, 256, extend="max"), "viridis")
+    for panel, (name, found) in zip(panels, maps.items(), strict=True):
+        # What is below the least level, the unstable, is left grey.
+        shown = np.nan_to_num(1e3 * found, nan=-1.0)
+        panel.set_facecolor(theme.path)
+        panel.contourf(
+            *(_SPEEDS, _DISTANCES, shown, _LEVELS),
+            norm=colours.norm,
+            cmap=colours.cmap,
+            extend="max",
+        )
+        params = result.params[name]
+        line = [lookahead(params, result.believed, float(speed)) or math.nan for speed in _SPEEDS]
+        panel.plot(_SPEEDS, line, color="#ffffff", linewidth=4.0)
+        panel.plot(
+            _SPEEDS, line, color="#d1242f", linewidth=2.0, label="lookahead of the controller"
+        )
+        panel.set_yscale("log")
+        panel.set_yticks([1, 2, 5, 10, 20], minor=False)
+        panel.yaxis.set_major_formatter("{x:g}")
+        panel.minorticks_off()
+        panel.set(xlabel="speed [m/s]", xlim=_SPEEDS[[0, -1]], ylim=_DISTANCES[[0, -1]])
+        panel.set_title(title_of(name), pad=8)
+        panel.grid(visible=False)
+        legend = panel.legend(loc="lower right", fontsize=8.5, frameon=True, edgecolor="none")
+        legend.get_frame().set(facecolor=theme.background, alpha=0.85)
+    panels[0].set_ylabel("lookahead [m]")
+    bar = figure.colorbar(colours, ax=list(panels), ticks=_LEVELS, pad=0.02)
+    bar.set_label("dead time that may be added [ms]")
+    bar.ax.tick_params(labelcolor=theme.faint)
+    return _captioned(figure, result, theme, "grey: unstable without any dead time")
+
+
+def _margins_figure(result: Stability, theme: Theme) -> Figure:
+    """Draw the margins of all controllers over speed."""
+    colours = theme.colours(result.params)
+    figure = Figure(figsize=(10.5, 3.9), layout="constrained")
+    panels = figure.subplots(1, 3)
+    for name, found in result.margins.items():
+        series = (
+            [each.gain for each in found],
+            [math.degrees(each.phase) for each in found],
+            [1e3 * each.dead_time for each in found],
+        )
+        for panel, values in zip(panels, series, strict=True):
+            panel.plot(
+                result.speeds, values, color=colours[name], label=title_of(name), linewidth=1.8
+            )
+    for panel, title, log in zip(
+        panels,
+        ("gain margin [-]", "phase margin [deg]", "dead-time margin [ms]"),
+        (True, False, True),
+        strict=True,
+    ):
+        panel.set(xlabel="speed [m/s]", xlim=(0.0, 30.0))
+        panel.set_title(title, pad=8)
+        if log:
+            panel.set_yscale("log")
+            panel.yaxis.set_major_formatter("{x:g}")
+        else:
+            panel.set_ylim(bottom=0.0)
+    panels[0].set_ylim(bottom=1.0)
+    panels[2].set_ylim(bottom=1.0)
+    panels[2].legend(fontsize=8.5)
+    return _captioned(figure, result, theme, "a line ends where the loop becomes unstable")
+
+
+def _carrot_figure(curves: Mapping[str, Carrot], theme: Theme) -> Figure:
+    """Draw the offset that POP keeps on circles: computed, and driven."""
+    figure = Figure(figsize=(10.5, 4.2), layout="constrained")
+    panels = figure.subplots(1, len(curves), sharey=True)
+    for panel, (plant, curve) in zip(panels, curves.items(), strict=True):
+        panel.plot(
+            curve.radii, curve.computed, color=theme.laws["pop"], linewidth=2.0, label="computed"
+        )
+        panel.plot(
+            curve.radii, curve.rope, "--", color=theme.faint, linewidth=1.2, label="R - √(R² - ld²)"
+        )
+        panel.plot(
+            curve.driven_radii,
+            curve.driven,
+            "o",
+            color=theme.background,
+            markeredgecolor=theme.text,
+            markeredgewidth=1.5,
+            markersize=6,
+            label="driven",
+        )
+        panel.set_xscale("log")
+        panel.set_xticks([12, 15, 20, 30, 40, 60, 80, 120])
+        panel.xaxis.set_major_formatter("{x:g}")
+        panel.minorticks_off()
+        panel.set(xlabel="radius of the circle [m]", ylim=(0.0, 2.4))
+        panel.set_title(plant, pad=8)
+    panels[0].set_ylabel("offset to the inside [m]")
+    panels[0].legend(fontsize=8.5)
+    figure.suptitle(
+        f"POP, ld = 6 m + 0.2 s · v, on circles at {LATERAL:g} m/s² of lateral acceleration:"
+        " offset of the front axle",
+        fontsize=9,
+        color=theme.faint,
+    )
+    return figure
+
+
+def _captioned(figure: Figure, result: Stability, theme: Theme, note: str) -> Figure:
+    figure.suptitle(f"{stability_caption(result)}; {note}", fontsize=9, color=theme.faint)
+    return figure

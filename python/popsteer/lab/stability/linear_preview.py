@@ -1,0 +1,168 @@
+"""Preview POP in small signals about a straight.
+
+On a straight its step is linear feedback of the errors and of what it remembers: c, the curvature
+that its wheels are commanded, a, the curvature that they have come to by its own model, and s, the
+slip that it estimates. With b one period back, the gains g from the cost-to-go, and E the decay of
+the model's lag over a period::
+
+    c = b c - (g_e e + g_p ψ + g_a a + g_c b c + g_s s)      δ = (L + K v²) c
+    a = (1 - E) b c / (1 - E b)
+
+Without a and c, δ is a ratio of polynomials of b.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from popsteer.reference.math import decay
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer._core import PreviewPopParams, Vehicle
+
+__all__ = ["PreviewGains", "preview_gains", "preview_pop"]
+
+_BACK = Polynomial([0.0, 1.0])  # b, one period back
+_MAX_STEPS = 20  # of the prediction
+
+
+class PreviewGains(NamedTuple):
+    """How much less curvature is commanded for a unit of each; see the module."""
+
+    error: float
+    """Of the cross-track error [1/m²]."""
+    heading: float
+    """Of the heading error [1/m]."""
+    driven: float
+    """Of the curvature that the wheels have come to [-]."""
+    commanded: float
+    """Of the curvature that was commanded [-]."""
+    slip: float
+    """Of the slip that is estimated [1/m]."""
+
+
+def preview_pop(
+    params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
+) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Linearise the controller about straight driving, within its neighbourhood and its limits.
+
+    Parameters
+    ----------
+    params : PreviewPopParams
+        Tuning of the controller.
+    vehicle : Vehicle
+        The vehicle that it is given.
+    speed : float
+        Speed [m/s], positive.
+    dt : float
+        Control period [s].
+
+    Returns
+    -------
+    tuple of four lists
+        Weights of the cross-track errors, of the heading errors, of the angles and of the slip, the
+        latest first, as `popsteer.lab.stability.linear.Weights` has them.
+
+    Examples
+    --------
+    >>> from popsteer import PreviewPopParams, Vehicle
+    >>> cross_track, heading, steer, slip = preview_pop(PreviewPopParams(), Vehicle(), 10.0, 0.05)
+    >>> len(cross_track), len(heading), len(slip), steer[0]
+    (2, 2, 2, 1.0)
+    """
+    gains = preview_gains(params, vehicle, speed, dt)
+    length = vehicle.turning_length(speed)
+    kept = decay(dt, vehicle.steer_lag)
+    # Everything is multiplied by lag, by which a is divided.
+    lag = 1.0 - kept * _BACK
+    driven = (1.0 - kept) * _BACK  # a · lag, for a unit of c
+    steer = (1.0 - (1.0 - gains.commanded) * _BACK) * lag + gains.driven * driven
+    scaled = [length * gain * lag for gain in (gains.error, gains.heading, gains.slip)]
+    cross_track, heading, slip = (each.coef.tolist() for each in scaled)
+    return cross_track, heading, steer.coef.tolist(), slip
+
+
+def preview_gains(
+    params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
+) -> PreviewGains:
+    """Carry the cost back over the horizon, as the controller does in each step.
+
+    Parameters
+    ----------
+    params : PreviewPopParams
+        Tuning of the controller.
+    vehicle : Vehicle
+        The vehicle that it is given.
+    speed : float
+        Speed [m/s], positive.
+    dt : float
+        Control period [s].
+
+    Returns
+    -------
+    PreviewGains
+        The gains, on a straight.
+
+    Examples
+    --------
+    >>> from popsteer import PreviewPopParams, Vehicle
+    >>> gains = preview_gains(PreviewPopParams(), Vehicle(), 10.0, 0.05)
+    >>> gains.error > 0.0, gains.heading > 0.0, gains.slip > 0.0
+    (True, True, True)
+    """
+    params = params.resolved(vehicle)
+    heading_cost, rate_cost, pace = map(
+        float,
+        (params.heading_cost or 0.0, params.steer_rate_cost or 0.0, params.min_speed or 0.0),
+    )
+    count = int(min(max(params.horizon / dt + 1e-6, 1.0), _MAX_STEPS))
+    period = max(params.horizon / count, dt)
+    step = max(speed, pace) * period
+    move_cost = (rate_cost * vehicle.turning_length(speed) / period) ** 2
+    cost, linear = _cost_to_go(step, vehicle.steer_lag * speed, heading_cost, move_cost, count)
+    error, heading, driven, commanded = (dt / period / (move_cost + cost[3, 3]) * cost[3]).tolist()
+    return PreviewGains(
+        # An error counts as far as a heading does, so not at all where that does not.
+        error=error if heading > 0.0 else 0.0,
+        heading=heading,
+        driven=driven,
+        commanded=commanded,
+        slip=float(dt / period / (move_cost + cost[3, 3]) * linear[3]),
+    )
+
+
+def _cost_to_go(
+    step: float, lag: float, heading_cost: float, move_cost: float, count: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give the cost xᵀ P x + 2 pᵀ x before the first step: P, and p for a unit of slip.
+
+    The state holds the cross-track error e, the heading error p, the curvature a that is driven and
+    the curvature c that is commanded; a step of travel is `step` long, and a follows c over the
+    distance `lag`: e' = p + slip, p' = a, a' = (c - a) / lag.
+    """
+    kept = decay(step, lag)
+    turned = lag * (1.0 - kept)  # by an a of 1 before it has died out
+    rest = step - turned
+    model = np.array(
+        [
+            [1.0, step, lag * rest, 0.5 * step * step - lag * rest],
+            [0.0, 1.0, turned, rest],
+            [0.0, 0.0, kept, 1.0 - kept],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+    drift = np.array([step, 0.0, 0.0, 0.0])
+    stage = np.diag([1.0, heading_cost * heading_cost, 0.0, 0.0])
+    after, after_linear = stage, np.zeros(4)
+    cost, linear = stage, after_linear
+    for _ in range(count):
+        cost, linear = model.T @ after @ model, model.T @ (after @ drift + after_linear)
+        # The best move u of c: the least of move_cost u² + (x + u)ᵀ P (x + u) + 2 pᵀ (x + u).
+        share = cost[:, 3] / (move_cost + cost[3, 3])
+        after, after_linear = stage + cost - np.outer(share, cost[3]), linear - share * linear[3]
+    return cost, linear

@@ -1,0 +1,343 @@
+"""How far the steering loop of a controller is from instability, at each speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from popsteer import presets
+from popsteer._core import AdaptParams, PreviewPopParams, Vehicle
+from popsteer.lab.stability.linear import Loop, linearised
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from popsteer._core import PopParams, PurePursuitParams
+    from popsteer.controllers import Params
+
+__all__ = [
+    "DEFAULT_SPEEDS",
+    "LINEAR_CONTROLLERS",
+    "Margins",
+    "Stability",
+    "dead_time_map",
+    "margins",
+    "run",
+]
+
+LINEAR_CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop", "preview-pop")
+"""The controllers that have a linear loop: all but bang-bang."""
+DEFAULT_SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
+"""Speeds that are looked at by default [m/s]."""
+
+_LONGEST = 20.0  # dead time beyond which the margin counts as infinite [s]
+
+
+class Margins(NamedTuple):
+    """Margins of a loop: by how much one thing may change until it is no longer stable.
+
+    All three are NaN where the loop is not stable to begin with.
+    """
+
+    stable: bool
+    """Whether the loop is stable as it is."""
+    gain: float
+    """Gain margin: the least factor above 1 on the steering; infinite where there is none."""
+    phase: float
+    """Phase that the loop may lag more [rad]; infinite where its gain never falls through 1."""
+    dead_time: float
+    """Dead time that may be added [s]."""
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Margins of several controllers on one vehicle over a range of speeds.
+
+    Examples
+    --------
+    >>> result = run(["pop"], Vehicle(), [10.0])
+    >>> result.margins["pop"][0].stable
+    True
+    """
+
+    params: Mapping[str, Params]
+    """Tuning of the controllers by name, in the order to show them."""
+    margins: Mapping[str, list[Margins]]
+    """The margins of each controller at each of the speeds."""
+    vehicle: Vehicle
+    """The vehicle as it is."""
+    believed: Vehicle
+    """The vehicle that the controllers are given."""
+    speeds: tuple[float, ...]
+    """The speeds [m/s]."""
+    dt: float
+    """Control period [s]."""
+    preset: str
+    """Where the tuning comes from."""
+
+
+def margins(
+    params: Params,
+    vehicle: Vehicle,
+    speed: float,
+    dt: float = 0.05,
+    *,
+    believed: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+    frequencies: int = 3000,
+) -> Margins:
+    """Measure how far a loop is from instability.
+
+    Broken at the steering command, a stable loop with the gain L becomes unstable at the least
+    factor k > 1 with k L = -1 (gain margin), at the least phase φ with L exp(-jφ) = -1 (phase
+    margin), and at the least added dead time with which a pole leaves the unit circle. The first
+    two are read from the frequency response of the sampled loop, the last is found by bisection on
+    its stability, so that the holding of the command counts as it is.
+
+    Parameters
+    ----------
+    params : PopParams or PurePursuitParams or StanleyParams or PidParams or PreviewPopParams
+        Tuning of the controller.
+    vehicle : Vehicle
+        The vehicle as it is.
+    speed : float
+        Speed [m/s], positive.
+    dt : float, default 0.05
+        Control period [s].
+    believed : Vehicle, optional
+        The vehicle that the controller is given; `vehicle` by default. A controller that is told a
+        dead time predicts through it.
+    adapt : AdaptParams or None, optional
+        How the controller adapts; None: not at all. Left out: as it does by default. The slip
+        counts here; gain, steering offset and dead time are taken as constants.
+    frequencies : int, default 3000
+        How finely the frequency response is looked at.
+
+    Returns
+    -------
+    Margins
+        The margins, in small signals about straight driving.
+
+    Raises
+    ------
+    ConfigError
+        The controller has no linear loop, or a number is out of its range.
+
+    Examples
+    --------
+    >>> from popsteer import PopParams
+    >>> found = margins(PopParams(), Vehicle(), 10.0)
+    >>> found.stable, 0.15 < found.dead_time < 0.25
+    (True, True)
+
+    A dead time that the controller is not given:
+
+    >>> late = Vehicle(dead_time=0.25)
+    >>> margins(PopParams(), late, 10.0, believed=Vehicle()).stable
+    False
+    >>> margins(PopParams(), late, 10.0).stable
+    True
+    """
+    believed = vehicle if believed is None else believed
+    loop = Loop(
+        linearised(params, believed, speed, dt),
+        vehicle,
+        speed,
+        dt,
+        believed=believed,
+        slip_time=_slip_time(params, believed, adapt, speed),
+        frequencies=frequencies,
+    )
+    if not loop.is_stable():
+        return Margins(stable=False, gain=math.nan, phase=math.nan, dead_time=math.nan)
+    response = loop.gain()
+    size, phase = np.log(np.abs(response)), np.unwrap(np.angle(response))
+    lags: list[float] = []
+    delays: list[float] = []
+    for at in np.flatnonzero(np.diff(np.sign(size))):
+        share = size[at] / (size[at] - size[at + 1])
+        lag = (math.pi + phase[at] + share * (phase[at + 1] - phase[at])) % (2.0 * math.pi)
+        frequency = loop.angles[at] + share * (loop.angles[at + 1] - loop.angles[at])
+        lags.append(float(lag))
+        delays.append(float(lag / frequency * dt))
+    return Margins(
+        stable=True,
+        gain=_gain_margin(response),
+        phase=min(lags, default=math.inf),
+        dead_time=_dead_time_margin(loop, vehicle.dead_time, min(delays, default=_LONGEST), dt),
+    )
+
+
+def _slip_time(
+    params: Params, believed: Vehicle, adapt: AdaptParams | Literal["auto"] | None, speed: float
+) -> float:
+    """Time over which a controller estimates the slip at a speed [s]; 0 where it does not."""
+    if adapt == "auto":
+        predicts = isinstance(params, PreviewPopParams) or believed.dead_time > 0.0
+        adapt = AdaptParams() if predicts else None
+    if adapt is None:
+        return 0.0
+    least = 5.0 / 3.0 * believed.wheelbase if adapt.min_speed is None else adapt.min_speed
+    return adapt.slip_time if speed >= least else 0.0
+
+
+def run(
+    names: Iterable[str] | Mapping[str, Params] = LINEAR_CONTROLLERS,
+    vehicle: Vehicle | None = None,
+    speeds: Iterable[float] = DEFAULT_SPEEDS,
+    *,
+    believed: Vehicle | None = None,
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+    preset: str = "default",
+    dt: float = 0.05,
+) -> Stability:
+    """Measure the margins of several controllers at several speeds.
+
+    Parameters
+    ----------
+    names : iterable of str, or mapping of str to parameters
+        The controllers; by default all that have a linear loop. A mapping gives each its tuning,
+        and `preset` then only says what that is called.
+    vehicle : Vehicle, optional
+        The vehicle as it is; ``Vehicle()`` by default.
+    speeds : iterable of float
+        Speeds [m/s], positive.
+    believed : Vehicle, optional
+        The vehicle that the controllers are given; `vehicle` by default.
+    adapt : AdaptParams or None, optional
+        How the controllers adapt, as `margins` has it.
+    preset : str, default "default"
+        Where the tuning comes from; see `popsteer.presets`.
+    dt : float, default 0.05
+        Control period [s].
+
+    Returns
+    -------
+    Stability
+        The margins.
+
+    Raises
+    ------
+    ConfigError
+        A controller or the preset is not known, has no linear loop, or a number is out of its
+        range.
+
+    Examples
+    --------
+    >>> result = run(["stanley", "pop"], Vehicle(steer_lag=0.1), [5.0, 20.0])
+    >>> [margins.stable for margins in result.margins["stanley"]]
+    [True, True]
+    """
+    vehicle = Vehicle() if vehicle is None else vehicle
+    believed = vehicle if believed is None else believed
+    chosen: dict[str, Params]
+    if isinstance(names, Mapping):
+        chosen = dict(names)
+    else:
+        chosen = {name: presets.get(name, preset) for name in names}
+    speeds = tuple(speeds)
+    return Stability(
+        params=chosen,
+        margins={
+            name: [
+                margins(params, vehicle, speed, dt, believed=believed, adapt=adapt)
+                for speed in speeds
+            ]
+            for name, params in chosen.items()
+        },
+        vehicle=vehicle,
+        believed=believed,
+        speeds=speeds,
+        dt=dt,
+        preset=preset,
+    )
+
+
+def dead_time_map(
+    params: PopParams | PurePursuitParams,
+    vehicle: Vehicle,
+    speeds: Iterable[float],
+    distances: Iterable[float],
+    dt: float = 0.05,
+    *,
+    believed: Vehicle | None = None,
+) -> NDArray[np.float64]:
+    """Find the dead-time margin of a controller over speeds and lookahead distances.
+
+    Parameters
+    ----------
+    params : PopParams or PurePursuitParams
+        Tuning of the controller; its lookahead is replaced.
+    vehicle : Vehicle
+        The vehicle as it is.
+    speeds : iterable of float
+        Speeds [m/s].
+    distances : iterable of float
+        Lookahead distances [m].
+    dt : float, default 0.05
+        Control period [s].
+    believed : Vehicle, optional
+        The vehicle that the controller is given; `vehicle` by default.
+
+    Returns
+    -------
+    (distances, speeds) ndarray
+        Dead time that may be added [s]; NaN where the loop is unstable without.
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range.
+
+    Examples
+    --------
+    >>> from popsteer import PopParams
+    >>> found = dead_time_map(PopParams(), Vehicle(), [10.0], [4.0, 8.0])
+    >>> found.shape, bool(found[0, 0] < found[1, 0])
+    ((2, 1), True)
+    """
+    speeds = tuple(speeds)
+    rows = []
+    for distance in distances:
+        fixed = params.replace(lookahead_gain=0.0, min_lookahead=distance)
+        found = [
+            margins(fixed, vehicle, speed, dt, believed=believed, frequencies=800)
+            for speed in speeds
+        ]
+        rows.append([each.dead_time for each in found])
+    return np.array(rows)
+
+
+def _gain_margin(response: NDArray[np.complex128]) -> float:
+    """Find the least factor above 1 that brings the response onto -1."""
+    real, imaginary = response.real, response.imag
+    crossings = [float(real[-1])]  # real at half the control rate
+    for at in np.flatnonzero(np.diff(np.sign(imaginary))):
+        share = imaginary[at] / (imaginary[at] - imaginary[at + 1])
+        crossings.append(float(real[at] + share * (real[at + 1] - real[at])))
+    return min((-1.0 / real for real in crossings if -1.0 < real < 0.0), default=math.inf)
+
+
+def _dead_time_margin(loop: Loop, dead_time: float, guess: float, dt: float) -> float:
+    """Find the least dead time to add that makes a stable loop unstable, from a guess of it."""
+    # With the phase at the crossing alone: near, except where the crossing is fast.
+    low, high = 0.8 * guess, 1.2 * guess + 0.1 * dt
+    if guess >= _LONGEST or not loop.is_stable(dead_time + low):
+        low, high = 0.0, 0.25 * dt
+    while loop.is_stable(dead_time + high):
+        low, high = high, high + max(0.25 * dt, 0.05 * high)
+        if high > _LONGEST:
+            return math.inf
+    while high - low > 1e-5:
+        middle = 0.5 * (low + high)
+        if loop.is_stable(dead_time + middle):
+            low = middle
+        else:
+            high = middle
+    return low

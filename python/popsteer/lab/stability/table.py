@@ -1,0 +1,162 @@
+"""Margins of steering loops, as a table and for programs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from popsteer._core import __version__
+from popsteer.lab.common.layout import add_names, blank_table, json_text
+from popsteer.lab.common.names import title_of
+from popsteer.lab.common.vehicle import differences
+from popsteer.lab.stability.linear import lookahead
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from popsteer.lab.stability import Margins, Stability
+
+__all__ = ["NOTE", "stability_caption", "stability_json", "stability_table"]
+
+SCHEMA = 2
+"""Version of the document's layout."""
+NOTE = (
+    "Small signals about straight driving. gain: gain margin, a factor; phase: phase margin; dead"
+    " time: what may be added to the vehicle's without telling the controller. A dash: the loop is"
+    " unstable as it is."
+)
+"""What a reader of the table has to know."""
+
+
+def stability_caption(result: Stability) -> str:
+    """Say in one line what was measured.
+
+    Parameters
+    ----------
+    result : Stability
+        The margins.
+
+    Returns
+    -------
+    str
+        Vehicle, preset and control period.
+
+    Examples
+    --------
+    >>> from popsteer.lab import stability
+    >>> stability_caption(stability.run(["pop"], speeds=[5.0]))
+    'wheelbase 3 m, axles at 3 and 0 m, lag 0.1 s, dead time 0 s, preset default, dt 0.05 s'
+    """
+    car = result.vehicle
+    length, understeer = car.turning_length(0.0), car.understeer
+    turning = f", turns as {length:g} m" if length != car.wheelbase else ""
+    turning += f", understeer {understeer:g} s²/m" if understeer else ""
+    return (
+        f"wheelbase {car.wheelbase:g} m{turning}, axles at {car.front_axle:g} and"
+        f" {car.rear_axle:g} m, lag {car.steer_lag:g} s, dead time {car.dead_time:g} s"
+        f"{differences(result.believed, car)}, preset {result.preset}, dt {result.dt:g} s"
+    )
+
+
+def stability_table(result: Stability) -> Table:
+    """Set out margins, a row for each controller and speed.
+
+    Parameters
+    ----------
+    result : Stability
+        The margins.
+
+    Returns
+    -------
+    rich.table.Table
+        To be printed.
+
+    Examples
+    --------
+    >>> from popsteer.lab import stability
+    >>> stability_table(stability.run(["stanley", "pop"], speeds=[5.0, 10.0])).row_count
+    4
+    """
+    from rich.text import Text
+
+    table = blank_table()
+    add_names(table, "controller", map(title_of, result.margins))
+    for head in ("speed\n[m/s]", "lookahead\n[m]", "gain\n[-]", "phase\n[deg]", "dead time\n[ms]"):
+        table.add_column(Text(head), justify="right", no_wrap=True)
+    for name, rows in result.margins.items():
+        for index, (speed, found) in enumerate(zip(result.speeds, rows, strict=True)):
+            table.add_row(
+                title_of(name) if index == 0 else "",
+                f"{speed:g}",
+                *_cells(_lookahead(result, name, speed), found),
+                end_section=speed == result.speeds[-1],
+            )
+    return table
+
+
+def stability_json(result: Stability) -> str:
+    """Write margins as JSON.
+
+    Parameters
+    ----------
+    result : Stability
+        The margins.
+
+    Returns
+    -------
+    str
+        The document; SI units and radians. What is infinite, or missing as the loop is unstable, is
+        null.
+
+    Examples
+    --------
+    >>> import json
+    >>> from popsteer.lab import stability
+    >>> document = json.loads(stability_json(stability.run(["pop"], speeds=[5.0])))
+    >>> document["laws"]["pop"][0]["lookahead"]
+    7.0
+    """
+    document = {
+        "schema": SCHEMA,
+        "version": __version__,
+        "vehicle": result.believed.as_dict(),
+        "plant_vehicle": result.vehicle.as_dict(),
+        "preset": result.preset,
+        "dt": result.dt,
+        "laws": {
+            name: [
+                _entry(speed, _lookahead(result, name, speed), found)
+                for speed, found in zip(result.speeds, rows, strict=True)
+            ]
+            for name, rows in result.margins.items()
+        },
+        "params": {
+            name: params.resolved(result.believed).as_dict()
+            for name, params in result.params.items()
+        },
+    }
+    return json_text(document)
+
+
+def _lookahead(result: Stability, name: str, speed: float) -> float | None:
+    return lookahead(result.params[name], result.believed, speed)
+
+
+def _entry(speed: float, distance: float | None, found: Margins) -> dict[str, Any]:
+    figures = {k: v if math.isfinite(v) else None for k, v in found._asdict().items()}
+    return {"speed": speed, "lookahead": distance, **figures}
+
+
+def _cells(distance: float | None, found: Margins) -> list[str]:
+    return [
+        "" if distance is None else f"{distance:.1f}",
+        _number(found.gain, 1.0, 2),
+        _number(found.phase, math.degrees(1.0), 1),
+        _number(found.dead_time, 1e3, 0),
+    ]
+
+
+def _number(value: float, scale: float, decimals: int) -> str:
+    if math.isnan(value):
+        return "–"
+    return "∞" if math.isinf(value) else f"{scale * value:.{decimals}f}"

@@ -1,0 +1,97 @@
+"""The wheels: how they answer a command that reaches them, and what they turn the vehicle by."""
+
+from __future__ import annotations
+
+from math import copysign
+from typing import TYPE_CHECKING, NamedTuple
+
+from popsteer.reference.math import decay, saturate, tan
+
+if TYPE_CHECKING:
+    from popsteer.reference.vehicle import Vehicle
+
+__all__ = ["Moved", "Reached", "move_wheel"]
+
+
+class Moved(NamedTuple):
+    """Where the wheels come to, and their mean angle on the way."""
+
+    wheel: float
+    """Angle at the end [rad]."""
+    mean: float
+    """Mean angle [rad]."""
+
+
+def move_wheel(vehicle: Vehicle, wheel: float, command: float, time: float) -> Moved:
+    """Move the wheels from the angle `wheel` [rad] under a command that reaches them.
+
+    A first-order response whose rate is limited, solved exactly. Farther from the commanded angle
+    than max_steer_rate steer_lag the wheels turn at their rate, nearer they approach it
+    exponentially.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Its steer_offset, steer_lag, max_steer and max_steer_rate count.
+    wheel : float
+        Angle of the wheels at the start [rad].
+    command : float
+        The command [rad].
+    time : float
+        How long it acts [s].
+
+    Returns
+    -------
+    Moved
+        The angle at the end, and the mean one [rad].
+
+    Examples
+    --------
+    >>> from popsteer.reference import Vehicle
+    >>> move_wheel(Vehicle(steer_lag=0.0, max_steer_rate=0.5), 0.0, 1.0, 0.5)
+    Moved(wheel=0.25, mean=0.125)
+    """
+    lag, rate = vehicle.steer_lag, vehicle.max_steer_rate
+    target = saturate(command + vehicle.steer_offset, -vehicle.max_steer, vehicle.max_steer)
+    if time <= 0.0:
+        return Moved(wheel, wheel)
+    gap = target - wheel
+    if rate is not None and abs(gap) > rate * lag:
+        knee = copysign(rate * lag, gap)
+        ramp = abs(gap - knee) / rate
+        if ramp >= time:
+            turned = copysign(rate * time, gap)
+            return Moved(wheel + turned, wheel + 0.5 * turned)
+        start = target - knee
+        rest = _approach(lag, start, target, time - ramp)
+        share = ramp / time
+        return Moved(
+            rest.wheel,
+            share * (0.5 * (wheel + start)) + (1.0 - share) * rest.mean,
+        )
+    return _approach(lag, wheel, target, time)
+
+
+def _approach(lag: float, wheel: float, target: float, time: float) -> Moved:
+    """Solve the exponential part of the response."""
+    kept = decay(time, lag)
+    excess = wheel - target
+    return Moved(target + excess * kept, target + excess * (lag * (1.0 - kept) / time))
+
+
+class Reached(NamedTuple):
+    """What the wheels did in a period.
+
+    Times speed / turning length, the integrals are the turn of the vehicle and its derivative by a
+    steering offset.
+    """
+
+    turn: float = 0.0
+    """Integral of tan(wheel) over the time [s]."""
+    slope: float = 0.0
+    """Integral of its derivative by the angle, 1 + tan²(wheel), over the time [s]."""
+
+    def plus(self, wheel: float, time: float) -> Reached:
+        """Return the same and wheels that stand at the angle `wheel` [rad] for `time` [s]."""
+        tangent = tan(wheel)
+        return Reached(self.turn + time * tangent, self.slope + time * (1.0 + tangent * tangent))

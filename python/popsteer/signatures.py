@@ -1,0 +1,50 @@
+"""Signatures that show the defaults: those that the extension module computes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from inspect import Signature
+
+__all__ = ["spell_out"]
+
+
+class _Shown:
+    """The signature of a class, made when it is asked for: importing inspect takes its time."""
+
+    def __get__(self, _: object, kind: type[Any]) -> Signature:
+        from inspect import Parameter, Signature
+
+        return Signature(
+            [
+                # Left out, the vehicle is that of the plant, of which the class tells.
+                Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=None)
+                if name == "vehicle"
+                else Parameter(name, Parameter.KEYWORD_ONLY, default=value)
+                for name, value in kind().as_dict().items()
+            ]
+        )
+
+
+def spell_out(*classes: type[Any]) -> None:
+    """Give classes of values a signature with the defaults that they have.
+
+    The extension module writes down a default only where it is a literal; what a value is made of
+    is told by one that was made of nothing.
+
+    Parameters
+    ----------
+    *classes : type
+        Classes that can be made of nothing, and whose `as_dict` has their parameters in order:
+        ``vehicle`` first where there is one, and everything else by name alone.
+
+    Examples
+    --------
+    >>> import inspect
+    >>> import popsteer
+    >>> inspect.signature(popsteer.PopState).parameters["commands_in_flight"].default
+    ()
+    """
+    for kind in classes:
+        kind.__signature__ = _Shown()

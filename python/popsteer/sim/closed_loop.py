@@ -1,0 +1,354 @@
+"""One run of a controller on a plant."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer import controllers
+from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams, Vehicle
+from popsteer.errors import ConfigError, PathError, count_in_range, in_range
+from popsteer.ranges import check_in_range
+from popsteer.sim.belief import believed, informed
+from popsteer.sim.geometry import Plant, Pose, StartAt, made, pose_of, vehicle_of
+from popsteer.sim.metrics import Metrics
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    from popsteer._core import CoupledLongitudinal, Noise
+    from popsteer.sim.steering import OwnController
+
+__all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "check_seed", "default_start", "run"]
+
+START_OFFSET = 2.44
+"""How far to the right of the first waypoint a run of a car starts [m]: as the paper's did."""
+
+_KEEPING = SpeedPidParams(kp=1.0, ki=0.5)  # without overshoot also behind a throttle that lags
+_MAX_SEED = 2**64 - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What a run was, and what was measured.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> result = run(popsteer.Stanley(path))
+    >>> result.law, result.dt, len(result.records["steer"]) == result.metrics.steps
+    ('stanley', 0.05, True)
+    >>> result.vehicle == result.plant_vehicle  # the plant's, as none was given
+    True
+    """
+
+    law: str
+    """Name of the controller, as on the command line; of one's own its `name` or its class."""
+    plant: str
+    """Name of the plant."""
+    path: Path
+    """What was to be followed."""
+    start: Pose
+    """Pose of the vehicle's point at the start [m, m, rad]."""
+    settings: Settings
+    """How the run went."""
+    metrics: Metrics
+    """What it came to."""
+    records: Mapping[str, NDArray[Any]]
+    """A column for each quantity, an entry for each step; `Simulation.records` names them."""
+    params: Mapping[str, Any]
+    """The controller's parameters by name, with those that scale with its vehicle filled in; empty
+    for one of one's own that has none."""
+    vehicle: Vehicle | None
+    """What the controller believed of the vehicle; None of one of one's own that does not say."""
+    plant_vehicle: Vehicle
+    """What the plant was."""
+    ending: str = ""
+    """How it ended; `Simulation.ending` lists the ways."""
+
+    @property
+    def dt(self) -> float:
+        """Control period.
+
+        Returns
+        -------
+        float
+            In [s].
+        """
+        return self.settings.dt
+
+
+def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | None = None) -> Pose:
+    """Give the pose that a run starts from unless told otherwise.
+
+    The front axle stands beside the first waypoint and looks along the first segment; by default
+    `START_OFFSET` to the right, as in the paper's run, but no more than a wheelbase. Where that
+    segment is driven backwards, the rear axle stands there, and the vehicle looks against it.
+
+    Parameters
+    ----------
+    path : Path
+        The path to follow.
+    offset : float, optional
+        How far to the left of the first waypoint [m]; negative to the right.
+    vehicle : Vehicle, optional
+        The vehicle that starts; ``Vehicle()`` by default.
+
+    Returns
+    -------
+    tuple of float
+        Pose of the vehicle's point, (x, y, yaw) [m, m, rad].
+
+    Raises
+    ------
+    ConfigError
+        The offset is not in [-1000, 1000].
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0)])
+    >>> default_start(path)
+    (-3.0, -2.44, 0.0)
+    >>> default_start(path, 1.0, popsteer.Vehicle(rear_axle=-1.5))
+    (-1.5, 1.0, 0.0)
+    """
+    vehicle = Vehicle() if vehicle is None else vehicle
+    offset = -min(START_OFFSET, vehicle.wheelbase) if offset is None else offset
+    check_in_range("start_offset", offset, -1e3, 1e3)
+    x, y = float(path.x[0]), float(path.y[0])
+    yaw = math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)
+    x, y = x - offset * math.sin(yaw), y + offset * math.cos(yaw)
+    if _starts_backwards(path):
+        return pose_of((x, y, math.remainder(yaw + math.pi, math.tau)), "rear", vehicle)
+    return pose_of((x, y, yaw), "front", vehicle)
+
+
+def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
+    """Give the path with a constant reference speed, and a PI controller of the pedals.
+
+    The PI controller has kp = 1 s/m, ki = 0.5 /m on the difference of the speeds, its integral
+    bounded to full pedals. Where the path is driven backwards, it still is.
+
+    Parameters
+    ----------
+    path : Path
+        What is followed.
+    speed : float
+        Speed to keep, forwards and backwards [m/s].
+
+    Returns
+    -------
+    tuple
+        The same path with other reference speeds, and the controller of the pedals.
+
+    Raises
+    ------
+    ConfigError
+        The speed is not in [0, 100].
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path, pedals = at_constant_speed(popsteer.Path([(0.0, 0.0), (9.0, 0.0)]), 14.0)
+    >>> path.speed.tolist()
+    [14.0, 14.0]
+    """
+    if not 0.0 <= speed <= 100.0:  # NaN fails too
+        raise ConfigError("constant_speed", speed, in_range(0.0, 100.0))
+    xy = np.column_stack((path.x, path.y))
+    speeds = np.full(len(xy), float(speed))
+    if path.reverse is not None:
+        speeds[path.reverse] *= -1.0
+    kept = Path(xy, speed=speeds, closed=path.closed, reverse=path.reverse)
+    return kept, SpeedPid(_KEEPING)
+
+
+def run(  # noqa: PLR0913 - each is one thing that may differ
+    controller: controllers.Controller | OwnController,
+    plant: Plant = "carla-identified",
+    *,
+    path: Path | None = None,
+    start: Pose | None = None,
+    start_at: StartAt = "pose",
+    speed: float | None = None,
+    constant_speed: float | None = None,
+    longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+    settings: Settings | None = None,
+    noise: Noise | None = None,
+    seed: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> Run:
+    """Let a controller drive a plant along a path until the end, or until there is no hope of it.
+
+    What the plant is and what the controller believes are two vehicles: a controller that was given
+    none takes the plant's.
+
+    Parameters
+    ----------
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
+        What steers. A controller of popsteer drives in the core, from a fresh state. Your own has a
+        method ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it
+        as `steer`; see `OwnLaw` for what else it may have. It is called in the state that it is in,
+        and what it raises reaches you.
+    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default "carla-identified"
+        What moves; `popsteer.plants` has those from elsewhere.
+    path : Path, optional
+        What is followed; the controller's by default.
+    start : tuple of float, optional
+        Pose at the start, (x, y, yaw) [m, m, rad]; `default_start` by default.
+    start_at : {"pose", "rear", "front"}, default "pose"
+        Whose pose `start` is: that of the vehicle's point, of its rear or of its front axle.
+    speed : float, optional
+        Speed at the start [m/s]; by default `constant_speed` in the direction of the path, and 0
+        where there is none.
+    constant_speed : float, optional
+        Speed to be kept all the way [m/s]: a PI controller works the pedals, and the path's
+        reference speeds do not count but for their direction.
+    longitudinal : CoupledLongitudinal or SpeedPid, optional
+        What works the pedals; the paper's coupled controller by default.
+    settings : Settings, optional
+        Control period, limits and the like.
+    noise : Noise, optional
+        How far off the controller, and what works the pedals, see the vehicle; none by default.
+        What is recorded and measured is without it.
+    seed : int, default 0
+        Where the noise comes from, 0 to 2**64 - 1; the same seed gives the same bits.
+    progress : callable, optional
+        Called now and then with the share of the path done, 0 to 1.
+
+    Returns
+    -------
+    Run
+        The records and what they come to.
+
+    Raises
+    ------
+    ConfigError
+        The plant is not known, both `constant_speed` and `longitudinal` are given, or the
+        controller's vehicle has its rear axle elsewhere than the plant's.
+    InputError
+        The start, or an angle from your controller, is not finite or beyond its bound, or the plant
+        cannot start at this speed.
+    PopsteerError
+        The plant needs an extra that is not installed.
+    PathError
+        `SpeedPid` is to follow the reference speeds of a path that has none, or the path is driven
+        backwards in places and the plant does not reverse.
+    TypeError
+        Your controller carries no path and none is given, or `step` returns no angle.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+    >>> run(popsteer.Pop(path)).metrics.finished
+    True
+
+    A car that turns less than its controller believes:
+
+    >>> car = popsteer.Vehicle(wheelbase=2.7)
+    >>> heavy = popsteer.sim.KinematicBicycle(car.replace(understeer=0.01))
+    >>> run(popsteer.Pop(path, car), heavy).metrics.finished
+    True
+
+    A controller of your own:
+
+    >>> class TowardsZero:
+    ...     def step(self, x, y, yaw, speed, dt):
+    ...         return max(-0.5, min(0.5, -0.2 * y - yaw))
+    >>> result = run(TowardsZero(), path=path)
+    >>> result.law, bool(abs(result.records["y"][-1]) < 0.05)
+    ('TowardsZero', True)
+    """
+    path = path if path is not None else getattr(controller, "path", None)
+    if path is None:
+        raise TypeError("the controller carries no path: give one as path=...")
+    given = path
+    if constant_speed is not None:
+        if longitudinal is not None:
+            raise ConfigError("constant_speed", constant_speed, "None where longitudinal is given")
+        path, longitudinal = at_constant_speed(path, constant_speed)
+        if speed is None:
+            speed = -constant_speed if _starts_backwards(path) else constant_speed
+    if isinstance(longitudinal, SpeedPid) and path.speed is None:
+        raise PathError("the path has no reference speeds for SpeedPid to follow")
+    check_seed(seed)
+    plant = made(plant)  # refuses an unknown one before anything is asked of it
+    vehicle = vehicle_of(plant)
+    controller = informed(controller, vehicle)
+    if start is None:
+        start = default_start(path, vehicle=vehicle)
+    else:
+        start = pose_of(start, start_at, vehicle)
+    settings = Settings() if settings is None else settings
+    simulation = Simulation(
+        path,
+        plant,
+        start=start,
+        speed=0.0 if speed is None else speed,
+        tracked_point=getattr(controller, "tracked_point", None),
+        settings=settings,
+    )
+    simulation.drive(controller, longitudinal, progress, noise=noise, seed=seed)
+    return Run(
+        law=_name(controller),
+        plant=simulation.plant,
+        path=given,
+        start=start,
+        settings=settings,
+        metrics=Metrics.of(simulation),
+        records=simulation.records(),
+        params=_params(controller),
+        vehicle=believed(controller),
+        plant_vehicle=vehicle,
+        ending=simulation.ending or "stopped",
+    )
+
+
+def check_seed(seed: int) -> None:
+    """Refuse a seed that the generator does not take.
+
+    Parameters
+    ----------
+    seed : int
+        What is to be checked.
+
+    Raises
+    ------
+    ConfigError
+        It is not in [0, 2**64 - 1].
+
+    Examples
+    --------
+    >>> check_seed(-1)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: seed must be a count in [0, 18446744073709551615], got -1
+    """
+    if not 0 <= seed <= _MAX_SEED:
+        raise ConfigError("seed", seed, count_in_range(0, _MAX_SEED))
+
+
+def _starts_backwards(path: Path) -> bool:
+    return path.reverse is not None and bool(path.reverse[0])
+
+
+def _name(controller: controllers.Controller | OwnController) -> str:
+    if isinstance(controller, controllers.CONTROLLERS):
+        return controllers.name_of(type(controller))
+    return str(getattr(controller, "name", type(controller).__name__))
+
+
+def _params(controller: controllers.Controller | OwnController) -> dict[str, Any]:
+    """Give the parameters of a controller, with those that scale with its vehicle filled in."""
+    params: Any = getattr(controller, "params", None)
+    vehicle = believed(controller)
+    if vehicle is not None and hasattr(params, "resolved"):
+        params = params.resolved(vehicle)
+    return params.as_dict() if hasattr(params, "as_dict") else {}

@@ -1,0 +1,215 @@
+//! Angles that follow one another, each for its time: commands in flight, and where wheels stood.
+
+use crate::error::{InputError, Requirement};
+use crate::math::from_count;
+
+/// The first `time` [s] of angles that last for so long each; the last of them is cut short.
+#[inline]
+pub fn clipped(
+    timed: impl Iterator<Item = (f64, f64)>,
+    time: f64,
+) -> impl Iterator<Item = (f64, f64)> {
+    let mut remaining = time;
+    timed.map_while(move |(angle, duration)| {
+        if remaining <= 0.0 {
+            return None;
+        }
+        let part = if duration < remaining {
+            duration
+        } else {
+            remaining
+        };
+        remaining -= part;
+        Some((angle, part))
+    })
+}
+
+/// At most `N` angles [rad], oldest first, and how long each lasts [s]: a ring.
+#[derive(Clone, Copy, Debug)]
+pub struct Timed<const N: usize> {
+    entries: [(f64, f64); N],
+    first: usize,
+    count: usize,
+}
+
+/// Places of the ring that hold no angle do not count.
+impl<const N: usize> PartialEq for Timed<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().eq(other.iter())
+    }
+}
+
+impl<const N: usize> Timed<N> {
+    /// No angle.
+    pub const EMPTY: Self = Self {
+        entries: [(0.0, 0.0); N],
+        first: 0,
+        count: 0,
+    };
+
+    /// The angles as they were, oldest first.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming `field`, where there are too many.
+    pub fn restore(
+        field: &'static str,
+        timed: impl ExactSizeIterator<Item = (f64, f64)>,
+    ) -> Result<Self, InputError> {
+        let count = timed.len();
+        if count > N {
+            return Err(InputError {
+                field,
+                value: from_count(count),
+                requirement: Requirement::CountInRange(0, N),
+            });
+        }
+        let mut restored = Self::EMPTY;
+        for (angle, duration) in timed {
+            restored.push(angle, duration);
+        }
+        Ok(restored)
+    }
+
+    /// Angles [rad] and durations [s], oldest first.
+    #[inline]
+    pub fn iter(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        (0..self.count).map(|k| self.get(k))
+    }
+
+    /// Whether there is no place for another angle.
+    #[inline]
+    pub fn is_full(&self) -> bool {
+        self.count == N
+    }
+
+    /// Adds an angle; where there is no place for it, the oldest is forgotten.
+    #[inline]
+    pub fn push(&mut self, angle: f64, duration: f64) {
+        if self.is_full() {
+            self.forget_oldest();
+        }
+        self.set(self.count, (angle, duration));
+        self.count += 1;
+    }
+
+    /// Adds an angle, or joins it to the newest where both together last `shortest` [s] at most:
+    /// to their mean. One that does not last is none.
+    #[inline]
+    pub fn push_or_join(&mut self, angle: f64, duration: f64, shortest: f64) {
+        if duration <= 0.0 {
+            return;
+        }
+        if let Some(newest) = self.count.checked_sub(1) {
+            let (mean, lasted) = self.get(newest);
+            let total = lasted + duration;
+            if total <= shortest {
+                // Written so, it lies between the two however short they are.
+                let mean = mean + (angle - mean) * (duration / total);
+                return self.set(newest, (mean, total));
+            }
+        }
+        self.push(angle, duration);
+    }
+
+    /// Takes off the oldest angle, or the first `time` [s] of one that lasts longer.
+    #[inline]
+    pub fn take(&mut self, time: f64) -> Option<(f64, f64)> {
+        if self.count == 0 {
+            return None;
+        }
+        let (angle, duration) = self.get(0);
+        if duration > time {
+            self.set(0, (angle, duration - time));
+            return Some((angle, time));
+        }
+        self.forget_oldest();
+        Some((angle, duration))
+    }
+
+    #[inline]
+    fn forget_oldest(&mut self) {
+        self.first = self.place(1);
+        self.count -= 1;
+    }
+
+    #[inline]
+    fn place(&self, k: usize) -> usize {
+        let place = self.first + k;
+        if place < N { place } else { place - N }
+    }
+
+    #[inline]
+    fn get(&self, k: usize) -> (f64, f64) {
+        self.entries
+            .get(self.place(k))
+            .copied()
+            .unwrap_or((0.0, 0.0))
+    }
+
+    #[inline]
+    fn set(&mut self, k: usize, entry: (f64, f64)) {
+        let place = self.place(k);
+        if let Some(kept) = self.entries.get_mut(place) {
+            *kept = entry;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    #[test]
+    fn test_ring_beyond_its_capacity_forgets_the_oldest() {
+        let mut timed = Timed::<3>::EMPTY;
+        for k in 0..5 {
+            timed.push(f64::from(k), 0.25);
+        }
+        let kept: Vec<_> = timed.iter().collect();
+        assert_eq!(kept, [(2.0, 0.25), (3.0, 0.25), (4.0, 0.25)]);
+        assert_eq!(Timed::restore("field", kept.into_iter()), Ok(timed));
+        let refused = Timed::<3>::restore("field", [(0.0, 1.0); 4].into_iter()).unwrap_err();
+        assert_eq!((refused.field, refused.value), ("field", 4.0));
+    }
+
+    #[test]
+    fn test_short_angles_are_joined_to_their_mean() {
+        let mut timed = Timed::<3>::EMPTY;
+        for (angle, duration) in [(1.0, 0.25), (4.0, 0.5), (2.0, 0.25)] {
+            timed.push_or_join(angle, duration, 0.75);
+        }
+        assert!(timed.iter().eq([(3.0, 0.75), (2.0, 0.25)]));
+    }
+
+    #[test]
+    fn test_angles_that_do_not_last_are_none_and_the_shortest_have_a_mean() {
+        let (mut timed, least) = (Timed::<3>::EMPTY, f64::from_bits(1));
+        for (angle, duration) in [(1.0, 0.0), (1.0, 0.0), (1.5, least), (1.5, least)] {
+            timed.push_or_join(angle, duration, 0.75);
+        }
+        assert!(timed.iter().eq([(1.5, 2.0 * least)]));
+    }
+
+    #[test]
+    fn test_take_empties_the_ring_in_order() {
+        let mut timed = Timed::<3>::EMPTY;
+        timed.push(1.0, 0.5);
+        timed.push(2.0, 0.25);
+        assert_eq!(timed.take(0.125), Some((1.0, 0.125)));
+        assert_eq!(timed.take(1.0), Some((1.0, 0.375)));
+        assert_eq!(timed.take(0.25), Some((2.0, 0.25)));
+        assert_eq!(timed.take(1.0), None);
+    }
+
+    #[test]
+    fn test_clipped_lasts_as_long_as_is_wanted() {
+        let timed = [(1.0, 0.25), (2.0, 0.5)];
+        let within = |time| clipped(timed.into_iter(), time).collect::<Vec<_>>();
+        assert_eq!(within(0.0), []);
+        assert_eq!(within(0.25), [(1.0, 0.25)]);
+        assert_eq!(within(0.5), [(1.0, 0.25), (2.0, 0.25)]);
+        assert_eq!(within(9.0), timed);
+    }
+}

@@ -1,0 +1,118 @@
+//! The wheels: how they answer a command that reaches them, and what they turn the vehicle by.
+
+use super::Vehicle;
+use crate::math::{decay, saturate, tan};
+
+/// Where the wheels come to, and their mean angle on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moved {
+    /// Angle at the end [rad].
+    pub wheel: f64,
+    /// Mean angle [rad].
+    pub mean: f64,
+}
+
+impl Vehicle {
+    /// The wheels from the angle `wheel` [rad] after `time` [s] of a `command` [rad] that reaches
+    /// them: a first-order response whose rate is limited, solved exactly.
+    ///
+    /// Farther from the commanded angle than `max_steer_rate steer_lag` the wheels turn at their
+    /// rate, nearer they approach it exponentially.
+    #[inline]
+    pub fn move_wheel(&self, wheel: f64, command: f64, time: f64) -> Moved {
+        let target = saturate(command + self.steer_offset, -self.max_steer, self.max_steer);
+        if time <= 0.0 {
+            return Moved { wheel, mean: wheel };
+        }
+        let gap = target - wheel;
+        match self.max_steer_rate {
+            Some(rate) if gap.abs() > rate * self.steer_lag => {
+                let knee = (rate * self.steer_lag).copysign(gap);
+                let ramp = (gap - knee).abs() / rate;
+                if ramp >= time {
+                    let turned = (rate * time).copysign(gap);
+                    return Moved {
+                        wheel: wheel + turned,
+                        mean: wheel + 0.5 * turned,
+                    };
+                }
+                let start = target - knee;
+                let rest = self.approach(start, target, time - ramp);
+                let share = ramp / time;
+                Moved {
+                    wheel: rest.wheel,
+                    mean: share * (0.5 * (wheel + start)) + (1.0 - share) * rest.mean,
+                }
+            }
+            _ => self.approach(wheel, target, time),
+        }
+    }
+
+    /// The exponential part of the response.
+    #[inline]
+    fn approach(&self, wheel: f64, target: f64, time: f64) -> Moved {
+        let kept = decay(time, self.steer_lag);
+        let excess = wheel - target;
+        Moved {
+            wheel: target + excess * kept,
+            mean: target + excess * (self.steer_lag * (1.0 - kept) / time),
+        }
+    }
+}
+
+/// What the wheels did in a period. Times `speed / turning length`, the integrals are the turn of
+/// the vehicle and its derivative by a steering offset.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reached {
+    /// Integral of `tan(wheel)` over the time [s].
+    pub turn: f64,
+    /// Integral of its derivative by the angle, `1 + tan(wheel)^2`, over the time [s].
+    pub slope: f64,
+}
+
+impl Reached {
+    /// Adds wheels that stand at the angle `wheel` [rad] for `time` [s].
+    #[inline]
+    pub fn add(&mut self, wheel: f64, time: f64) {
+        let tangent = tan(wheel);
+        self.turn += time * tangent;
+        self.slope += time * (1.0 + tangent * tangent);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::exp;
+
+    fn car(steer_lag: f64, max_steer_rate: Option<f64>) -> Vehicle {
+        Vehicle {
+            steer_lag,
+            max_steer_rate,
+            ..Vehicle::DEFAULT
+        }
+    }
+
+    #[test]
+    fn test_move_wheel_is_a_first_order_response_with_a_limited_rate() {
+        let lagging = car(0.1, None).move_wheel(0.0, 1.0, 0.1);
+        assert!((lagging.wheel - (1.0 - exp(-1.0))).abs() < 1e-15);
+        let slow = car(0.0, Some(0.5));
+        assert_eq!(slow.move_wheel(0.0, 1.0, 0.1).wheel, 0.05);
+        assert_eq!(slow.move_wheel(0.0, 0.01, 0.1).wheel, 0.01);
+        // Against the differential equation in small steps.
+        let both = car(0.2, Some(0.4));
+        for (start, command, time) in [(0.0, 0.3, 0.5), (0.1, -0.6, 2.5), (0.2, 0.25, 0.3)] {
+            let (mut wheel, mut sum) = (start, 0.0);
+            let step = time / 1e5;
+            for _ in 0..100_000 {
+                let rate = saturate((command - wheel) / 0.2, -0.4, 0.4);
+                sum += (wheel + 0.5 * rate * step) * step;
+                wheel += rate * step;
+            }
+            let moved = both.move_wheel(start, command, time);
+            assert!((moved.wheel - wheel).abs() < 1e-5, "{moved:?} {wheel}");
+            assert!((moved.mean - sum / time).abs() < 1e-5, "{moved:?}");
+        }
+    }
+}

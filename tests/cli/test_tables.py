@@ -1,0 +1,123 @@
+"""Every table is whole: on a terminal of 80 columns, and where it is piped."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import subprocess
+from typing import TYPE_CHECKING
+
+import pytest
+from rich.console import Console
+
+from popsteer.lab.bench import latency
+from popsteer.lab.bench.table import table as bench_table
+from tests.cli import command
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rich.table import Table
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
+
+# The longest names that come with popsteer, runs that leave the road, and notes of every kind.
+COMMANDS = {
+    "compare": (
+        "compare",
+        "--track",
+        "obstacle-avoidance",
+        "--controllers",
+        "bang-bang,preview-pop",
+    ),
+    "simulate": ("simulate", "--track", "double-lane-change"),
+    "matrix": (
+        *("matrix", "--controllers", "pop,pure-pursuit,preview-pop", "--constant-speed", "30"),
+        *("--tracks", "obstacle-avoidance,double-lane-change", "--dt", "0.1"),
+    ),
+    "edges": ("edges", "--controllers", "pop,preview-pop", "--tracks", "start-180-deg-off,spiral"),
+    "delay": ("delay", "--controllers", "pure-pursuit,preview-pop", "--track", "slalom"),
+    "stability": ("stability", "--speeds", "2,25", "--set-plant", "dead_time=0.1"),
+    "tracks": ("tracks",),
+}
+# Measured anew each time.
+_TIMES = re.compile(r"(?<= )\d+\.\d\d(?= +(?:yes|no)\b)")
+
+
+def _on_terminal(arguments: tuple[str, ...], columns: int) -> str:
+    """What a terminal of so many columns is sent."""
+    reading, writing = os.openpty()
+    environment = {**os.environ, "COLUMNS": str(columns), "LINES": "40", "TERM": "xterm"}
+    with subprocess.Popen(
+        [command.script(), *arguments],
+        stdout=writing,
+        stderr=subprocess.DEVNULL,
+        env=environment,
+    ) as process:
+        os.close(writing)
+        sent = bytearray()
+        while True:
+            try:
+                part = os.read(reading, 65536)
+            except OSError:  # Linux says so where the other end is closed
+                break
+            if not part:
+                break
+            sent += part
+    os.close(reading)
+    assert process.returncode == 0
+    plain = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", bytes(sent))
+    return plain.decode().replace("\r\n", "\n")
+
+
+def _words(text: str) -> list[str]:
+    """What is said, in whatever order and broken wherever."""
+    return sorted(re.findall(r"[^\s─]+", _TIMES.sub("", text)))
+
+
+def _check(name: str, narrow: str, wide: str, columns: int = 80) -> None:
+    for text in (narrow, wide):
+        assert "…" not in text
+    lines = [line for line in narrow.splitlines() if not line.lstrip().startswith(("--out", "Wri"))]
+    assert max(map(len, lines)) <= columns
+    # A cell that was cut, or a column left out, would be words that are missing.
+    missing = set(_words(wide)) - set(_words(narrow))
+    assert not missing, f"{name}: {missing}"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_table_is_whole_at_80_columns_and_piped(name: str) -> None:
+    piped = command.run(*COMMANDS[name])
+    assert (piped.status, piped.err) == (0, "")
+    _check(name, _on_terminal(COMMANDS[name], 80), piped.out)
+
+
+def _rendered(table: Table, width: int) -> str:
+    console = Console(width=width, file=io.StringIO())
+    console.print(table)
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_table_of_bench_is_whole_at_80_columns_and_piped() -> None:
+    report = latency.measure(calls=1000, reference_calls=32)
+    table = bench_table(report)
+    _check("bench", _rendered(table, 80), _rendered(table, 160))
+
+
+def test_files_with_long_names_are_not_cut(tmp_path: Path) -> None:
+    waypoints = tmp_path / f"{'q-very-long-name-' * 4}.csv"
+    waypoints.write_text("".join(f"{x},0\n" for x in range(121)), encoding="utf-8")
+    arguments = ("matrix", "--controllers", "pop", "--plants", "kinematic-bicycle")
+    sent = _on_terminal((*arguments, "--waypoints", str(waypoints)), 80)
+    assert "…" not in sent
+    assert sent.count("q") == 4
+
+
+@pytest.mark.parametrize("cut", ["0.1234…", "x" * 81])
+def test_table_that_is_cut_is_found(cut: str) -> None:
+    with pytest.raises(AssertionError):
+        _check("planted", cut, "0.1234")
+    with pytest.raises(AssertionError):
+        _check("planted", "a 0.12", "a 0.1234")

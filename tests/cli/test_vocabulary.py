@@ -1,0 +1,90 @@
+"""One vocabulary: an option has one spelling, one metavar and one meaning in all commands."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any
+
+import typer
+
+from popsteer.cli.app import app
+
+# What each command can take; the rest of its options are its own.
+RUNS = {"--controllers", "--preset", "--set", "--no-adapt", "--dt", "--out"}
+START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed"}
+GIVEN = {"--vehicle", "--set-vehicle"}
+ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
+MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
+LOG = {"--column", "--topic", "--unit"}
+WANTED = {
+    "compare": RUNS | START | GIVEN | ONE | {"--step-time"},
+    "simulate": RUNS - {"--controllers"}
+    | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
+    | START
+    | GIVEN
+    | ONE,
+    # Many tracks have no start in common, many plants no parameters.
+    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY,
+    # Its paths, starts and speeds are the experiment, its tuning too.
+    "edges": RUNS - {"--preset"} | GIVEN | {"--tracks", "--plant", "--set-plant"},
+    # What the controllers are told is the experiment.
+    "delay": RUNS | START | ONE | {"--dead-time"},
+    # Nothing is driven.
+    "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
+    "plan": GIVEN
+    | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
+    | {"--driving", "--braking"},
+    "identify": GIVEN | LOG | {"--out", "--figures", "--csv", "--json"},
+    "replay": GIVEN
+    | LOG
+    | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
+    | {"--waypoints", "--closed", "--track", "--out", "--csv"},
+    "bench": {"--out", "--yardsticks"},
+    "tracks": {"--tracks", "--out"},
+}
+# Where the metavar of an option has to differ, as what can be named does.
+SEVERAL = {"--out": {"DIR", "FILE"}}
+
+
+def _commands() -> dict[str, dict[str, Any]]:
+    """The options of each command by their longest spelling."""
+    group: Any = typer.main.get_command(app)
+    return {
+        name: {
+            max(parameter.opts, key=len): parameter
+            for parameter in command.params
+            if parameter.opts[0].startswith("--") and "--help" not in parameter.opts
+        }
+        for name, command in group.commands.items()
+    }
+
+
+def test_commands_have_the_options_that_they_can_take() -> None:
+    found = {name: set(options) for name, options in _commands().items()}
+    for name, wanted in WANTED.items():
+        assert found[name] == wanted, name
+
+
+def test_option_has_one_spelling_and_one_metavar_everywhere() -> None:
+    metavars: dict[str, set[str]] = defaultdict(set)
+    for options in _commands().values():
+        for name, option in options.items():
+            assert len(option.opts) == 1, option.opts
+            metavars[name].add(str(option.metavar))
+    assert {name: found for name, found in metavars.items() if len(found) > 1} == SEVERAL
+
+
+def test_option_of_several_is_the_plural_of_that_of_one() -> None:
+    names = {name for options in _commands().values() for name in options}
+    assert {"--controller", "--plant", "--track"} <= names
+    for one in ("--controller", "--plant", "--track"):
+        assert f"{one}s" in names
+        assert not any({one, f"{one}s"} <= set(options) for options in _commands().values())
+
+
+def test_every_option_is_explained_in_sentences() -> None:
+    for command, options in _commands().items():
+        for name, option in options.items():
+            assert option.help, (command, name)
+            assert option.help.endswith("."), (command, name)
+            assert option.help[0].isupper(), (command, name)

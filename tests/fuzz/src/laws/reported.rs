@@ -1,0 +1,45 @@
+//! Steps that report more than a pose: the angle that was applied, and how old the pose is.
+
+use super::{Life, same};
+use crate::bytes::Bytes;
+use crate::scene::{dt, symmetric, vehicle};
+use crate::subject::Subject;
+use popsteer_core::lateral::Reported;
+use popsteer_core::vehicle::past::MAX_POSE_AGE;
+use popsteer_core::vehicle::state::checked_dt;
+use std::f64::consts::FRAC_PI_2;
+
+impl<L: Subject> Life<L> {
+    /// Steps the state and steers its twin, with reports good and bad.
+    pub(super) fn step_reported(&mut self, bytes: &mut Bytes) {
+        let (seen, dt) = (vehicle(bytes, &self.path.view()), dt(bytes));
+        let reported = Reported {
+            applied_steer: (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 0.6, 2.0)),
+            pose_age: bytes.number([0.0, 0.2], [0.0, MAX_POSE_AGE]),
+        };
+        let angle = reported.applied_steer.unwrap_or(0.0);
+        let good = seen.checked().is_ok()
+            && checked_dt(dt).is_ok()
+            && angle.abs() <= FRAC_PI_2
+            && (0.0..=MAX_POSE_AGE).contains(&reported.pose_age);
+
+        let path = self.path.view();
+        let before = self.state.clone();
+        let tracker = &self.tracker;
+        let stepped = tracker.step_reported(&path, &mut self.state, seen, dt, reported);
+        let steered = tracker.steer_reported(&path, &mut self.twin, seen, dt, reported);
+        assert_eq!(stepped.is_ok(), good, "{stepped:?} {reported:?}");
+        match (stepped, steered) {
+            (Ok(command), Ok(steer)) => {
+                assert_eq!(command.steer.to_bits(), steer.to_bits());
+                self.check_command(&command);
+                assert_eq!(self.tracker.check_state(&path, &self.state), Ok(()));
+            }
+            (Err(stepped), Err(steered)) => {
+                assert!(same::<L>(&self.state, &before));
+                assert_eq!(stepped.to_string(), steered.to_string());
+            }
+            mixed => panic!("step and steer disagree: {mixed:?}"),
+        }
+    }
+}

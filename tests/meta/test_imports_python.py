@@ -1,0 +1,117 @@
+"""Nothing lower knows anything higher: which part of the package may import which."""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.helpers import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+PACKAGE = ROOT / "python" / "popsteer"
+# From the ground up. A part may import the parts of the layers below its own, and itself; the
+# parts of one layer do not know each other.
+LAYERS = (
+    ("_core", "errors"),
+    ("status", "ranges", "files", "csv_file", "parameters", "prediction", "signatures"),
+    ("paper", "controllers", "vehicles", "vehicle_file", "reference"),
+    ("planning", "logs"),
+    ("identification",),
+    ("popsteer",),  # what `import popsteer` brings
+    ("presets", "plants", "tracks"),
+    ("sim",),
+    ("lab.baselines",),
+    ("lab.common",),
+    ("lab.compare", "lab.edges", "lab.delay", "lab.stability", "lab.bench"),
+    ("lab.identify", "lab.plan", "lab.replay"),
+    ("lab.matrix", "lab.tune", "lab.sweep"),
+    ("lab",),
+    ("adapters",),
+    ("cli",),
+    ("__main__",),
+)
+RANK = {part: rank for rank, layer in enumerate(LAYERS) for part in layer}
+
+
+def _part(module: str) -> str:
+    """What a module belongs to: `lab` is many parts, all else one a folder or file."""
+    names = module.split(".")[1:]
+    if not names:
+        return "popsteer"
+    return ".".join(names[: 2 if names[0] == "lab" else 1])
+
+
+def _sources() -> dict[str, str]:
+    """Every module by name; the reference's own order is held by another test."""
+    found = {}
+    for file in PACKAGE.rglob("*.py"):
+        names = file.relative_to(PACKAGE).with_suffix("").parts
+        module = ".".join(("popsteer", *names)).removesuffix(".__init__")
+        found[module] = file.read_text(encoding="utf-8")
+    return found
+
+
+def _imports(source: str, modules: Mapping[str, str]) -> Iterator[str]:
+    """Modules of popsteer that a source imports, also inside functions and for types alone."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names if name.name.startswith("popsteer"))
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("popsteer"):
+            for name in node.names:
+                full = f"{node.module}.{name.name}"
+                yield full if full in modules or full == "popsteer._core" else str(node.module)
+
+
+def _upward(sources: Mapping[str, str]) -> list[str]:
+    """Imports that go up, or across to another part of the same layer."""
+    found = []
+    for module, source in sources.items():
+        own = _part(module)
+        for imported in _imports(source, sources):
+            other = _part(imported)
+            if own != other and RANK[other] >= RANK[own]:
+                found.append(f"{module} imports {imported}")
+    return sorted(found)
+
+
+def test_every_part_of_the_package_has_its_layer() -> None:
+    parts = {_part(module) for module in _sources()}
+    assert len(parts) > 20
+    assert parts <= set(RANK)
+
+
+def test_no_part_imports_one_of_its_own_layer_or_above() -> None:
+    assert _upward(_sources()) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "planted"),
+    [
+        ("popsteer.tracks.track", "from popsteer.lab import compare"),
+        ("popsteer.sim.closed_loop", "def f():\n    import popsteer.cli.inputs"),
+        ("popsteer.lab.edges.runs", "from popsteer.lab.delay.runs import DeadTimeRow"),
+        ("popsteer.controllers", "from popsteer import presets"),
+        ("popsteer.lab.common.names", "from popsteer.lab.compare.runs import Comparison"),
+    ],
+)
+def test_planted_import_is_found(module: str, planted: str) -> None:
+    sources = _sources()
+    sources[module] += f"\n{planted}\n"
+    (found,) = _upward(sources)
+    assert found.startswith(f"{module} imports popsteer.")
+
+
+def test_no_command_imports_another() -> None:
+    commands = {
+        f"popsteer.cli.{file.stem}"
+        for file in (PACKAGE / "cli").glob("*.py")
+        if "\nHELP = " in file.read_text(encoding="utf-8")
+    }
+    assert len(commands) >= 7
+    sources = _sources()
+    for command in commands:
+        assert commands.isdisjoint(_imports(sources[command], sources)), command

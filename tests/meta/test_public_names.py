@@ -1,0 +1,49 @@
+"""What the packages show: a function hides no module, and no study's constant is public."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+import popsteer
+
+PACKAGES = [
+    "popsteer",
+    *(each.name for each in pkgutil.walk_packages(popsteer.__path__, "popsteer.") if each.ispkg),
+]
+
+
+def _hidden(package: ModuleType) -> list[str]:
+    """Modules of a package that something else of the same name hides."""
+    inside = [each.name for each in pkgutil.iter_modules(package.__path__)]
+    return [name for name in inside if not isinstance(getattr(package, name, package), ModuleType)]
+
+
+def _constants(package: ModuleType) -> list[str]:
+    return [name for name in getattr(package, "__all__", ()) if name.isupper()]
+
+
+def test_packages_are_found() -> None:
+    assert {"popsteer.lab.compare", "popsteer.sim", "popsteer.reference.lateral"} <= set(PACKAGES)
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_package_hides_none_of_its_modules(name: str) -> None:
+    assert _hidden(importlib.import_module(name)) == []
+
+
+@pytest.mark.parametrize("name", [each for each in PACKAGES if each != "popsteer.cli"])
+def test_package_shows_no_constants(name: str) -> None:
+    package = importlib.import_module(name)
+    # What a figure is drawn with is no constant of a study.
+    assert set(_constants(package)) <= {"FIGURES", "THEMES"}
+
+
+def test_hidden_module_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    package: Any = importlib.import_module("popsteer.lab.compare")
+    monkeypatch.setattr(package, "runs", package.run)
+    assert _hidden(package) == ["runs"]
