@@ -62,6 +62,7 @@ from popsteer._core import (
     build_profile,
 )
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
+from popsteer.params_file import add_load_and_save
 from popsteer.prediction import Prediction
 from popsteer.signatures import spell_out
 from popsteer.status import Status
@@ -114,3 +115,6 @@ __all__ = [
 
 spell_out(BangBangState, PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
 spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Settings)
+add_load_and_save(
+    BangBangParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams
+)

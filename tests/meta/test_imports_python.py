@@ -19,6 +19,7 @@ LAYERS = (
     ("_core", "errors"),
     ("status", "ranges", "files", "csv_file", "parameters", "prediction", "signatures"),
     ("paper", "controllers", "vehicles", "vehicle_file", "reference"),
+    ("params_file",),
     ("popsteer",),  # what `import popsteer` brings
     ("planning", "logs"),
     ("presets", "plants", "tracks", "identification"),
