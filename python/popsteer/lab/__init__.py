@@ -12,6 +12,8 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     What dead time does to the controllers, and what prediction makes of it.
 ``stability``
     How far the steering loops are from instability.
+``sweep``
+    Thousands of runs that differ: how often a controller succeeds, and where it fails.
 ``bench``
     How long a control step takes.
 
@@ -29,6 +31,6 @@ Examples
 True
 """
 
-from popsteer.lab import baselines, bench, common, compare, delay, edges, matrix, stability
+from popsteer.lab import baselines, bench, common, compare, delay, edges, matrix, stability, sweep
 
-__all__ = ["baselines", "bench", "common", "compare", "delay", "edges", "matrix", "stability"]
+__all__ = ["baselines", "bench", "common", "compare", "delay", "edges", "matrix", "stability", "sweep"]
