@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, delay, edges, matrix, simulate, stability, sweep, tracks
+from popsteer.cli import bench, compare, delay, edges, matrix, simulate, stability, sweep, tracks, tune
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,6 +33,7 @@ Examples:
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
   popsteer edges                         crossings, cusps, odd spacings and odd starts
   popsteer delay                         steering delay, and controllers that predict through it
+  popsteer tune --controller pop         parameters for a vehicle: error against steering effort
   popsteer sweep --runs 10000            thousands of runs that differ: how often it succeeds
   popsteer bench                         how long a control step takes
   popsteer tracks export racetrack racetrack.csv
@@ -105,6 +106,7 @@ _add("stability", stability.stability, stability.HELP)
 _add("matrix", matrix.matrix, matrix.HELP)
 _add("edges", edges.edges, edges.HELP)
 _add("delay", delay.delay, delay.HELP)
+_add("tune", tune.tune, tune.HELP)
 _add("sweep", sweep.sweep, sweep.HELP)
 _add("bench", bench.bench, bench.HELP)
 app.add_typer(tracks.app, name="tracks", short_help=tracks.list_tracks.__doc__)

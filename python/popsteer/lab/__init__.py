@@ -12,6 +12,8 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     What dead time does to the controllers, and what prediction makes of it.
 ``stability``
     How far the steering loops are from instability.
+``tune``
+    Parameters of a controller, tuned for a vehicle.
 ``sweep``
     Thousands of runs that differ: how often a controller succeeds, and where it fails.
 ``bench``
@@ -31,6 +33,6 @@ Examples
 True
 """
 
-from popsteer.lab import baselines, bench, common, compare, delay, edges, matrix, stability, sweep
+from popsteer.lab import baselines, bench, common, compare, delay, edges, matrix, stability, sweep, tune
 
-__all__ = ["baselines", "bench", "common", "compare", "delay", "edges", "matrix", "stability", "sweep"]
+__all__ = ["baselines", "bench", "common", "compare", "delay", "edges", "matrix", "stability", "sweep", "tune"]

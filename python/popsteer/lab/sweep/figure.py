@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from popsteer.lab.common.draw import drawn
 from popsteer.lab.common.theme import THEMES
@@ -95,6 +96,7 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
         above.tick_params(labelbottom=False)
         _rates(below, values, good, theme)
         above.set_xlim(below.get_xlim())
+        below.xaxis.set_major_locator(MaxNLocator(5))
         below.set_xlabel(f"{name} [{_UNITS[name]}]" if name in _UNITS else name)
     for panel in grid[0::2, 0]:
         panel.set_ylabel("greatest |cross-track error|\nafter settling [m]")

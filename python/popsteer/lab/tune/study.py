@@ -1,0 +1,243 @@
+"""The search for a better tuning, by Optuna: to be stopped, gone on with, and shared."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.lab.tune.problem import Problem, Score
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from popsteer.controllers import Params
+
+__all__ = ["Trial", "Tuned", "run"]
+
+_NAME = "popsteer-tune"
+_STARTUP = 20  # trials drawn at random before the model of the others says where
+_MAX_TRIALS = 1_000_000
+
+
+class Trial(NamedTuple):
+    """One tuning that was tried."""
+
+    number: int
+    values: dict[str, float]
+    error: float
+    """As `Score.error` [m]."""
+    effort: float
+    """As `Score.effort` [rad/s]."""
+    mean: float
+    worst: float
+    ratio: float
+    """As `Score.effort_ratio` to the tuning that it began with."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tuned:
+    """What a search found."""
+
+    problem: Problem
+    """What was searched."""
+    usual: Score
+    """What the tuning that it began with comes to."""
+    trials: Sequence[Trial]
+    """All that were tried."""
+    chosen: Trial | None
+    """The one with the least error within the limit of the effort; None where none is better than
+    what it began with."""
+    effort_limit: float
+    """How many times the effort of what it began with is allowed."""
+
+    @property
+    def params(self) -> Params:
+        """The tuning that was chosen, or what it began with.
+
+        Returns
+        -------
+        parameters
+            To be written by their ``save``.
+        """
+        return self.problem.base if self.chosen is None else self.problem.changed(self.chosen.values)
+
+    @property
+    def front(self) -> list[Trial]:
+        """The trials that no other beats in both error and effort.
+
+        Returns
+        -------
+        list of Trial
+            By rising effort.
+        """
+        found: list[Trial] = []
+        for trial in sorted(self.trials, key=lambda each: (each.effort, each.error)):
+            if not found or trial.error < found[-1].error:
+                found.append(trial)
+        return found
+
+
+def run(
+    problem: Problem,
+    storage: str | Path | None = None,
+    *,
+    trials: int | None = 100,
+    seconds: float | None = None,
+    effort_limit: float = 1.1,
+    progress: Callable[[str, float], object] | None = None,
+) -> Tuned:
+    """Search for the tuning with the least error within a limit of the steering effort.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is tuned, on what.
+    storage : str or pathlib.Path, optional
+        Where the trials are kept: a URL that Optuna knows, or a file for its journal. The same
+        problem goes on with what is there, and several processes may share it. Left out, they are
+        kept nowhere.
+    trials : int, optional
+        How many trials there are to be in the end, those that are there included.
+    seconds : float, optional
+        How long this call may search.
+    effort_limit : float, default 1.1
+        How many times the effort of `problem.base` the chosen tuning may take.
+    progress : callable, optional
+        Called now and then with what is being done and the share of it that is done.
+
+    Returns
+    -------
+    Tuned
+        What was found.
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range.
+    PopsteerError
+        Optuna is not installed, or the storage has another study or none that can be read.
+    OSError
+        The storage cannot be written.
+
+    Notes
+    -----
+    Optuna's tree-structured Parzen estimator for several objectives: error and effort. Y. Ozaki et
+    al., *Multiobjective Tree-structured Parzen Estimator*, 2022.
+    """
+    if trials is not None and not 1 <= trials <= _MAX_TRIALS:
+        raise ConfigError("--trials", trials, f"a count in [1, {_MAX_TRIALS}]")
+    if seconds is not None and not 0.0 < seconds < 1e9:
+        raise ConfigError("--seconds", seconds, "positive")
+    if not 0.0 < effort_limit <= 1e3:
+        raise ConfigError("--effort-limit", effort_limit, "in (0, 1000]")
+    if trials is None and seconds is None:
+        trials = 100
+    optuna = _optuna()
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    study = _study(optuna, problem, storage)
+    usual = problem.score(problem.base)
+    begin = time.monotonic()
+
+    def advance(inside: float = 0.0) -> None:
+        if progress is not None:
+            done = len(_complete(study))
+            shares = [(done + inside) / trials] if trials is not None else []
+            if seconds is not None:
+                shares.append((time.monotonic() - begin) / seconds)
+            progress(f"trial {done + 1}", min(max(shares), 1.0))
+
+    def objective(trial: Any) -> tuple[float, float]:  # noqa: ANN401 - optuna is an extra
+        values = {
+            name: trial.suggest_float(name, *each.bounds, log=each.name == "loguniform")
+            for name, each in problem.search.items()
+        }
+        score = problem.score(problem.changed(values), lambda share: advance(share))
+        trial.set_user_attr("mean", score.mean)
+        trial.set_user_attr("worst", score.worst)
+        trial.set_user_attr("ratio", score.effort_ratio(usual))
+        return score.error, score.effort
+
+    def stop(study: Any, _: Any) -> None:  # noqa: ANN401
+        if trials is not None and len(_complete(study)) >= trials:
+            study.stop()
+
+    if trials is None or len(_complete(study)) < trials:
+        study.optimize(objective, timeout=seconds, callbacks=[stop])
+    tried = [
+        Trial(
+            each.number,
+            dict(each.params),
+            *each.values,
+            *(each.user_attrs[name] for name in ("mean", "worst", "ratio")),
+        )
+        for each in _complete(study)
+    ]
+    within = [each for each in tried if each.ratio <= effort_limit and each.error < usual.error]
+    chosen = min(within, key=lambda each: (each.error, each.number), default=None)
+    return Tuned(problem, usual, tried, chosen, effort_limit)
+
+
+def _study(optuna: Any, problem: Problem, storage: str | Path | None) -> Any:  # noqa: ANN401
+    """Open the study, or refuse one of something else."""
+    kept: Any = None
+    try:
+        if isinstance(storage, str) and "://" in storage:
+            kept = storage
+        elif storage is not None:
+            file = Path(storage)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            _check_journal(file)
+            backend = optuna.storages.journal.JournalFileBackend(str(file))
+            kept = optuna.storages.JournalStorage(backend)
+        study = optuna.create_study(
+            study_name=_NAME,
+            storage=kept,
+            directions=["minimize", "minimize"],
+            load_if_exists=True,
+        )
+    except (OSError, PopsteerError):
+        raise
+    except Exception as error:
+        # Storages raise what their databases do.
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise PopsteerError(f"{storage}: no study can be opened there: {said}") from error
+    known = study.user_attrs.get("popsteer")
+    if known is None:
+        if study.trials:
+            raise PopsteerError(f"{storage}: holds a study that is not popsteer's")
+        study.set_user_attr("popsteer", problem.document)
+    elif known != problem.document:
+        differs = [k for k, v in problem.document.items() if known.get(k) != v]
+        raise PopsteerError(f"{storage}: holds another study, which differs in {', '.join(differs)}")
+    # The first process is the same every time; those that join it, or go on, draw otherwise.
+    there = len(study.trials)
+    seed = problem.seed if there == 0 else problem.seed + there + os.getpid()
+    study.sampler = optuna.samplers.TPESampler(
+        seed=seed % 2**32, n_startup_trials=_STARTUP, constraints_func=None
+    )
+    return study
+
+
+def _check_journal(file: Path) -> None:
+    """Refuse a file that is there and no journal: Optuna would write after its end."""
+    if file.exists():
+        with file.open("rb") as stream:
+            first = stream.readline()
+        if first and not first.startswith(b'{"op_code"'):
+            raise PopsteerError(f"{file}: is no journal of Optuna")
+
+
+def _complete(study: Any) -> list[Any]:  # noqa: ANN401
+    return [each for each in study.get_trials(deepcopy=False) if each.state.name == "COMPLETE"]
+
+
+def _optuna() -> Any:  # noqa: ANN401
+    try:
+        import optuna
+    except ModuleNotFoundError as error:
+        raise PopsteerError('tuning needs the extra "tune": pip install "popsteer[tune]"') from error
+    return optuna
