@@ -11,6 +11,8 @@ SOAK   := out/soak
 # For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
+# Where `make install-c` puts the C interface; DESTDIR before it, for packages.
+PREFIX ?= /usr/local
 
 PY := $(VENV)/bin/python
 # Absolute, because build scripts run in their own crate's folder.
@@ -31,7 +33,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix pages fuzz soak wheel clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages fuzz soak wheel install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -93,6 +95,10 @@ soak: $(VENV)/.dev ## step controllers 100,000,000 times and watch their memory
 
 wheel: $(WHEEL) ## build an installable wheel into dist/
 	@ls $(DIST)/popsteer-*.whl
+
+install-c: ## install the C and C++ interface, under PREFIX=/usr/local
+	cargo build --release --locked --package popsteer-c
+	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)"
 
 clean: ## remove all that these targets made
 	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache

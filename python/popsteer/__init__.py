@@ -18,12 +18,15 @@ Control Algorithm for Path Tracking of Self-Driving Cars*.
 
 For a vehicle: `popsteer.vehicles` (vehicles by name), `popsteer.controllers` and `popsteer.presets`
 (the controllers and their parameter sets by name), `popsteer.sim` (plants and the closed loop),
-`popsteer.plants` and `popsteer.tracks`. To read beside the paper: `popsteer.paper` (its functions)
+`popsteer.plants`, `popsteer.tracks` and `popsteer.planning`. For a log of it: `popsteer.logs` and
+`popsteer.identification`. To read beside the paper: `popsteer.paper` (its functions)
 and `popsteer.reference` (the same controllers in plain Python). To look at: `popsteer.lab`
 (comparisons, margins, benchmarks, their tables and figures).
 """
 
-from popsteer import _core, paper, vehicles
+from typing import TYPE_CHECKING, Any
+
+from popsteer import _core, paper, planning, vehicles
 from popsteer._core import (
     AdaptParams,
     BangBang,
@@ -51,9 +54,13 @@ from popsteer._core import (
     PurePursuit,
     PurePursuitParams,
     PurePursuitState,
+    SpeedCommand,
     SpeedPid,
     SpeedPidParams,
     SpeedPidState,
+    SpeedTracker,
+    SpeedTrackerParams,
+    SpeedTrackerState,
     Stanley,
     StanleyParams,
     StanleyState,
@@ -66,6 +73,9 @@ from popsteer.params_file import add_load_and_save
 from popsteer.prediction import Prediction
 from popsteer.signatures import spell_out
 from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from popsteer.identification import identify
 
 __all__ = [
     "AdaptParams",
@@ -99,9 +109,13 @@ __all__ = [
     "PurePursuit",
     "PurePursuitParams",
     "PurePursuitState",
+    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
+    "SpeedTracker",
+    "SpeedTrackerParams",
+    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",
@@ -109,7 +123,9 @@ __all__ = [
     "Vehicle",
     "__version__",
     "build_profile",
+    "identify",
     "paper",
+    "planning",
     "vehicles",
 ]
 
@@ -118,3 +134,12 @@ spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Sett
 add_load_and_save(
     BangBangParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams
 )
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - what an attribute is depends on its name
+    # Loaded where it is used: what drives a car needs none of it.
+    if name == "identify":
+        from popsteer.identification import identify
+
+        return identify
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -45,14 +45,20 @@ __all__ = [
     "PurePursuitState",
     "Settings",
     "Simulation",
+    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
+    "SpeedTracker",
+    "SpeedTrackerParams",
+    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",
     "Vehicle",
     "__version__",
+    "_path_curvature",
+    "_plan_speeds",
     "build_profile",
     "get_distance",
     "get_predicted_location",
@@ -1915,6 +1921,94 @@ class SpeedPid:
     def params(self) -> SpeedPidParams: ...
 
 @final
+class SpeedTrackerParams:
+    def __new__(
+        cls,
+        *,
+        kp: float = 1.5,
+        ki: float = 0.2,
+        max_jerk: float = 20.0,
+        reserve: float = 0.4,
+        drive_delay: float = 0.0,
+    ) -> Self: ...
+    @property
+    def kp(self) -> float: ...
+    @property
+    def ki(self) -> float: ...
+    @property
+    def max_jerk(self) -> float: ...
+    @property
+    def reserve(self) -> float: ...
+    @property
+    def drive_delay(self) -> float: ...
+    def as_dict(self) -> dict[str, Any]: ...
+    def replace(self, **changes: object) -> Self: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
+class SpeedTrackerState:
+    def __new__(
+        cls,
+        *,
+        waypoint: int | None = None,
+        acceleration: float = 0.0,
+        integral: float = 0.0,
+    ) -> Self: ...
+    @property
+    def waypoint(self) -> int | None: ...
+    @property
+    def acceleration(self) -> float: ...
+    @property
+    def integral(self) -> float: ...
+    def as_dict(self) -> dict[str, Any]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
+class SpeedCommand:
+    @property
+    def acceleration(self) -> float: ...
+    @property
+    def reference_speed(self) -> float: ...
+    @property
+    def distance_to_stop(self) -> float: ...
+    @property
+    def reverse(self) -> bool: ...
+    @property
+    def standing(self) -> bool: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
+class SpeedTracker:
+    def __new__(
+        cls,
+        path: Path,
+        vehicle: Vehicle | None = None,
+        params: SpeedTrackerParams | None = None,
+    ) -> Self: ...
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> SpeedCommand: ...
+    def reset(self) -> None: ...
+    @property
+    def state(self) -> SpeedTrackerState: ...
+    @state.setter
+    def state(self, state: SpeedTrackerState) -> None: ...
+    @property
+    def path(self) -> Path: ...
+    @property
+    def vehicle(self) -> Vehicle: ...
+    @property
+    def params(self) -> SpeedTrackerParams: ...
+    @property
+    def plan(self) -> NDArray[np.float64]: ...
+
+@final
 class CarlaIdentified:
     __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def __new__(
@@ -2080,3 +2174,22 @@ class Simulation:
     @staticmethod
     def _restored(begin: tuple[Any, ...], state: tuple[Any, ...]) -> Simulation: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
+
+def _path_curvature(path: Path, smoothing_length: float) -> NDArray[np.float64]: ...
+def _plan_speeds(
+    curvature: NDArray[np.float64],
+    spacing: NDArray[np.float64],
+    *,
+    closed: bool,
+    cusps: NDArray[np.bool_] | None,
+    speed_limits: NDArray[np.float64] | None,
+    start_speed: float | None,
+    end_speed: float | None,
+    max_speed: float,
+    max_lateral_acceleration: float,
+    acceleration: tuple[NDArray[np.float64], NDArray[np.float64]],
+    deceleration: tuple[NDArray[np.float64], NDArray[np.float64]],
+    longitudinal_grip: float | None,
+    exponent: float,
+    vehicle: Vehicle,
+) -> tuple[NDArray[np.float64], NDArray[np.uint8]]: ...

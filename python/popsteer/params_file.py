@@ -35,8 +35,8 @@ else:
 __all__ = ["add_load_and_save", "as_toml", "load", "load_all", "save"]
 
 _HEAD = """\
-# Tuning of a controller, as popsteer.{kind}.load reads it. SI units and radians. What is left out has
-# its default, which may scale with the vehicle.
+# Tuning of a controller, as popsteer.{kind}.load reads it. SI units and radians. What is
+# left out has its default, which may scale with the vehicle.
 """
 
 
@@ -80,8 +80,8 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
             raise _in_file(file, ConfigError(table, fields, f"a table of parameters, [{table}]"))
         found[name] = _made(file, table, fields, controllers.get(name).params)
     if not found:
-        known = ", ".join(f"[{each.replace('-', '_')}]" for each in controllers.names())
-        raise _in_file(file, ConfigError("tables", "none", f"at least one of {known}"))
+        listed = ", ".join(f"[{each.replace('-', '_')}]" for each in controllers.names())
+        raise _in_file(file, ConfigError("tables", "none", f"at least one of {listed}"))
     return found
 
 
@@ -117,7 +117,9 @@ def load(kind: type[Params], file: str | os.PathLike[str]) -> Params:
     found = load_all(file)
     if name not in found:
         others = ", ".join(found)
-        raise _in_file(file, ConfigError("controller", others, f"{name}, whose parameters these are"))
+        raise _in_file(
+            file, ConfigError("controller", others, f"{name}, whose parameters these are")
+        )
     return found[name]
 
 
@@ -171,7 +173,9 @@ def as_toml(params: Params) -> str:
         if value is None:
             lines.append(f"# {key} =")
         else:
-            lines.append(f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}")
+            lines.append(
+                f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}"
+            )
     return "\n".join(lines) + "\n"
 
 

@@ -20,7 +20,12 @@ _COMMANDS = (
     "matrix",
     "edges",
     "delay",
+    "plan",
     "stability",
+    "identify",
+    "replay",
+    "tune",
+    "sweep",
     "bench",
     "tracks",
 )

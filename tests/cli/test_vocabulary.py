@@ -10,15 +10,18 @@ import typer
 from popsteer.cli.app import app
 
 # What each command can take; the rest of its options are its own.
-RUNS = {"--controllers", "--preset", "--set", "--no-adapt", "--dt", "--out"}
+RUNS = {"--controllers", "--preset", "--params", "--set", "--no-adapt", "--dt", "--out"}
 START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed"}
 TOLD = {"--vehicle", "--set-vehicle"}
 ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
 MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
+DRAWN = {"--controller", "--vary", "--distributions", "--seed"}
+LOG = {"--column", "--topic", "--unit"}
 WANTED = {
     "compare": RUNS | START | TOLD | ONE | {"--step-time"},
     "simulate": RUNS - {"--controllers"}
     | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
+    | {"--replay-run"}
     | START
     | TOLD
     | ONE,
@@ -30,11 +33,32 @@ WANTED = {
     "delay": RUNS | START | ONE | {"--dead-time"},
     # Nothing is driven.
     "stability": RUNS | TOLD | {"--plant", "--set-plant", "--speeds"},
+    "plan": TOLD
+    | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
+    | {"--driving", "--braking"},
+    "identify": TOLD | LOG | {"--out", "--figures", "--csv", "--json"},
+    "replay": TOLD
+    | LOG
+    | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
+    | {"--waypoints", "--closed", "--track", "--out", "--csv"},
+    # Where it starts, and how, is drawn.
+    "sweep": RUNS - {"--controllers"}
+    | DRAWN
+    | START - {"--start", "--start-at"}
+    | TOLD
+    | ONE
+    | {"--runs", "--deviation", "--workers", "--dask"},
+    "tune": RUNS - {"--controllers"}
+    | DRAWN
+    | TOLD
+    | ONE - {"--track"}
+    | {"--tracks", "--constant-speed", "--cars", "--search", "--trials", "--seconds"}
+    | {"--effort-limit", "--storage"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }
 # Where the metavar of an option has to differ, as what can be named does.
-SEVERAL: dict[str, set[str]] = {}
+SEVERAL = {"--out": {"DIR", "FILE"}}
 
 
 def _commands() -> dict[str, dict[str, Any]]:

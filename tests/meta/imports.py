@@ -92,7 +92,8 @@ def _absolute(path: list[str], module: str, known: Mapping[str, str]) -> str | N
         return ".".join((module, *rest))
     if first == "super":
         parent = module.rpartition(".")[0]
-        return _absolute(rest, parent, known) if rest[0] == "super" else ".".join((parent, *rest))
+        is_above = rest[:1] == ["super"]
+        return _absolute(rest, parent, known) if is_above else ".".join((parent, *rest))
     if f"{module}.{first}" in known:
         return ".".join((module, *path))
     return ".".join(path) if first in known else None

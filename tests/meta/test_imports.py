@@ -27,7 +27,8 @@ def _core(root: str) -> dict[str, set[str]]:
         "vehicle": _GROUND,
         "path": (*_GROUND, "vehicle"),
         "lateral": (*_GROUND, "vehicle", "path"),
-        "longitudinal": (*_GROUND, "vehicle"),
+        "planning": (*_GROUND, "vehicle", "path"),
+        "longitudinal": (*_GROUND, "vehicle", "path", "planning"),
     }
     allowed = {
         f"{root}.{part}": {f"{root}.{other}" for other in known} for part, known in layers.items()
@@ -42,15 +43,16 @@ _SIM = {
     "popsteer_sim.plant": {f"popsteer_core.{part}" for part in (*_GROUND, "vehicle")},
 }
 _BINDING = {"popsteer_py": {*_CORE, *_SIM}}
+_C = {"popsteer_c": {*_CORE}}
 _REFERENCE = _core("popsteer.reference")
 
-RUST = {**_CORE, **_SIM, **_BINDING}
+RUST = {**_CORE, **_SIM, **_BINDING, **_C}
 PYTHON = {**_REFERENCE}
 
 
 def _rust() -> dict[str, str]:
     crates = {}
-    for crate in ("core", "sim", "py"):
+    for crate in ("core", "sim", "py", "c"):
         crates.update(sources(ROOT / "rust" / crate / "src", f"popsteer_{crate}"))
     return crates
 

@@ -136,5 +136,16 @@ COUPLED = Law(
 )
 SPEED_PID = Law("SpeedPid", {"kp": _GAIN, "ki": _GAIN, "kd": _GAIN})
 
+SPEED_TRACKER = Law(
+    "SpeedTracker",
+    {
+        "kp": ((0.0, 1e3), (0.0, 4.0)),
+        "ki": ((0.0, 1e3), (0.0, 1.0)),
+        "max_jerk": ((1e-3, 1e6), (1.0, 50.0)),
+        "reserve": ((0.0, 1e3), (0.0, 1.0)),
+        "drive_delay": ((0.0, 10.0), (0.0, 0.5)),
+    },
+)
+
 LATERAL = (POP, PREVIEW_POP, PID, PURE_PURSUIT, STANLEY, BANG_BANG)
-ALL = (*LATERAL, COUPLED, SPEED_PID)
+ALL = (*LATERAL, COUPLED, SPEED_PID, SPEED_TRACKER)

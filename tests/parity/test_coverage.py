@@ -35,7 +35,7 @@ ALONE = {
 # The same objects on both sides, or no callables.
 SHARED = {
     *("ConfigError", "InputError", "PathError", "PopsteerError", "Prediction", "Status"),
-    *("__version__", "build_profile", "paper", "vehicles"),
+    *("__version__", "build_profile", "identify", "paper", "planning", "vehicles"),
 }
 # What the enumeration below has to find at the least, lest it pass by finding nothing.
 ESSENTIAL = {

@@ -25,7 +25,14 @@ from popsteer import _core, paper
 from popsteer.reference.lateral.tracker_state import TrackerState
 
 MODULES = [
-    *("popsteer", "popsteer.paper", "popsteer.plants", "popsteer.reference", "popsteer.sim"),
+    *(
+        "popsteer",
+        "popsteer.paper",
+        "popsteer.planning",
+        "popsteer.plants",
+        "popsteer.reference",
+        "popsteer.sim",
+    ),
     *("popsteer.controllers", "popsteer.presets", "popsteer.tracks", "popsteer.vehicles"),
     *(f"popsteer.lab.{name}" for name in popsteer.lab.__all__),
 ]

@@ -71,6 +71,13 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "BangBang": {"amplitude": 0.122, "deadband": 0.0, **_PLACE},
     "CoupledLongitudinal": {"cutoff": 0.5, "steer_limit": 1.22, "speed_limit": 69.44},
     "SpeedPid": {"kp": 0.5, "ki": 0.1, "kd": 0.0},
+    "SpeedTracker": {
+        "kp": 1.5,
+        "ki": 0.2,
+        "max_jerk": 20.0,
+        "reserve": 0.4,
+        "drive_delay": 0.0,
+    },
 }
 # What None comes to at a wheelbase of 3 m, and the power of the wheelbase that it grows with.
 AT_THE_PAPERS: dict[str, dict[str, tuple[float, int]]] = {
@@ -101,6 +108,8 @@ AT_THE_PAPERS: dict[str, dict[str, tuple[float, int]]] = {
 NUMBERS = [
     pytest.param(law, field, id=f"{law.name}-{field}") for law in ALL for field in law.ranges
 ]
+# What drives without a path of its own.
+NO_PATH = [law for law in ALL if law.name in ("CoupledLongitudinal", "SpeedPid")]
 each_law = pytest.mark.parametrize("law", ALL, ids=lambda law: law.name)
 
 
@@ -129,7 +138,7 @@ def test_params_without_arguments_are_the_papers(law: Law) -> None:
     assert params.as_dict() == dataclasses.asdict(getattr(reference, law.params_name)())
     assert (
         getattr(popsteer, law.name)(
-            *([popsteer.Path([(0, 0), (1, 0)])] if law in LATERAL else [])
+            *([popsteer.Path([(0, 0), (1, 0)])] if law not in NO_PATH else [])
         ).params
         == params
     )
@@ -317,6 +326,6 @@ def test_params_signature_shows_the_real_defaults(law: Law) -> None:
 @each_law
 def test_law_of_the_params_of_another_is_a_type_error(law: Law) -> None:
     other = popsteer.SpeedPidParams() if law.name != "SpeedPid" else popsteer.PopParams()
-    arguments = [popsteer.Path([(0, 0), (1, 0)])] if law in LATERAL else []
+    arguments = [popsteer.Path([(0, 0), (1, 0)])] if law not in NO_PATH else []
     with pytest.raises(TypeError):
         getattr(popsteer, law.name)(*arguments, params=other)

@@ -100,7 +100,7 @@ def test_sweep_goes_on_after_a_torn_row(tmp_path: Path, rows: list[dict[str, Any
     lines = [_job().text, *(json.dumps(rows[k]) for k in (4, 2)), json.dumps(rows[3])[:40]]
     part.write_text("\n".join(lines))
     driven: list[int] = []
-    asked = workers.drive
+    asked = sweep.drive
 
     def watched(job: Any, chunk: Any, *more: Any) -> Any:
         driven.extend(chunk)
@@ -199,7 +199,9 @@ def test_worst_runs_and_influence_point_at_the_cause(rows: list[dict[str, Any]])
 
 def test_processes_give_the_same_rows(rows: list[dict[str, Any]]) -> None:
     told: list[float] = []
-    found = [row for chunk in workers.on_processes(_job(), range(12), 2, told.append) for row in chunk]
+    found = [
+        row for chunk in workers.on_processes(_job(), range(12), 2, told.append) for row in chunk
+    ]
     assert sorted(found, key=lambda row: int(row["run"])) == rows
     assert told[-1] == 12
 
@@ -236,16 +238,14 @@ def test_dask_gives_the_same_rows_with_a_worker_killed(rows: list[dict[str, Any]
 def test_scheduler_that_does_not_answer_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr(workers, "_DASK_TIMEOUT", 0.5)
-    with pytest.raises(PopsteerError, match="--dask tcp://127.0.0.1:9: no scheduler answers"):
+    with pytest.raises(PopsteerError, match=r"--dask tcp://127\.0\.0\.1:9: no scheduler answers"):
         list(workers.on_dask(_job(), range(2), "tcp://127.0.0.1:9", lambda _: None))
     with pytest.raises(ConfigError, match="local:N"):
         list(workers.on_dask(_job(), range(2), "local:none", lambda _: None))
 
 
 @pytest.mark.parametrize("theme", THEMES)
-def test_figure_has_two_panels_for_each_quantity(
-    rows: list[dict[str, Any]], theme: str
-) -> None:
+def test_figure_has_two_panels_for_each_quantity(rows: list[dict[str, Any]], theme: str) -> None:
     from popsteer.lab.sweep.figure import sweep_figure
 
     mixed = [{**row, "success": row["run"] % 3 > 0, "finished": row["run"] > 0} for row in rows]

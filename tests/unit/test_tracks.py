@@ -10,7 +10,7 @@ from popsteer import tracks
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError, PathError
 from popsteer.tracks import Track
-from popsteer.tracks import speed_profile as limits
+from popsteer.tracks.build import FIRST_SPEED
 from popsteer.tracks.catalogue import _MAKERS
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ NAMES = (
 )
 # What rounding to a micrometre can add to a curvature estimated from points 1 m apart.
 ROUNDING = 5e-6
+TOP_SPEED, LATERAL, DRIVING, BRAKING = 25.0, 4.0, 2.0, 3.0
 
 
 def _steps(track: Track) -> NDArray[np.float64]:
@@ -113,19 +114,19 @@ def test_track_speeds_stay_within_the_limits_of_the_car(track: Track) -> None:
     curvature = _curvature(track)
     speed = track.speed if track.closed else track.speed[1:-1]
     assert track.speed.min() > 0
-    assert track.speed.max() <= limits.TOP_SPEED
-    assert (np.abs(curvature) * speed * speed).max() <= limits.LATERAL * 1.001
+    assert track.speed.max() <= TOP_SPEED
+    assert (np.abs(curvature) * speed * speed).max() <= LATERAL * 1.001
 
     following = np.append(track.speed, track.speed[0]) if track.closed else track.speed
     along = np.diff(following**2) / (2.0 * np.hypot(*_steps(track).T))
-    assert along.max() <= limits.DRIVING * 1.002
-    assert along.min() >= -limits.BRAKING * 1.002
+    assert along.max() <= DRIVING * 1.002
+    assert along.min() >= -BRAKING * 1.002
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n not in ("circle", "figure-eight")])
 def test_track_open_path_sets_off_slowly(name: str) -> None:
     track = tracks.get(name)
-    assert track.speed[0] == limits.FIRST_SPEED
+    assert track.speed[0] == FIRST_SPEED
     assert (np.diff(track.speed[:20]) > 0).all()
 
 

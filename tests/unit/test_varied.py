@@ -45,7 +45,13 @@ def test_normal_distribution_is_finite_and_has_its_deviation() -> None:
     "text",
     [
         *("uniform(3,1)", "uniform(1)", "gamma(1,2)", "x", "", "uniform(1,nan)", "nan"),
-        *("loguniform(0,1)", "normal(0,-1)", "triangular(0,3,2)", "uniform(1,2", "triangular(1,1,1)"),
+        *(
+            "loguniform(0,1)",
+            "normal(0,-1)",
+            "triangular(0,3,2)",
+            "uniform(1,2",
+            "triangular(1,1,1)",
+        ),
     ],
 )
 def test_what_is_no_distribution_is_refused_by_name(text: str) -> None:
@@ -72,7 +78,13 @@ def test_seeds_of_runs_differ() -> None:
 
 def test_draw_changes_what_it_names_and_nothing_else() -> None:
     plant = sim.CarlaIdentified()
-    values = {"steer_lag": 0.2, "drag": 0.3, "noise_yaw": 0.01, "start_yaw": 0.1, "start_speed": 2.0}
+    values = {
+        "steer_lag": 0.2,
+        "drag": 0.3,
+        "noise_yaw": 0.01,
+        "start_yaw": 0.1,
+        "start_speed": 2.0,
+    }
     made = varied(plant, PATH, values, offset=0.5)
     assert made.plant == plant.replace(vehicle=plant.vehicle.replace(steer_lag=0.2), drag=0.3)
     assert made.noise == sim.Noise(yaw=0.01)
@@ -84,7 +96,9 @@ def test_draw_changes_what_it_names_and_nothing_else() -> None:
 def test_what_cannot_vary_is_refused_with_what_can() -> None:
     plant = sim.KinematicBicycle()
     for name in ("friction", "rear_axle"):
-        with pytest.raises(ConfigError, match=f"unknown quantity that varies '{name}'; known: wheel"):
+        with pytest.raises(
+            ConfigError, match=f"unknown quantity that varies '{name}'; known: wheel"
+        ):
             varied(plant, PATH, {name: 0.5})
     assert set(usual(plant.vehicle, plant)) <= set(varying(plant))
 

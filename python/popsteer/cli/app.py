@@ -7,7 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from popsteer._core import __version__
-from popsteer.cli import bench, compare, delay, edges, matrix, simulate, stability, sweep, tracks, tune
+from popsteer.cli import (
+    bench,
+    compare,
+    delay,
+    edges,
+    identify,
+    matrix,
+    plan,
+    replay,
+    simulate,
+    stability,
+    sweep,
+    tracks,
+    tune,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,9 +44,12 @@ Examples:
   popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
   popsteer matrix --out out              controllers × plants × tracks: error and step time
+  popsteer plan waypoints.csv --vehicle car.toml --out course.csv
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
   popsteer edges                         crossings, cusps, odd spacings and odd starts
   popsteer delay                         steering delay, and controllers that predict through it
+  popsteer identify drive.mcap           what is my car? from the log of a drive
+  popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
   popsteer tune --controller pop         parameters for a vehicle: error against steering effort
   popsteer sweep --runs 10000            thousands of runs that differ: how often it succeeds
   popsteer bench                         how long a control step takes
@@ -102,6 +119,9 @@ def _add(name: str, command: Callable[..., None], page: str) -> None:
 
 _add("compare", compare.compare, compare.HELP)
 _add("simulate", simulate.simulate, simulate.HELP)
+_add("plan", plan.plan, plan.HELP)
+_add("identify", identify.identify, identify.HELP)
+_add("replay", replay.replay, replay.HELP)
 _add("stability", stability.stability, stability.HELP)
 _add("matrix", matrix.matrix, matrix.HELP)
 _add("edges", edges.edges, edges.HELP)

@@ -83,8 +83,8 @@ Params: TypeAlias = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Tuning of the controller: a file *.toml as popsteer tune or the save of its"
-        " parameters writes it. It takes the place of --preset.",
+        help="Tuning: a file *.toml as popsteer tune writes it, with a table a controller, such as"
+        " [pop]. It takes the place of --preset for those.",
         show_default=False,
     ),
 ]

@@ -90,6 +90,7 @@ def simulate(
     *,
     controller: options.Controller = "pop",
     preset: options.Preset = presets.REPRODUCTION,
+    params: options.Params = None,
     set_: options.Set = None,
     waypoints: options.Waypoints = None,
     track: options.Track = None,
@@ -150,7 +151,7 @@ def simulate(
     mover = inputs.plant(plant, set_plant)
     itself = vehicle_of(mover)
     told = inputs.believed(vehicle, set_vehicle, itself)
-    tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt)
+    tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt, params=params)
     if constant_speed is not None and (longitudinal or set_longitudinal):
         raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
     pedals = None if constant_speed is not None else _pedals(longitudinal, set_longitudinal or [])

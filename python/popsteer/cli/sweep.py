@@ -18,10 +18,10 @@ __all__ = ["HELP", "sweep"]
 HELP = """\
 Drive one controller thousands of times, each time with another vehicle, start and noise.
 
-What varies is drawn from distributions: fields of the plant's vehicle, parameters of the plant (such
-as friction, where it has one), noise_position, noise_yaw, noise_speed, start_offset, start_yaw and
-start_speed. The controller knows the vehicle before it varies. Without --vary and --distributions the
-steering, the start and the noise vary. --vary NAME=none takes one out.
+What varies is drawn from distributions: fields of the plant's vehicle, parameters of the plant
+(such as friction, where it has one), noise_position, noise_yaw, noise_speed, start_offset,
+start_yaw and start_speed. The controller knows the vehicle before it varies. Without --vary and
+--distributions the steering, the start and the noise vary. --vary NAME=none takes one out.
 
 \b
 A distribution is a number or one of
@@ -29,7 +29,8 @@ A distribution is a number or one of
 
 A run succeeds where it finishes, says no fault, and stays within --deviation after settling. With
 --out the rows are written as they come; the same command goes on where it was stopped, and draws
-where it fails. Any run can be driven again, to the last bit: popsteer simulate --replay-run FILE:RUN.
+where it fails. Any run can be driven again, to the last bit: popsteer simulate --replay-run
+FILE:RUN.
 
 \b
 Examples:

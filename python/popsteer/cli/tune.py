@@ -19,14 +19,14 @@ from popsteer.sim import Settings, vehicle_of
 __all__ = ["HELP", "tune"]
 
 HELP = """\
-Search for the parameters of a controller with which a vehicle stays closest to its tracks, while the
-wheels move hardly more than before.
+Search for the parameters of a controller with which a vehicle stays closest to its tracks, while
+the wheels move hardly more than before.
 
-Each trial drives all tracks with the vehicle and with cars that differ from it. Its error is the mean
-of the mean and of the worst cross-track error after settling, its effort the rate of the wheels. The
-tuning with the least error within --effort-limit is written to --out, which --params of other
-commands and popsteer.PopParams.load read; the table judges it besides on tracks and cars that the
-search has not seen.
+Each trial drives all tracks with the vehicle and with cars that differ from it. Its error is the
+mean of the mean and of the worst cross-track error after settling, its effort the rate of the
+wheels. The tuning with the least error within --effort-limit is written to --out, which --params
+of other commands and popsteer.PopParams.load read; the table judges it besides on tracks and cars
+that the search has not seen.
 
 The trials are kept in a journal beside --out, or in --storage: the same command goes on with them,
 and several processes can share one.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any
 
-from popsteer import controllers, sim
-from popsteer._core import CarlaIdentified, KinematicBicycle
+from popsteer import sim
+from popsteer._core import KinematicBicycle
 from popsteer.cli import inputs
 from popsteer.errors import ConfigError
 from popsteer.lab.common.distributions import Distribution, distribution
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from popsteer._core import Vehicle
+    from popsteer.sim import Plant
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -28,7 +29,6 @@ __all__ = ["DEFAULT_CONTROLLER", "car", "distributions", "tuning"]
 
 DEFAULT_CONTROLLER = "preview-pop"
 """Who steers where neither an option nor a file of parameters says it."""
-_NAMED = {"carla-identified": CarlaIdentified, "kinematic-bicycle": KinematicBicycle}
 
 
 def car(
@@ -106,26 +106,15 @@ def tuning(
     ConfigError
         The file is refused, or has nothing of the controller.
     """
-    found = {} if params is None else load_all(params)
     if controller is None:
-        controller = next(iter(found), DEFAULT_CONTROLLER)
-    if params is None:
-        return controller, inputs.tuned([controller], preset, assignments, no_adapt=no_adapt)
-    if controller not in found:
-        raise ConfigError("--params", str(params), f"a file with a table of {controller}")
-    given = inputs.tuned(
-        [controller],
-        params.name,
-        assignments,
-        no_adapt=no_adapt,
-        known=controllers.names(),
-        given=found.__getitem__,
+        controller = DEFAULT_CONTROLLER if params is None else next(iter(load_all(params)))
+    return controller, inputs.tuned(
+        [controller], preset, assignments, no_adapt=no_adapt, params=params
     )
-    return controller, given
 
 
 def distributions(
-    vary: Sequence[str] | None, file: Path | None, plant: Any, option: str = "--vary"
+    vary: Sequence[str] | None, file: Path | None, plant: Plant, option: str = "--vary"
 ) -> dict[str, Distribution]:
     """Give what varies: of a file, changed by options; the usual where neither is given.
 

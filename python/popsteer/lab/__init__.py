@@ -12,6 +12,12 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     What dead time does to the controllers, and what prediction makes of it.
 ``stability``
     How far the steering loops are from instability.
+``plan``
+    What limits the speeds along a path.
+``identify``
+    A vehicle from the log of a drive.
+``replay``
+    Controllers that watch the log of a drive.
 ``tune``
     Parameters of a controller, tuned for a vehicle.
 ``sweep``
@@ -33,6 +39,34 @@ Examples
 True
 """
 
-from popsteer.lab import baselines, bench, common, compare, delay, edges, matrix, stability, sweep, tune
+from popsteer.lab import (
+    baselines,
+    bench,
+    common,
+    compare,
+    delay,
+    edges,
+    identify,
+    matrix,
+    plan,
+    replay,
+    stability,
+    sweep,
+    tune,
+)
 
-__all__ = ["baselines", "bench", "common", "compare", "delay", "edges", "matrix", "stability", "sweep", "tune"]
+__all__ = [
+    "baselines",
+    "bench",
+    "common",
+    "compare",
+    "delay",
+    "edges",
+    "identify",
+    "matrix",
+    "plan",
+    "replay",
+    "stability",
+    "sweep",
+    "tune",
+]

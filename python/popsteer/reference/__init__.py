@@ -51,6 +51,12 @@ from popsteer.reference.limits import MAX_COORDINATE, MAX_YAW
 from popsteer.reference.longitudinal import Pedals
 from popsteer.reference.longitudinal.coupled import CoupledLongitudinal, CoupledLongitudinalParams
 from popsteer.reference.longitudinal.speed_pid import SpeedPid, SpeedPidParams, SpeedPidState
+from popsteer.reference.longitudinal.speed_tracker import (
+    SpeedCommand,
+    SpeedTracker,
+    SpeedTrackerParams,
+    SpeedTrackerState,
+)
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.path.lookahead import Lookahead
 from popsteer.reference.path.owned import Path
@@ -93,9 +99,13 @@ __all__ = [
     "PurePursuit",
     "PurePursuitParams",
     "PurePursuitState",
+    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
+    "SpeedTracker",
+    "SpeedTrackerParams",
+    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",

@@ -30,6 +30,7 @@ from popsteer.sim.closed_loop import Run, default_start, run
 from popsteer.sim.geometry import Plant, Pose, StartAt, plant_name, plant_names, vehicle_of
 from popsteer.sim.many import run_many
 from popsteer.sim.metrics import Metrics
+from popsteer.sim.pedals import PedalMap
 from popsteer.sim.steering import OwnCommand, OwnController, OwnLaw, OwnReversingLaw
 
 __all__ = [
@@ -41,6 +42,7 @@ __all__ = [
     "OwnController",
     "OwnLaw",
     "OwnReversingLaw",
+    "PedalMap",
     "Plant",
     "Pose",
     "Run",

@@ -44,9 +44,9 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     """Let controllers drive plants along paths, many runs at once, and give what each came to.
 
     Each run is that of `run`, bit for bit; where there is noise, it is so where each run has a seed
-    of its own. `controller`, `plant`, `start`, `speed`, `noise` and `seed` are each one for all runs
-    or a sequence with one for each. Ctrl-C, or an error that
-    `progress` raises, stops all runs within a control step.
+    of its own. `controller`, `plant`, `start`, `speed`, `noise` and `seed` are each one for all
+    runs or a sequence with one for each. Ctrl-C, or an error that `progress` raises, stops all runs
+    within a control step.
 
     Parameters
     ----------
@@ -155,8 +155,10 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
             for (x, y, yaw), driver in zip(given, drivers, strict=True)
         ]
     states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
-    each_noise = [noise] * count if noises is None else noises
-    streams = [(seed, k) for k in range(count)] if seeds is None else [(s, 0) for s in seeds]
+    each_noise = [cast("Noise | None", noise)] * count if noises is None else noises
+    streams = (
+        [(cast("int", seed), k) for k in range(count)] if seeds is None else [(s, 0) for s in seeds]
+    )
     seen = [(noise, *stream) for noise, stream in zip(each_noise, streams, strict=True)]
     return _core.run_many(
         [

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.tracks.speed_profile import closed_profile, open_profile
+from popsteer.planning import SpeedLimits, speeds_along
 from popsteer.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -14,7 +15,18 @@ if TYPE_CHECKING:
 
     from popsteer.tracks.geometry import Sampled
 
-__all__ = ["build", "equal_steps"]
+__all__ = ["FIRST_SPEED", "LIMITS", "build", "equal_steps", "profile"]
+
+LIMITS = SpeedLimits(
+    max_speed=25.0,
+    max_lateral_acceleration=4.0,
+    max_acceleration=2.0,
+    max_deceleration=3.0,
+    exponent=math.inf,
+)
+"""What an ordinary car drives at briskly, far from the limit of a dry road."""
+FIRST_SPEED = 1.5
+"""Speed at the first waypoint of an open path [m/s]: a car setting off."""
 
 # Sine and cosine differ in the last bit from one machine to the next. A micrometre hides that, so
 # a track, and every figure printed from it, is the same everywhere; and it is far too little to
@@ -45,15 +57,40 @@ def build(name: str, title: str, description: str, line: Sampled, *, closed: boo
     >>> build("short", "Three metres", "", sample(straight(3.0), 4), closed=False).speed.tolist()
     [1.5, 2.5, 3.201562, 3.774917]
     """
-    profile = closed_profile if closed else open_profile
     return Track(
         name=name,
         title=title,
         description=description,
         xy=np.round(line.xy, _DECIMALS) + 0.0,  # + 0.0 turns -0.0 into 0.0
-        speed=np.round(profile(line.curvature, line.step), _DECIMALS),
+        speed=np.round(profile(line.curvature, line.step, closed=closed), _DECIMALS),
         closed=closed,
     )
+
+
+def profile(curvature: NDArray[np.float64], step: float, *, closed: bool) -> NDArray[np.float64]:
+    """Give the speeds of a track: the fastest within `LIMITS`.
+
+    Parameters
+    ----------
+    curvature : (N,) ndarray
+        Curvature at each waypoint [1/m].
+    step : float
+        Arc length between neighbours [m].
+    closed : bool
+        Whether the last waypoint leads back to the first. An open path is entered at `FIRST_SPEED`.
+
+    Returns
+    -------
+    (N,) ndarray
+        Speed at each waypoint [m/s].
+
+    Examples
+    --------
+    >>> profile(np.zeros(4), 1.0, closed=False).round(2).tolist()
+    [1.5, 2.5, 3.2, 3.77]
+    """
+    first = None if closed else FIRST_SPEED
+    return speeds_along(curvature, step, LIMITS, closed=closed, start_speed=first)
 
 
 def equal_steps(

@@ -23,10 +23,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.ranges import check_in_range
-from popsteer.tracks.build import equal_steps
+from popsteer.tracks.build import equal_steps, profile
 from popsteer.tracks.cusps import parallel_parking, three_point_turn
 from popsteer.tracks.geometry import Piece
-from popsteer.tracks.speed_profile import closed_profile, open_profile
 from popsteer.tracks.waypoints import Waypoints, placed
 
 if TYPE_CHECKING:
@@ -85,7 +84,7 @@ def figure8(size: float = 40.0, spacing: float = 1.0) -> Waypoints:
     t, step = equal_steps(curve(fine), fine, spacing)
     t = t[:-1]  # a closed path does not repeat its first waypoint
     curvature = 3.0 * np.cos(t) / (size * np.sqrt(1.0 + np.sin(t) ** 2))
-    return Waypoints(curve(t), closed_profile(curvature, step), closed=True)
+    return Waypoints(curve(t), profile(curvature, step, closed=True), closed=True)
 
 
 def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5) -> Waypoints:
@@ -173,7 +172,7 @@ def spiral(
     phi, step = equal_steps(curve(fine), fine, spacing)
     squared = (inner_radius + growth * phi) ** 2
     curvature = (squared + 2.0 * growth**2) / (squared + growth**2) ** 1.5
-    return Waypoints(curve(phi), open_profile(curvature, step), closed=False)
+    return Waypoints(curve(phi), profile(curvature, step, closed=False), closed=False)
 
 
 def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -> Waypoints:
@@ -247,7 +246,7 @@ def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
     steps = side * np.column_stack((np.cos(heading), np.sin(heading)))
     xy = np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))
     curvature = np.full(sides, 2.0 * math.tan(math.pi / sides) / side)
-    return Waypoints(xy, closed_profile(curvature, side), closed=True)
+    return Waypoints(xy, profile(curvature, side, closed=True), closed=True)
 
 
 def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
@@ -325,4 +324,4 @@ def near_duplicates(
 def _forward(pieces: Sequence[Piece], spacing: float) -> Waypoints:
     """Place waypoints on a line that is driven forward."""
     line = placed(pieces, spacing)
-    return Waypoints(line.xy, open_profile(line.curvature, line.step), closed=False)
+    return Waypoints(line.xy, profile(line.curvature, line.step, closed=False), closed=False)

@@ -69,6 +69,8 @@ pub mod limits;
 pub mod longitudinal;
 pub mod math;
 pub mod path;
+#[cfg(feature = "alloc")]
+pub mod planning;
 pub mod vehicle;
 
 pub use error::{ConfigError, InputError, PathError};

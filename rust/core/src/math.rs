@@ -30,6 +30,7 @@ shim! {
     atan2(y, x) = atan2;
     exp(x) = exp;
     sqrt(x) = sqrt;
+    powf(x, y) = pow;
 }
 
 /// `value` limited to `[low, high]`, for `low <= high` and a `value` that is a number.

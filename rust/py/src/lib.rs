@@ -23,6 +23,7 @@ mod many;
 mod metrics;
 mod params;
 mod path;
+mod planning;
 mod plants;
 mod pool;
 mod projection;
@@ -31,6 +32,7 @@ mod python_plant;
 mod records;
 mod settings;
 mod sim;
+mod speed_tracker;
 mod vehicle;
 mod vehicles;
 mod waypoints;
@@ -70,6 +72,8 @@ mod _core {
     #[pymodule_export]
     use crate::path::PyPath;
     #[pymodule_export]
+    use crate::planning::{path_curvature, plan_speeds};
+    #[pymodule_export]
     use crate::plants::{PyCarlaIdentified, PyKinematicBicycle, plants};
     #[pymodule_export]
     use crate::projection::{PyLookahead, PyProjection};
@@ -77,6 +81,10 @@ mod _core {
     use crate::settings::{PyNoise, PySettings};
     #[pymodule_export]
     use crate::sim::PySimulation;
+    #[pymodule_export]
+    use crate::speed_tracker::{
+        PySpeedCommand, PySpeedTracker, PySpeedTrackerParams, PySpeedTrackerState,
+    };
     #[pymodule_export]
     use crate::vehicle::{PyAdaptParams, PyEstimate, PyVehicle};
 

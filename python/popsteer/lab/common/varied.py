@@ -59,7 +59,7 @@ def varying(plant: Plant) -> tuple[str, ...]:
     """
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
         # Where the pose's point is, is no property of the car: poses are told from there.
-        fixed = ("vehicle", "rear_axle", "no_slip_point")
+        fixed: tuple[str, ...] = ("vehicle", "rear_axle", "no_slip_point")
         of_plant = [*plant.vehicle.as_dict(), *plant.as_dict()]
     else:
         params: Any = getattr(plant, "params", None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -120,7 +121,7 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
 def _rates(panel: Any, values: Any, good: Any, theme: Theme) -> None:  # noqa: ANN401 - matplotlib's
     """Draw the share that succeeds over ten parts of the values, with its interval."""
     edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1))
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         inside = (values >= low) & (values <= high)
         if not inside.any():
             continue

@@ -7,7 +7,6 @@ import fcntl
 import io
 import json
 import os
-from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from popsteer.errors import ConfigError, PopsteerError
@@ -16,6 +15,7 @@ from popsteer.lab.sweep.job import Job, from_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from pathlib import Path
 
     from typing_extensions import Self
 
@@ -47,6 +47,7 @@ def journal_of(file: Path) -> Path:
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> journal_of(Path("out/sweep.csv")).name
     'sweep.csv.part'
     """
@@ -80,6 +81,7 @@ class Journal:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> import popsteer
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
     >>> job = Job(path, "pop", popsteer.PopParams(), "kinematic-bicycle", {}, runs=2)
@@ -344,8 +346,10 @@ def check_same(file: Path, other: Job, job: Job) -> None:
 
 def _pyarrow() -> tuple[Any, Any]:
     try:
-        import pyarrow
+        import pyarrow as pa
         from pyarrow import parquet
     except ModuleNotFoundError as error:
-        raise PopsteerError('Parquet needs the extra "sweep": pip install "popsteer[sweep]"') from error
-    return pyarrow, parquet
+        raise PopsteerError(
+            'Parquet needs the extra "sweep": pip install "popsteer[sweep]"'
+        ) from error
+    return pa, parquet

@@ -70,7 +70,7 @@ def run(
     if workers is not None and not 1 <= workers <= _MAX_WORKERS:
         raise ConfigError("--workers", workers, f"a count in [1, {_MAX_WORKERS}]")
     if out is None:
-        found = _driven(job, {}, dask, workers, progress, lambda rows: None)
+        found = _driven(job, {}, dask, workers, progress, lambda _: None)
         return _ordered(found)
     part = journal_of(out)
     if out.exists():

@@ -107,9 +107,10 @@ def on_processes(
                     done += len(rows)
                     yield rows
                 progress(done)
-            return
         except BrokenProcessPool:
             remaining = list(pending.values())
+        else:
+            return
         finally:
             _end(pool)
     raise PopsteerError(f"the processes of the sweep died {_ATTEMPTS} times")
@@ -146,7 +147,9 @@ def on_dask(
         import dask
         from distributed import Client, as_completed
     except ModuleNotFoundError as error:
-        raise PopsteerError('--dask needs the extra "dask": pip install "popsteer[dask]"') from error
+        raise PopsteerError(
+            '--dask needs the extra "dask": pip install "popsteer[dask]"'
+        ) from error
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     # A worker that dies may take its task with it any number of times.
     dask.config.set({"distributed.scheduler.allowed-failures": 20})

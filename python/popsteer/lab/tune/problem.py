@@ -191,9 +191,7 @@ class Problem:
         whole = {k: round(v) if isinstance(usual[k], int) else v for k, v in values.items()}
         return self.base.replace(**whole)
 
-    def score(
-        self, params: Params, progress: Callable[[float], object] | None = None
-    ) -> Score:
+    def score(self, params: Params, progress: Callable[[float], object] | None = None) -> Score:
         """Drive all tracks with all cars.
 
         Parameters
@@ -249,9 +247,7 @@ class Problem:
             columns = zip(*self._one_by_one(drivers, speed, progress), strict=True)
         return [
             (name, error if ended and math.isfinite(error) else _UNFINISHED, effort)
-            for (name, _, _, _), (ended, error, effort) in zip(
-                self.scenarios, columns, strict=True
-            )
+            for (name, _, _, _), (ended, error, effort) in zip(self.scenarios, columns, strict=True)
         ]
 
     def _one_by_one(

@@ -33,9 +33,7 @@ class Judged(NamedTuple):
     """Whether the search was judged by these runs."""
 
 
-def judge(
-    tuned: Tuned, progress: Callable[[str, float], object] | None = None
-) -> list[Judged]:
+def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) -> list[Judged]:
     """Judge what was chosen by what the search has seen, and by what it has not.
 
     Parameters
@@ -184,11 +182,15 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
     """
     vary = ", ".join(f"{name} {each}" for name, each in tuned.problem.vary.items())
     said = [
-        "Mean |cross-track error| after settling of each car; a run that does not finish counts as"
-        " 100 m. The first car is the vehicle itself; of the others vary"
-        f" {vary or 'nothing'}.",
-        f"Chosen: the least of (mean + worst) / 2 over the tracks and cars of the search with at"
-        f" most {tuned.effort_limit:g} times the steering rate.",
+        (
+            "Mean |cross-track error| after settling of each car; a run that does not finish counts as"
+            " 100 m. The first car is the vehicle itself; of the others vary"
+            f" {vary or 'nothing'}."
+        ),
+        (
+            f"Chosen: the least of (mean + worst) / 2 over the tracks and cars of the search with at"
+            f" most {tuned.effort_limit:g} times the steering rate."
+        ),
     ]
     if tuned.chosen is not None:
         for name, each in tuned.problem.search.items():

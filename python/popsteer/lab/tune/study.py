@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from popsteer.errors import ConfigError, PopsteerError
-from popsteer.lab.tune.problem import Problem, Score
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from popsteer.controllers import Params
+    from popsteer.lab.tune.problem import Problem, Score
 
 __all__ = ["Trial", "Tuned", "run"]
 
@@ -63,7 +63,9 @@ class Tuned:
         parameters
             To be written by their ``save``.
         """
-        return self.problem.base if self.chosen is None else self.problem.changed(self.chosen.values)
+        return (
+            self.problem.base if self.chosen is None else self.problem.changed(self.chosen.values)
+        )
 
     @property
     def front(self) -> list[Trial]:
@@ -128,12 +130,7 @@ def run(
     Optuna's tree-structured Parzen estimator for several objectives: error and effort. Y. Ozaki et
     al., *Multiobjective Tree-structured Parzen Estimator*, 2022.
     """
-    if trials is not None and not 1 <= trials <= _MAX_TRIALS:
-        raise ConfigError("--trials", trials, f"a count in [1, {_MAX_TRIALS}]")
-    if seconds is not None and not 0.0 < seconds < 1e9:
-        raise ConfigError("--seconds", seconds, "positive")
-    if not 0.0 < effort_limit <= 1e3:
-        raise ConfigError("--effort-limit", effort_limit, "in (0, 1000]")
+    _check(trials, seconds, effort_limit)
     if trials is None and seconds is None:
         trials = 100
     optuna = _optuna()
@@ -155,7 +152,7 @@ def run(
             name: trial.suggest_float(name, *each.bounds, log=each.name == "loguniform")
             for name, each in problem.search.items()
         }
-        score = problem.score(problem.changed(values), lambda share: advance(share))
+        score = problem.score(problem.changed(values), advance)
         trial.set_user_attr("mean", score.mean)
         trial.set_user_attr("worst", score.worst)
         trial.set_user_attr("ratio", score.effort_ratio(usual))
@@ -167,7 +164,15 @@ def run(
 
     if trials is None or len(_complete(study)) < trials:
         study.optimize(objective, timeout=seconds, callbacks=[stop])
-    tried = [
+    tried = _tried(study)
+    within = [each for each in tried if each.ratio <= effort_limit and each.error < usual.error]
+    chosen = min(within, key=lambda each: (each.error, each.number), default=None)
+    return Tuned(problem, usual, tried, chosen, effort_limit)
+
+
+def _tried(study: Any) -> list[Trial]:  # noqa: ANN401
+    """Give the trials that came to an end."""
+    return [
         Trial(
             each.number,
             dict(each.params),
@@ -176,9 +181,16 @@ def run(
         )
         for each in _complete(study)
     ]
-    within = [each for each in tried if each.ratio <= effort_limit and each.error < usual.error]
-    chosen = min(within, key=lambda each: (each.error, each.number), default=None)
-    return Tuned(problem, usual, tried, chosen, effort_limit)
+
+
+def _check(trials: int | None, seconds: float | None, effort_limit: float) -> None:
+    """Refuse numbers that are out of their range."""
+    if trials is not None and not 1 <= trials <= _MAX_TRIALS:
+        raise ConfigError("--trials", trials, f"a count in [1, {_MAX_TRIALS}]")
+    if seconds is not None and not 0.0 < seconds < 1e9:
+        raise ConfigError("--seconds", seconds, "positive")
+    if not 0.0 < effort_limit <= 1e3:
+        raise ConfigError("--effort-limit", effort_limit, "in (0, 1000]")
 
 
 def _study(optuna: Any, problem: Problem, storage: str | Path | None) -> Any:  # noqa: ANN401
@@ -212,7 +224,9 @@ def _study(optuna: Any, problem: Problem, storage: str | Path | None) -> Any:  #
         study.set_user_attr("popsteer", problem.document)
     elif known != problem.document:
         differs = [k for k, v in problem.document.items() if known.get(k) != v]
-        raise PopsteerError(f"{storage}: holds another study, which differs in {', '.join(differs)}")
+        raise PopsteerError(
+            f"{storage}: holds another study, which differs in {', '.join(differs)}"
+        )
     # The first process is the same every time; those that join it, or go on, draw otherwise.
     there = len(study.trials)
     seed = problem.seed if there == 0 else problem.seed + there + os.getpid()
@@ -239,5 +253,7 @@ def _optuna() -> Any:  # noqa: ANN401
     try:
         import optuna
     except ModuleNotFoundError as error:
-        raise PopsteerError('tuning needs the extra "tune": pip install "popsteer[tune]"') from error
+        raise PopsteerError(
+            'tuning needs the extra "tune": pip install "popsteer[tune]"'
+        ) from error
     return optuna

@@ -44,6 +44,8 @@ ALARM_TIME = 2.0
 """How long the vehicle is implausible after it last was beyond what is explained [s]."""
 MOST = 1e100
 """More than a number comes to within the bounds of the input."""
+MOST_RESIDUAL = 1e49
+"""The same for a residual, little enough that the square of a change keeps to that."""
 
 
 class Turned(NamedTuple):
@@ -223,7 +225,7 @@ class MonitorState(NamedTuple):
         turned = Turned(
             number(wheel, -0.5 * PI, 0.5 * PI),
             None if yaw is None else number(yaw, -MAX_YAW, MAX_YAW),
-            None if residual is None else number(residual),
+            None if residual is None else number(residual, -MOST_RESIDUAL, MOST_RESIDUAL),
         )
         return MonitorState(
             turned,

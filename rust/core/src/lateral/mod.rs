@@ -18,7 +18,6 @@ pub mod pid;
 pub mod plan;
 pub mod pop;
 pub mod predict;
-mod preview_horizon;
 pub mod preview_params;
 pub mod preview_pop;
 pub mod pure_pursuit;

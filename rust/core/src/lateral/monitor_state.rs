@@ -74,6 +74,8 @@ impl MonitorState {
     pub const ALARM_TIME: f64 = 2.0;
     /// More than a number comes to within the bounds of the input.
     const MAX: f64 = 1e100;
+    /// The same for a residual, little enough that the square of a change keeps to that.
+    const MAX_RESIDUAL: f64 = 1e49;
 
     /// Nothing seen yet; the wheels stand at the angle `wheel` [rad].
     pub(super) fn settled(wheel: f64) -> Self {
@@ -191,7 +193,11 @@ impl MonitorState {
         for (value, low, high) in [
             (self.wheel, -right, right),
             (self.yaw.unwrap_or(0.0), -MAX_YAW, MAX_YAW),
-            (self.residual.unwrap_or(0.0), -Self::MAX, Self::MAX),
+            (
+                self.residual.unwrap_or(0.0),
+                -Self::MAX_RESIDUAL,
+                Self::MAX_RESIDUAL,
+            ),
             (self.measured, -Self::MAX, Self::MAX),
             (self.expected, -Self::MAX, Self::MAX),
             (self.delayed, -Self::MAX, Self::MAX),

@@ -1,12 +1,12 @@
 //! Preview POP: POP's neighbourhood, judged by where it leads over a horizon.
 
-use super::approach::{FULL_RATE, Straightening};
+use super::approach::{FULL_RATE, LAGS, MOST_HORIZONS, Straightening, TURNS};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::limited::{Horizon, Limits, Reached, ReachedLimits};
 use super::preview_params::PreviewPopParams;
 use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, resolved};
 use crate::error::{ConfigError, InputError, config_in_range};
-use crate::math::{PI, atan, decay, from_count, saturate, tan, wrap};
+use crate::math::{PI, atan, decay, from_count, saturate, sqrt, tan, wrap};
 use crate::path::follow::{Follow, Located};
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
@@ -313,6 +313,79 @@ impl PreviewPop {
             saturate(low, -widest, widest),
             saturate(high, -widest, widest),
         )
+    }
+
+    /// How long the prediction looks ahead at a speed [s]: longer where the vehicle's wheels need
+    /// longer to straighten a vehicle that approaches the path.
+    #[inline]
+    fn horizon_at(&self, pace: f64) -> f64 {
+        if !self.rate_is_the_vehicles {
+            return self.horizon;
+        }
+        // Wheels that turn out and back at their rate turn the vehicle by the approach angle.
+        let length = self.vehicle.turning_length(pace);
+        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
+        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
+        let most = MOST_HORIZONS * self.horizon;
+        let needed = if needed < most { needed } else { most };
+        if needed > self.horizon {
+            needed
+        } else {
+            self.horizon
+        }
+    }
+
+    /// The rate of the wheels that is planned with [rad/s], and how far they turn in a control
+    /// period `dt` [rad]. Below `min_speed` they turn in proportion to the distance, where the
+    /// vehicle's rate is told by all of it down to a part of that speed; the prediction counts its
+    /// time at `min_speed`.
+    #[inline]
+    fn turned(&self, speed: f64, dt: f64) -> (f64, f64) {
+        let rate = self.steer_span_rate;
+        if speed >= self.min_speed {
+            return (rate, rate * dt);
+        }
+        let slow = speed / self.min_speed;
+        if !self.rate_is_the_vehicles {
+            (rate, rate * dt * slow)
+        } else if slow < FULL_RATE {
+            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
+        } else {
+            (rate / slow, rate * dt)
+        }
+    }
+
+    /// How fast the tangent of the wheels' angle is planned to change, per radian, when it is
+    /// `tangent`. It changes faster where the wheels stand wide. With the vehicle's own rate that
+    /// is not counted on, as the wheels have to be straight again in time.
+    #[inline]
+    fn steepness(&self, tangent: f64) -> f64 {
+        if self.rate_is_the_vehicles {
+            1.0
+        } else {
+            1.0 + tangent * tangent
+        }
+    }
+
+    /// The heading at which a path is approached that is `error` away [rad]. The neighbourhood of a
+    /// vehicle without limits of its own is a choice, and bounds no approach.
+    #[inline]
+    fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
+        if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
+            straightening.steepest(self.approach_angle, error.abs())
+        } else {
+            self.approach_angle
+        }
+    }
+
+    /// The largest curvature that the vehicle drives at a speed [1/m].
+    #[inline]
+    fn widest(&self, pace: f64, length: f64) -> f64 {
+        let steered = self.max_tangent / length;
+        match self.vehicle.max_lateral_acceleration {
+            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
+            _ => steered,
+        }
     }
 }
 

@@ -2,9 +2,11 @@
 
 pub mod coupled;
 pub mod speed_pid;
+pub mod speed_tracker;
 
 pub use coupled::{CoupledLongitudinal, CoupledLongitudinalParams};
 pub use speed_pid::{SpeedPid, SpeedPidParams, SpeedPidState};
+pub use speed_tracker::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 
 use crate::math::saturate;
 

@@ -15,7 +15,7 @@ pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
     Some(MonitorState {
         wheel: symmetric(bytes, 1.0, 1.57),
         yaw: unknown(bytes).then(|| symmetric(bytes, 4.0, MAX_YAW)),
-        residual: unknown(bytes).then(|| symmetric(bytes, 0.1, most)),
+        residual: unknown(bytes).then(|| symmetric(bytes, 0.1, most.min(1e49))),
         measured: symmetric(bytes, 0.5, most),
         expected: symmetric(bytes, 0.5, most),
         delayed: symmetric(bytes, 0.5, most),

@@ -1,0 +1,100 @@
+"""The log that a command is given, and what its columns are called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from popsteer import logs
+from popsteer.errors import ConfigError
+from popsteer.logs.log import COLUMNS
+from popsteer.logs.units import UNITS
+
+if TYPE_CHECKING:
+    from popsteer.cli.progress import Progress
+
+__all__ = ["Column", "Log", "Topic", "Unit", "read"]
+
+Log: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="LOG", help="CSV, MCAP, or the folder of a ROS 2 bag.", show_default=False
+    ),
+]
+Column: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=COLUMN",
+        help=f"What a column of a CSV file is called; NAME of {', '.join(COLUMNS)}.",
+        show_default=False,
+    ),
+]
+Topic: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=TOPIC",
+        help="The topic of a bag; NAME of odometry, steer. By type, if left out.",
+        show_default=False,
+    ),
+]
+Unit: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=UNIT",
+        help="The unit of a column: "
+        + "; ".join(f"{name} in {', '.join(known)}" for name, known in UNITS.items())
+        + "; or a factor: -1, deg/15.5.",
+        show_default=False,
+    ),
+]
+
+
+def read(
+    file: Path,
+    columns: list[str] | None,
+    topics: list[str] | None,
+    units: list[str] | None,
+    progress: Progress,
+) -> logs.Log:
+    """Read the log that the options name.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        The log.
+    columns, topics, units : list of str or None
+        ``NAME=VALUE`` each.
+    progress : Progress
+        Told how far it is.
+
+    Returns
+    -------
+    popsteer.logs.Log
+        The log.
+
+    Raises
+    ------
+    ConfigError
+        An option is not written NAME=VALUE.
+    LogError
+        The log cannot be read.
+    """
+    return logs.read(
+        file,
+        columns=_pairs("--column", columns),
+        topics=_pairs("--topic", topics),
+        units=_pairs("--unit", units),
+        progress=lambda share: progress.update("read", share),
+    )
+
+
+def _pairs(option: str, given: list[str] | None) -> dict[str, str]:
+    found = {}
+    for entry in given or []:
+        name, equals, value = (part.strip() for part in entry.partition("="))
+        if not (name and equals and value):
+            raise ConfigError(option, entry, "written NAME=VALUE")
+        found[name] = value
+    return found

@@ -1,0 +1,198 @@
+"""``popsteer plan``: the fastest speeds along a path."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from popsteer import planning
+from popsteer._core import Path, Vehicle
+from popsteer.cli import inputs, options, outputs
+from popsteer.cli.assignments import assigned, listed
+from popsteer.csv_file import read_waypoints
+from popsteer.errors import ConfigError
+from popsteer.files import check_files, write_files_atomic
+from popsteer.planning import SpeedLimits
+
+__all__ = ["HELP", "plan"]
+
+HELP = f"""\
+Find the fastest speeds along a path that a vehicle's limits allow.
+
+The speeds stay within top speed, speed limits, lateral, driving and braking acceleration, friction
+ellipse, and the rate of the wheels, which have to turn in time for a bend. The table says what
+limits them along which share of the path. FILE of --out has columns x [m], y [m], speed [m/s], as
+--waypoints of the other commands reads it.
+
+\b
+Examples:
+  popsteer plan waypoints.csv --vehicle car.toml --out course.csv
+  popsteer plan waypoints.csv --smooth 0.1 --out course.csv    recorded, with noise and gaps
+  popsteer plan waypoints.csv --set max_lateral_acceleration=3 --set max_jerk=2
+  popsteer plan waypoints.csv --speed-limit 100:250:8 --driving 0:3,20:1
+  popsteer plan lap.csv --closed --figure plan.png
+
+\b
+Limits for --set; what is left out is the vehicle's:
+{listed(SpeedLimits)}
+"""
+
+
+def plan(
+    *,
+    waypoints: Annotated[
+        FilePath,
+        typer.Argument(
+            metavar="WAYPOINTS",
+            help="A row for each waypoint with x [m], y [m] and, optionally, a speed [m/s],"
+            " negative where it is driven backwards.",
+        ),
+    ],
+    closed: Annotated[
+        bool, typer.Option("--closed", help="The last waypoint joins the first.")
+    ] = False,
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE",
+            help="What drives: a file *.toml as popsteer.Vehicle.save writes it, or a vehicle's or"
+            " a plant's name.",
+            show_default=False,
+        ),
+    ] = None,
+    set_vehicle: options.SetVehicle = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Set a limit.", show_default=False),
+    ] = None,
+    driving: Annotated[
+        str | None,
+        typer.Option(
+            metavar="V:A,...",
+            help="Largest driving acceleration [m/s²] over speed [m/s].",
+            show_default=False,
+        ),
+    ] = None,
+    braking: Annotated[
+        str | None,
+        typer.Option(
+            metavar="V:A,...",
+            help="Largest braking deceleration [m/s²] over speed [m/s].",
+            show_default=False,
+        ),
+    ] = None,
+    speed_limit: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FROM:TO:SPEED",
+            help="Speed limit [m/s] between two distances along the path [m].",
+            show_default=False,
+        ),
+    ] = None,
+    keep_speeds: Annotated[
+        bool, typer.Option("--keep-speeds", help="The speeds of WAYPOINTS are limits too.")
+    ] = False,
+    smooth: Annotated[
+        float | None,
+        typer.Option(
+            metavar="METRES",
+            help="First make a smooth path of recorded waypoints, at most this far from them;"
+            " needs the extra 'plan'.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        FilePath | None,
+        typer.Option(metavar="FILE", help="Write the course as CSV.", show_default=False),
+    ] = None,
+    figure: Annotated[
+        FilePath | None,
+        typer.Option(
+            metavar="FILE.png",
+            help="Draw speeds and limits over the distance; FILE-dark.png for a dark background.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Find the fastest speeds along a path."""
+    from popsteer.lab.plan.table import plan_caption, plan_table
+
+    car = inputs.believed(vehicle, set_vehicle, Vehicle())
+    limits = assigned(SpeedLimits(), set_ or [], "the limits")
+    if driving is not None:
+        limits = limits.replace(max_acceleration=_points("--driving", driving))
+    if braking is not None:
+        limits = limits.replace(max_deceleration=_points("--braking", braking))
+    pictures = [] if figure is None else [figure, figure.with_stem(f"{figure.stem}-dark")]
+    if figure is not None and figure.suffix != ".png":
+        raise ConfigError("--figure", str(figure), "a file *.png")
+    check_files([*([] if out is None else [out]), *pictures])
+    if smooth is None:
+        path = Path.from_csv(waypoints, closed=closed)
+    else:
+        if keep_speeds:
+            raise ConfigError("--keep-speeds", keep_speeds, "left out where --smooth is given")
+        path = planning.smooth(_recorded(waypoints, closed=closed), smooth, closed=closed)
+    bounds = _bounds(path, speed_limit or [], keep_speeds=keep_speeds)
+    profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
+    content = {}
+    if pictures:
+        from popsteer.lab.plan.figures import plan_figures
+
+        content = dict(zip(pictures, plan_figures(profile), strict=True))
+    write_files_atomic(content | ({} if out is None else {out: profile.as_csv().encode()}))
+    outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)])
+    if profile.too_sharp.size:
+        print(
+            f"{profile.too_sharp.size} waypoints, the first of them {profile.too_sharp[0]}, bend"
+            " more sharply than the wheels turn (max_steer)."
+        )
+    for file in [*([] if out is None else [out]), *pictures]:
+        print(f"Written to {file}")
+
+
+def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:
+    """Read a recording, whose waypoints may coincide."""
+    xy, speed = read_waypoints(file)
+    if speed is None or not (speed < 0.0).any():
+        return xy
+    return Path(xy, speed=speed, closed=closed, drop_duplicates=True)
+
+
+def _points(option: str, text: str) -> list[tuple[float, float]]:
+    """Read a table over speed."""
+    try:
+        pairs = [part.split(":") for part in text.split(",")]
+        return [(float(speed), float(value)) for speed, value in pairs]
+    except ValueError:
+        raise ConfigError(option, text, "pairs SPEED:ACCELERATION, separated by commas") from None
+
+
+def _bounds(path: Path, texts: list[str], *, keep_speeds: bool) -> np.ndarray | None:
+    """Give the speed limit at each waypoint, where there is one."""
+    if not texts and not keep_speeds:
+        return None
+    bounds = np.full(len(path), 1e4)
+    if keep_speeds:
+        if path.speed is None:
+            raise ConfigError("--keep-speeds", keep_speeds, "given with waypoints that have speeds")
+        # A stop is the end's or a cusp's; between them the vehicle has to get on.
+        given = np.abs(path.speed)
+        bounds = np.where(given > 0.0, given, bounds)
+    for text in texts:
+        try:
+            first, last, speed = (float(part) for part in text.split(":"))
+        except ValueError:
+            raise ConfigError("--speed-limit", text, "written FROM:TO:SPEED") from None
+        if not 0.0 <= first < last:
+            raise ConfigError("--speed-limit", text, "from a distance to one farther on")
+        if not 1e-3 <= speed <= 1e4:
+            raise ConfigError("--speed-limit", text, "a speed in [0.001, 10000]")
+        inside = (path.s >= first) & (path.s <= last)
+        if not inside.any():
+            raise ConfigError("--speed-limit", text, f"within the path, {path.length:.1f} m long")
+        bounds[inside] = np.minimum(bounds[inside], speed)
+    return bounds

@@ -1,0 +1,159 @@
+"""``popsteer replay``: what the controllers would have done on a recorded drive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from popsteer import presets, vehicles
+from popsteer.cli import inputs, logs, options
+from popsteer.cli.assignments import assigned
+from popsteer.cli.progress import Progress
+from popsteer.controllers import Params
+from popsteer.controllers import names as controller_names
+from popsteer.errors import ConfigError
+from popsteer.files import check_files, check_folder, write_files_atomic
+from popsteer.lab.replay.runs import Replay
+from popsteer.params_file import load_all
+
+__all__ = ["HELP", "replay"]
+
+HELP = """\
+Let controllers watch a recorded drive, and tell what they would have commanded.
+
+LOG is a CSV file, an MCAP file or a ROS 2 bag, as "popsteer identify" reads it. At each row each
+controller is given the pose, the speed and the angle that the driver applied, and answers what it
+would command now. It follows the waypoints, or what its own tracked point was driven along. The
+table has the angles beside the driver's, errors and statuses.
+
+\b
+Examples:
+  popsteer replay drive.mcap --vehicle car.toml
+  popsteer replay drive.csv --vehicle car.toml --controllers preview-pop,stanley --out out
+  popsteer replay drive.csv --vehicle car.toml --params tuned.toml --waypoints course.csv
+"""
+_DEFAULT = "stanley,pop,preview-pop"
+
+
+def replay(
+    *,
+    log: logs.Log,
+    vehicle: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FILE",
+            help="The vehicle that the controllers are told: a file *.toml, as identify writes it,"
+            f" {', '.join(vehicles.names())}, or a plant's.",
+        ),
+    ] = "paper",
+    set_vehicle: options.SetVehicle = None,
+    controllers: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help=f"The controllers, of {', '.join(controller_names())}. By default {_DEFAULT}, or"
+            " the one of --params.",
+            show_default=False,
+        ),
+    ] = None,
+    params: options.Params = None,
+    preset: options.Preset = "default",
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Set a parameter of each of the controllers.",
+            show_default=False,
+        ),
+    ] = None,
+    no_adapt: options.NoAdapt = False,
+    waypoints: options.Waypoints = None,
+    track: options.Track = None,
+    closed: options.Closed = False,
+    column: logs.Column = None,
+    topic: logs.Topic = None,
+    unit: logs.Unit = None,
+    csv: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the table as CSV.", show_default=False),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write replay.csv, a row for each of the log's, and the figure.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Let controllers watch a recorded drive."""
+    from rich.console import Console
+    from rich.text import Text
+
+    from popsteer.lab.replay import caption, replay_table, summary_csv
+    from popsteer.lab.replay import run as replayed
+    from popsteer.lab.replay.table import FILES, NOTE, statuses
+
+    told = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
+    chosen = _chosen(controllers, params, preset, set_ or [])
+    course = None
+    if waypoints is not None or track is not None or closed:
+        course = inputs.course(waypoints, track, closed=closed)
+    if csv is not None:
+        check_files([csv])
+    if out is not None:
+        check_folder(out, [*FILES, "replay.csv"])
+    adapt: Literal["auto"] | None = None if no_adapt else "auto"
+    with Progress() as progress:
+        drive = logs.read(log, column, topic, unit, progress)
+        found = replayed(
+            drive,
+            chosen,
+            told,
+            path=None if course is None else course.path,
+            course="the log's own trajectory" if course is None else course.name,
+            adapt=adapt,
+            progress=progress.update,
+        )
+        files = {} if out is None else _files(found, out, progress)
+    if csv is not None:
+        files[csv] = summary_csv(found).encode()
+    write_files_atomic(files)
+    console = Console()
+    console.print(Text(caption(found), style="bold"), soft_wrap=True)
+    console.print()
+    console.print(replay_table(found))
+    console.print()
+    for line in (*statuses(found), *drive.remarks, NOTE):
+        console.print(Text(line, style="dim"), soft_wrap=not console.is_terminal)
+    if out is not None:
+        print(f"Written to {out}: {', '.join(file.name for file in files if file != csv)}")
+    if csv is not None:
+        print(f"Written to {csv}")
+
+
+def _chosen(
+    controllers: str | None, file: Path | None, preset: str, assignments: list[str]
+) -> dict[str, Params]:
+    """Give the parameters of each controller."""
+    tuned = {} if file is None else load_all(file)
+    names = inputs.names("--controllers", controllers or ",".join(tuned) or _DEFAULT)
+    for name in tuned:
+        if name not in names:
+            raise ConfigError("--controllers", controllers, f"with {name}, which --params is of")
+    return {
+        name: assigned(tuned.get(name, presets.get(name, preset)), assignments, name)
+        for name in names
+    }
+
+
+def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:
+    """Make the files that go into a folder."""
+    from popsteer.lab.replay import replay_csv
+    from popsteer.lab.replay.figure import replay_files
+
+    content = {**replay_files(found, progress.update), "replay.csv": replay_csv(found).encode()}
+    return {folder / name: data for name, data in content.items()}

@@ -1,0 +1,113 @@
+"""What a log cannot tell apart, one thing after the other."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from popsteer._core import Vehicle
+    from popsteer.identification.drive import Drive
+    from popsteer.identification.fit import Fit
+
+__all__ = ["error_of", "unsure"]
+
+Doubt: TypeAlias = "tuple[dict[str, float], str]"
+"""What is to be taken for known, and in words why."""
+_SURE_LENGTH = 0.05
+"""Largest standard error of what turns the car, as a share: beyond it two causes are one."""
+_SURE_OFFSET = math.radians(0.3)
+_SURE_DELAY = 0.03
+_SURE_SHIFT = 0.1
+
+
+def unsure(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:
+    """Give what the log cannot tell apart first.
+
+    Parameters
+    ----------
+    found : Fit
+        A fit.
+    drive : Drive
+        The log.
+    told : Vehicle
+        What is taken for what the log does not show.
+
+    Returns
+    -------
+    tuple or None
+        What to fix at which value, and the words for it; None where all is told apart.
+    """
+    for rule in (_shift, _understeer, _oversteer, _offset, _delay):
+        if (doubt := rule(found, drive, told)) is not None:
+            return doubt
+    return None
+
+
+def error_of(found: Fit, weights: dict[str, float]) -> float:
+    """Give the standard error of a weighted sum of parameters."""
+    vector = np.array([weights.get(name, 0.0) for name in found.errors])
+    return float(np.sqrt(max(vector @ found.covariance @ vector, 0.0)))
+
+
+def _shift(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: ARG001 - as the others
+    hardest = max(float(np.quantile(np.abs(drive.acceleration), 0.9)), 0.1)
+    bends = found.errors.get("load_shift", 0.0) * hardest * drive.usual_speed**2
+    if bends > _SURE_SHIFT * found.values["turning_wheelbase"]:
+        return {"load_shift": 0.0}, ""
+    return None
+
+
+def _understeer(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:
+    square, length = drive.usual_speed**2, found.values["turning_wheelbase"]
+    if "understeer" not in found.errors:
+        return None
+    at_speed = error_of(found, {"turning_wheelbase": 1.0, "understeer": square})
+    apart = max(found.errors["understeer"] * square, found.errors["turning_wheelbase"])
+    if apart <= max(_SURE_LENGTH * length, 2.0 * at_speed):
+        return None
+    return {"understeer": told.understeer}, (
+        "one speed only, or nearly: turning wheelbase and understeer cannot be told apart;"
+        f" understeer is taken as {told.understeer:g} s²/m, and the turning wheelbase holds at"
+        f" {drive.usual_speed:.1f} m/s"
+    )
+
+
+def _oversteer(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: ARG001
+    slope = found.values["understeer"]
+    if "understeer" not in found.errors or slope >= 0.0:
+        return None
+    clear = slope < -3.0 * found.errors["understeer"]
+    return {"understeer": 0.0}, (
+        "the faster, the more the car turns (oversteer, understeer ="
+        f" {slope:.2g} s²/m): a vehicle has none below 0, and 0 is taken"
+        if clear
+        else ""
+    )
+
+
+def _offset(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: ARG001
+    if found.errors.get("steer_offset", 0.0) <= _SURE_OFFSET:
+        return None
+    return {"steer_offset": told.steer_offset}, (
+        "bends to one side only, or nearly: the steering offset cannot be told from the gain; it is"
+        f" taken as {math.degrees(told.steer_offset):g} degrees"
+    )
+
+
+def _delay(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: ARG001
+    values, errors = found.values, found.errors
+    if errors.get("dead_time", 0.0) <= _SURE_DELAY:
+        return None
+    if "steer_lag" in errors:
+        return {"steer_lag": told.steer_lag}, (
+            "the steering is too slow to tell lag and dead time apart: only their sum,"
+            f" {values['steer_lag'] + values['dead_time']:.3f} s, is known; the lag is taken as"
+            f" {told.steer_lag:g} s"
+        )
+    return {"dead_time": told.dead_time}, (
+        "the steering does not change enough to show a delay: lag and dead time are taken as"
+        f" {told.steer_lag:g} and {told.dead_time:g} s"
+    )

@@ -1,0 +1,217 @@
+"""The chain from a command to the heading, simulated along a log with numpy.
+
+    wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ±max_steer_rate)
+    yaw'   = v tan(wheel) / (turning_wheelbase + understeer v²)
+
+That is `Vehicle`'s chain, where the lag is that of the wheels. In most cars the larger part of it
+is that of the yaw rate behind the wheels; on tyres it grows with the speed. While the speed stays
+the same all three are one. Where a car brakes into a bend and accelerates out of it they differ by
+as much as 10 ms of delay, so that the fit tries them all.
+
+Besides, braking loads the front tyres, and the car turns more; with `shift`
+
+    understeer + shift v'
+
+stands in place of `understeer`. A controller does not use it. Without it the fit would lay to the
+delay what the load does: a car of CommonRoad on a race track comes out with 20 ms of dead time too
+little.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer.identification.drive import Drive
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Chain", "LagOf", "Wheels"]
+
+LagOf = Literal["wheels", "yaw rate", "tyres"]
+_NO_LAG = 1e-4
+_MOST_ANGLE = 1.5
+_REMEMBERED = 8
+
+
+class Wheels:
+    """The wheels under the commands of a log, in the time of the commands: without dead time.
+
+    Exact between commands: they turn at the limited rate until the first-order response is slower,
+    and respond from there.
+
+    Parameters
+    ----------
+    times : (N,) ndarray of float64
+        When each command begins [s]; the last one holds for ever.
+    commands : (N,) ndarray of float64
+        The commands [rad]. Before the first the wheels stand as it asks.
+    lag : float
+        First-order response [s].
+    rate : float or None
+        Limit of the rate [rad/s].
+    """
+
+    def __init__(self, times: Array, commands: Array, lag: float, rate: float | None) -> None:
+        self.times, self.commands, self.lag, self.rate = times, commands, max(lag, _NO_LAG), rate
+        steps = np.diff(times)
+        kept = np.exp(-steps / self.lag)
+        if rate is None:
+            self.angle = _scan(kept, (1.0 - kept) * commands[:-1], float(commands[0]))
+            self.turning = np.zeros(len(times))
+        else:
+            self.angle, self.turning = _turn(steps.tolist(), commands.tolist(), self.lag, rate)
+        self.total = np.concatenate(([0.0], np.cumsum(self._since(np.arange(len(steps)), steps))))
+
+    def integral(self, times: Array) -> Array:
+        """Give the integral of the angle from the first command to these times [rad s]."""
+        place = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, None)
+        since = times - self.times[place]
+        after = self.total[place] + self._since(place, np.maximum(since, 0.0))
+        found: Array = after + np.minimum(since, 0.0) * self.commands[0]
+        return found
+
+    def _since(self, place: NDArray[np.int64], time: Array) -> Array:
+        """Give the integral of the angle over `time` from each command on."""
+        angle, target = self.angle[place], self.commands[place]
+        ramp = np.minimum(time, self.turning[place])
+        done: Array = angle * ramp
+        if self.rate is not None:
+            turn = np.copysign(self.rate, target - angle)
+            done += 0.5 * turn * ramp * ramp
+            angle = angle + turn * ramp
+        rest = time - ramp
+        done += target * rest - (target - angle) * self.lag * -np.expm1(-rest / self.lag)
+        return done
+
+
+@dataclass(eq=False)
+class Chain:
+    """The simulated car of a drive; it remembers the wheels that it computed last."""
+
+    drive: Drive
+    lag_of: LagOf = "yaw rate"
+    _wheels: dict[tuple[float, float | None], Wheels] = field(default_factory=dict)
+
+    def yaw(
+        self,
+        length: float,
+        understeer: float,
+        offset: float,
+        lag: float,
+        dead_time: float,
+        shift: float = 0.0,
+        rate: float | None = None,
+    ) -> Array:
+        """Simulate the heading at the log's samples, 0 at the first [rad].
+
+        Parameters
+        ----------
+        length, understeer : float
+            Turning wheelbase [m] and what is added to it with v² [s²/m].
+        offset : float
+            Angle of the wheels at the command 0 [rad].
+        lag, dead_time : float
+            First-order response and delay [s].
+        shift : float
+            What each m/s² of acceleration adds to `understeer` [s⁴/m²].
+        rate : float, optional
+            Limit of the wheels' rate [rad/s].
+
+        Returns
+        -------
+        (N,) ndarray of float64
+            The heading [rad].
+        """
+        turned = np.cumsum(self.rate(length, understeer, offset, lag, dead_time, shift, rate))
+        heading = np.concatenate(([0.0], turned)) * self.drive.cell
+        return np.interp(self.drive.t, self.drive.edges, heading)
+
+    def rate(
+        self,
+        length: float,
+        understeer: float,
+        offset: float,
+        lag: float,
+        dead_time: float,
+        shift: float = 0.0,
+        rate: float | None = None,
+    ) -> Array:
+        """Simulate the mean yaw rate of each cell [rad/s]; arguments as for `yaw`."""
+        wheel = np.clip(self.wheel(lag, dead_time, rate) + offset, -_MOST_ANGLE, _MOST_ANGLE)
+        speed = self.drive.speed
+        slope = understeer + shift * self.drive.acceleration
+        # Far from the answer the length may cross zero; it is kept from there.
+        turning = speed * np.tan(wheel) / np.maximum(length + slope * speed * speed, 1e-3)
+        if self.lag_of == "wheels":
+            return turning
+        relative = self.drive.relative_speed if self.lag_of == "tyres" else 1.0
+        return _lagged(turning, lag * relative, self.drive.cell)
+
+    def wheel(self, lag: float, dead_time: float, rate: float | None = None) -> Array:
+        """Simulate the mean angle of the wheels in each cell, without the offset [rad]."""
+        shifted = self.wheels(lag, rate).integral(self.drive.edges - dead_time)
+        return np.diff(shifted) / self.drive.cell
+
+    def wheels(self, lag: float, rate: float | None = None) -> Wheels:
+        """Give the wheels without dead time and offset."""
+        key = (lag if self.lag_of == "wheels" else 0.0, rate)
+        if key not in self._wheels:
+            if len(self._wheels) >= _REMEMBERED:
+                self._wheels.clear()
+            self._wheels[key] = Wheels(self.drive.times, self.drive.commands, *key)
+        return self._wheels[key]
+
+
+def _lagged(given: Array, lag: float | Array, cell: float) -> Array:
+    """Give the mean of each cell behind a first-order lag, exact for a constant input in each."""
+    lag = np.maximum(lag, _NO_LAG) * np.ones_like(given)
+    kept = np.exp(-cell / lag)
+    begun = _scan(kept, (1.0 - kept) * given, float(given[0]))[:-1]
+    moved: Array = given + (begun - given) * (lag * (1.0 - kept) / cell)
+    return moved
+
+
+def _scan(kept: Array, added: Array, first: float) -> Array:
+    """Give y_0 = first and y_{k+1} = kept_k y_k + added_k, all at once.
+
+    Pairs of steps are one step, again and again: log2(N) passes over the arrays.
+    """
+    kept, added = kept.copy(), added.copy()
+    reach = 1
+    while reach < len(kept):
+        added[reach:] += kept[reach:] * added[:-reach]
+        kept[reach:] *= kept[:-reach]
+        reach *= 2
+        if reach < len(kept) and float(kept[reach:].max()) < 1e-300:
+            break  # nothing before is remembered any more
+    return np.concatenate(([first], kept * first + added))
+
+
+def _turn(
+    steps: list[float], commands: list[float], lag: float, rate: float
+) -> tuple[Array, Array]:
+    """Give the angle at the start of each command, and how long the rate is limited from there."""
+    angle, angles, turning = commands[0], [], []
+    slack = rate * lag
+    for step, target in zip([*steps, np.inf], commands, strict=True):
+        angles.append(angle)
+        gap = target - angle
+        ramp = (abs(gap) - slack) / rate
+        if ramp <= 0.0:
+            turning.append(0.0)
+            angle = target - gap * math.exp(-step / lag)
+        elif ramp >= step:
+            turning.append(step)
+            angle += rate * step if gap > 0.0 else -rate * step
+        else:
+            turning.append(ramp)
+            left = slack if gap > 0.0 else -slack
+            angle = target - left * math.exp((ramp - step) / lag)
+    return np.array(angles), np.array(turning)

@@ -1,0 +1,121 @@
+"""What a log must show before a vehicle can be identified from it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.logs import LogError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer.identification.drive import Drive
+    from popsteer.logs import Log
+
+    Array = NDArray[np.float64]
+
+__all__ = ["SHORTEST", "first_length", "refuse_units"]
+
+SHORTEST = 10.0
+"""The least time of driving [s]."""
+_MOVING = 0.3
+_WINDOW = 1.0
+_STRAIGHT = math.radians(20.0)
+_STIFF = math.radians(0.3)
+_DELAYS = np.arange(0.0, 1.01, 0.05)
+_AGREES = 0.3
+
+
+def refuse_units(log: Log) -> None:
+    """Refuse angles that cannot be radians.
+
+    Raises
+    ------
+    LogError
+        An angle of the wheels is beyond a quarter turn.
+    """
+    most = float(np.max(np.abs(log.steer)))
+    if most > 0.5 * math.pi:
+        raise LogError(
+            f"{log.name}: steer reaches {most:.4g} rad, more than a quarter turn of the wheels:"
+            " is it in degrees (--unit steer=deg), or the hand wheel's angle (--unit"
+            " steer=1/RATIO)?"
+        )
+
+
+def first_length(drive: Drive, name: str) -> float:
+    """Give a first guess of the length by which the car turns, or say why there is none.
+
+    Parameters
+    ----------
+    drive : Drive
+        The log.
+    name : str
+        What it is called.
+
+    Returns
+    -------
+    float
+        v tan(steer) / yaw' by linear regression, with the delay that explains most [m].
+
+    Raises
+    ------
+    LogError
+        The log is too short or too straight, the wheels do not turn, or they turn the wrong way.
+    """
+    t, yaw, speed = (
+        np.concatenate([values[part] for part in drive.parts()] or [np.zeros(0)])
+        for values in (drive.t, drive.yaw, drive.sample_speed)
+    )
+    steer = drive.commands
+    driven = float(np.sum(np.abs(speed) > _MOVING)) * drive.usual_step
+    if driven < SHORTEST:
+        raise LogError(
+            f"{name}: {driven:.1f} s of driving are too short: at least {SHORTEST:g} s are needed,"
+            " with bends to both sides at two speeds"
+        )
+    heading = [float(np.median(yaw[k : k + 9])) for k in range(0, len(yaw), 9)]
+    turned = max(heading) - min(heading)
+    if turned < _STRAIGHT:
+        raise LogError(
+            f"{name}: the drive is too straight: its heading changes by {math.degrees(turned):.1f}"
+            f" degrees in all, at least {math.degrees(_STRAIGHT):.0f} are needed; drive bends to"
+            " both sides"
+        )
+    if (width := float(np.ptp(steer))) < _STIFF:
+        raise LogError(
+            f"{name}: steer changes by {math.degrees(width):.2f} degrees only: nothing tells how"
+            " the car answers to it; drive bends to both sides"
+        )
+    return _regression(drive, t, name)
+
+
+def _regression(drive: Drive, t: Array, name: str) -> float:
+    """Regress the turn in a window on what the commands explain, delay by delay."""
+    counted = np.unique(np.round((t - t[0]) / _WINDOW).astype(int)) * _WINDOW + t[0]
+    ends = counted[1:][np.diff(counted) < 1.5 * _WINDOW]
+    measured = np.interp(ends, drive.t, drive.yaw) - np.interp(ends - _WINDOW, drive.t, drive.yaw)
+    middle = 0.5 * (drive.edges[1:] + drive.edges[:-1])
+    best = (-1.0, 1.0)
+    for delay in _DELAYS:
+        place = np.clip(np.searchsorted(drive.times, middle - delay) - 1, 0, None)
+        turning = drive.speed * np.tan(np.clip(drive.commands[place], -1.5, 1.5))
+        total = np.concatenate(([0.0], np.cumsum(turning))) * drive.cell
+        given = np.interp(ends, drive.edges, total) - np.interp(ends - _WINDOW, drive.edges, total)
+        centred = given - given.mean()
+        power = float(centred @ centred)
+        if power <= 0.0:
+            continue
+        slope = float(centred @ (measured - measured.mean())) / power
+        share = slope * slope * power / max(float(np.var(measured)) * len(measured), 1e-12)
+        best = max(best, (share, slope))
+    share, slope = best
+    if slope < 0.0 and share > _AGREES:
+        raise LogError(
+            f"{name}: the car turns right where steer says left: the sign of steer or of yaw is"
+            " turned (--unit steer=-1 turns it)"
+        )
+    return float(np.clip(1.0 / max(slope, 1e-3), 0.02, 90.0))

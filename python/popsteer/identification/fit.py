@@ -1,0 +1,300 @@
+"""The fit of the heading: gain, understeer, steering offset, lag, dead time, rate limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.identification.chain import Chain, LagOf, Wheels
+from popsteer.identification.whiten import choose_theta, covariance, size, spread, whitened
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from popsteer.identification.drive import Drive
+
+    Array = NDArray[np.float64]
+
+__all__ = ["LAGS", "NAMES", "Fit", "fit"]
+
+NAMES = ("turning_wheelbase", "understeer", "steer_offset", "steer_lag", "dead_time", "load_shift")
+"""What is fitted, in the order of `Chain.yaw`; `max_steer_rate` where it was reached."""
+LAGS: tuple[LagOf, ...] = ("yaw rate", "wheels", "tyres")
+_SCALE = {
+    "turning_wheelbase": 1.0,
+    "understeer": 1e-3,
+    "steer_offset": 0.01,
+    "steer_lag": 0.1,
+    "dead_time": 0.1,
+    "load_shift": 1e-4,
+    "max_steer_rate": 0.1,
+}
+_LOW = {
+    "turning_wheelbase": 0.01,
+    "understeer": -0.1,
+    "steer_offset": -0.5,
+    "steer_lag": 0.0,
+    "dead_time": 0.0,
+    "load_shift": -0.1,
+    "max_steer_rate": 0.02,
+}
+_HIGH = {
+    "turning_wheelbase": 100.0,
+    "understeer": 1.0,
+    "steer_offset": 0.5,
+    "steer_lag": 2.0,
+    "dead_time": 1.5,
+    "load_shift": 0.1,
+    "max_steer_rate": 20.0,
+}
+_STEP = {"max_steer_rate": 0.03}
+_RATES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5)
+_DEAD_TIMES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
+_LAGS = (0.03, 0.15)
+TURNS = 3
+"""How often the fit is made, with the noise that the last one showed."""
+REACHED = 5.0
+"""By how much a limit of the rate must raise the log-likelihood before it is believed: as three
+standard deviations do."""
+CLEAR = 10.0
+"""By how much another structure must raise the log-likelihood."""
+CLOSE = 100.0
+"""A structure that is less likely by more than this [log-likelihood] is not followed up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What the heading says of the car."""
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    covariance: Array
+    """Of the fitted parameters, in the order of `errors`."""
+    lag_of: LagOf
+    cost: float
+    theta: float
+    noise: float
+    """Standard deviation of the innovations of the heading [rad]."""
+    yaw: Array
+    """Simulated heading at the samples [rad]."""
+    wheels: Wheels
+    """The simulated wheels, without dead time and offset."""
+
+    def doubted(self, others: Sequence[Mapping[str, float]]) -> Fit:
+        """Widen the errors by how far others lie off, that explain the log as well."""
+        names = list(self.errors)
+        off = np.array(
+            [
+                [other.get(name, self.values[name]) - self.values[name] for name in names]
+                for other in others
+            ]
+        )
+        # As one more deviation: what they agree in, like the sum of lag and dead time, stays sure.
+        known = self.covariance + (off.T @ off) / max(len(others), 1)
+        errors = np.sqrt(np.maximum(np.diag(known), 0.0))
+        return replace(
+            self, covariance=known, errors=dict(zip(names, map(float, errors), strict=True))
+        )
+
+
+def fit(
+    drive: Drive,
+    start: Mapping[str, float],
+    fixed: Mapping[str, float],
+    progress: Callable[[float], object] | None = None,
+) -> Fit:
+    """Fit the chain to the heading of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+        The log.
+    start : mapping of str to float
+        Where to begin; a turning wheelbase at least.
+    fixed : mapping of str to float
+        What is not to be fitted.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    Fit
+        The likeliest of what the lag may be of, with a limit of the rate where the log shows one.
+    """
+    tasks = [_Task(drive, Chain(drive, lag_of), dict(fixed)) for lag_of in LAGS]
+    found = []
+    for count, task in enumerate(tasks):
+        found.append(task.solve(task.first(start)))
+        if progress is not None:
+            progress(0.5 * (count + 1) / len(tasks))
+    least = min(t.unlikelihood(f) for t, f in zip(tasks, found, strict=True))
+    for count, task in enumerate(tasks):
+        if task.unlikelihood(found[count]) < least + CLOSE:
+            limited = task.limited(found[count])
+            if task.unlikelihood(limited) < task.unlikelihood(found[count]) - REACHED:
+                found[count] = limited
+        if progress is not None:
+            progress(0.5 + 0.5 * (count + 1) / len(tasks))
+    # The plainest first: another must be clearly likelier, or chance would choose.
+    best, at = 0, tasks[0].unlikelihood(found[0])
+    for count, task in enumerate(tasks[1:], start=1):
+        other = task.unlikelihood(found[count])
+        if other < at - CLEAR:
+            best, at = count, other
+    report = tasks[best].report(found[best])
+    # What else explains the log as well may say something else of lag and dead time.
+    others = [
+        values
+        for task, values in zip(tasks, found, strict=True)
+        if task.unlikelihood(values) < at + CLEAR
+    ]
+    return report.doubted(others)
+
+
+class _Task:
+    """One structure of the chain, and what is to be found in it."""
+
+    def __init__(self, drive: Drive, chain: Chain, fixed: dict[str, float]) -> None:
+        self.drive, self.chain, self.fixed = drive, chain, fixed
+        self.parts = drive.parts()
+        self.theta, self.noise = 0.9, 0.002
+
+    def error(self, values: Mapping[str, float]) -> Array:
+        """Give what the simulation leaves of the measured heading [rad]."""
+        simulated = self.chain.yaw(*_arguments(values))
+        left: Array = self.drive.yaw - simulated
+        return left
+
+    def residual(self, values: Mapping[str, float]) -> Array:
+        return whitened(self.error(values), self.parts, self.theta) / self.noise
+
+    def cost(self, values: Mapping[str, float]) -> float:
+        """Huber's loss of the residuals."""
+        size = np.abs(self.residual(values))
+        return float(np.sum(np.where(size < 2.0, 0.5 * size**2, 2.0 * size - 2.0)))
+
+    def unlikelihood(self, values: Mapping[str, float]) -> float:
+        """Give what compares structures, each with its own noise: the negative log-likelihood."""
+        error = self.error(values)
+        innovations = whitened(error, self.parts, choose_theta(error, self.parts))
+        return 0.5 * len(innovations) * float(np.log(max(size(innovations), 1e-18)))
+
+    def first(self, start: Mapping[str, float]) -> dict[str, float]:
+        """Choose where to begin: the best of a grid of dead times and lags."""
+        base = {"understeer": 0.0, "steer_offset": 0.0, "load_shift": 0.0, **start, **self.fixed}
+        grid = [
+            {**base, "dead_time": d, "steer_lag": lag, **self.fixed}
+            for d in _DEAD_TIMES
+            for lag in _LAGS
+        ]
+        return min(grid, key=self.cost)
+
+    def limited(self, values: dict[str, float]) -> dict[str, float]:
+        """Fit with a limit of the rate, from the best of a row of limits."""
+        if "max_steer_rate" in self.fixed:
+            return values
+        self.weigh(values)
+        wheels = self.chain.wheels(values["steer_lag"])
+        response = max(wheels.lag, self.drive.cell)
+        fastest = float(np.max(np.abs(wheels.commands - wheels.angle))) / response
+        best, at = self.cost(values), values
+        trial = values
+        for rate in sorted((rate for rate in _RATES if rate < fastest), reverse=True):
+            with_rate = {**trial, "max_steer_rate": rate}
+            trial = self._search(with_rate, [n for n in self.free(with_rate) if n in NAMES], 1e-3)
+            cost = self.cost(trial)
+            if cost < best:
+                best, at = cost, trial
+            elif cost > best + CLOSE:
+                break
+        return self.solve(at) if "max_steer_rate" in at else values
+
+    def solve(self, values: dict[str, float]) -> dict[str, float]:
+        """Fit from there, with the noise that the fit itself shows."""
+        names = self.free(values)
+        for turn in range(TURNS):
+            values = self._search(values, names, 1e-5 if turn == TURNS - 1 else 1e-3)
+            if turn < TURNS - 1:
+                self.weigh(values)
+        return values
+
+    def _search(
+        self, values: dict[str, float], names: list[str], tolerance: float
+    ) -> dict[str, float]:
+        """Fit some of the parameters, with the noise as it is."""
+        from scipy.optimize import least_squares
+
+        low = np.array([_LOW[name] for name in names])
+        high = np.array([_HIGH[name] for name in names])
+        scale = np.array([_SCALE[name] for name in names])
+        found = least_squares(
+            lambda z: self.residual({**values, **_named(names, z)}),
+            np.clip([values[name] for name in names], low + 1e-6 * scale, high),
+            bounds=(low, high),
+            x_scale=scale,
+            # The wheels' rate bends the residuals: a short step would see a corner, not the slope.
+            diff_step=[1e-2 if name == "max_steer_rate" else 1e-5 for name in names],
+            loss="huber",
+            f_scale=2.0,
+            max_nfev=30,
+            xtol=1e-5,
+            ftol=tolerance,
+        )
+        return {**values, **_named(names, found.x)}
+
+    def weigh(self, values: Mapping[str, float]) -> None:
+        """Take noise and theta from what is left over."""
+        error = self.error(values)
+        self.theta = choose_theta(error, self.parts)
+        self.noise = max(spread(whitened(error, self.parts, self.theta)), 1e-9)
+
+    def free(self, values: Mapping[str, float]) -> list[str]:
+        return [
+            name for name in (*NAMES, "max_steer_rate") if name in values and name not in self.fixed
+        ]
+
+    def report(self, values: dict[str, float]) -> Fit:
+        """Set out what was found, with its standard errors."""
+        names = self.free(values)
+        residual = self.residual(values)
+        columns = []
+        for name in names:
+            step = _STEP.get(name, 1e-3 * _SCALE[name])
+            # Forwards at a bound, where there is no other side.
+            lower = values[name] - step if values[name] - step >= _LOW[name] else values[name]
+            above = self.residual({**values, name: values[name] + step})
+            below = self.residual({**values, name: lower})
+            columns.append((above - below) / (values[name] + step - lower))
+        jacobian = np.array(columns).T
+        weight = np.minimum(1.0, 2.0 / np.maximum(np.abs(residual), 1e-12))
+        memory = int(np.ceil(1.0 / float(np.median(np.diff(self.drive.t)))))
+        known = covariance(jacobian * np.sqrt(weight)[:, None], residual * np.sqrt(weight), memory)
+        deviation = np.sqrt(np.maximum(np.diag(known), 0.0))
+        rate = values.get("max_steer_rate")
+        return Fit(
+            values=values,
+            errors=dict(zip(names, map(float, deviation), strict=True)),
+            covariance=known,
+            lag_of=self.chain.lag_of,
+            cost=self.cost(values),
+            theta=self.theta,
+            noise=self.noise,
+            yaw=self.chain.yaw(*_arguments(values)),
+            wheels=self.chain.wheels(values["steer_lag"], rate),
+        )
+
+
+def _arguments(
+    values: Mapping[str, float],
+) -> tuple[float, float, float, float, float, float, float | None]:
+    """Give what `Chain.yaw` takes."""
+    length, understeer, offset, lag, dead_time, shift = (values[name] for name in NAMES)
+    return length, understeer, offset, lag, dead_time, shift, values.get("max_steer_rate")
+
+
+def _named(names: list[str], point: Array) -> dict[str, float]:
+    return dict(zip(names, map(float, point), strict=True))

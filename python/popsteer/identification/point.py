@@ -1,0 +1,139 @@
+"""The fit of the position: where the point lies that moves where the car looks.
+
+A point that lies `d` behind the pose's point and does not slip moves along the heading. On tyres it
+slips sideways with the lateral acceleration, v yaw', so that the pose's point moves
+
+    v (cos yaw, sin yaw) - (rear_axle + slip v²) yaw' (-sin yaw, cos yaw)
+
+`rear_axle + slip v²` is where the point lies that does not slip at this speed. Besides, the log's
+heading may be turned against the car, and its speed be wrong by a factor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.identification.whiten import choose_theta, covariance, spread, whitened
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer.identification.drive import Drive
+
+    Array = NDArray[np.float64]
+
+__all__ = ["NAMES", "Point", "fit_point", "smooth"]
+
+NAMES = ("rear_axle", "slip", "heading_bias", "speed_excess")
+_TURNS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """What the position says of the car."""
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    covariance: Array
+    """Of the values, in the order of `NAMES`."""
+    noise: float
+    """Standard deviation of the innovations of the position [m]."""
+
+    def error_at(self, speed: float) -> float:
+        """Give the standard error of `rear_axle + slip v²` [m]."""
+        weights = np.array([1.0, speed**2, 0.0, 0.0])
+        return float(np.sqrt(max(weights @ self.covariance @ weights, 0.0)))
+
+
+def fit_point(drive: Drive, simulated: Array, theta: float) -> Point:
+    """Fit the point to the positions of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+        The log.
+    simulated : (N,) ndarray of float64
+        The simulated heading [rad].
+    theta : float
+        How much of what it leaves of the measured one is noise of the samples.
+
+    Returns
+    -------
+    Point
+        What was found.
+    """
+    heading = simulated + smooth(drive.yaw - simulated, theta, drive)
+    columns = _columns(drive, heading)
+    base, regressors = columns[0], np.stack(columns[1:], axis=1)
+    # Their integrals from the start on, (N, 2) and (N, P, 2).
+    driven = np.concatenate((np.zeros((1, 2)), np.cumsum(base, axis=0)))
+    grown = np.concatenate((np.zeros((1, *regressors.shape[1:])), np.cumsum(regressors, axis=0)))
+    measured = np.stack((drive.x, drive.y), axis=1)
+    parts = drive.parts()
+    values = np.zeros(len(NAMES))
+    memory = int(np.ceil(1.0 / float(np.median(np.diff(drive.t)))))
+    noise, known = 1.0, np.eye(len(NAMES))
+    weight = None
+    for _ in range(_TURNS):
+        left = measured - driven - np.einsum("kpi,p->ki", grown, values)
+        theta = choose_theta(left, parts)
+        white = whitened(measured - driven, parts, theta).ravel()
+        # The order is x, y of a sample, then the next sample.
+        jacobian = np.stack(
+            [whitened(grown[:, p], parts, theta).ravel() for p in range(len(NAMES))], axis=1
+        )
+        if weight is None:
+            weight = np.ones(len(white))
+        root = np.sqrt(weight)[:, None]
+        scale = np.linalg.norm(jacobian, axis=0)
+        scale[scale == 0.0] = 1.0
+        values = np.linalg.lstsq(jacobian / scale * root, white * root[:, 0], rcond=1e-10)[0]
+        values = values / scale
+        residual = white - jacobian @ values
+        noise = max(spread(residual), 1e-9)
+        weight = np.minimum(1.0, 2.0 * noise / np.maximum(np.abs(residual), 1e-12))
+        root = np.sqrt(weight)[:, None]
+        known = covariance(jacobian * root / noise, residual * root[:, 0] / noise, 2 * memory)
+    return Point(
+        values=dict(zip(NAMES, map(float, values), strict=True)),
+        errors=dict(zip(NAMES, map(float, np.sqrt(np.maximum(np.diag(known), 0.0))), strict=True)),
+        covariance=known,
+        noise=noise,
+    )
+
+
+def _columns(drive: Drive, heading: Array) -> list[Array]:
+    """Give the way between samples, and what each parameter adds to it, (N - 1, 2) each."""
+    step, turn = np.diff(drive.t), np.diff(heading)
+    middle = heading[:-1] + 0.5 * turn
+    speed = 0.5 * (drive.sample_speed[1:] + drive.sample_speed[:-1])
+    # In a pause nothing is driven.
+    step[drive.starts[1:] - 1] = 0.0
+    along = np.stack((np.cos(middle), np.sin(middle)), axis=1)
+    across = np.stack((-along[:, 1], along[:, 0]), axis=1)
+    way = (speed * step)[:, None]
+    return [
+        way * along,
+        -turn[:, None] * across,
+        -(speed * speed * turn)[:, None] * across,
+        way * across,
+        way * along,
+    ]
+
+
+def smooth(values: Array, theta: float, drive: Drive) -> Array:
+    """Give a random walk out of the noise of its samples: exponential, forwards and backwards."""
+    from scipy.signal import lfilter
+
+    smooth = values.copy()  # what does not count stays as it was measured
+    for place in drive.parts():
+        part = values[place]
+        first = max(1, min(len(part), round(1.0 / (1.0 - theta))))
+        for _ in range(2):
+            begun = [theta * float(np.mean(part[:first]))]
+            part = lfilter([1.0 - theta], [1.0, -theta], part, zi=begun)[0][::-1]
+        smooth[place] = part
+    return smooth

@@ -1,0 +1,81 @@
+"""What an identification comes to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer._core import Vehicle
+    from popsteer.logs import Log
+
+__all__ = ["Identification"]
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """A vehicle that was identified from a log, and how sure that is.
+
+    Attributes
+    ----------
+    vehicle : Vehicle
+        What was found; fields that the log does not show are as they were told.
+    errors : dict of str to float
+        The standard error of each field that was found, in its own unit. They hold for this log
+        and this structure of the car; a car that is another adds to them.
+    delay, delay_error : float
+        Dead time and lag together, and their standard error [s]: much better known than each.
+    turning_length, turning_length_error : float
+        The length by which the car turns at `speed`, and its standard error [m].
+    speed : float
+        The speed at which most was turned [m/s].
+    lag_of : {"wheels", "yaw rate", "tyres"}
+        Where the lag lies, as it explains the log best: before the wheels; behind them; behind
+        them and growing with the speed.
+    notes : tuple of str
+        In words, what the log does not show or cannot tell apart, and what was left out.
+    noise : dict of str to float
+        Standard deviation of what the model leaves unexplained from sample to sample: of `yaw`
+        [rad] and of `position` [m].
+    records : dict of str to ndarray
+        Over the samples: ``t`` [s], ``x``, ``y``, ``simulated_x``, ``simulated_y`` [m],
+        ``position_error`` [m] to the left, ``yaw_rate``, ``simulated_yaw_rate`` [rad/s], and
+        whether a sample ``counts``. The simulated car begins anew at the measured pose every 10 s.
+    log : Log
+        The log.
+    """
+
+    vehicle: Vehicle
+    errors: dict[str, float]
+    delay: float
+    delay_error: float
+    turning_length: float
+    turning_length_error: float
+    speed: float
+    lag_of: str
+    notes: tuple[str, ...]
+    noise: dict[str, float]
+    records: dict[str, NDArray[Any]] = field(repr=False)
+    log: Log = field(repr=False)
+
+    @property
+    def yaw_rate_residual(self) -> float:
+        """Root mean square of measured less simulated yaw rate, from sample to sample [rad/s]."""
+        records = self.records
+        left = records["yaw_rate"] - records["simulated_yaw_rate"]
+        return float(np.sqrt(np.mean(left[records["counts"]] ** 2)))
+
+    @property
+    def yaw_rate_rms(self) -> float:
+        """Root mean square of the measured yaw rate [rad/s]."""
+        return float(np.sqrt(np.mean(self.records["yaw_rate"][self.records["counts"]] ** 2)))
+
+    @property
+    def position_residual(self) -> float:
+        """Root mean square of the lateral distance after up to 10 s of simulation [m]."""
+        errors = self.records["position_error"][self.records["counts"]]
+        return float(np.sqrt(np.mean(errors**2)))

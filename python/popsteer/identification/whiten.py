@@ -1,0 +1,120 @@
+"""Residuals made white: what is left of a measured signal that a simulation explains in part.
+
+The noise of a pose is new with each sample; what the simulation gets wrong adds up, as a random
+walk. Their sum, differenced, is a moving average of first order (an IMA(1,1) process):
+
+    e_k - e_{k-1} = w_k - theta w_{k-1}
+
+whose innovations w are white. theta near 1: the pose's noise outweighs the model's error; 0: the
+other way round. Least squares of w are the prediction error method (L. Ljung, *System
+Identification*, 2nd ed., 1999, chapter 7), and their standard errors are the usual ones.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+__all__ = ["choose_theta", "covariance", "size", "spread", "whitened"]
+
+THETAS = (0.0, 0.3, 0.5, 0.65, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995, 0.998)
+"""What is tried for theta."""
+
+_GONE = 1e-9
+"""Below it theta^k counts for nothing; numbers that are smaller still are slow to multiply."""
+
+
+def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
+    """Give the innovations of an error, one part of the log after the other.
+
+    Parameters
+    ----------
+    error : (N,) or (N, M) ndarray of float64
+        What is left of the signals, by samples.
+    parts : sequence of slice
+        The samples that hang together.
+    theta : float
+        How much of the error is noise of the samples, 0 to below 1.
+
+    Returns
+    -------
+    (K,) or (K, M) ndarray of float64
+        The innovations.
+    """
+    from scipy.signal import lfilter
+
+    pieces = []
+    for part in parts:
+        piece = lfilter([1.0], [1.0, -theta], np.diff(error[part], axis=0), axis=0)
+        # The first sample has noise too, which goes on as theta^k: what looks like it is taken out.
+        gone = 1 if theta == 0.0 else int(np.ceil(np.log(_GONE) / np.log(theta)))
+        start = theta ** np.arange(min(len(piece), gone))
+        start /= np.linalg.norm(start)
+        head = piece[: len(start)]
+        head -= np.multiply.outer(start, start @ head)
+        pieces.append(piece)
+    return np.concatenate(pieces)
+
+
+def choose_theta(error: Array, parts: Sequence[slice]) -> float:
+    """Give the theta with the least innovations, which is the likeliest."""
+    return min(THETAS, key=lambda theta: size(whitened(error, parts, theta)))
+
+
+def spread(values: Array) -> float:
+    """Give the standard deviation of noise in which there are outliers."""
+    return float(1.4826 * np.median(np.abs(values - np.median(values))))
+
+
+def size(values: Array) -> float:
+    """Mean square without what lies beyond three deviations."""
+    deviation = spread(values)
+    if deviation == 0.0:
+        return float(np.mean(values**2))
+    return float(np.mean(np.minimum(values**2, 9.0 * deviation**2)))
+
+
+def covariance(jacobian: Array, residual: Array, memory: int) -> Array:
+    """Give the covariance of least-squares estimates whose residuals hang together a little.
+
+    The sandwich H^-1 S H^-1 with H = J^T J and Newey's and West's S over `memory` samples: right
+    too where the model is not quite what the car is.
+
+    Parameters
+    ----------
+    jacobian : (K, P) ndarray of float64
+        Derivatives of the residuals by the parameters.
+    residual : (K,) ndarray of float64
+        The residuals.
+    memory : int
+        Over how many samples they may hang together.
+
+    Returns
+    -------
+    (P, P) ndarray of float64
+        The covariance.
+    """
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0.0] = 1.0
+    scaled = jacobian / scale
+    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-14)
+    score = scaled * residual[:, None]
+    middle = score.T @ score
+    for lag in range(1, min(memory, len(score) - 1) + 1):
+        weight = 1.0 - lag / (memory + 1)
+        cross = score[lag:].T @ score[:-lag]
+        middle += weight * (cross + cross.T)
+    # Newey and West may come out below plain least squares by chance; the plain one is the floor.
+    plain = inverse * float(np.mean(residual**2))
+    found = inverse @ middle @ inverse
+    grow = np.sqrt(np.maximum(1.0, np.diag(plain) / np.maximum(np.diag(found), 1e-300)))
+    full: Array = found * np.outer(grow, grow) / np.outer(scale, scale)
+    return full

@@ -1,0 +1,166 @@
+"""The picture of an identification: measured against simulated."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.identify.table import caption
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from popsteer.identification import Identification
+    from popsteer.lab.common.theme import Theme
+
+__all__ = ["identified_figure", "identified_files"]
+
+_SMOOTHING = 0.25
+_MOST_POINTS = 4000
+
+
+def identified_files(
+    found: Identification, progress: Callable[[str, float], object] | None = None
+) -> dict[str, bytes]:
+    """Draw the figure for both backgrounds.
+
+    Parameters
+    ----------
+    found : Identification
+        What was found.
+    progress : callable, optional
+        Called with what is being done and the share of it.
+
+    Returns
+    -------
+    dict
+        The content of each file by its name.
+    """
+    content = {}
+    for done, (name, theme) in enumerate(THEMES.items()):
+        if progress is not None:
+            progress("figures", done / len(THEMES))
+        dark = "" if name == "light" else f"-{name}"
+        for kind, data in drawn(partial(identified_figure, found), theme).items():
+            content[f"identify{dark}.{kind}"] = data
+    return content
+
+
+def identified_figure(found: Identification, theme: Theme) -> Figure:
+    """Draw positions, yaw rates, and what is left of both.
+
+    Parameters
+    ----------
+    found : Identification
+        What was found.
+    theme : Theme
+        The colours.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+    """
+    records = found.records
+    t = records["t"] - records["t"][0]
+    measured, simulated = theme.laws["pop"], theme.laws["pid"]
+    figure = Figure(figsize=(12.0, 7.2), layout="constrained")
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.0, 1.5))
+    track = figure.add_subplot(grid[:, 0])
+    rates = figure.add_subplot(grid[0, 1])
+    left = figure.add_subplot(grid[1, 1], sharex=rates)
+    off = figure.add_subplot(grid[2, 1], sharex=rates)
+    breaks = np.array(found.log.gaps, dtype=np.int64)
+    _draw(
+        track,
+        records["x"],
+        records["y"],
+        breaks,
+        color=theme.path,
+        linewidth=5.0,
+        solid_capstyle="round",
+        label="measured",
+    )
+    _draw(
+        track,
+        records["simulated_x"],
+        records["simulated_y"],
+        breaks,
+        color=simulated,
+        linewidth=1.2,
+        label="simulated, anew every 10 s",
+    )
+    track.set_aspect("equal", adjustable="datalim")
+    track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
+    track.legend(loc="best", fontsize=8.5)
+    width = _SMOOTHING / found.log.period
+    rate, model = records["yaw_rate"], records["simulated_yaw_rate"]
+    _draw(rates, t, _smooth(rate, width), breaks, color=measured, linewidth=1.6, label="measured")
+    _draw(
+        rates, t, _smooth(model, width), breaks, color=simulated, linewidth=0.9, label="simulated"
+    )
+    rates.set(ylabel="yaw rate [rad/s]", title="Yaw rate, smoothed over 0.25 s")
+    rates.legend(loc="upper right", fontsize=8.5, ncols=2)
+    difference = np.where(records["counts"], rate - model, np.nan)
+    _draw(left, t, _smooth(difference, width), breaks, color=measured, linewidth=0.9)
+    left.set(ylabel="left over [rad/s]")
+    left.set_title(
+        f"measured less simulated: {found.yaw_rate_residual:.4f} rad/s rms, unsmoothed,"
+        f" of {found.yaw_rate_rms:.3f}",
+        fontsize=9.0,
+        fontweight="normal",
+        color=theme.faint,
+    )
+    _draw(
+        off,
+        t,
+        np.where(records["counts"], records["position_error"], np.nan),
+        breaks,
+        color=measured,
+        linewidth=0.9,
+    )
+    off.set(xlabel="time [s]", ylabel="to the side [m]")
+    off.set_title(
+        f"position, measured less simulated: {found.position_residual:.3f} m rms",
+        fontsize=9.0,
+        fontweight="normal",
+        color=theme.faint,
+    )
+    for panel in (rates, left, off):
+        panel.axhline(0.0, color=theme.path, linewidth=0.8, zorder=0.5)
+        panel.set_xlim(t[0], t[-1])
+    figure.suptitle(caption(found), fontsize=10, color=theme.faint)
+    return figure
+
+
+def _draw(
+    panel: Axes,
+    x: NDArray[Any],
+    y: NDArray[Any],
+    breaks: NDArray[np.int64],
+    **style: Any,  # noqa: ANN401
+) -> None:
+    """Draw a line that stops at gaps; not more points than can be seen."""
+    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64).copy()
+    y[breaks] = np.nan
+    every = max(1, len(x) // _MOST_POINTS)
+    panel.plot(x[::every], y[::every], **style)
+
+
+def _smooth(values: NDArray[Any], width: float) -> NDArray[np.float64]:
+    """Take noise out of a line, and leave the holes in it."""
+    size = max(1, round(width))
+    kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
+    whole = np.isfinite(values)
+    filled = np.where(whole, values, 0.0)
+    weight = np.convolve(whole.astype(np.float64), kernel, mode="same")
+    smooth = np.convolve(filled, kernel, mode="same") / np.maximum(weight, 1e-12)
+    return np.where(whole, smooth, np.nan)

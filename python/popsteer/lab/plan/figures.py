@@ -1,0 +1,132 @@
+"""The figure of a plan: speeds and what limits them, over the distance."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.theme import THEMES
+from popsteer.planning.profile import LIMITS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from popsteer.lab.common.theme import Theme
+    from popsteer.planning import SpeedProfile
+
+__all__ = ["plan_figures"]
+
+# Limits that are alike share a colour of the theme's laws.
+_COLOURS = {
+    "driving": "pure-pursuit",
+    "braking": "pid",
+    "lateral": "pop",
+    "steer rate": "stanley",
+    "steer angle": "stanley",
+    "jerk": "mpc",
+    "top speed": "bang-bang",
+    "speed limit": "bang-bang",
+    "stop": "preview-pop",
+}
+
+
+def plan_figures(profile: SpeedProfile) -> list[bytes]:
+    """Draw a plan on a light and on a dark background.
+
+    Parameters
+    ----------
+    profile : SpeedProfile
+        The plan.
+
+    Returns
+    -------
+    list of bytes
+        Two PNG files, the light one first.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(41)])
+    >>> [data[1:4] for data in plan_figures(popsteer.planning.speed_profile(path))]
+    [b'PNG', b'PNG']
+    """
+    return [drawn(partial(_figure, profile), theme)["png"] for theme in THEMES.values()]
+
+
+def _figure(profile: SpeedProfile, theme: Theme) -> Figure:
+    figure = Figure(figsize=(11.0, 6.2), layout="constrained")
+    speeds, pulls = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    path = profile.path
+    distance = np.append(path.s, path.length) if path.closed else path.s
+    speed = _round(profile.speed, closed=path.closed)
+    limit = _round(profile.limit, closed=path.closed)
+    bends = np.abs(_round(profile.curvature, closed=path.closed))
+    _draw_speeds(speeds, profile, (distance, speed, limit, bends), theme)
+    pulls.step(
+        distance,
+        np.append(profile.acceleration, profile.acceleration[-1]),
+        where="post",
+        color=theme.text,
+        linewidth=1.1,
+        label="along the path",
+    )
+    pulls.plot(
+        distance,
+        speed * speed * bends,
+        color=theme.laws["pop"],
+        linewidth=1.1,
+        label="to the side (magnitude)",
+    )
+    pulls.axhline(0.0, color=theme.faint, linewidth=0.6)
+    pulls.set_ylabel("acceleration [m/s²]")
+    pulls.set_xlabel("distance along the path [m]")
+    pulls.set_xlim(0.0, path.length)
+    low, high = pulls.get_ylim()
+    pulls.set_ylim(low, high + 0.3 * (high - low))  # room for the legend
+    pulls.legend(loc="upper right", ncols=2)
+    return figure
+
+
+def _draw_speeds(
+    panel: Axes,
+    profile: SpeedProfile,
+    course: tuple[NDArray[np.float64], ...],
+    theme: Theme,
+) -> None:
+    distance, speed, limit, bends = course
+    most: float = profile.limits.max_speed or float(speed.max())
+    side: float = profile.limits.max_lateral_acceleration or 0.0
+    bound = np.sqrt(side / np.maximum(bends, side / most**2))
+    panel.plot(
+        distance, bound, color=theme.faint, linewidth=1.0, linestyle=":", label="bend and top speed"
+    )
+    stops = limit == LIMITS.index("stop")
+    for name in profile.shares():
+        colour = theme.laws[_COLOURS[name]]
+        mine = limit == LIMITS.index(name)
+        if name == "stop":
+            panel.scatter(
+                distance[mine], speed[mine], 24.0, color=colour, clip_on=False, zorder=3, label=name
+            )
+            continue
+        # The line to a waypoint has the colour of what limits it, to a stop the last one's.
+        shown = mine.copy()
+        shown[:-1] |= mine[1:]
+        shown[1:] |= mine[:-1] & stops[1:]
+        panel.plot(
+            distance, np.where(shown, speed, np.nan), color=colour, linewidth=2.0, label=name
+        )
+    panel.set_ylim(0.0, 1.18 * max(float(speed.max()), min(most, 1.3 * float(speed.max()))))
+    panel.set_ylabel("speed [m/s]")
+    panel.set_title(f"planned speed and what limits it: {profile.time:.1f} s", loc="left")
+    panel.legend(loc="upper right", ncols=6, fontsize=8.5)
+
+
+def _round(values: NDArray[Any], *, closed: bool) -> NDArray[Any]:
+    """Add the first entry at the end of a closed path's."""
+    return np.append(values, values[0]) if closed else values

@@ -1,0 +1,98 @@
+"""The table of a plan: what limits the speed where."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.lab.common.layout import blank_table
+from popsteer.planning.profile import LIMITS
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from popsteer.planning import SpeedProfile
+
+__all__ = ["plan_caption", "plan_table"]
+
+_WORDS = {
+    "top speed": "top speed",
+    "speed limit": "speed limit there",
+    "lateral": "lateral acceleration",
+    "steer angle": "angle of the wheels",
+    "steer rate": "rate of the wheels",
+    "stop": "start, cusp or end",
+    "driving": "driving acceleration",
+    "braking": "braking deceleration",
+    "jerk": "jerk",
+}
+
+
+def plan_caption(profile: SpeedProfile, name: str) -> str:
+    """Say what a plan comes to in one line.
+
+    Parameters
+    ----------
+    profile : SpeedProfile
+        The plan.
+    name : str
+        What was planned.
+
+    Returns
+    -------
+    str
+        Name, length, time and speeds.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+    >>> plan_caption(popsteer.planning.speed_profile(path), "straight")
+    'straight: path of 100.0 m, 101 waypoints, in 12.91 s, 7.7 m/s on average, 15.5 m/s at most'
+    """
+    path = profile.path
+    kind = "lap" if path.closed else "path"
+    mean = path.length / profile.time
+    return (
+        f"{name}: {kind} of {path.length:.1f} m, {len(path)} waypoints, in {profile.time:.2f} s,"
+        f" {mean:.1f} m/s on average, {profile.speed.max():.1f} m/s at most"
+    )
+
+
+def plan_table(profile: SpeedProfile) -> Table:
+    """Make the table of what limits the speed along which share of the path.
+
+    Parameters
+    ----------
+    profile : SpeedProfile
+        The plan.
+
+    Returns
+    -------
+    rich.table.Table
+        A row for each limit that binds, the largest share first.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+    >>> plan_table(popsteer.planning.speed_profile(path)).row_count
+    3
+    """
+    from rich.text import Text
+
+    table = blank_table()
+    table.add_column("limited by", no_wrap=True)
+    for head in ("share\n[%]", "length\n[m]", "speeds\n[m/s]"):
+        table.add_column(Text(head), justify="right", no_wrap=True)
+    for name, share in profile.shares().items():
+        speeds = profile.speed[profile.limit == LIMITS.index(name)]
+        low, high = float(np.min(speeds)), float(np.max(speeds))
+        table.add_row(
+            _WORDS[name],
+            f"{100.0 * share:.1f}",
+            f"{share * profile.path.length:.1f}",
+            f"{low:.1f}" if high - low < 0.05 else f"{low:.1f} to {high:.1f}",
+        )
+    return table

@@ -1,0 +1,153 @@
+"""The picture of a replay: the angles of the controllers beside the driver's."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from popsteer import controllers
+from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.replay.table import caption
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from popsteer.lab.common.theme import Theme
+    from popsteer.lab.replay.runs import Replay
+
+__all__ = ["replay_figure", "replay_files"]
+
+_MOST_POINTS = 4000
+
+
+def replay_files(
+    found: Replay, progress: Callable[[str, float], object] | None = None
+) -> dict[str, bytes]:
+    """Draw the figure for both backgrounds.
+
+    Parameters
+    ----------
+    found : Replay
+        The replay.
+    progress : callable, optional
+        Called with what is being done and the share of it.
+
+    Returns
+    -------
+    dict
+        The content of each file by its name.
+    """
+    content = {}
+    for done, (name, theme) in enumerate(THEMES.items()):
+        if progress is not None:
+            progress("figures", done / len(THEMES))
+        dark = "" if name == "light" else f"-{name}"
+        for kind, data in drawn(partial(replay_figure, found), theme).items():
+            content[f"replay{dark}.{kind}"] = data
+    return content
+
+
+def replay_figure(found: Replay, theme: Theme) -> Figure:
+    """Draw where the log drove, the angles, their differences, the errors and the statuses.
+
+    Parameters
+    ----------
+    found : Replay
+        The replay.
+    theme : Theme
+        The colours.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+    """
+    log = found.log
+    t = log.t - log.t[0]
+    colours = theme.colours(found.shadows)
+    figure = Figure(figsize=(12.0, 7.6), layout="constrained")
+    grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.6), height_ratios=(1.0, 1.0, 1.0, 0.45))
+    track = figure.add_subplot(grid[:, 0])
+    angles = figure.add_subplot(grid[0, 1])
+    others = [figure.add_subplot(grid[k, 1], sharex=angles) for k in (1, 2, 3)]
+    differences, errors, marks = others
+    first = next(iter(found.shadows.values())).path
+    track.plot(
+        first.x, first.y, color=theme.path, linewidth=5.0, solid_capstyle="round", label="to follow"
+    )
+    _draw(track, log.x, log.y, log.gaps, color=theme.text, linewidth=1.0, label="driven")
+    track.set_aspect("equal", adjustable="datalim")
+    track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
+    track.legend(loc="best", fontsize=8.5)
+    _draw(
+        angles, t, np.degrees(log.steer), log.gaps, color=theme.path, linewidth=3.5, label="driver"
+    )
+    for place, shadow in enumerate(found.shadows.values()):
+        style: dict[str, Any] = {"color": colours[shadow.name], "linewidth": 0.9}
+        title = controllers.get(shadow.name).title
+        _draw(angles, t, np.degrees(shadow.steer), log.gaps, label=title, **style)
+        _draw(differences, t, np.degrees(shadow.steer - log.steer), log.gaps, **style)
+        _draw(errors, t, shadow.cross_track_error, log.gaps, **style)
+        _draw_marks(marks, t, shadow.status, place, colours[shadow.name])
+    angles.set(ylabel="angle [deg]", title="Angle of the wheels")
+    angles.legend(loc="upper right", fontsize=8.5, ncols=3)
+    differences.set(ylabel="less driver's [deg]")
+    errors.set(ylabel="error [m]")
+    marks.set(xlabel="time [s]", ylim=(-0.7, len(found.shadows) - 0.3))
+    marks.set_yticks(
+        range(len(found.shadows)),
+        [controllers.get(name).title for name in found.shadows],
+        fontsize=8.0,
+    )
+    marks.invert_yaxis()
+    marks.set_title(
+        "thin: degraded, thick: fault", fontsize=8.5, fontweight="normal", color=theme.faint
+    )
+    for panel in (angles, differences, errors):
+        panel.axhline(0.0, color=theme.path, linewidth=0.8, zorder=0.5)
+        panel.tick_params(labelbottom=False)
+    angles.set_xlim(t[0], t[-1])
+    figure.align_ylabels([angles, *others])
+    figure.suptitle(caption(found), fontsize=10, color=theme.faint)
+    return figure
+
+
+def _draw_marks(
+    panel: Axes, t: NDArray[np.float64], status: NDArray[np.uint32], place: int, colour: str
+) -> None:
+    """Draw when a controller was degraded or at fault."""
+    levels = {int(bits): Status(int(bits)).level for bits in np.unique(status)}
+    for level, width in (("degraded", 2.0), ("fault", 8.0)):
+        hit = np.isin(status, [bits for bits, found in levels.items() if found == level])
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], hit.astype(np.int8), [0]))))
+        last = len(t) - 1
+        for start, end in zip(edges[::2], edges[1::2], strict=True):
+            panel.plot(
+                [t[start], t[min(end, last)]],
+                [place, place],
+                color=colour,
+                linewidth=width,
+                solid_capstyle="butt",
+            )
+
+
+def _draw(
+    panel: Axes,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    breaks: tuple[int, ...],
+    **style: Any,  # noqa: ANN401 - as matplotlib takes it
+) -> None:
+    """Draw a line that stops at gaps; not more points than can be seen."""
+    y = np.array(y, dtype=np.float64)
+    y[list(breaks)] = np.nan
+    every = max(1, len(x) // _MOST_POINTS)
+    panel.plot(x[::every], y[::every], **style)

@@ -1,0 +1,300 @@
+"""Controllers along a log: each says what it would have commanded, the driver goes on driving."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from popsteer import controllers
+from popsteer._core import Path
+from popsteer.logs import LogError
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    from popsteer._core import AdaptParams, Vehicle
+    from popsteer.logs import Log
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Replay", "Shadow", "own_path", "run"]
+
+SPACING = 0.5
+"""Distance of the waypoints that are made of a log's trajectory [m]."""
+SMOOTHING = 1.5
+"""Standard deviation of what such a path is smoothed by [m]: noise of 2 cm every 0.4 m then bends
+it by less than 0.01 1/m, and a bend of 25 m radius loses 5 cm."""
+_SHORTEST = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class Shadow:
+    """What one controller would have done.
+
+    Attributes
+    ----------
+    name : str
+        Name of the controller.
+    path : Path
+        What it would have followed.
+    steer : (N,) ndarray of float64
+        The angles that it would have commanded [rad].
+    cross_track_error, heading_error : (N,) ndarray of float64
+        The errors of its tracked point as the car was driven [m, rad].
+    status : (N,) ndarray of uint32
+        The bits of `popsteer.Status`.
+    """
+
+    name: str
+    path: Path
+    steer: Array
+    cross_track_error: Array
+    heading_error: Array
+    status: NDArray[np.uint32]
+
+    def share(self, level: str) -> float:
+        """Give the share of the rows whose status is of this level, "degraded" or "fault"."""
+        known, counts = np.unique(self.status, return_counts=True)
+        hit = [n for bits, n in zip(known, counts, strict=True) if Status(int(bits)).level == level]
+        return float(sum(hit)) / max(len(self.status), 1)
+
+    def conditions(self) -> dict[str, float]:
+        """Give the share of the rows in which each condition held, those that did."""
+        shares = {
+            str(each): float(np.mean((self.status & int(each)) != 0)) for each in Status if each
+        }
+        return {name: share for name, share in shares.items() if share > 0.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """Controllers along a log."""
+
+    log: Log
+    vehicle: Vehicle
+    shadows: dict[str, Shadow]
+    course: str
+    """What was to be followed, in words."""
+
+
+def run(
+    log: Log,
+    tuning: Mapping[str, controllers.Params | None],
+    vehicle: Vehicle,
+    *,
+    path: Path | None = None,
+    course: str = "the log's own trajectory",
+    adapt: AdaptParams | Literal["auto"] | None = "auto",
+    progress: Callable[[str, float], object] | None = None,
+) -> Replay:
+    """Let controllers watch a drive.
+
+    Each is given the poses and speeds of the log, and the driver's angle as the one that was
+    applied: it answers what it would command now, whatever it answered before. After a gap it
+    begins anew.
+
+    Parameters
+    ----------
+    log : Log
+        The drive.
+    tuning : mapping of str to parameters or None
+        The parameters of each controller by its name; None for the defaults.
+    vehicle : Vehicle
+        What they are told of the car.
+    path : Path, optional
+        What they are to follow. By default each follows the trajectory that its own tracked point
+        was driven along.
+    course : str, optional
+        What to call the path.
+    adapt : AdaptParams or "auto" or None
+        How they adapt.
+    progress : callable, optional
+        Called with the controller's name and the share of it that is done.
+
+    Returns
+    -------
+    Replay
+        What each would have done.
+
+    Raises
+    ------
+    ConfigError
+        No controller has such a name.
+    LogError
+        The log's trajectory makes no path.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.logs import Log
+    >>> t = np.arange(0.0, 10.0, 0.05)
+    >>> log = Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t)
+    >>> shadow = run(log, {"stanley": None}, popsteer.Vehicle()).shadows["stanley"]
+    >>> bool(abs(shadow.steer).max() < 1e-6)
+    True
+    """
+    shadows = {}
+    for name, params in tuning.items():
+        law = controllers.get(name)
+        shadows[name] = _shadow(log, law, params, vehicle, path, adapt, progress)
+    return Replay(log=log, vehicle=vehicle, shadows=shadows, course=course)
+
+
+def _shadow(
+    log: Log,
+    law: controllers.Law,
+    params: controllers.Params | None,
+    vehicle: Vehicle,
+    path: Path | None,
+    adapt: AdaptParams | Literal["auto"] | None,
+    progress: Callable[[str, float], object] | None,
+) -> Shadow:
+    kind: Any = law.controller
+    places: NDArray[np.int64] | None = None
+    if path is None:
+        # Where the tracked point lies is known to the controller alone.
+        somewhere = kind(Path([(0.0, 0.0), (1.0, 0.0)]), vehicle, params)
+        path, places = _own(log, float(somewhere.tracked_point))
+    count = len(log)
+    steer, cross, heading = np.empty(count), np.empty(count), np.empty(count)
+    status = np.empty(count, dtype=np.uint32)
+    rows = zip(
+        log.x.tolist(),
+        log.y.tolist(),
+        log.yaw.tolist(),
+        log.speed.tolist(),
+        log.steps.tolist(),
+        # What was applied since the row before; before the first the same as then.
+        [log.steer[0], *log.steer[:-1].tolist()],
+        strict=True,
+    )
+    begins = {0, *log.gaps}
+    controller: Any = None
+    for k, (x, y, yaw, speed, dt, applied) in enumerate(rows):
+        if k in begins:
+            controller = kind(path, vehicle, params, adapt=adapt)
+            if places is not None:
+                _place(controller, int(places[k]))
+        command = controller.step_or_hold(x, y, yaw, speed, dt, applied_steer=applied)
+        steer[k], status[k] = command.steer, int(command.status)
+        cross[k], heading[k] = command.cross_track_error, command.heading_error
+        if progress is not None and k % 512 == 0:
+            progress(law.name, k / count)
+    return Shadow(law.name, path, steer, cross, heading, status)
+
+
+def own_path(log: Log, ahead: float = 0.0) -> Path:
+    """Make a path of a log's trajectory, smoothed, with its speeds.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    ahead : float, default 0.0
+        Which point's trajectory: so far ahead of the pose's [m].
+
+    Returns
+    -------
+    Path
+        A waypoint every `SPACING`; driven backwards where the log drives backwards.
+
+    Raises
+    ------
+    LogError
+        The car was driven for less than 5 m.
+
+    Examples
+    --------
+    >>> from popsteer.logs import Log
+    >>> t = np.arange(0.0, 10.0, 0.05)
+    >>> path = own_path(Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t), 1.0)
+    >>> round(float(path.x[0]), 6)
+    1.0
+    """
+    return _own(log, ahead)[0]
+
+
+def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - each has a state of its own
+    """Tell a controller where it is: of two laps over one place it could choose the wrong one."""
+    state = controller.state
+    known = {**state.as_dict(), "waypoint": waypoint, "measured_waypoint": waypoint}
+    controller.state = type(state)(**known)
+
+
+def _own(log: Log, ahead: float) -> tuple[Path, NDArray[np.int64]]:
+    """Make the path, and say near which of its waypoints each row is."""
+    # The way that the wheels roll: positions in noise would make a way of standing still.
+    middle = 0.5 * np.abs(log.speed[1:] + log.speed[:-1])
+    step = np.diff(log.t)
+    gaps = np.array(log.gaps, dtype=np.int64) - 1
+    chord = np.hypot(np.diff(log.x), np.diff(log.y))
+    rolled = middle * step
+    rolled[gaps] = chord[gaps]
+    way = np.concatenate(([0.0], np.cumsum(rolled)))
+    if way[-1] < _SHORTEST:
+        raise LogError(
+            f"{log.name}: {way[-1]:.1f} m of driving make no path: at least {_SHORTEST:g} m are"
+            " needed, or --waypoints"
+        )
+    backwards = log.speed < 0.0
+    turns = _turns(way, backwards)
+    x = log.x + ahead * np.cos(log.yaw)
+    y = log.y + ahead * np.sin(log.yaw)
+    pieces = []
+    for start, end in pairwise(turns):
+        at = np.linspace(start, end, max(2, round((end - start) / SPACING) + 1))
+        inside = (way >= start) & (way <= end)
+        if inside.sum() < 2:
+            continue
+        pieces.append(
+            (
+                _smoothed(way[inside], x[inside], at),
+                _smoothed(way[inside], y[inside], at),
+                np.interp(at, way, log.speed),
+                at,
+                np.full(len(at), np.interp(0.5 * (start + end), way, backwards) > 0.5),
+            )
+        )
+    columns = [np.concatenate(parts) for parts in zip(*pieces, strict=True)]
+    keep = np.concatenate(([True], np.hypot(np.diff(columns[0]), np.diff(columns[1])) > 1e-3))
+    xy = np.column_stack((columns[0], columns[1]))[keep]
+    speed, at, reverse = (column[keep] for column in columns[2:])
+    speed = np.where(reverse, np.minimum(speed, 0.0), np.maximum(speed, 0.0))
+    path = Path(xy, speed=speed, reverse=reverse if reverse.any() else None)
+    near = np.clip(np.searchsorted(at, way, side="right") - 1, 0, len(xy) - 2)
+    return path, near.astype(np.int64)
+
+
+def _turns(way: Array, backwards: NDArray[np.bool_]) -> list[float]:
+    """Give the ends of the stretches that are driven one way, those of more than 1 m."""
+    marks = way[1:][np.diff(backwards.astype(int)) != 0]
+    found = [0.0]
+    for mark in [*marks, way[-1]]:
+        if mark - found[-1] > 1.0:
+            found.append(float(mark))
+    found[-1] = float(way[-1])
+    return found
+
+
+def _smoothed(way: Array, values: Array, at: Array) -> Array:
+    """Smooth a coordinate over the way, its ends fixed by mirroring: as a line goes on."""
+    fine = np.linspace(at[0], at[-1], max(2, round((at[-1] - at[0]) / 0.1) + 1))
+    width = min(SMOOTHING, (at[-1] - at[0]) / 6.0) / (fine[1] - fine[0])
+    half = max(1, round(4.0 * width))
+    kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / max(width, 1e-9)) ** 2)
+    kernel /= kernel.sum()
+    line = np.interp(fine, way, values)
+    if len(line) <= half:
+        plain: Array = np.interp(at, fine, line)
+        return plain
+    before = 2.0 * line[0] - line[half:0:-1]
+    after = 2.0 * line[-1] - line[-2 : -half - 2 : -1]
+    smooth = np.convolve(np.concatenate((before, line, after)), kernel, mode="valid")
+    found: Array = np.interp(at, fine, smooth)
+    return found

@@ -1,0 +1,191 @@
+"""What controllers would have done along a log, as tables and for programs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer import controllers
+from popsteer.lab.common.layout import blank_table
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from popsteer.lab.replay.runs import Replay, Shadow
+
+__all__ = ["FILES", "NOTE", "caption", "replay_csv", "replay_table", "summary_csv"]
+
+FILES = tuple(f"replay{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg"))
+"""The names of the files of the figure."""
+NOTE = (
+    "differs: the controller's angle less the driver's, mean absolute and largest; rate: of the"
+    " angle, rms; error: the cross-track error of the controller's tracked point as the driver"
+    " drove. Degraded and fault: shares of the rows."
+)
+"""What a reader of the table has to know."""
+
+
+def caption(found: Replay) -> str:
+    """Say in one line what was replayed.
+
+    Parameters
+    ----------
+    found : Replay
+        The replay.
+
+    Returns
+    -------
+    str
+        The log and what was to be followed.
+    """
+    log = found.log
+    return (
+        f"{log.name}: {log.duration:.1f} s, {len(log)} rows every {1e3 * log.period:.0f} ms, along"
+        f" {found.course}"
+    )
+
+
+def replay_table(found: Replay) -> Table:
+    """Set out what the controllers would have done, a row for each.
+
+    Parameters
+    ----------
+    found : Replay
+        The replay.
+
+    Returns
+    -------
+    rich.table.Table
+        To be printed.
+    """
+    from rich.text import Text
+
+    table = blank_table()
+    table.add_column("", no_wrap=True)
+    for head in (
+        "differs\n[deg]",
+        "max\n[deg]",
+        "rate\n[deg/s]",
+        "error\n[m]",
+        "max\n[m]",
+        "degraded\n[%]",
+        "fault\n[%]",
+    ):
+        table.add_column(Text(head), justify="right", no_wrap=True)
+    table.add_row(
+        "driver", "", "", f"{_rate(found, found.log.steer):.2f}", *[""] * 4, end_section=True
+    )
+    for shadow in found.shadows.values():
+        figures = _figures(found, shadow)
+        table.add_row(
+            controllers.get(shadow.name).title,
+            *(f"{figures[key]:.{places}f}" for key, places in _SHOWN.items()),
+        )
+    return table
+
+
+_SHOWN = {
+    "mean_abs_difference_deg": 2,
+    "max_abs_difference_deg": 2,
+    "rms_rate_deg": 2,
+    "mean_abs_cross_track_error": 3,
+    "max_abs_cross_track_error": 3,
+    "degraded_percent": 1,
+    "fault_percent": 1,
+}
+
+
+def statuses(found: Replay) -> list[str]:
+    """Say in a line for each controller which conditions held how often.
+
+    Parameters
+    ----------
+    found : Replay
+        The replay.
+
+    Returns
+    -------
+    list of str
+        Those of controllers that were not ok throughout.
+    """
+    lines = []
+    for shadow in found.shadows.values():
+        held = ", ".join(
+            f"{name} {100.0 * share:.1f} %" for name, share in shadow.conditions().items()
+        )
+        if held:
+            lines.append(f"{controllers.get(shadow.name).title}: {held}")
+    return lines
+
+
+def summary_csv(found: Replay) -> str:
+    """Write the table as CSV.
+
+    Parameters
+    ----------
+    found : Replay
+        The replay.
+
+    Returns
+    -------
+    str
+        A row of names, a row for each controller.
+    """
+    lines = [",".join(["controller", *_SHOWN])]
+    for shadow in found.shadows.values():
+        figures = _figures(found, shadow)
+        lines.append(",".join([shadow.name, *(f"{figures[key]:.9g}" for key in _SHOWN)]))
+    return "\n".join(lines) + "\n"
+
+
+def replay_csv(found: Replay) -> str:
+    """Write what each controller would have commanded as CSV, a row for each of the log's.
+
+    Parameters
+    ----------
+    found : Replay
+        The replay.
+
+    Returns
+    -------
+    str
+        A comment with the units, a row of names, the rows.
+    """
+    bits = " | ".join(f"{int(each)} {each}" for each in Status if each)
+    columns: dict[str, list[float]] = {
+        name: values.tolist() for name, values in found.log.as_dict().items()
+    }
+    for shadow in found.shadows.values():
+        columns[f"{shadow.name}.steer"] = shadow.steer.tolist()
+        columns[f"{shadow.name}.cross_track_error"] = shadow.cross_track_error.tolist()
+        columns[f"{shadow.name}.heading_error"] = shadow.heading_error.tolist()
+        columns[f"{shadow.name}.status"] = shadow.status.tolist()
+    lines = [f"# SI units and radians; steer: the driver's; status: bits: {bits}"]
+    lines.append(",".join(columns))
+    lines += [",".join(map(repr, row)) for row in zip(*columns.values(), strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def _figures(found: Replay, shadow: Shadow) -> dict[str, float]:
+    difference = np.degrees(np.abs(shadow.steer - found.log.steer))
+    error = np.abs(shadow.cross_track_error)
+    return {
+        "mean_abs_difference_deg": float(difference.mean()),
+        "max_abs_difference_deg": float(difference.max()),
+        "rms_rate_deg": _rate(found, shadow.steer),
+        "mean_abs_cross_track_error": float(error.mean()),
+        "max_abs_cross_track_error": float(error.max()),
+        "degraded_percent": 100.0 * shadow.share("degraded"),
+        "fault_percent": 100.0 * shadow.share("fault"),
+    }
+
+
+def _rate(found: Replay, steer: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
+    """Rms rate of an angle, gaps left out [deg/s]."""
+    keep = np.ones(len(steer) - 1, dtype=np.bool_)
+    keep[np.array(found.log.gaps, dtype=np.int64) - 1] = False
+    rate = (np.diff(steer) / np.diff(found.log.t))[keep]
+    return math.degrees(float(np.sqrt(np.mean(rate**2)))) if len(rate) else 0.0

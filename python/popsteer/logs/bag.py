@@ -1,0 +1,208 @@
+"""Logs from MCAP files and ROS 2 bags, read by rosbags without ROS."""
+
+from __future__ import annotations
+
+import math
+from functools import reduce
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer.errors import PopsteerError
+from popsteer.logs.log import Log, LogError
+from popsteer.logs.messages import ODOMETRY, STEERING, Steering, typestore
+from popsteer.logs.units import factor
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Iterable, Mapping
+
+    from numpy.typing import NDArray
+
+__all__ = ["read_bag"]
+
+_SHOWN = 12
+
+
+def read_bag(
+    file: str | os.PathLike[str],
+    *,
+    topics: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Log:
+    """Read a log from an MCAP file, or from the folder or file of a ROS 2 bag.
+
+    Poses and speeds are those of ``nav_msgs/Odometry``, a row of the log for each; the heading is
+    the quaternion's yaw, the speed ``twist.twist.linear.x``. Angles are those of
+    ``ackermann_msgs/AckermannDriveStamped`` (or ``AckermannDrive``), or Autoware's ``Control``
+    command or ``SteeringReport``, each at its own time. Times are the messages' own stamps; where
+    those are empty, the times of recording.
+
+    Parameters
+    ----------
+    file : str or os.PathLike
+        The file or folder.
+    topics : mapping of str to str, optional
+        The topics of ``odometry`` and of ``steer``, where there are several of their types.
+    units : mapping of str to str, optional
+        What is not in the messages' units: ``steer`` as ``-1`` where it counts to the right.
+    progress : callable, optional
+        Called now and then with the share done, 0 to 1.
+
+    Returns
+    -------
+    Log
+        The log.
+
+    Raises
+    ------
+    LogError
+        The file cannot be read, or has no such topic.
+    PopsteerError
+        The extra ``logs`` is not installed.
+    """
+    try:
+        from rosbags.highlevel import AnyReader, AnyReaderError
+    except ModuleNotFoundError as error:
+        raise PopsteerError(
+            'bags and MCAP files need the extra "logs": pip install "popsteer[logs]"'
+        ) from error
+    path, asked = Path(file), dict(topics or {})
+    factors = {key: factor(key, unit) for key, unit in (units or {}).items()}
+    if unknown := [key for key in asked if key not in ("odometry", "steer")]:
+        raise LogError(f"unknown topic {unknown[0]!r}; known: odometry, steer")
+    if not path.exists():
+        raise LogError(f"{path}: cannot be read: no such file or folder")
+    try:
+        with AnyReader([path], default_typestore=typestore()) as reader:
+            odometry = _choose(path, reader.connections, "odometry", {ODOMETRY}, asked)
+            steer = _choose(path, reader.connections, "steer", STEERING, asked)
+            poses = _read(reader, odometry, ("header", "stamp"), _pose, progress, 0.0)
+            kind = STEERING[steer[0].msgtype]
+            angles = _read(reader, steer, kind.stamp, _angle(kind), progress, 0.5)
+    except AnyReaderError as error:
+        raise LogError(f"{path}: is no bag or MCAP file that can be read: {error}") from error
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise LogError(f"{path}: cannot be read: {why}") from error
+    except (LogError, KeyboardInterrupt):
+        raise
+    except Exception as error:  # a broken file may break rosbags anywhere
+        raise LogError(f"{path}: cannot be read as a bag or MCAP file: {error!r}") from error
+    return _log(path, poses, angles, kind, factors, steer[0].topic)
+
+
+def _choose(
+    path: Path,
+    connections: list[Any],
+    what: str,
+    types: Iterable[str],
+    asked: dict[str, str],
+) -> list[Any]:
+    """Choose the connections of a topic, or say which topics there are."""
+    there = sorted({(c.topic, c.msgtype) for c in connections})
+    listed = ", ".join(f"{topic} ({kind})" for topic, kind in there[:_SHOWN])
+    listed += ", ..." if len(there) > _SHOWN else ""
+    if what in asked:
+        found = [c for c in connections if c.topic == asked[what]]
+        if not found:
+            raise LogError(f"{path}: no topic {asked[what]!r}; there are: {listed or 'none'}")
+        if found[0].msgtype not in types:
+            raise LogError(
+                f"{path}: {asked[what]} is of type {found[0].msgtype}; {what} must be of"
+                f" {' or '.join(types)}"
+            )
+        return found
+    for kind in types:  # in the order of preference
+        found = [c for c in connections if c.msgtype == kind and c.msgcount > 0]
+        names = sorted({c.topic for c in found})
+        if len(names) > 1:
+            raise LogError(
+                f"{path}: several topics of {kind}: {', '.join(names)}; choose one with --topic"
+                f" {what}=NAME"
+            )
+        if found:
+            return found
+    raise LogError(
+        f"{path}: no topic of {' or '.join(types)} for {what}; there are: {listed or 'none'}"
+    )
+
+
+def _read(
+    reader: Any,  # noqa: ANN401 - rosbags is an extra
+    connections: list[Any],
+    stamp: tuple[str, ...] | None,
+    values: Callable[[Any], tuple[float, ...]],
+    progress: Callable[[float], object] | None,
+    begun: float,
+) -> NDArray[np.float64]:
+    """Read the messages of a topic: time of the message, time of recording, values."""
+    rows = []
+    total = max(1, sum(c.msgcount for c in connections))
+    for count, (connection, recorded, data) in enumerate(reader.messages(connections)):
+        message = reader.deserialize(data, connection.msgtype)
+        own = float("nan")
+        if stamp is not None:
+            time = reduce(getattr, stamp, message)
+            own = time.sec + 1e-9 * time.nanosec if time.sec or time.nanosec else own
+        rows.append((own, 1e-9 * recorded, *values(message)))
+        if progress is not None and count % 256 == 0:
+            progress(begun + 0.5 * count / total)
+    return np.array(rows)
+
+
+def _pose(message: Any) -> tuple[float, ...]:  # noqa: ANN401
+    place, turn = message.pose.pose.position, message.pose.pose.orientation
+    yaw = math.atan2(
+        2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
+    )
+    return float(place.x), float(place.y), yaw, float(message.twist.twist.linear.x)
+
+
+def _angle(kind: Steering) -> Callable[[Any], tuple[float, ...]]:
+    return lambda message: (float(reduce(getattr, kind.angle, message)),)
+
+
+def _log(
+    path: Path,
+    poses: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    kind: Steering,
+    factors: dict[str, float],
+    topic: str,
+) -> Log:
+    """Put both topics on one clock."""
+    remarks = []
+    stamped = not (np.isnan(poses[:, 0]).any() or np.isnan(angles[:, 0]).any())
+    clock = 0 if stamped else 1
+    if not stamped:
+        remarks.append("messages without stamps: their times of recording are taken")
+    start = poses[0, clock]
+    t, given = poses[:, clock] - start, angles[:, clock] - start
+    order = np.argsort(given, kind="stable")
+    given, steer = given[order], angles[order, 2] * factors.get("steer", 1.0)
+    finite = np.isfinite(steer)
+    given, steer = given[finite], steer[finite]
+    # A row has the command that holds at its time; before the first that one.
+    held = np.clip(np.searchsorted(given, t, side="right") - 1, 0, None)
+    if not len(given) or given[-1] < t.min() or given[0] > t.max():
+        raise LogError(f"{path}: the angles of {topic} and the odometry have no time in common")
+    if not kind.commanded:
+        remarks.append(
+            f"{topic} has measured angles: dead time and lag are those from the wheels on, not from"
+            " the command"
+        )
+    scaled = {
+        key: poses[:, k] * factors.get(key, 1.0)
+        for k, key in enumerate(("x", "y", "yaw", "speed"), start=2)
+    }
+    return Log(
+        t,
+        **scaled,
+        steer=steer[held],
+        name=path.name,
+        remarks=tuple(remarks),
+        commands=(given, steer),
+    )

@@ -1,0 +1,204 @@
+"""What was measured and commanded during a drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer.errors import PopsteerError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["COLUMNS", "Log", "LogError"]
+
+COLUMNS = ("t", "x", "y", "yaw", "speed", "steer")
+"""The columns of a log."""
+_GAP_PERIODS = 5.0
+_SHORTEST_GAP = 0.3
+
+
+class LogError(PopsteerError, ValueError):
+    """A log that cannot be read, or that does not show what is asked of it.
+
+    Examples
+    --------
+    >>> issubclass(LogError, PopsteerError)
+    True
+    """
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """Poses, speeds and commanded angles over time.
+
+    Rows that cannot be right are left out, and said in `remarks`: times that do not rise, and
+    numbers that are not finite. Where more than five periods are missing, and 0.3 s at least, the
+    log has a gap.
+
+    Parameters
+    ----------
+    t : (N,) array_like of float
+        Time [s].
+    x, y : (N,) array_like of float
+        Position of the vehicle's point [m].
+    yaw : (N,) array_like of float
+        Heading [rad], counter-clockwise from x.
+    speed : (N,) array_like of float
+        Speed along the heading [m/s], negative backwards.
+    steer : (N,) array_like of float
+        Angle of the front wheels that was commanded at `t` and held until the next row [rad],
+        positive to the left; or the measured one.
+    name : str, default "log"
+        What it is called in errors and pictures.
+    remarks : tuple of str, optional
+        What is to be said about it already.
+    commands : tuple of array_like, optional
+        Times [s] and angles [rad] of the commands where they have times of their own; `steer` at
+        `t` by default.
+
+    Attributes
+    ----------
+    gaps : tuple of int
+        The rows that follow a gap.
+    remarks : tuple of str
+        What was left out, in words.
+
+    Raises
+    ------
+    LogError
+        The columns differ in length, or fewer than two rows are left.
+
+    Examples
+    --------
+    >>> log = Log([0.0, 0.1, 0.1, 0.2], [0, 1, 1, 2], [0] * 4, [0] * 4, [10] * 4, [0] * 4)
+    >>> len(log), log.remarks
+    (3, ('1 row repeats the time of an earlier one: skipped',))
+    """
+
+    t: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    yaw: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    steer: NDArray[np.float64]
+    name: str = "log"
+    gaps: tuple[int, ...] = field(init=False, default=())
+    remarks: tuple[str, ...] = ()
+    commands: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+
+    def __init__(  # noqa: PLR0913 - a column each
+        self,
+        t: ArrayLike,
+        x: ArrayLike,
+        y: ArrayLike,
+        yaw: ArrayLike,
+        speed: ArrayLike,
+        steer: ArrayLike,
+        *,
+        name: str = "log",
+        remarks: tuple[str, ...] = (),
+        commands: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> None:
+        given = zip(COLUMNS, (t, x, y, yaw, speed, steer), strict=True)
+        columns = {key: np.array(values, dtype=np.float64) for key, values in given}
+        for key, values in columns.items():
+            if values.shape != columns["t"].shape or values.ndim != 1:
+                raise LogError(
+                    f"{name}: {key} must have shape {columns['t'].shape}, got {values.shape}"
+                )
+        keep, found = _usable(columns)
+        if keep.sum() < 2:
+            raise LogError(f"{name}: at least 2 rows are needed, found {int(keep.sum())}")
+        columns = {key: values[keep] for key, values in columns.items()}
+        gaps = _gaps(columns["t"])
+        if gaps:
+            longest = max(columns["t"][k] - columns["t"][k - 1] for k in gaps)
+            found.append(f"{_count(len(gaps), 'gap')}, the longest {longest:.2f} s: left out")
+        for key, values in columns.items():
+            values.flags.writeable = False
+            object.__setattr__(self, key, values)
+        own = None if commands is None else _own(commands, name)
+        object.__setattr__(self, "commands", own)
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "gaps", gaps)
+        object.__setattr__(self, "remarks", (*remarks, *found))
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first row to the last [s]."""
+        return float(self.t[-1] - self.t[0])
+
+    @property
+    def period(self) -> float:
+        """The usual time between two rows [s]."""
+        return float(np.median(np.diff(self.t)))
+
+    @property
+    def steps(self) -> NDArray[np.float64]:
+        """Time since the row before [s]; the usual one for the first row and after a gap."""
+        steps = np.diff(self.t, prepend=self.t[0] - self.period)
+        steps[list(self.gaps)] = self.period
+        return steps
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give the columns by name.
+
+        Examples
+        --------
+        >>> log = Log([0, 1], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0])
+        >>> list(log.as_dict())
+        ['t', 'x', 'y', 'yaw', 'speed', 'steer']
+        """
+        return {key: getattr(self, key) for key in COLUMNS}
+
+
+def _own(
+    commands: tuple[ArrayLike, ArrayLike], name: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Check commands with times of their own; of several at one time the last counts."""
+    times, angles = (np.array(values, dtype=np.float64) for values in commands)
+    if times.shape != angles.shape or times.ndim != 1 or not len(times):
+        raise LogError(f"{name}: commands must have as many angles as times, and one at least")
+    keep = np.isfinite(times) & np.isfinite(angles)
+    times, angles = times[keep], angles[keep]
+    order = np.argsort(times, kind="stable")
+    times, angles = times[order], angles[order]
+    last = np.append(np.diff(times) > 0.0, True)
+    return times[last], angles[last]
+
+
+def _usable(columns: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.bool_], list[str]]:
+    """Say which rows can be right, and in words which cannot."""
+    finite = np.all([np.isfinite(values) for values in columns.values()], axis=0)
+    keep, found = finite.copy(), []
+    if count := int((~finite).sum()):
+        found.append(f"{_count(count, 'row')} with a number that is not finite: skipped")
+    rows = np.flatnonzero(finite)
+    times = columns["t"][rows]
+    highest = np.maximum.accumulate(np.concatenate(([-np.inf], times[:-1])))
+    twice, backwards = times == highest, times < highest
+    keep[rows[twice | backwards]] = False
+    if count := int(twice.sum()):
+        verb = "repeats" if count == 1 else "repeat"
+        found.append(f"{_count(count, 'row')} {verb} the time of an earlier one: skipped")
+    if count := int(backwards.sum()):
+        verb = "runs" if count == 1 else "run"
+        found.append(f"time {verb} backwards in {_count(count, 'row')}: skipped")
+    return keep, found
+
+
+def _gaps(t: NDArray[np.float64]) -> tuple[int, ...]:
+    """Give the rows that follow a gap."""
+    steps = np.diff(t)
+    longest = max(_GAP_PERIODS * float(np.median(steps)), _SHORTEST_GAP)
+    return tuple(int(k) + 1 for k in np.flatnonzero(steps > longest))
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

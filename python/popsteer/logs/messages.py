@@ -1,0 +1,93 @@
+"""Message types of steering, which rosbags does not bring: their definitions, as ROS has them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+__all__ = ["ODOMETRY", "STEERING", "Steering", "typestore"]
+
+ODOMETRY = "nav_msgs/msg/Odometry"
+"""The type of poses and speeds."""
+_REPORT = "builtin_interfaces/Time stamp\nfloat32 steering_tire_angle\n"
+_LATERAL = """\
+builtin_interfaces/Time stamp
+builtin_interfaces/Time control_time
+float32 steering_tire_angle
+float32 steering_tire_rotation_rate
+bool is_defined_steering_tire_rotation_rate
+"""
+_LONGITUDINAL = """\
+builtin_interfaces/Time stamp
+builtin_interfaces/Time control_time
+float32 velocity
+float32 acceleration
+float32 jerk
+bool is_defined_acceleration
+bool is_defined_jerk
+"""
+_CONTROL = """\
+builtin_interfaces/Time stamp
+builtin_interfaces/Time control_time
+autoware_control_msgs/Lateral lateral
+autoware_control_msgs/Longitudinal longitudinal
+"""
+_ACKERMANN = """\
+float32 steering_angle
+float32 steering_angle_velocity
+float32 speed
+float32 acceleration
+float32 jerk
+"""
+_DEFINITIONS = {
+    "ackermann_msgs/msg/AckermannDrive": _ACKERMANN,
+    "ackermann_msgs/msg/AckermannDriveStamped": (
+        "std_msgs/Header header\nackermann_msgs/AckermannDrive drive\n"
+    ),
+    "autoware_vehicle_msgs/msg/SteeringReport": _REPORT,
+    "autoware_auto_vehicle_msgs/msg/SteeringReport": _REPORT,
+    "autoware_control_msgs/msg/Lateral": _LATERAL,
+    "autoware_control_msgs/msg/Longitudinal": _LONGITUDINAL,
+    "autoware_control_msgs/msg/Control": _CONTROL,
+}
+
+
+class Steering(NamedTuple):
+    """Where a message has its angle, and where the time of it."""
+
+    angle: tuple[str, ...]
+    stamp: tuple[str, ...] | None
+    commanded: bool
+
+
+STEERING = {
+    "ackermann_msgs/msg/AckermannDriveStamped": Steering(
+        ("drive", "steering_angle"), ("header", "stamp"), commanded=True
+    ),
+    "ackermann_msgs/msg/AckermannDrive": Steering(("steering_angle",), None, commanded=True),
+    "autoware_control_msgs/msg/Control": Steering(
+        ("lateral", "steering_tire_angle"), ("stamp",), commanded=True
+    ),
+    "autoware_vehicle_msgs/msg/SteeringReport": Steering(
+        ("steering_tire_angle",), ("stamp",), commanded=False
+    ),
+    "autoware_auto_vehicle_msgs/msg/SteeringReport": Steering(
+        ("steering_tire_angle",), ("stamp",), commanded=False
+    ),
+}
+"""The types of angles, those that are preferred first: a command tells dead time and lag."""
+
+
+def typestore() -> Any:  # noqa: ANN401 - rosbags is an extra
+    """Give the types of ROS 2 and those above, as rosbags takes them.
+
+    Returns
+    -------
+    rosbags.typesys.store.Typestore
+        The types.
+    """
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    for name, text in _DEFINITIONS.items():
+        store.register(get_types_from_msg(text, name))
+    return store

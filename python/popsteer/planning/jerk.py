@@ -1,0 +1,148 @@
+"""Speeds whose acceleration changes no faster than a limit."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer.errors import PopsteerError
+from popsteer.planning.profile import LIMITS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["scipy_extra", "within_jerk"]
+
+# Each program may exceed the squares of the speeds of the one before by this much.
+_GROWTH = 1.2
+_PROGRAMS = 4
+_SLIGHTLY = 0.999
+# The programs hold their bounds to about 1e-6 of them.
+_KEPT = 1.0 - 1e-5
+
+
+def within_jerk(
+    speed: Floats,
+    limit: NDArray[np.uint8],
+    curvature: Floats,
+    spacing: Floats,
+    limits: Any,  # noqa: ANN401 - a SpeedLimits with all of them filled in
+    *,
+    closed: bool,
+) -> tuple[Floats, NDArray[np.uint8]]:
+    """Lower speeds until their acceleration changes slowly enough.
+
+    The squares w of the speeds are what a linear program makes as large as possible, within those
+    given. The change of the acceleration at a waypoint, divided by the time between the middles of
+    its segments, h / v, is the jerk; h / √w is bounded from below by the largest w that the program
+    allows, so that the jerk holds whatever it finds. Four programs come closer each time.
+
+    Parameters
+    ----------
+    speed, limit, curvature : (N,) ndarray
+        The plan without a limit of the jerk.
+    spacing : ndarray
+        Length of each segment [m].
+    limits : SpeedLimits
+        As resolved, with a `max_jerk`.
+    closed : bool
+        Whether the last waypoint leads back to the first.
+
+    Returns
+    -------
+    speed, limit : (N,) ndarray
+        The plan within it.
+
+    Raises
+    ------
+    PopsteerError
+        The extra ``plan`` is not installed.
+    """
+    scipy_extra("a limit of the jerk")
+    from scipy import sparse
+    from scipy.optimize import linprog
+
+    squared = speed * speed
+    count, segments = speed.size, spacing.size
+    after = (np.arange(segments) + 1) % count
+    rows = np.arange(segments)
+    half = 0.5 / spacing
+    # Accelerations are the rows of this times w.
+    along = sparse.csr_matrix(
+        (np.concatenate((half, -half)), (np.tile(rows, 2), np.concatenate((after, rows)))),
+        shape=(segments, count),
+    )
+    inner = np.arange(count) if closed else np.arange(1, count - 1)
+    jump = along[inner % segments] - along[inner - 1]
+    between = 0.5 * (spacing[inner % segments] + spacing[inner - 1])
+    driving = _ends(limits.max_acceleration, squared, curvature, limits, after)
+    braking = _ends(limits.max_deceleration, squared, curvature, limits, after)
+    # From rest the acceleration a builds up over half a segment, in the time √(spacing / a).
+    first = (limits.max_jerk**2 * spacing) ** (1.0 / 3.0)
+    driving = np.where(squared[:segments] > 0.0, driving, np.minimum(driving, first))
+    braking = np.where(squared[after] > 0.0, braking, np.minimum(braking, first))
+    matrix = sparse.vstack((along, -along, jump, -jump)).tocsr()
+    weight = np.zeros(count)
+    np.add.at(weight, rows, spacing)
+    np.add.at(weight, after, spacing)
+    # A slow waypoint costs more time: the first program's speeds weigh the next one's.
+    most = squared
+    for _ in range(_PROGRAMS):
+        slowly = _KEPT * limits.max_jerk * between / np.sqrt(np.maximum(most[inner], 1e-12))
+        right = np.concatenate((driving, braking, slowly, slowly))
+        price = -weight / np.maximum(most, 0.01) ** 1.5
+        found: Any = linprog(
+            price / np.abs(price).max(), matrix, right, bounds=np.column_stack((0.0 * most, most))
+        )
+        if not found.success:  # all bounds hold at rest, so that it is numerical
+            raise PopsteerError(f"no speeds within max_jerk {limits.max_jerk!r}: {found.message}")
+        result = np.clip(found.x, 0.0, most)
+        most = np.minimum(squared, _GROWTH * result)
+    lowered = result < _SLIGHTLY * squared
+    return np.sqrt(result), np.where(lowered, np.uint8(LIMITS.index("jerk")), limit)
+
+
+def scipy_extra(what: str) -> None:
+    """Raise where scipy is missing.
+
+    Raises
+    ------
+    PopsteerError
+        Naming the extra that brings it.
+    """
+    try:
+        import scipy  # noqa: F401
+    except ModuleNotFoundError:
+        raise PopsteerError(
+            f'{what} needs the extra "plan": pip install "popsteer[plan]"'
+        ) from None
+
+
+def _ends(
+    limit: Any,  # noqa: ANN401 - a number or a table
+    squared: Floats,
+    curvature: Floats,
+    limits: Any,  # noqa: ANN401 - as above
+    after: NDArray[np.intp],
+) -> Floats:
+    """Bound the acceleration of each segment by both of its ends, at any lower speed."""
+    used = np.clip(squared * np.abs(curvature) / limits.max_lateral_acceleration, 0.0, 1.0)
+    if math.isinf(limits.exponent):
+        share = np.ones_like(used)
+    else:
+        share = (1.0 - used**limits.exponent) ** (1.0 / limits.exponent)
+    points = [(0.0, limit)] if isinstance(limit, float) else list(limit)
+    knots, values = np.array(points).T
+    # A table may have less to give at a lower speed.
+    least = np.minimum.accumulate(values)
+    most = np.minimum(np.interp(np.sqrt(squared), knots, values), least[0])
+    place = np.searchsorted(knots, np.sqrt(squared), side="right") - 1
+    most = np.minimum(most, least[np.maximum(place, 0)])
+    held = share * (most if limits.longitudinal_grip is None else limits.longitudinal_grip)
+    both = np.minimum(most, held)
+    bounded: Floats = np.minimum(both[: after.size], both[after])
+    return bounded

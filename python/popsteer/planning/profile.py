@@ -1,0 +1,198 @@
+"""What a plan of the speed comes to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer._core import Path, Vehicle
+from popsteer.files import write_text_atomic
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import NDArray
+
+    from popsteer.planning.limits import SpeedLimits
+
+__all__ = ["LIMITS", "SpeedProfile"]
+
+LIMITS = (
+    "top speed",
+    "speed limit",
+    "lateral",
+    "steer angle",
+    "steer rate",
+    "stop",
+    "driving",
+    "braking",
+    "jerk",
+)
+"""What limits the speed at a waypoint, by its number in `SpeedProfile.limit`."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedProfile:
+    """Speeds along a path, and what limits them.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+    >>> profile = popsteer.planning.speed_profile(path)
+    >>> profile.path.speed is not None, profile.limit.shape
+    (True, (101,))
+    >>> {name: round(share, 2) for name, share in profile.shares().items()}
+    {'driving': 0.6, 'braking': 0.39, 'stop': 0.01}
+    """
+
+    path: Path
+    """The path with the speeds, negative where it is driven backwards."""
+    speed: NDArray[np.float64]
+    """Speed at each waypoint [m/s], shape (N,), never negative."""
+    acceleration: NDArray[np.float64]
+    """Acceleration along each segment [m/s²], shape (N - 1,) of an open path, (N,) of a closed."""
+    curvature: NDArray[np.float64]
+    """Curvature at each waypoint [1/m], shape (N,)."""
+    limit: NDArray[np.uint8]
+    """What limits the speed at each waypoint, as an index of `LIMITS`, shape (N,)."""
+    limits: SpeedLimits
+    """The limits, all filled in."""
+    vehicle: Vehicle
+    """What drives."""
+
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        speed: NDArray[np.float64],
+        curvature: NDArray[np.float64],
+        limit: NDArray[np.uint8],
+        limits: SpeedLimits,
+        vehicle: Vehicle,
+    ) -> SpeedProfile:
+        """Put the speeds to a path.
+
+        Parameters
+        ----------
+        path : Path
+            What is driven.
+        speed, curvature, limit : (N,) ndarray
+            As the attributes.
+        limits : SpeedLimits
+            As resolved.
+        vehicle : Vehicle
+            What drives.
+
+        Returns
+        -------
+        SpeedProfile
+            All of it.
+        """
+        reverse = path.reverse
+        signed = speed if reverse is None else np.where(reverse, -speed, speed)
+        if reverse is not None and not path.closed:
+            signed[-1] = -speed[-1] if reverse[-2] else speed[-1]
+        xy = np.column_stack((path.x, path.y))
+        course = Path(xy, speed=signed, closed=path.closed, reverse=reverse)
+        squared = speed * speed
+        spacing = _spacing(path)
+        acceleration = 0.5 * (np.roll(squared, -1) - squared)[: spacing.size] / spacing
+        return cls(course, speed, acceleration, curvature, limit, limits, vehicle)
+
+    @property
+    def time(self) -> float:
+        """Time that the path takes, of a closed one a lap.
+
+        Returns
+        -------
+        float
+            Time [s].
+        """
+        spacing = _spacing(self.path)
+        means = 0.5 * (self.speed + np.roll(self.speed, -1))[: spacing.size]
+        return float((spacing / means).sum())
+
+    def shares(self) -> dict[str, float]:
+        """Tell what limits the speed along which share of the length.
+
+        Returns
+        -------
+        dict of str to float
+            The limits that bind, the largest share first; together 1.
+        """
+        spacing = _spacing(self.path)
+        weight = np.zeros(len(self.path))
+        segments = np.arange(spacing.size)
+        np.add.at(weight, segments, 0.5 * spacing)
+        np.add.at(weight, (segments + 1) % len(self.path), 0.5 * spacing)
+        found = np.bincount(self.limit, weight, len(LIMITS)) / spacing.sum()
+        order = np.argsort(-found, kind="stable")
+        return {LIMITS[index]: float(found[index]) for index in order if found[index] > 0.0}
+
+    @property
+    def too_sharp(self) -> NDArray[np.intp]:
+        """The waypoints where the path bends more sharply than the wheels turn.
+
+        Returns
+        -------
+        (M,) ndarray
+            Their indices; the vehicle leaves the path there at any speed.
+        """
+        most = math.tan(self.vehicle.max_steer) / self.vehicle.turning_length(0.0)
+        return np.flatnonzero(np.abs(self.curvature) > most)
+
+    def as_csv(self) -> str:
+        """Word the course as the text of a CSV file.
+
+        Returns
+        -------
+        str
+            Rows of x [m], y [m] and speed [m/s], negative where the path is driven backwards, as
+            `Path.from_csv` reads them.
+        """
+        kind = "closed" if self.path.closed else "open"
+        lines = [
+            f"# {kind} path, {len(self.path)} waypoints, planned time {self.time:.2f} s",
+            "# x [m], y [m], speed [m/s]",
+        ]
+        speed = self.path.speed
+        table = np.column_stack((self.path.x, self.path.y, self.speed if speed is None else speed))
+        lines += [f"{x!r},{y!r},{speed!r}" for x, y, speed in (table + 0.0).tolist()]
+        return "\n".join(lines) + "\n"
+
+    def to_csv(self, file: str | os.PathLike[str]) -> None:
+        r"""Write the course as a CSV file, whole or not at all.
+
+        The text is that of `as_csv`.
+
+        Parameters
+        ----------
+        file : str or os.PathLike
+            The file to write; folders that are missing are made.
+
+        Raises
+        ------
+        OSError
+            The file cannot be written; what stood there before still does.
+
+        Examples
+        --------
+        >>> import pathlib, tempfile, popsteer
+        >>> path = popsteer.Path([(0.0, 0.0), (8.0, 0.0), (16.0, 0.0)])
+        >>> profile = popsteer.planning.speed_profile(path)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder) / "course.csv"
+        ...     profile.to_csv(file)
+        ...     print(file.read_text(encoding="utf-8").splitlines()[-2])
+        8.0,0.0,5.656854249492381
+        """
+        write_text_atomic(file, self.as_csv())
+
+
+def _spacing(path: Path) -> NDArray[np.float64]:
+    """Give the length of each segment [m]."""
+    return np.diff(np.append(path.s, path.length) if path.closed else path.s)

@@ -1,0 +1,110 @@
+"""From an acceleration to the pedals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from popsteer.parameters import Parameters
+from popsteer.sim.geometry import made
+
+if TYPE_CHECKING:
+    from popsteer.sim.geometry import Plant
+
+__all__ = ["PedalMap"]
+
+
+@dataclass(frozen=True)
+class PedalMap(Parameters):
+    """Which pedals give an acceleration: that of a vehicle whose drive is linear in them.
+
+    a = drive·throttle - braking·brake - drag·v - air_drag·v², v along the direction of driving.
+
+    Parameters
+    ----------
+    drive : float
+        Acceleration at full throttle [m/s^2].
+    braking : float
+        Deceleration at full brake [m/s^2].
+    drag : float, default 0.0
+        Drag linear in speed [1/s].
+    air_drag : float, default 0.0
+        Drag quadratic in speed [1/m].
+
+    Raises
+    ------
+    ConfigError
+        A number is not in its range.
+
+    Examples
+    --------
+    >>> pedals = PedalMap(drive=6.0, braking=9.0, drag=0.3)
+    >>> pedals(3.0, 10.0), pedals(-12.0, 0.0), pedals(0.0, 0.0)
+    ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
+    """
+
+    RANGES: ClassVar = {
+        "drive": (1e-3, 1e3),
+        "braking": (1e-3, 1e3),
+        "drag": (0.0, 1e3),
+        "air_drag": (0.0, 1e3),
+    }
+
+    drive: float
+    braking: float
+    drag: float = 0.0
+    air_drag: float = 0.0
+
+    @classmethod
+    def of(cls, plant: Plant) -> PedalMap:
+        """Give the map of a plant.
+
+        Parameters
+        ----------
+        plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
+            One whose parameters, or those that it has as `params`, name `drive`, `braking` and
+            `drag`.
+
+        Returns
+        -------
+        PedalMap
+            The map; what bends cost the plant is not in it.
+
+        Raises
+        ------
+        ConfigError
+            No plant has this name.
+
+        Examples
+        --------
+        >>> PedalMap.of("carla-identified").air_drag
+        0.001
+        """
+        from popsteer.sim import CarlaIdentified, KinematicBicycle
+
+        found: Any = made(plant)
+        if isinstance(found, str):
+            found = CarlaIdentified() if found == "carla-identified" else KinematicBicycle()
+        params = getattr(found, "params", found)
+        return cls(params.drive, params.braking, params.drag, getattr(params, "air_drag", 0.0))
+
+    def __call__(self, acceleration: float, speed: float) -> tuple[float, float]:
+        """Give the pedals for an acceleration.
+
+        Parameters
+        ----------
+        acceleration : float
+            In the direction of driving [m/s^2].
+        speed : float
+            In that direction too [m/s].
+
+        Returns
+        -------
+        tuple of float
+            (throttle, brake), each in 0 to 1, one of them 0.
+        """
+        drag = self.drag * speed + self.air_drag * speed * abs(speed)
+        pull = acceleration + drag
+        if pull >= 0.0:
+            return min(pull / self.drive, 1.0), 0.0
+        return 0.0, min(-pull / self.braking, 1.0)

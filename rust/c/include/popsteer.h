@@ -1,0 +1,1125 @@
+/* popsteer: path-tracking steering for cars and car-like robots.
+ *
+ * SI units and radians; x forward, y left, yaw counter-clockwise; positive steering to the left.
+ * Handles are made by ..._new and freed by ..._free; only these two and
+ * popsteer_controller_clone and _set_path allocate or free. docs/c.md shows it in use.
+ *
+ * Made by cbindgen: do not edit. */
+
+#ifndef POPSTEER_H
+#define POPSTEER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/**
+ * The version of this binary interface: it rises with every change that a program compiled
+ * against an older header would not survive. Compare it with `popsteer_abi_version()`.
+ */
+#define POPSTEER_ABI_VERSION 1
+
+/**
+ * Of `popsteer_options.adapt` and `.monitor`: as controllers of this kind do; the default.
+ */
+#define POPSTEER_AUTO 0
+
+/**
+ * Of `popsteer_options.adapt` and `.monitor`: not at all.
+ */
+#define POPSTEER_OFF 1
+
+/**
+ * Of `popsteer_options.adapt` and `.monitor`: with the numbers beside it.
+ */
+#define POPSTEER_ON 2
+
+/**
+ * Degraded: more angle, lateral acceleration or speed of the wheels is wanted than the vehicle
+ * allows. The command is limited.
+ */
+#define POPSTEER_STATUS_SATURATED 1
+
+/**
+ * Degraded: no point ahead lies on the lookahead circle. A stand-in is aimed at.
+ */
+#define POPSTEER_STATUS_LOOKAHEAD_LOST 2
+
+/**
+ * Degraded: past the end of the path. The last segment is followed on as a straight line.
+ */
+#define POPSTEER_STATUS_END_OF_PATH 4
+
+/**
+ * Degraded: the vehicle was farther than `lost_distance` from its place on the path, and was
+ * looked for on the whole of it.
+ */
+#define POPSTEER_STATUS_OFF_PATH 8
+
+/**
+ * Degraded: the input was refused. The last command is held.
+ */
+#define POPSTEER_STATUS_INPUT_HELD 16
+
+/**
+ * Fault: more inputs in a row were refused than are held. Stop.
+ */
+#define POPSTEER_STATUS_INPUT_LOST 32
+
+/**
+ * Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
+ */
+#define POPSTEER_STATUS_DEVIATING 64
+
+/**
+ * Fault: the vehicle turns otherwise than the commands explain, or did so within the last 2 s.
+ */
+#define POPSTEER_STATUS_IMPLAUSIBLE 128
+
+/**
+ * Degraded: the best plan within the vehicle's limits was not found in the time that a step may
+ * take. The command is that of the best plan found.
+ */
+#define POPSTEER_STATUS_PLAN_CUT_SHORT 256
+
+/**
+ * All faults: stop the vehicle where any of these bits is set.
+ */
+#define POPSTEER_STATUS_FAULTS 224
+
+/**
+ * What a function came to. Everything but `POPSTEER_ERROR_NONE` left all handles as they were;
+ * `popsteer_last_error_message` says more.
+ */
+enum popsteer_error
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * No error: it is done.
+     */
+    POPSTEER_ERROR_NONE = 0,
+    /**
+     * A pointer that is needed is NULL, or not aligned.
+     */
+    POPSTEER_ERROR_NULL = 1,
+    /**
+     * A handle of another kind, one that was freed, or no handle at all, as far as that shows.
+     */
+    POPSTEER_ERROR_HANDLE = 2,
+    /**
+     * A field of a vehicle, of parameters or of options is out of its range.
+     */
+    POPSTEER_ERROR_CONFIG = 3,
+    /**
+     * The waypoints make no path.
+     */
+    POPSTEER_ERROR_PATH = 4,
+    /**
+     * A number given to a step is not finite or beyond its bound.
+     */
+    POPSTEER_ERROR_INPUT = 5,
+    /**
+     * There was no step yet that could be gone on from.
+     */
+    POPSTEER_ERROR_NO_STEP = 6,
+    /**
+     * There is not enough memory.
+     */
+    POPSTEER_ERROR_MEMORY = 7,
+    /**
+     * A fault of popsteer itself.
+     */
+    POPSTEER_ERROR_INTERNAL = 8,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum popsteer_error popsteer_error;
+#else
+typedef int32_t popsteer_error;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Many vehicles, each with its controller. One thread at a time may use a batch; for several
+ * threads make a batch for each.
+ */
+typedef struct popsteer_batch popsteer_batch;
+
+/**
+ * A controller: who steers along which path, and what is remembered. One thread at a time may use
+ * one; different ones on different threads are independent of each other.
+ */
+typedef struct popsteer_controller popsteer_controller;
+
+/**
+ * A path: waypoints that never change. Many controllers may share one, on any number of threads;
+ * the handle may be freed while they do.
+ */
+typedef struct popsteer_path popsteer_path;
+
+/**
+ * The pose of the vehicle's point, and the speed.
+ */
+typedef struct popsteer_vehicle_state {
+    /**
+     * Position [m], within 1e9.
+     */
+    double x;
+    /**
+     * Position [m], within 1e9.
+     */
+    double y;
+    /**
+     * Heading [rad], counter-clockwise from x, within 1e6.
+     */
+    double yaw;
+    /**
+     * Speed [m/s], negative while rolling backwards, within 1e4.
+     */
+    double speed;
+} popsteer_vehicle_state;
+
+/**
+ * What a vehicle may report beside pose and speed.
+ */
+typedef struct popsteer_reported {
+    /**
+     * The angle that was applied since the last step in place of the last command [rad]: a
+     * driver's, another controller's, or one that was measured. NAN: the last command.
+     */
+    double applied_steer;
+    /**
+     * How long before the step pose and speed were measured [s], 0 to 1.
+     */
+    double pose_age;
+} popsteer_reported;
+
+/**
+ * What one step answers.
+ */
+typedef struct popsteer_command {
+    /**
+     * Angle of the front wheels to command [rad], positive to the left.
+     */
+    double steer;
+    /**
+     * Offset of the tracked point of the measured vehicle from the path [m], positive left of it.
+     */
+    double cross_track_error;
+    /**
+     * Yaw of the measured vehicle less direction of the path [rad], in [-pi, pi].
+     */
+    double heading_error;
+    /**
+     * Cross-track error of the vehicle as it will be when the command reaches the wheels [m].
+     */
+    double predicted_cross_track_error;
+    /**
+     * Heading error of that vehicle [rad].
+     */
+    double predicted_heading_error;
+    /**
+     * The point aimed at [m].
+     */
+    double target_x;
+    /**
+     * The point aimed at [m].
+     */
+    double target_y;
+    /**
+     * The path's speed beside the rear axle [m/s], negative where it is driven backwards; NAN
+     * where the path has no speeds.
+     */
+    double reference_speed;
+    /**
+     * Distance that the rear axle has to go to the next cusp, or to the end [m]; negative past the
+     * end, INFINITY on a closed path without cusps.
+     */
+    double distance_to_stop;
+    /**
+     * How the step went: `POPSTEER_STATUS_...` bits; 0 is as the controller wants it.
+     */
+    uint32_t status;
+    /**
+     * Whether the path is driven backwards here.
+     */
+    bool reverse;
+} popsteer_command;
+
+/**
+ * What the motion has shown of the vehicle.
+ */
+typedef struct popsteer_estimate {
+    /**
+     * How many times more the vehicle turns than its figures say.
+     */
+    double gain;
+    /**
+     * Angle of the wheels at the command 0 [rad], the vehicle's `steer_offset` included.
+     */
+    double steer_offset;
+    /**
+     * Time from a command to its first effect on the wheels [s], the vehicle's `dead_time`
+     * included.
+     */
+    double dead_time;
+    /**
+     * Angle of the motion of the point that does not slip to the heading, straight on [rad].
+     */
+    double slip;
+    /**
+     * How much that angle grows with the curvature [m].
+     */
+    double slip_length;
+    /**
+     * Acceleration [m/s^2].
+     */
+    double acceleration;
+} popsteer_estimate;
+
+/**
+ * All that is true of a car-like vehicle, told once. Begin with `popsteer_vehicle_default()` and
+ * change what is known; a field marked "NAN: ..." need not be known.
+ *
+ * A pose is always that of the vehicle's point, wherever it is measured; the axles are told from
+ * there. One chain leads from a command to the motion:
+ *
+ *     wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)
+ *     |wheel| <= max_steer
+ *     yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed^2)
+ */
+typedef struct popsteer_vehicle {
+    /**
+     * Distance of the axles [m], 1e-3 to 1e3; the default lengths of all parameters scale with it.
+     */
+    double wheelbase;
+    /**
+     * How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
+     * axle's, negative where it is of a point ahead of that.
+     */
+    double rear_axle;
+    /**
+     * How far ahead of the pose's point lies the point that moves where the vehicle looks [m];
+     * NAN: the rear axle.
+     */
+    double no_slip_point;
+    /**
+     * The wheelbase that the vehicle turns by [m]; NAN: `wheelbase`.
+     */
+    double turning_wheelbase;
+    /**
+     * Understeer gradient [s^2/m].
+     */
+    double understeer;
+    /**
+     * Angle of the wheels at the command 0 [rad].
+     */
+    double steer_offset;
+    /**
+     * Time constant with which the wheels answer a command [s].
+     */
+    double steer_lag;
+    /**
+     * Time from a command to its first effect on the wheels [s].
+     */
+    double dead_time;
+    /**
+     * Largest angle of the front wheels [rad].
+     */
+    double max_steer;
+    /**
+     * Fastest move of the front wheels [rad/s]; NAN: no limit.
+     */
+    double max_steer_rate;
+    /**
+     * Largest lateral acceleration that a command may ask for [m/s^2]; NAN: no limit.
+     */
+    double max_lateral_acceleration;
+    /**
+     * Top speed [m/s]; NAN: no limit.
+     */
+    double max_speed;
+    /**
+     * Largest driving acceleration [m/s^2]; NAN: not known.
+     */
+    double max_acceleration;
+    /**
+     * Largest braking deceleration [m/s^2]; NAN: not known.
+     */
+    double max_deceleration;
+    /**
+     * Time constant with which the drive answers the pedals [s].
+     */
+    double drive_lag;
+} popsteer_vehicle;
+
+/**
+ * Tuning of POP, the paper's controller. Lengths that are NAN scale with the wheelbase.
+ */
+typedef struct popsteer_pop_params {
+    /**
+     * Velocity constant [s]: lookahead = min_lookahead + lookahead_gain * speed. Default 0.2.
+     */
+    double lookahead_gain;
+    /**
+     * Lookahead at rest [m]; NAN: two wheelbases.
+     */
+    double min_lookahead;
+    /**
+     * Optimization range [rad]: candidates lie at most this far from the last angle. Default 3
+     * degrees.
+     */
+    double steer_span;
+    /**
+     * Number of candidates, odd. Default 21.
+     */
+    size_t candidate_count;
+    /**
+     * Not 0: the lookahead point is the path's first crossing of the circle ahead (default); 0:
+     * what the paper's search finds.
+     */
+    uint32_t exact_lookahead;
+    /**
+     * Threshold of the paper's search [m]; NAN: 1/300 of the wheelbase.
+     */
+    double lookahead_tolerance;
+    /**
+     * Arc ahead of the vehicle that the paper's search looks at [m]; NAN: 20/3 wheelbases.
+     */
+    double window_ahead;
+    /**
+     * Grid of the paper's search [m]; NAN: 1/300 of the wheelbase.
+     */
+    double grid_spacing;
+    /**
+     * How far along the path from the last place the vehicle is looked for [m], beside what it
+     * travels in a step; NAN: two wheelbases.
+     */
+    double search_distance;
+    /**
+     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
+     * NAN: ten wheelbases.
+     */
+    double lost_distance;
+} popsteer_pop_params;
+
+/**
+ * How a controller adapts to its vehicle, and watches it.
+ */
+typedef struct popsteer_options {
+    /**
+     * `POPSTEER_AUTO`: adapts in preview POP, and where the vehicle has a dead time;
+     * `POPSTEER_OFF`: never; `POPSTEER_ON`: with the three numbers below.
+     */
+    uint32_t adapt;
+    /**
+     * `POPSTEER_AUTO`: watches with the default numbers; `POPSTEER_OFF`: never;
+     * `POPSTEER_ON`: with the two numbers below.
+     */
+    uint32_t monitor;
+    /**
+     * Time over which turning gain, steering offset and dead time are estimated [s]; 0: never.
+     * Default 10.
+     */
+    double turn_time;
+    /**
+     * Time over which the slip is estimated [s]; 0: never. Default 5.
+     */
+    double slip_time;
+    /**
+     * Below this speed the slip is not estimated [m/s]; NAN: 5/3 wheelbases a second.
+     */
+    double min_speed;
+    /**
+     * Cross-track error beyond which a vehicle that was nearer before has
+     * `POPSTEER_STATUS_DEVIATING` [m]; NAN: half a wheelbase.
+     */
+    double deviation_limit;
+    /**
+     * How far the yaw measured over a second may be from what the commands explain without
+     * `POPSTEER_STATUS_IMPLAUSIBLE` [rad]. Default 0.01.
+     */
+    double turn_tolerance;
+} popsteer_options;
+
+/**
+ * Tuning of preview POP. What is NAN scales with the vehicle.
+ */
+typedef struct popsteer_preview_pop_params {
+    /**
+     * Optimization range over the control period [rad/s]; NAN: the vehicle's `max_steer_rate`, or
+     * 60 degrees/s.
+     */
+    double steer_span_rate;
+    /**
+     * How long the prediction looks ahead [s]. Default 1.
+     */
+    double horizon;
+    /**
+     * How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; NAN: a
+     * wheelbase. More: the path is joined more gently.
+     */
+    double heading_cost;
+    /**
+     * How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
+     * [m s/rad]; NAN: a twelfth of the wheelbase. More: calmer wheels.
+     */
+    double steer_rate_cost;
+    /**
+     * Heading at which the path is approached from afar [rad]. Default 0.25.
+     */
+    double approach_angle;
+    /**
+     * Below this speed [m/s] the wheels turn in proportion to the distance travelled; NAN: 5/3
+     * wheelbases a second.
+     */
+    double min_speed;
+    /**
+     * Length of path over which its direction is taken [m]; NAN: 2/3 of the wheelbase.
+     */
+    double smoothing_length;
+    /**
+     * How far along the path from the last place the vehicle is looked for [m], beside what it
+     * travels in a step; NAN: two wheelbases.
+     */
+    double search_distance;
+    /**
+     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
+     * NAN: ten wheelbases.
+     */
+    double lost_distance;
+} popsteer_preview_pop_params;
+
+/**
+ * Tuning of PID on the cross-track error of the front axle.
+ */
+typedef struct popsteer_pid_params {
+    /**
+     * Proportional gain [rad/m]; NAN: 0.25 at 3 m of wheelbase, inversely proportional to it.
+     */
+    double kp;
+    /**
+     * Integral gain [rad/(m s)], [rad/m] without `integral_with_dt`; NAN: 0.01 at 3 m.
+     */
+    double ki;
+    /**
+     * Derivative gain [rad s/m]; NAN: 0.2 at 3 m.
+     */
+    double kd;
+    /**
+     * How many of the last errors the integral sums. Default 500.
+     */
+    size_t buffer_length;
+    /**
+     * Not 0: the integral weighs each error with its dt (default); 0: as the paper prints it.
+     */
+    uint32_t integral_with_dt;
+    /**
+     * Length of path over which its heading is taken [m]; NAN: two wheelbases.
+     */
+    double smoothing_length;
+    /**
+     * How far along the path from the last place the vehicle is looked for [m], beside what it
+     * travels in a step; NAN: two wheelbases.
+     */
+    double search_distance;
+    /**
+     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
+     * NAN: ten wheelbases.
+     */
+    double lost_distance;
+} popsteer_pid_params;
+
+/**
+ * Tuning of pure pursuit of the rear axle.
+ */
+typedef struct popsteer_pure_pursuit_params {
+    /**
+     * Velocity constant [s]: lookahead = max(min_lookahead, lookahead_gain * speed). Default 0.9.
+     */
+    double lookahead_gain;
+    /**
+     * Least lookahead [m]; NAN: 10/3 wheelbases.
+     */
+    double min_lookahead;
+    /**
+     * Not 0: the angle to the lookahead point by acos, as in the published code. Default 0.
+     */
+    uint32_t alpha_by_arccos;
+    /**
+     * Not 0: the lookahead point is the path's first crossing of the circle ahead (default); 0:
+     * what the paper's search finds.
+     */
+    uint32_t exact_lookahead;
+    /**
+     * Threshold of the paper's search [m]; NAN: 1/300 of the wheelbase.
+     */
+    double lookahead_tolerance;
+    /**
+     * Arc ahead of the vehicle that the paper's search looks at [m]; NAN: 20/3 wheelbases.
+     */
+    double window_ahead;
+    /**
+     * Grid of the paper's search [m]; NAN: 1/300 of the wheelbase.
+     */
+    double grid_spacing;
+    /**
+     * How far along the path from the last place the vehicle is looked for [m], beside what it
+     * travels in a step; NAN: two wheelbases.
+     */
+    double search_distance;
+    /**
+     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
+     * NAN: ten wheelbases.
+     */
+    double lost_distance;
+} popsteer_pure_pursuit_params;
+
+/**
+ * Tuning of Stanley, by the front axle.
+ */
+typedef struct popsteer_stanley_params {
+    /**
+     * Crosstrack error constant [1/s]. Default 1.5.
+     */
+    double cross_track_gain;
+    /**
+     * Velocity constant. Default 1.3.
+     */
+    double speed_gain;
+    /**
+     * Softening constant [m/s]; NAN: 1e-5 at 3 m of wheelbase, in proportion at others.
+     */
+    double softening;
+    /**
+     * Not 0: the path's heading is that of the segment behind the nearest waypoint. Default 0.
+     */
+    uint32_t heading_behind;
+    /**
+     * Length of path over which its heading is taken [m]; NAN: a wheelbase.
+     */
+    double smoothing_length;
+    /**
+     * How far along the path from the last place the vehicle is looked for [m], beside what it
+     * travels in a step; NAN: two wheelbases.
+     */
+    double search_distance;
+    /**
+     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
+     * NAN: ten wheelbases.
+     */
+    double lost_distance;
+} popsteer_stanley_params;
+
+/**
+ * Tuning of bang-bang, the floor to measure against.
+ */
+typedef struct popsteer_bang_bang_params {
+    /**
+     * The angle that is switched [rad]. Default 0.122.
+     */
+    double amplitude;
+    /**
+     * Cross-track errors up to this leave the wheels straight [m]. Default 0.
+     */
+    double deadband;
+    /**
+     * How far along the path from the last place the vehicle is looked for [m], beside what it
+     * travels in a step; NAN: two wheelbases.
+     */
+    double search_distance;
+    /**
+     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
+     * NAN: ten wheelbases.
+     */
+    double lost_distance;
+} popsteer_bang_bang_params;
+
+/**
+ * One instant of a predicted trajectory.
+ */
+typedef struct popsteer_predicted {
+    /**
+     * Time since the last step [s].
+     */
+    double time;
+    /**
+     * Pose of the vehicle's point, and speed.
+     */
+    struct popsteer_vehicle_state vehicle;
+    /**
+     * Angle commanded then [rad].
+     */
+    double steer;
+} popsteer_predicted;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * The `POPSTEER_ABI_VERSION` of the library that is linked, for comparison with the header's.
+ */
+uint32_t popsteer_abi_version(void);
+
+/**
+ * The version of popsteer, such as "0.2.0".
+ */
+const char *popsteer_version(void);
+
+/**
+ * Makes a batch of copies of `count` controllers, in the state in which they are; they may be of
+ * several kinds, and may be freed afterwards.
+ *
+ * Required of the caller:
+ *
+ * `controllers` has `count` entries, each NULL or a handle of this library; `out` is NULL or a place
+ * for a pointer.
+ */
+popsteer_error popsteer_batch_new(const struct popsteer_controller *const *controllers,
+                                  size_t count,
+                                  struct popsteer_batch **out);
+
+/**
+ * How many vehicles a batch has; 0 where `batch` is no batch.
+ *
+ * Required of the caller:
+ *
+ * `batch` is NULL or a handle of this library.
+ */
+size_t popsteer_batch_size(const struct popsteer_batch *batch);
+
+/**
+ * Takes one control step with every vehicle: `vehicles` and `out` have an entry for each, and so
+ * has `reported`, which may be NULL. Each answer is that of `popsteer_step`, to the bit.
+ *
+ * Where an input is refused, `POPSTEER_ERROR_INPUT`, no vehicle has moved and `out` is unchanged;
+ * the message names the first of them. Nothing is allocated.
+ *
+ * Required of the caller:
+ *
+ * `batch` is NULL or a handle of this library that no one else uses meanwhile; the arrays are NULL
+ * or as long as the batch.
+ */
+popsteer_error popsteer_batch_step(struct popsteer_batch *batch,
+                                   const struct popsteer_vehicle_state *vehicles,
+                                   double dt,
+                                   const struct popsteer_reported *reported,
+                                   struct popsteer_command *out);
+
+/**
+ * Takes one control step with every vehicle, and answers whatever comes in: each answer is that of
+ * `popsteer_step_or_hold`, to the bit.
+ *
+ * Required of the caller:
+ *
+ * As for `popsteer_batch_step`.
+ */
+popsteer_error popsteer_batch_step_or_hold(struct popsteer_batch *batch,
+                                           const struct popsteer_vehicle_state *vehicles,
+                                           double dt,
+                                           size_t hold_limit,
+                                           const struct popsteer_reported *reported,
+                                           struct popsteer_command *out);
+
+/**
+ * Has one vehicle follow another path from its next step on; see `popsteer_controller_set_path`.
+ *
+ * Required of the caller:
+ *
+ * `batch` and `path` are NULL or handles of this library; no one else uses the batch meanwhile.
+ */
+popsteer_error popsteer_batch_set_path(struct popsteer_batch *batch,
+                                       size_t vehicle,
+                                       const struct popsteer_path *path);
+
+/**
+ * Takes every vehicle back to before its first step.
+ *
+ * Required of the caller:
+ *
+ * `batch` is NULL or a handle of this library that no one else uses meanwhile.
+ */
+popsteer_error popsteer_batch_reset(struct popsteer_batch *batch);
+
+/**
+ * Frees a batch; NULL is left alone.
+ *
+ * Required of the caller:
+ *
+ * `batch` is NULL or a handle of this library that is not used any more.
+ */
+popsteer_error popsteer_batch_free(struct popsteer_batch *batch);
+
+/**
+ * No angle but the last command was applied, and the pose is that of now.
+ */
+struct popsteer_reported popsteer_reported_default(void);
+
+/**
+ * Takes a controller back to before its first step, with straight wheels.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library that no one else uses meanwhile.
+ */
+popsteer_error popsteer_controller_reset(struct popsteer_controller *controller);
+
+/**
+ * Takes a controller back to before its first step, for a vehicle that a driver hands over,
+ * steering at the angle `steer` [rad]: it goes on from there without a jump.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library that no one else uses meanwhile.
+ */
+popsteer_error popsteer_controller_reset_to(struct popsteer_controller *controller, double steer);
+
+/**
+ * Follows another path from the next step on; may be called before every step, as a planner gives
+ * its paths. The place on the new path is that of the last step; integral, estimate and commands in
+ * flight carry on. The old path is freed here if nobody else holds it: to have no memory freed in
+ * the control loop, free its handle elsewhere, later.
+ *
+ * Required of the caller:
+ *
+ * `controller` and `path` are NULL or handles of this library; no one else uses the controller
+ * meanwhile.
+ */
+popsteer_error popsteer_controller_set_path(struct popsteer_controller *controller,
+                                            const struct popsteer_path *path);
+
+/**
+ * Finds the vehicle's place on the whole path anew, after a jump of the vehicle or of its
+ * localisation. Exact, but on long paths slower than a step.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library that no one else uses meanwhile.
+ */
+popsteer_error popsteer_controller_relocalise(struct popsteer_controller *controller,
+                                              double x,
+                                              double y,
+                                              double yaw);
+
+/**
+ * Writes to `out` what the motion has shown of the vehicle so far.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library that no one changes meanwhile; `out` is NULL or
+ * a place for an estimate.
+ */
+popsteer_error popsteer_controller_estimate(const struct popsteer_controller *controller,
+                                            struct popsteer_estimate *out);
+
+/**
+ * How far ahead of the pose's point the tracked point lies [m], driving forward: the point whose
+ * errors a command tells; NAN where `controller` is no controller.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library.
+ */
+double popsteer_controller_tracked_point(const struct popsteer_controller *controller);
+
+/**
+ * Makes a second controller that stands where `controller` stands: to try something, or to go back
+ * to it. It follows the same path.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library that no one changes meanwhile; `out` is NULL or
+ * a place for a pointer.
+ */
+popsteer_error popsteer_controller_clone(const struct popsteer_controller *controller,
+                                         struct popsteer_controller **out);
+
+/**
+ * Frees a controller; NULL is left alone.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library that is not used any more.
+ */
+popsteer_error popsteer_controller_free(struct popsteer_controller *controller);
+
+/**
+ * Writes why the last call of this thread that failed did so, with the name of the field and its
+ * value: at most `size` bytes into `buffer`, the final NUL included. Returns the length of the whole
+ * message without the NUL, as snprintf does; `buffer` may be NULL where `size` is 0. The message
+ * is empty before the first failure; calls that succeed leave it.
+ *
+ * Required of the caller:
+ *
+ * `buffer` is NULL or has room for `size` bytes.
+ */
+size_t popsteer_last_error_message(char *buffer,
+                                   size_t size);
+
+/**
+ * What a code stands for, in a few words.
+ */
+const char *popsteer_error_name(int32_t error);
+
+/**
+ * Makes a POP controller, the paper's: of the angles near the last one that which leads nearest to
+ * the lookahead point.
+ *
+ * `vehicle`, `params` and `options` may be NULL for their defaults; they are copied. `path` may be
+ * freed afterwards. `out` gets the controller, which is freed by `popsteer_controller_free`.
+ * `POPSTEER_ERROR_CONFIG` names a field that is out of its range.
+ *
+ * Required of the caller:
+ *
+ * Each pointer is NULL or leads to what its type says.
+ */
+popsteer_error popsteer_pop_new(const struct popsteer_path *path,
+                                const struct popsteer_vehicle *vehicle,
+                                const struct popsteer_pop_params *params,
+                                const struct popsteer_options *options,
+                                struct popsteer_controller **out);
+
+/**
+ * Makes a preview POP controller, which plans its angles ahead within all limits of the vehicle:
+ * the one for real vehicles. Arguments as of `popsteer_pop_new`.
+ *
+ * Required of the caller:
+ *
+ * Each pointer is NULL or leads to what its type says.
+ */
+popsteer_error popsteer_preview_pop_new(const struct popsteer_path *path,
+                                        const struct popsteer_vehicle *vehicle,
+                                        const struct popsteer_preview_pop_params *params,
+                                        const struct popsteer_options *options,
+                                        struct popsteer_controller **out);
+
+/**
+ * Makes a PID controller on the cross-track error. Arguments as of `popsteer_pop_new`.
+ *
+ * Required of the caller:
+ *
+ * Each pointer is NULL or leads to what its type says.
+ */
+popsteer_error popsteer_pid_new(const struct popsteer_path *path,
+                                const struct popsteer_vehicle *vehicle,
+                                const struct popsteer_pid_params *params,
+                                const struct popsteer_options *options,
+                                struct popsteer_controller **out);
+
+/**
+ * Makes a pure-pursuit controller: the arc of the rear axle through the lookahead point.
+ * Arguments as of `popsteer_pop_new`.
+ *
+ * Required of the caller:
+ *
+ * Each pointer is NULL or leads to what its type says.
+ */
+popsteer_error popsteer_pure_pursuit_new(const struct popsteer_path *path,
+                                         const struct popsteer_vehicle *vehicle,
+                                         const struct popsteer_pure_pursuit_params *params,
+                                         const struct popsteer_options *options,
+                                         struct popsteer_controller **out);
+
+/**
+ * Makes a Stanley controller: heading and cross-track error of the front axle. Arguments as of
+ * `popsteer_pop_new`.
+ *
+ * Required of the caller:
+ *
+ * Each pointer is NULL or leads to what its type says.
+ */
+popsteer_error popsteer_stanley_new(const struct popsteer_path *path,
+                                    const struct popsteer_vehicle *vehicle,
+                                    const struct popsteer_stanley_params *params,
+                                    const struct popsteer_options *options,
+                                    struct popsteer_controller **out);
+
+/**
+ * Makes a bang-bang controller: a fixed angle back towards the path. Arguments as of
+ * `popsteer_pop_new`.
+ *
+ * Required of the caller:
+ *
+ * Each pointer is NULL or leads to what its type says.
+ */
+popsteer_error popsteer_bang_bang_new(const struct popsteer_path *path,
+                                      const struct popsteer_vehicle *vehicle,
+                                      const struct popsteer_bang_bang_params *params,
+                                      const struct popsteer_options *options,
+                                      struct popsteer_controller **out);
+
+/**
+ * The defaults of `popsteer_pop_params`.
+ */
+struct popsteer_pop_params popsteer_pop_params_default(void);
+
+/**
+ * The defaults of `popsteer_preview_pop_params`.
+ */
+struct popsteer_preview_pop_params popsteer_preview_pop_params_default(void);
+
+/**
+ * The defaults of `popsteer_pid_params`.
+ */
+struct popsteer_pid_params popsteer_pid_params_default(void);
+
+/**
+ * The defaults of `popsteer_pure_pursuit_params`.
+ */
+struct popsteer_pure_pursuit_params popsteer_pure_pursuit_params_default(void);
+
+/**
+ * The defaults of `popsteer_stanley_params`.
+ */
+struct popsteer_stanley_params popsteer_stanley_params_default(void);
+
+/**
+ * The defaults of `popsteer_bang_bang_params`.
+ */
+struct popsteer_bang_bang_params popsteer_bang_bang_params_default(void);
+
+/**
+ * The defaults of `popsteer_options`.
+ */
+struct popsteer_options popsteer_options_default(void);
+
+/**
+ * Makes a path of `count` waypoints, which are copied.
+ *
+ * `x`, `y`: coordinates [m]. `speed`: reference speeds [m/s], or NULL; a segment whose speed is
+ * negative is driven backwards. `reverse`: for each waypoint not 0 where the segment that begins
+ * there is driven backwards, whatever the signs of the speeds, or NULL. `closed`: whether the last
+ * waypoint leads back to the first.
+ *
+ * Refused as `POPSTEER_ERROR_PATH`: fewer than two waypoints (three in a closed path), a number
+ * that is not finite or beyond 1e9 m, neighbours at one place. `out` gets the path, which is freed
+ * by `popsteer_path_free`.
+ *
+ * Required of the caller:
+ *
+ * The arrays have `count` entries each; `out` is a place for a pointer.
+ */
+popsteer_error popsteer_path_new(const double *x,
+                                 const double *y,
+                                 const double *speed,
+                                 const uint8_t *reverse,
+                                 size_t count,
+                                 bool closed,
+                                 struct popsteer_path **out);
+
+/**
+ * The length of a path [m], the way from the last waypoint to the first of a closed one included;
+ * NAN where `path` is no path.
+ *
+ * Required of the caller:
+ *
+ * `path` is NULL or a handle of this library.
+ */
+double popsteer_path_length(const struct popsteer_path *path);
+
+/**
+ * Frees a path, at the latest when the last controller that follows it is freed; NULL is left
+ * alone.
+ *
+ * Required of the caller:
+ *
+ * `path` is NULL or a handle of this library that is not used any more.
+ */
+popsteer_error popsteer_path_free(struct popsteer_path *path);
+
+/**
+ * Writes the names of the conditions that hold, such as "saturated|end-of-path", or "ok": at most
+ * `size` bytes into `buffer`, the final NUL included. Returns the length of all of it without the
+ * NUL, as snprintf does; 127 bytes are always enough. Bits that stand for no condition have no
+ * name.
+ *
+ * Required of the caller:
+ *
+ * `buffer` is NULL or has room for `size` bytes.
+ */
+size_t popsteer_status_names(uint32_t status, char *buffer, size_t size);
+
+/**
+ * Takes one control step.
+ *
+ * `vehicle`: pose of the vehicle's point, and speed. `dt`: time since the last step that answered
+ * [s], 1e-6 to 1e3. `reported`: what was applied, and how old the pose is; NULL where there is
+ * nothing to report. `out` gets the command.
+ *
+ * A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: controller
+ * and `out` are then unchanged. Nothing is allocated.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library that no one else uses meanwhile; the other
+ * pointers are NULL or lead to what their types say.
+ */
+popsteer_error popsteer_step(struct popsteer_controller *controller,
+                             struct popsteer_vehicle_state vehicle,
+                             double dt,
+                             const struct popsteer_reported *reported,
+                             struct popsteer_command *out);
+
+/**
+ * Takes one control step, and answers whatever comes in: where `popsteer_step` would refuse the
+ * input, `out` gets the last command with `POPSTEER_STATUS_INPUT_HELD`, for up to `hold_limit`
+ * inputs in a row, and `POPSTEER_STATUS_INPUT_LOST` beyond. Only NULL and wrong handles are errors.
+ *
+ * `dt` is the time since the last call [s]; one that is itself refused counts as that of the last
+ * step. The next step counts the time of those that were held.
+ *
+ * Required of the caller:
+ *
+ * As for `popsteer_step`.
+ */
+popsteer_error popsteer_step_or_hold(struct popsteer_controller *controller,
+                                     struct popsteer_vehicle_state vehicle,
+                                     double dt,
+                                     size_t hold_limit,
+                                     const struct popsteer_reported *reported,
+                                     struct popsteer_command *out);
+
+/**
+ * Writes the trajectory that a controller intends from the last step on into `out`, which has room
+ * for `size` instants, one each `dt` [s], the last step itself first. `count`, which may be NULL,
+ * gets how many were written: fewer than `size` where the trajectory leaves all bounds.
+ *
+ * A copy of the controller drives the vehicle as it is known by now, at its present acceleration,
+ * and to the next stop at most. The controller stays as it is. `POPSTEER_ERROR_NO_STEP` before the
+ * first step. Nothing is allocated; the time it takes is that of `size` steps.
+ *
+ * Required of the caller:
+ *
+ * `controller` is NULL or a handle of this library that no one changes meanwhile; `out` has room
+ * for `size` instants.
+ */
+popsteer_error popsteer_predict(const struct popsteer_controller *controller,
+                                double dt,
+                                struct popsteer_predicted *out,
+                                size_t size,
+                                size_t *count);
+
+/**
+ * The paper's wheelbase (3 m) and largest angle (1.22 rad), a lag of 0.1 s, 4 m/s^2 of lateral
+ * acceleration; the pose is the rear axle's.
+ */
+struct popsteer_vehicle popsteer_vehicle_default(void);
+
+/**
+ * Whether every field is within its range; `POPSTEER_ERROR_CONFIG` and a message that names it
+ * where one is not. Controllers check their vehicle by themselves.
+ *
+ * Required of the caller:
+ *
+ * `vehicle` is NULL or leads to a vehicle.
+ */
+popsteer_error popsteer_vehicle_check(const struct popsteer_vehicle *vehicle);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* POPSTEER_H */

@@ -1,0 +1,171 @@
+//! What goes into a step, and what comes out of it.
+
+use popsteer_core::lateral::{Predicted, Reported};
+use popsteer_core::vehicle::Estimate;
+use popsteer_core::{Command, Vehicle, VehicleState};
+
+use crate::fields::{Field, same_fields};
+
+/// The pose of the vehicle's point, and the speed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CVehicleState {
+    /// Position [m], within 1e9.
+    pub x: f64,
+    /// Position [m], within 1e9.
+    pub y: f64,
+    /// Heading [rad], counter-clockwise from x, within 1e6.
+    pub yaw: f64,
+    /// Speed [m/s], negative while rolling backwards, within 1e4.
+    pub speed: f64,
+}
+
+same_fields!(CVehicleState, VehicleState, { x, y, yaw, speed });
+
+/// What a vehicle may report beside pose and speed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CReported {
+    /// The angle that was applied since the last step in place of the last command [rad]: a
+    /// driver's, another controller's, or one that was measured. NAN: the last command.
+    pub applied_steer: f64,
+    /// How long before the step pose and speed were measured [s], 0 to 1.
+    pub pose_age: f64,
+}
+
+same_fields!(CReported, Reported, { applied_steer, pose_age });
+
+/// What one step answers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CCommand {
+    /// Angle of the front wheels to command [rad], positive to the left.
+    pub steer: f64,
+    /// Offset of the tracked point of the measured vehicle from the path [m], positive left of it.
+    pub cross_track_error: f64,
+    /// Yaw of the measured vehicle less direction of the path [rad], in [-pi, pi].
+    pub heading_error: f64,
+    /// Cross-track error of the vehicle as it will be when the command reaches the wheels [m].
+    pub predicted_cross_track_error: f64,
+    /// Heading error of that vehicle [rad].
+    pub predicted_heading_error: f64,
+    /// The point aimed at [m].
+    pub target_x: f64,
+    /// The point aimed at [m].
+    pub target_y: f64,
+    /// The path's speed beside the rear axle [m/s], negative where it is driven backwards; NAN
+    /// where the path has no speeds.
+    pub reference_speed: f64,
+    /// Distance that the rear axle has to go to the next cusp, or to the end [m]; negative past the
+    /// end, INFINITY on a closed path without cusps.
+    pub distance_to_stop: f64,
+    /// How the step went: `POPSTEER_STATUS_...` bits; 0 is as the controller wants it.
+    pub status: u32,
+    /// Whether the path is driven backwards here.
+    pub reverse: bool,
+}
+
+impl From<Command> for CCommand {
+    #[inline]
+    fn from(command: Command) -> Self {
+        let Command {
+            steer,
+            cross_track_error,
+            heading_error,
+            predicted_cross_track_error,
+            predicted_heading_error,
+            target,
+            reverse,
+            reference_speed,
+            distance_to_stop,
+            status,
+        } = command;
+        Self {
+            steer,
+            cross_track_error,
+            heading_error,
+            predicted_cross_track_error,
+            predicted_heading_error,
+            target_x: target.x,
+            target_y: target.y,
+            reference_speed: f64::of(reference_speed),
+            distance_to_stop,
+            status: status.bits(),
+            reverse,
+        }
+    }
+}
+
+/// One instant of a predicted trajectory.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CPredicted {
+    /// Time since the last step [s].
+    pub time: f64,
+    /// Pose of the vehicle's point, and speed.
+    pub vehicle: CVehicleState,
+    /// Angle commanded then [rad].
+    pub steer: f64,
+}
+
+impl From<Predicted> for CPredicted {
+    fn from(predicted: Predicted) -> Self {
+        let Predicted {
+            time,
+            vehicle,
+            steer,
+        } = predicted;
+        Self {
+            time,
+            vehicle: vehicle.into(),
+            steer,
+        }
+    }
+}
+
+/// What the motion has shown of the vehicle.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CEstimate {
+    /// How many times more the vehicle turns than its figures say.
+    pub gain: f64,
+    /// Angle of the wheels at the command 0 [rad], the vehicle's `steer_offset` included.
+    pub steer_offset: f64,
+    /// Time from a command to its first effect on the wheels [s], the vehicle's `dead_time`
+    /// included.
+    pub dead_time: f64,
+    /// Angle of the motion of the point that does not slip to the heading, straight on [rad].
+    pub slip: f64,
+    /// How much that angle grows with the curvature [m].
+    pub slip_length: f64,
+    /// Acceleration [m/s^2].
+    pub acceleration: f64,
+}
+
+impl CEstimate {
+    /// What is known of `vehicle` by an estimate of the core, which tells what is beyond it.
+    pub(crate) fn of(vehicle: &Vehicle, estimate: Estimate) -> Self {
+        let Estimate {
+            gain,
+            steer_offset,
+            longer_dead_time,
+            slip,
+            slip_length,
+            acceleration,
+        } = estimate;
+        Self {
+            gain,
+            steer_offset: vehicle.steer_offset + steer_offset,
+            dead_time: vehicle.dead_time + longer_dead_time,
+            slip,
+            slip_length,
+            acceleration,
+        }
+    }
+}
+
+/// No angle but the last command was applied, and the pose is that of now.
+#[unsafe(no_mangle)]
+pub extern "C" fn popsteer_reported_default() -> CReported {
+    Reported::NOTHING.into()
+}

@@ -1,0 +1,290 @@
+//! Controllers: one of the core's, its state and its path, in one allocation.
+
+use std::sync::Arc;
+
+use popsteer_core::lateral::{
+    BangBang, LateralLaw, Pid, Pop, PreviewPop, PurePursuit, Reported, Stanley, TrackerState,
+};
+use popsteer_core::{Command, InputError, Path, Tracker, VehicleState};
+
+use crate::command::CEstimate;
+use crate::error::{CError, guard};
+use crate::handle::{self, Handle};
+use crate::path::{self, CPath};
+
+/// A controller: who steers along which path, and what is remembered. One thread at a time may use
+/// one; different ones on different threads are independent of each other.
+#[derive(Debug)]
+pub struct CController {
+    _private: (),
+}
+
+impl Handle for CController {
+    type Value = Controller;
+    const MAGIC: u64 = 0x726c_7463_5f73_7002;
+    const KIND: &'static str = "controller";
+}
+
+/// What is behind the handle.
+#[derive(Clone, Debug)]
+pub(crate) struct Controller {
+    pub(crate) path: Arc<Path>,
+    pub(crate) steering: Steering,
+}
+
+/// A law's tracker and what it remembers.
+#[derive(Clone, Debug)]
+pub(crate) struct Steered<L: LateralLaw> {
+    pub(crate) tracker: Tracker<L>,
+    pub(crate) state: TrackerState<L::State>,
+}
+
+impl<L: LateralLaw> From<Tracker<L>> for Steered<L> {
+    fn from(tracker: Tracker<L>) -> Self {
+        let state = tracker.initial_state();
+        Self { tracker, state }
+    }
+}
+
+/// Any of the controllers.
+#[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it stays where it is, behind its handle"
+)]
+pub(crate) enum Steering {
+    Pop(Steered<Pop>),
+    PreviewPop(Steered<PreviewPop>),
+    Pid(Steered<Pid>),
+    PurePursuit(Steered<PurePursuit>),
+    Stanley(Steered<Stanley>),
+    BangBang(Steered<BangBang>),
+}
+
+/// `$with` for whichever law steers, with its tracker and its state.
+macro_rules! each {
+    ($steering:expr, $tracker:ident, $state:ident => $with:expr) => {
+        $crate::controller::each!(
+            @ $steering, $tracker, $state, $with,
+            Pop, PreviewPop, Pid, PurePursuit, Stanley, BangBang
+        )
+    };
+    (@ $steering:expr, $tracker:ident, $state:ident, $with:expr, $($law:ident),+) => {
+        match $steering {
+            $($crate::controller::Steering::$law($crate::controller::Steered {
+                tracker: $tracker,
+                state: $state,
+            }) => $with,)+
+        }
+    };
+}
+pub(crate) use each;
+
+impl Controller {
+    #[inline]
+    pub(crate) fn step(
+        &mut self,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Command, InputError> {
+        let path = &self.path.view();
+        each!(&mut self.steering, tracker, state => {
+            tracker.step_reported(path, state, vehicle, dt, reported)
+        })
+    }
+
+    #[inline]
+    pub(crate) fn step_or_hold(
+        &mut self,
+        vehicle: VehicleState,
+        dt: f64,
+        hold_limit: usize,
+        reported: Reported,
+    ) -> Command {
+        let path = &self.path.view();
+        each!(&mut self.steering, tracker, state => {
+            tracker.step_or_hold_reported(path, state, vehicle, dt, hold_limit, reported)
+        })
+    }
+
+    /// Refuses what a step with these inputs would refuse.
+    pub(crate) fn check(
+        &self,
+        vehicle: VehicleState,
+        reported: Reported,
+    ) -> Result<(), InputError> {
+        vehicle.checked()?;
+        each!(&self.steering, tracker, _state => {
+            reported.checked(tracker.vehicle()).map(|_| ())
+        })
+    }
+
+    pub(crate) fn reset(&mut self) {
+        each!(&mut self.steering, tracker, state => *state = tracker.initial_state());
+    }
+
+    pub(crate) fn take_over(&mut self, steer: f64) -> Result<(), InputError> {
+        each!(&mut self.steering, tracker, state => *state = tracker.state_from(steer)?);
+        Ok(())
+    }
+
+    pub(crate) fn set_path(&mut self, path: Arc<Path>) {
+        let (old, new) = (self.path.view(), path.view());
+        each!(&mut self.steering, tracker, state => tracker.set_path(state, &old, &new));
+        self.path = path;
+    }
+
+    fn estimate(&self) -> CEstimate {
+        each!(&self.steering, tracker, state => {
+            CEstimate::of(tracker.vehicle(), tracker.estimate(state))
+        })
+    }
+
+    fn tracked_point(&self) -> f64 {
+        each!(&self.steering, tracker, _state => tracker.tracked_point())
+    }
+}
+
+/// Takes a controller back to before its first step, with straight wheels.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library that no one else uses meanwhile.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_controller_reset(controller: *mut CController) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for it.
+        unsafe { handle::of_mut(controller, "controller")? }.reset();
+        Ok(())
+    })
+}
+
+/// Takes a controller back to before its first step, for a vehicle that a driver hands over,
+/// steering at the angle `steer` [rad]: it goes on from there without a jump.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library that no one else uses meanwhile.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_controller_reset_to(
+    controller: *mut CController,
+    steer: f64,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for it.
+        unsafe { handle::of_mut(controller, "controller")? }.take_over(steer)?;
+        Ok(())
+    })
+}
+
+/// Follows another path from the next step on; may be called before every step, as a planner gives
+/// its paths. The place on the new path is that of the last step; integral, estimate and commands in
+/// flight carry on. The old path is freed here if nobody else holds it: to have no memory freed in
+/// the control loop, free its handle elsewhere, later.
+///
+/// # Safety
+///
+/// `controller` and `path` are NULL or handles of this library; no one else uses the controller
+/// meanwhile.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_controller_set_path(
+    controller: *mut CController,
+    path: *const CPath,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for both.
+        let (controller, path) =
+            unsafe { (handle::of_mut(controller, "controller")?, path::shared(path)?) };
+        controller.set_path(path);
+        Ok(())
+    })
+}
+
+/// Finds the vehicle's place on the whole path anew, after a jump of the vehicle or of its
+/// localisation. Exact, but on long paths slower than a step.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library that no one else uses meanwhile.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_controller_relocalise(
+    controller: *mut CController,
+    x: f64,
+    y: f64,
+    yaw: f64,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for it.
+        let controller = unsafe { handle::of_mut(controller, "controller")? };
+        let path = &controller.path.view();
+        each!(&mut controller.steering, tracker, state => {
+            tracker.relocalise(path, state, x, y, yaw)?;
+        });
+        Ok(())
+    })
+}
+
+/// Writes to `out` what the motion has shown of the vehicle so far.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library that no one changes meanwhile; `out` is NULL or
+/// a place for an estimate.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_controller_estimate(
+    controller: *const CController,
+    out: *mut CEstimate,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for both.
+        unsafe {
+            let estimate = handle::of(controller, "controller")?.estimate();
+            handle::write(out, estimate)
+        }
+    })
+}
+
+/// How far ahead of the pose's point the tracked point lies [m], driving forward: the point whose
+/// errors a command tells; NAN where `controller` is no controller.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_controller_tracked_point(controller: *const CController) -> f64 {
+    let mut ahead = f64::NAN;
+    guard(|| {
+        // SAFETY: the caller vouches for it.
+        ahead = unsafe { handle::of(controller, "controller")? }.tracked_point();
+        Ok(())
+    });
+    ahead
+}
+
+/// Makes a second controller that stands where `controller` stands: to try something, or to go back
+/// to it. It follows the same path.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library that no one changes meanwhile; `out` is NULL or
+/// a place for a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_controller_clone(
+    controller: *const CController,
+    out: *mut *mut CController,
+) -> CError {
+    // SAFETY: the caller vouches for both.
+    guard(|| unsafe { handle::give(out, || Ok(handle::of(controller, "controller")?.clone())) })
+}
+
+/// Frees a controller; NULL is left alone.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library that is not used any more.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_controller_free(controller: *mut CController) -> CError {
+    // SAFETY: the caller vouches for it.
+    guard(|| unsafe { handle::free(controller, "controller") })
+}

@@ -1,0 +1,177 @@
+//! The constructors, one a controller.
+
+use popsteer_core::Vehicle;
+use popsteer_core::lateral::{
+    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+};
+
+use crate::controller::{CController, Controller, Steering};
+use crate::error::{CError, Failure, guard};
+use crate::handle::{self, give};
+use crate::params::{
+    CBangBangParams, COptions, CPidParams, CPopParams, CPreviewPopParams, CPurePursuitParams,
+    CStanleyParams,
+};
+use crate::path::{self, CPath};
+use crate::vehicle::CVehicle;
+
+/// What a pointer leads to; `usual` where it is NULL.
+///
+/// # Safety
+///
+/// `pointer` is NULL or leads to a `T`.
+unsafe fn given<T: Copy>(
+    pointer: *const T,
+    argument: &'static str,
+    usual: T,
+) -> Result<T, Failure> {
+    if pointer.is_null() {
+        return Ok(usual);
+    }
+    // SAFETY: the caller vouches for it.
+    unsafe { handle::read(pointer, argument) }
+}
+
+/// Makes a controller of `$law` from C's arguments.
+macro_rules! make {
+    ($law:ident, $params:ident, $path:ident, $vehicle:ident, $given:ident, $options:ident, $out:ident) => {{
+        let value = || {
+            // SAFETY: the caller vouches for the handle and the pointers.
+            let (path, vehicle, params, options) = unsafe {
+                (
+                    path::shared($path)?,
+                    given($vehicle, "vehicle", Vehicle::DEFAULT.into())?,
+                    given($given, "params", $params::DEFAULT.into())?,
+                    given($options, "options", COptions::usual())?,
+                )
+            };
+            let law = $law::new(vehicle.into(), params.into())?;
+            let steering = Steering::$law(options.track(law)?.into());
+            Ok(Controller { path, steering })
+        };
+        // SAFETY: the caller vouches for `out`.
+        guard(|| unsafe { give($out, value) })
+    }};
+}
+
+/// Makes a POP controller, the paper's: of the angles near the last one that which leads nearest to
+/// the lookahead point.
+///
+/// `vehicle`, `params` and `options` may be NULL for their defaults; they are copied. `path` may be
+/// freed afterwards. `out` gets the controller, which is freed by `popsteer_controller_free`.
+/// `POPSTEER_ERROR_CONFIG` names a field that is out of its range.
+///
+/// # Safety
+///
+/// Each pointer is NULL or leads to what its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_pop_new(
+    path: *const CPath,
+    vehicle: *const CVehicle,
+    params: *const CPopParams,
+    options: *const COptions,
+    out: *mut *mut CController,
+) -> CError {
+    make!(Pop, PopParams, path, vehicle, params, options, out)
+}
+
+/// Makes a preview POP controller, which plans its angles ahead within all limits of the vehicle:
+/// the one for real vehicles. Arguments as of `popsteer_pop_new`.
+///
+/// # Safety
+///
+/// Each pointer is NULL or leads to what its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_preview_pop_new(
+    path: *const CPath,
+    vehicle: *const CVehicle,
+    params: *const CPreviewPopParams,
+    options: *const COptions,
+    out: *mut *mut CController,
+) -> CError {
+    make!(
+        PreviewPop,
+        PreviewPopParams,
+        path,
+        vehicle,
+        params,
+        options,
+        out
+    )
+}
+
+/// Makes a PID controller on the cross-track error. Arguments as of `popsteer_pop_new`.
+///
+/// # Safety
+///
+/// Each pointer is NULL or leads to what its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_pid_new(
+    path: *const CPath,
+    vehicle: *const CVehicle,
+    params: *const CPidParams,
+    options: *const COptions,
+    out: *mut *mut CController,
+) -> CError {
+    make!(Pid, PidParams, path, vehicle, params, options, out)
+}
+
+/// Makes a pure-pursuit controller: the arc of the rear axle through the lookahead point.
+/// Arguments as of `popsteer_pop_new`.
+///
+/// # Safety
+///
+/// Each pointer is NULL or leads to what its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_pure_pursuit_new(
+    path: *const CPath,
+    vehicle: *const CVehicle,
+    params: *const CPurePursuitParams,
+    options: *const COptions,
+    out: *mut *mut CController,
+) -> CError {
+    make!(
+        PurePursuit,
+        PurePursuitParams,
+        path,
+        vehicle,
+        params,
+        options,
+        out
+    )
+}
+
+/// Makes a Stanley controller: heading and cross-track error of the front axle. Arguments as of
+/// `popsteer_pop_new`.
+///
+/// # Safety
+///
+/// Each pointer is NULL or leads to what its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_stanley_new(
+    path: *const CPath,
+    vehicle: *const CVehicle,
+    params: *const CStanleyParams,
+    options: *const COptions,
+    out: *mut *mut CController,
+) -> CError {
+    make!(Stanley, StanleyParams, path, vehicle, params, options, out)
+}
+
+/// Makes a bang-bang controller: a fixed angle back towards the path. Arguments as of
+/// `popsteer_pop_new`.
+///
+/// # Safety
+///
+/// Each pointer is NULL or leads to what its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_bang_bang_new(
+    path: *const CPath,
+    vehicle: *const CVehicle,
+    params: *const CBangBangParams,
+    options: *const COptions,
+    out: *mut *mut CController,
+) -> CError {
+    make!(BangBang, BangBangParams, path, vehicle, params, options, out)
+}

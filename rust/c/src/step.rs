@@ -1,0 +1,145 @@
+//! The control step, and the trajectory that a controller intends.
+
+use core::mem::offset_of;
+
+use popsteer_core::VehicleState;
+use popsteer_core::lateral::{Predicted, Reported};
+
+use crate::command::{CCommand, CPredicted, CReported, CVehicleState};
+use crate::controller::{CController, each};
+use crate::error::{CError, Failure, guard};
+use crate::handle;
+
+/// What a vehicle reports; nothing where the pointer is NULL.
+///
+/// # Safety
+///
+/// `reported` is NULL or leads to what its type says.
+#[inline]
+unsafe fn reported_of(reported: *const CReported) -> Result<Reported, Failure> {
+    if reported.is_null() {
+        return Ok(Reported::NOTHING);
+    }
+    // SAFETY: the caller vouches for it.
+    Ok(unsafe { handle::read(reported, "reported")? }.into())
+}
+
+/// Takes one control step.
+///
+/// `vehicle`: pose of the vehicle's point, and speed. `dt`: time since the last step that answered
+/// [s], 1e-6 to 1e3. `reported`: what was applied, and how old the pose is; NULL where there is
+/// nothing to report. `out` gets the command.
+///
+/// A number that is not finite or beyond its bound is refused as `POPSTEER_ERROR_INPUT`: controller
+/// and `out` are then unchanged. Nothing is allocated.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library that no one else uses meanwhile; the other
+/// pointers are NULL or lead to what their types say.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_step(
+    controller: *mut CController,
+    vehicle: CVehicleState,
+    dt: f64,
+    reported: *const CReported,
+    out: *mut CCommand,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for all three.
+        unsafe {
+            handle::place(out)?;
+            let reported = reported_of(reported)?;
+            let controller = handle::of_mut(controller, "controller")?;
+            let command = controller.step(vehicle.into(), dt, reported)?;
+            handle::write(out, command.into())
+        }
+    })
+}
+
+/// Takes one control step, and answers whatever comes in: where `popsteer_step` would refuse the
+/// input, `out` gets the last command with `POPSTEER_STATUS_INPUT_HELD`, for up to `hold_limit`
+/// inputs in a row, and `POPSTEER_STATUS_INPUT_LOST` beyond. Only NULL and wrong handles are errors.
+///
+/// `dt` is the time since the last call [s]; one that is itself refused counts as that of the last
+/// step. The next step counts the time of those that were held.
+///
+/// # Safety
+///
+/// As for `popsteer_step`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_step_or_hold(
+    controller: *mut CController,
+    vehicle: CVehicleState,
+    dt: f64,
+    hold_limit: usize,
+    reported: *const CReported,
+    out: *mut CCommand,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for all three.
+        unsafe {
+            handle::place(out)?;
+            let reported = reported_of(reported)?;
+            let controller = handle::of_mut(controller, "controller")?;
+            let command = controller.step_or_hold(vehicle.into(), dt, hold_limit, reported);
+            handle::write(out, command.into())
+        }
+    })
+}
+
+// Both are six numbers in the same order: the caller's array is the core's.
+const _: () = {
+    assert!(size_of::<CPredicted>() == size_of::<Predicted>());
+    assert!(align_of::<CPredicted>() == align_of::<Predicted>());
+    assert!(offset_of!(CPredicted, time) == offset_of!(Predicted, time));
+    assert!(offset_of!(CPredicted, vehicle) == offset_of!(Predicted, vehicle));
+    assert!(offset_of!(CPredicted, steer) == offset_of!(Predicted, steer));
+    assert!(offset_of!(CVehicleState, x) == offset_of!(VehicleState, x));
+    assert!(offset_of!(CVehicleState, y) == offset_of!(VehicleState, y));
+    assert!(offset_of!(CVehicleState, yaw) == offset_of!(VehicleState, yaw));
+    assert!(offset_of!(CVehicleState, speed) == offset_of!(VehicleState, speed));
+};
+
+/// Writes the trajectory that a controller intends from the last step on into `out`, which has room
+/// for `size` instants, one each `dt` [s], the last step itself first. `count`, which may be NULL,
+/// gets how many were written: fewer than `size` where the trajectory leaves all bounds.
+///
+/// A copy of the controller drives the vehicle as it is known by now, at its present acceleration,
+/// and to the next stop at most. The controller stays as it is. `POPSTEER_ERROR_NO_STEP` before the
+/// first step. Nothing is allocated; the time it takes is that of `size` steps.
+///
+/// # Safety
+///
+/// `controller` is NULL or a handle of this library that no one changes meanwhile; `out` has room
+/// for `size` instants.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn popsteer_predict(
+    controller: *const CController,
+    dt: f64,
+    out: *mut CPredicted,
+    size: usize,
+    count: *mut usize,
+) -> CError {
+    guard(|| {
+        // SAFETY: the caller vouches for the handle and for the room, whose layout is the core's.
+        let (controller, room) = unsafe {
+            (
+                handle::of(controller, "controller")?,
+                handle::room(out.cast::<Predicted>(), size, Predicted::DEFAULT, "out")?,
+            )
+        };
+        let path = &controller.path.view();
+        let written = each!(&controller.steering, tracker, state => {
+            if state.answer.is_none() {
+                return Err(Failure::NoStep);
+            }
+            tracker.predict(path, state, dt, room)?
+        });
+        if !count.is_null() {
+            // SAFETY: not NULL; the caller vouches for the rest.
+            unsafe { count.write(written) };
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,449 @@
+//! Keeps the speed that a path allows, and stops where it has to.
+
+use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::limits::MAX_SPEED;
+use crate::math::{saturate, sqrt};
+use crate::path::{Follow, PathView};
+use crate::vehicle::state::checked_dt;
+use crate::vehicle::{Vehicle, VehicleState};
+
+/// What stands for a top speed that the vehicle does not say [m/s].
+#[cfg(feature = "alloc")]
+const TOP_SPEED: f64 = 25.0;
+/// The same of the lateral acceleration [m/s^2].
+#[cfg(feature = "alloc")]
+const LATERAL: f64 = 4.0;
+/// The same of the driving acceleration [m/s^2].
+const DRIVING: f64 = 2.0;
+/// The same of the braking deceleration [m/s^2].
+const BRAKING: f64 = 3.0;
+/// Length over which the curvature is smoothed, in wheelbases.
+#[cfg(feature = "alloc")]
+const SMOOTHING: f64 = 2.0 / 3.0;
+/// Speed of the last stretch before a stop, in wheelbases a second. More: the vehicle arrives
+/// faster, and stops less exactly.
+const CREEP: f64 = 0.1;
+/// The vehicle has come to a stop when it is this near, in wheelbases.
+const ARRIVED: f64 = 1.0 / 120.0;
+/// It goes on the other way when it is this near to a cusp, in wheelbases.
+const TURNING: f64 = 1.0 / 100.0;
+/// The last stretch before a stop, in wheelbases.
+const LAST: f64 = 1.0 / 15.0;
+/// How far before a stop braking aims, in wheelbases: what brakes late does not pass it.
+const MARGIN: f64 = 1.0 / 60.0;
+/// From this share of the deceleration on, braking for a stop is by what remains of the way: it
+/// stops there whatever the brakes do. Less: it would begin before the plan brakes.
+const STEEP: f64 = 0.8;
+/// Share of the deceleration that holds a vehicle where it stands.
+const HOLD: f64 = 0.5;
+/// Farther off the speed than this the integral rests, so that it does not wind up [m/s].
+const NEAR: f64 = 0.5;
+/// Bound of the integral's share [m/s^2].
+const MOST_INTEGRAL: f64 = 1.0;
+
+/// Parameters of [`SpeedTracker`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedTrackerParams {
+    /// Acceleration for an error of the speed [1/s].
+    pub kp: f64,
+    /// Acceleration for its integral [1/s^2].
+    pub ki: f64,
+    /// Largest change of the acceleration [m/s^3].
+    pub max_jerk: f64,
+    /// Acceleration beyond that of the plan that may correct an error [m/s^2].
+    pub reserve: f64,
+    /// Time from a command to its first effect on the drive [s].
+    pub drive_delay: f64,
+}
+
+impl SpeedTrackerParams {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        kp: 1.5,
+        ki: 0.2,
+        max_jerk: 20.0,
+        reserve: 0.4,
+        drive_delay: 0.0,
+    };
+
+    /// The parameters themselves where every number is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is not.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        config_in_range("kp", self.kp, 0.0, 1e3)?;
+        config_in_range("ki", self.ki, 0.0, 1e3)?;
+        config_in_range("max_jerk", self.max_jerk, 1e-3, 1e6)?;
+        config_in_range("reserve", self.reserve, 0.0, 1e3)?;
+        config_in_range("drive_delay", self.drive_delay, 0.0, 10.0)?;
+        Ok(self)
+    }
+}
+
+impl Default for SpeedTrackerParams {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What [`SpeedTracker`] remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SpeedTrackerState {
+    /// Where the segment beside the rear axle starts; none before the first step.
+    pub waypoint: Option<usize>,
+    /// The last command [m/s^2].
+    pub acceleration: f64,
+    /// The integral's share of the command [m/s^2].
+    pub integral: f64,
+}
+
+/// What a step of [`SpeedTracker`] answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedCommand {
+    /// Acceleration in the direction of driving [m/s^2]; negative brakes.
+    pub acceleration: f64,
+    /// Speed that the path allows beside the rear axle [m/s], never negative.
+    pub reference_speed: f64,
+    /// Distance along the path to the next cusp or the end [m]; infinite where there is none.
+    pub distance_to_stop: f64,
+    /// Whether the vehicle is to drive backwards.
+    pub reverse: bool,
+    /// Whether the vehicle is to be held where it stands.
+    pub standing: bool,
+}
+
+/// Keeps the speed that a path allows, and stops at its cusps and its end.
+///
+/// A step takes the acceleration of a plan where the vehicle will be when the command takes effect,
+/// and corrects the error of the speed:
+///
+/// ```text
+/// command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e + integral of ki e,   e = v(s) - v
+/// ```
+///
+/// Before a stop it brakes by what remains of the way. [`SpeedTracker::plan`] makes the plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedTracker {
+    vehicle: Vehicle,
+    params: SpeedTrackerParams,
+    driving: f64,
+    braking: f64,
+    follow: Follow,
+}
+
+impl SpeedTracker {
+    /// The controller of a vehicle.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the field or the parameter that is out of its range.
+    pub fn new(vehicle: Vehicle, params: SpeedTrackerParams) -> Result<Self, ConfigError> {
+        let car = vehicle.checked()?;
+        Ok(Self {
+            vehicle,
+            params: params.checked()?,
+            driving: car.max_acceleration.unwrap_or(DRIVING),
+            braking: car.max_deceleration.unwrap_or(BRAKING),
+            follow: Follow {
+                base: car.rear_axle,
+                reference_offset: 0.0,
+                rear_axle: car.rear_axle,
+                search_distance: 2.0 * car.wheelbase,
+                lost_distance: 10.0 * car.wheelbase,
+                arrival_distance: TURNING * car.wheelbase,
+                opposite_distance: car.wheelbase * 10.0 / 3.0,
+            },
+        })
+    }
+
+    /// The greatest speed at each waypoint of `path` within the vehicle's limits and at most the
+    /// path's own [m/s], never negative. What the vehicle does not limit is limited to 25 m/s, 4 m/s^2
+    /// to the side, 2 m/s^2 driving and 3 m/s^2 braking.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], where a limit of the vehicle is out of the range of a plan.
+    #[cfg(feature = "alloc")]
+    pub fn plan(&self, path: &PathView<'_>) -> Result<alloc::vec::Vec<f64>, ConfigError> {
+        use crate::planning::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
+        use alloc::vec;
+        use alloc::vec::Vec;
+
+        let segments = path.segments();
+        let mut cusps = vec![false; path.len()];
+        for segment in 0..segments {
+            if let Some(next) = path.next_segment(segment)
+                && path.is_reverse(next) != path.is_reverse(segment)
+                && let Some(cusp) = cusps.get_mut(next)
+            {
+                *cusp = true;
+            }
+        }
+        let bounds = path.speed();
+        let bounds: Option<Vec<f64>> = bounds.map(|all| all.iter().map(|v| v.abs()).collect());
+        let car = self.vehicle;
+        let curvature = path_curvature(path, SMOOTHING * car.wheelbase);
+        let spacing: Vec<f64> = (0..segments).map(|k| path.segment_length(k)).collect();
+        let course = Course {
+            curvature: &curvature,
+            spacing: &spacing,
+            closed: path.is_closed(),
+            cusps: Some(&cusps),
+            speed_limits: bounds.as_deref(),
+            start_speed: None,
+            end_speed: Some(0.0),
+        };
+        let limits = Limits {
+            max_speed: car.max_speed.unwrap_or(TOP_SPEED),
+            max_lateral_acceleration: car.max_lateral_acceleration.unwrap_or(LATERAL),
+            acceleration: OverSpeed {
+                speeds: &[0.0],
+                values: &[self.driving],
+            },
+            deceleration: OverSpeed {
+                speeds: &[0.0],
+                values: &[self.braking],
+            },
+            longitudinal_grip: None,
+            exponent: 2.0,
+            vehicle: car,
+        };
+        let mut speed = vec![0.0; path.len()];
+        let mut limit = vec![Limit::default(); path.len()];
+        plan_speeds(&course, &limits, &mut speed, &mut limit)?;
+        Ok(speed)
+    }
+
+    /// The command for a vehicle on `path`, whose planned speeds are `plan` [m/s], one a waypoint.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] for a number that is not finite or beyond its bound; `state` is then
+    /// unchanged.
+    pub fn step(
+        &self,
+        path: &PathView<'_>,
+        plan: &[f64],
+        state: &mut SpeedTrackerState,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<SpeedCommand, InputError> {
+        let vehicle = vehicle.checked()?;
+        let dt = checked_dt(dt)?;
+        let (params, car) = (&self.params, &self.vehicle);
+        let at = self.follow.locate(path, state.waypoint, vehicle, dt);
+        let segment = at.foot.segment;
+        let arc = at.foot.arc_length(path);
+        let end = path.section_end(segment);
+        let stop = end.map_or(f64::INFINITY, |end| end_of(path, end, segment));
+        let left = stop - arc;
+        let forward = at.vehicle.speed;
+        // When the command takes effect, in the middle of the time that it is held.
+        let later = params.drive_delay + car.drive_lag + 0.5 * dt;
+        let moving = if forward > 0.0 { forward } else { 0.0 };
+        let (here, _) = lookup(path, plan, arc, segment, end);
+        let (_, mut wanted) = lookup(path, plan, arc + moving * later, segment, end);
+        let mut reference = sqrt(here);
+        let creep = CREEP * car.wheelbase;
+        let room = if left > 0.0 { left } else { 0.0 };
+        let nearing = sqrt(self.braking * room);
+        let slowest = if creep < nearing { creep } else { nearing };
+        if reference < slowest {
+            reference = slowest;
+        }
+        // The last stretch is crept along, whatever the plan still allows there.
+        let target = if room < LAST * car.wheelbase {
+            slowest
+        } else {
+            reference
+        };
+        let error = target - forward;
+        if forward < slowest && wanted < 0.0 {
+            wanted = 0.0;
+        }
+        let (last, mut integral) = if at.turned {
+            (0.0, 0.0)
+        } else {
+            (state.acceleration, state.integral)
+        };
+        let standing = left <= ARRIVED * car.wheelbase && forward < creep && end.is_some();
+        let mut command;
+        if standing {
+            command = -HOLD * self.braking;
+            integral = 0.0;
+        } else {
+            if error.abs() <= NEAR {
+                integral += params.ki * error * dt;
+                integral = saturate(integral, -MOST_INTEGRAL, MOST_INTEGRAL);
+            }
+            command = wanted + params.kp * error + integral;
+            let mut arriving = forward + last * later;
+            if arriving < 0.0 {
+                arriving = 0.0;
+            }
+            let rest = left - MARGIN * car.wheelbase - 0.5 * (forward + arriving) * later;
+            let needed = if rest > 1e-3 {
+                arriving * arriving / (2.0 * rest)
+            } else {
+                f64::INFINITY
+            };
+            if needed >= STEEP * self.braking && forward > slowest && left < f64::INFINITY {
+                command = -needed;
+            }
+        }
+        command = saturate(
+            command,
+            -self.braking - params.reserve,
+            self.driving + params.reserve,
+        );
+        let change = params.max_jerk * dt;
+        command = saturate(command, last - change, last + change);
+        *state = SpeedTrackerState {
+            waypoint: Some(segment),
+            acceleration: command,
+            integral,
+        };
+        Ok(SpeedCommand {
+            acceleration: command,
+            reference_speed: reference,
+            distance_to_stop: left,
+            reverse: at.reverse,
+            standing,
+        })
+    }
+
+    /// Whether `state` is one that this controller could have on `path`.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the field that is not.
+    pub fn check_state(
+        &self,
+        path: &PathView<'_>,
+        state: &SpeedTrackerState,
+    ) -> Result<(), InputError> {
+        if let Some(waypoint) = state.waypoint
+            && waypoint >= path.len()
+        {
+            return Err(InputError {
+                field: "waypoint",
+                value: crate::math::from_count(waypoint),
+                requirement: crate::error::Requirement::Below(path.len()),
+            });
+        }
+        input_in_range("acceleration", state.acceleration, -MAX_SPEED, MAX_SPEED)?;
+        input_in_range("integral", state.integral, -MOST_INTEGRAL, MOST_INTEGRAL)?;
+        Ok(())
+    }
+}
+
+/// The square of the planned speed at `arc` [m], and the acceleration there.
+///
+/// `arc` is counted on across the seam of a closed path; `segment` is where the vehicle is, and
+/// `end` the last segment of its section.
+fn lookup(
+    path: &PathView<'_>,
+    plan: &[f64],
+    arc: f64,
+    segment: usize,
+    end: Option<usize>,
+) -> (f64, f64) {
+    let (found, share) = match end {
+        Some(end) if arc >= end_of(path, end, segment) => (end, 1.0),
+        _ if arc <= path.arc(segment) => (segment, 0.0),
+        _ => {
+            let wrapped = if path.is_closed() && arc >= path.length() {
+                arc - path.length()
+            } else {
+                arc
+            };
+            let found = path.segment_by_arc(wrapped, segment);
+            let share = (wrapped - path.arc(found)) / path.segment_length(found);
+            (found, saturate(share, 0.0, 1.0))
+        }
+    };
+    let squared = |index: usize| {
+        let speed = plan.get(index).copied().unwrap_or(0.0);
+        speed * speed
+    };
+    let here = squared(found);
+    let rise = path.next(found).map_or(here, squared) - here;
+    (here + share * rise, 0.5 * rise / path.segment_length(found))
+}
+
+/// The arc length at the end of a section [m], counted on across the seam.
+fn end_of(path: &PathView<'_>, end: usize, segment: usize) -> f64 {
+    let arc = path.segment_end(end);
+    if end < segment {
+        arc + path.length()
+    } else {
+        arc
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Path;
+    use crate::math::from_count;
+    use alloc::vec::Vec;
+
+    #[test]
+    fn test_speed_tracker_parks_a_point_mass_within_a_centimetre() {
+        let x: Vec<f64> = (0..201).map(|k| 0.5 * from_count(k)).collect();
+        let path = Path::new(&x, &[0.0; 201], None, false).unwrap();
+        let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
+        let plan = tracker.plan(&path.view()).unwrap();
+        let mut state = SpeedTrackerState::default();
+        let mut vehicle = VehicleState {
+            x: 0.0,
+            y: 0.3,
+            yaw: 0.0,
+            speed: 0.0,
+        };
+        let mut standing = false;
+        for _ in 0..1200 {
+            let command = tracker
+                .step(&path.view(), &plan, &mut state, vehicle, 0.05)
+                .unwrap();
+            standing = command.standing;
+            assert!(command.acceleration <= 2.4 && command.acceleration >= -3.4);
+            for _ in 0..10 {
+                let faster = vehicle.speed + 0.005 * command.acceleration;
+                vehicle.speed = if faster > 0.0 { faster } else { 0.0 };
+                vehicle.x += 0.005 * vehicle.speed;
+            }
+        }
+        assert!(standing && vehicle.speed < 1e-9, "{vehicle:?}");
+        assert!((vehicle.x - 100.0).abs() < 0.05, "{vehicle:?}");
+    }
+
+    #[test]
+    fn test_speed_tracker_refuses_bad_numbers_and_keeps_its_state() {
+        let path = Path::new(&[0.0, 9.0], &[0.0; 2], None, false).unwrap();
+        let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
+        let mut state = SpeedTrackerState::default();
+        let vehicle = VehicleState {
+            x: f64::NAN,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 0.0,
+        };
+        let refused = tracker.step(&path.view(), &[0.0; 2], &mut state, vehicle, 0.05);
+        assert_eq!(refused.unwrap_err().field, "x");
+        assert_eq!(state, SpeedTrackerState::default());
+        let bad = SpeedTrackerParams {
+            max_jerk: 0.0,
+            ..SpeedTrackerParams::DEFAULT
+        };
+        let refused = SpeedTracker::new(Vehicle::DEFAULT, bad);
+        assert_eq!(refused.unwrap_err().field, "max_jerk");
+        let lost = SpeedTrackerState {
+            waypoint: Some(2),
+            ..state
+        };
+        let refused = tracker.check_state(&path.view(), &lost);
+        assert_eq!(refused.unwrap_err().field, "waypoint");
+    }
+}

@@ -1,0 +1,299 @@
+//! What limits the speed, and how far a limit lets the speed change.
+
+use crate::error::{ConfigError, config_in_range};
+use crate::math::{powf, sqrt};
+use crate::vehicle::Vehicle;
+
+/// The most steps towards a root; a double has no more digits after a dozen.
+const ROOT_STEPS: usize = 60;
+/// How near to a root is near enough, as a share of the square of the speed.
+const ROOT_TOLERANCE: f64 = 1e-13;
+/// Halvings of a speed: to 1e-12 of it.
+const BISECTIONS: usize = 40;
+
+/// What a limit of the acceleration is at a speed: straight between points, constant beyond them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverSpeed<'a> {
+    /// Speeds [m/s], increasing.
+    pub speeds: &'a [f64],
+    /// The limit at each [m/s^2].
+    pub values: &'a [f64],
+}
+
+impl OverSpeed<'_> {
+    /// The limit at the square `squared` of a speed [m^2/s^2].
+    #[inline]
+    fn at(&self, squared: f64) -> f64 {
+        let last = self.values.last().copied().unwrap_or(0.0);
+        if self.values.len() < 2 {
+            return last;
+        }
+        let speed = sqrt(squared);
+        let next = self.speeds.partition_point(|&known| known <= speed);
+        let point = |index: usize| (self.speeds.get(index), self.values.get(index));
+        match (next, point(next.saturating_sub(1)), point(next)) {
+            (0, (_, Some(&first)), _) => first,
+            (_, (Some(&low), Some(&before)), (Some(&high), Some(&after))) => {
+                before + (speed - low) / (high - low) * (after - before)
+            }
+            _ => last,
+        }
+    }
+
+    /// The largest value [m/s^2].
+    pub(super) fn most(&self) -> f64 {
+        let mut most = 0.0;
+        for &value in self.values {
+            if value > most {
+                most = value;
+            }
+        }
+        most
+    }
+
+    fn checked(&self, field: &'static str) -> Result<(), ConfigError> {
+        let mut before = -1.0;
+        for &speed in self.speeds {
+            config_in_range(field, speed, 0.0, 1e4)?;
+            // Speeds that do not increase are refused by the least that would do.
+            config_in_range(field, speed, f64::max(0.0, before + 1e-6), 1e4)?;
+            before = speed;
+        }
+        for &value in self.values {
+            config_in_range(field, value, 1e-3, 1e3)?;
+        }
+        config_in_range(field, self.most(), 1e-3, 1e3)?;
+        Ok(())
+    }
+}
+
+/// What limits the speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits<'a> {
+    /// Top speed [m/s].
+    pub max_speed: f64,
+    /// Largest lateral acceleration [m/s^2].
+    pub max_lateral_acceleration: f64,
+    /// Largest driving acceleration [m/s^2].
+    pub acceleration: OverSpeed<'a>,
+    /// Largest braking deceleration [m/s^2].
+    pub deceleration: OverSpeed<'a>,
+    /// What the tyres hold along the vehicle [m/s^2]: the half axis of the friction ellipse, with
+    /// the lateral acceleration as the other. None: each of the two limits above is its own.
+    pub longitudinal_grip: Option<f64>,
+    /// Exponent `p` of the ellipse `(a_x / grip)^p + (a_y / max_lateral_acceleration)^p <= 1`: 2 an
+    /// ellipse, 1 a rhombus, infinite a rectangle.
+    pub exponent: f64,
+    /// The vehicle, whose wheels have to turn in time for the bends.
+    pub vehicle: Vehicle,
+}
+
+impl Limits<'_> {
+    /// The limits themselves where every number is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the field that is not.
+    pub fn checked(&self) -> Result<(), ConfigError> {
+        config_in_range("max_speed", self.max_speed, 1e-3, 1e4)?;
+        config_in_range(
+            "max_lateral_acceleration",
+            self.max_lateral_acceleration,
+            1e-3,
+            1e3,
+        )?;
+        self.acceleration.checked("max_acceleration")?;
+        self.deceleration.checked("max_deceleration")?;
+        if let Some(grip) = self.longitudinal_grip {
+            config_in_range("longitudinal_grip", grip, 1e-3, 1e3)?;
+        }
+        config_in_range("exponent", self.exponent, 1.0, f64::INFINITY)?;
+        self.vehicle.checked()?;
+        Ok(())
+    }
+
+    /// Largest acceleration along the path within `over` at the square `squared` of the speed
+    /// [m^2/s^2], where the path has this curvature [1/m].
+    #[inline]
+    #[expect(
+        clippy::float_cmp,
+        reason = "the exponents that have a root of their own are exactly these"
+    )]
+    pub(super) fn available(&self, over: &OverSpeed<'_>, squared: f64, curvature: f64) -> f64 {
+        let most = over.at(squared);
+        let used = squared * curvature.abs() / self.max_lateral_acceleration;
+        let share = if self.exponent == f64::INFINITY || used <= 0.0 {
+            1.0
+        } else if used >= 1.0 {
+            0.0
+        } else if self.exponent == 2.0 {
+            sqrt(1.0 - used * used)
+        } else if self.exponent == 1.0 {
+            1.0 - used
+        } else {
+            powf(1.0 - powf(used, self.exponent), 1.0 / self.exponent)
+        };
+        match self.longitudinal_grip {
+            None => most * share,
+            Some(grip) => {
+                let held = grip * share;
+                if held < most { held } else { most }
+            }
+        }
+    }
+
+    /// The largest square of the speed, at most `bound`, that is reached over `length` [m] from
+    /// the square `squared`; curvature and acceleration hold at both ends.
+    #[inline]
+    pub(super) fn reach(&self, over: &OverSpeed<'_>, from: Place, to: Place, length: f64) -> f64 {
+        let Place { squared, curvature } = from;
+        let bound = to.squared;
+        if bound <= squared {
+            return bound;
+        }
+        let room = 2.0 * self.available(over, squared, curvature) * length;
+        let mut high = squared + room;
+        if high > bound {
+            high = bound;
+        }
+        // How far an end lies beyond what its own limit allows.
+        let beyond =
+            |end: f64| end - squared - 2.0 * self.available(over, end, to.curvature) * length;
+        let mut above = beyond(high);
+        if above <= ROOT_TOLERANCE * high {
+            return high;
+        }
+        // The Illinois variant of false position. `low` always holds.
+        let mut low = squared;
+        let mut below = beyond(low);
+        let mut side = 0_i8;
+        for _ in 0..ROOT_STEPS {
+            if high - low <= ROOT_TOLERANCE * high || below >= 0.0 {
+                break;
+            }
+            let middle = high - above * (high - low) / (above - below);
+            let value = beyond(middle);
+            if value <= 0.0 {
+                low = middle;
+                below = value;
+                if side < 0 {
+                    above *= 0.5;
+                }
+                side = -1;
+            } else {
+                high = middle;
+                above = value;
+                if side > 0 {
+                    below *= 0.5;
+                }
+                side = 1;
+            }
+        }
+        low
+    }
+
+    /// The largest speed at which the wheels turn in time for a segment [m/s], `most` where that is
+    /// no limit: `wheel' = v (k' L(v) + k L'(v) a) / (1 + (k L)^2)` with the curvature `k` and the
+    /// turning length `L(v)`, bounded from above over the segment and over the acceleration.
+    pub(super) fn in_time(&self, from: f64, to: f64, length: f64, most: f64) -> f64 {
+        let Some(rate) = self.vehicle.max_steer_rate else {
+            return most;
+        };
+        let base = self.vehicle.turning_length(0.0);
+        let bend = (to - from).abs() / length;
+        let (one, other) = (from.abs(), to.abs());
+        let (least, largest) = if one < other {
+            (one, other)
+        } else {
+            (other, one)
+        };
+        let least = if from * to > 0.0 { least } else { 0.0 };
+        let easing = 1.0 + least * base * least * base;
+        let understeer = self.vehicle.understeer;
+        let (driving, braking) = (self.acceleration.most(), self.deceleration.most());
+        let strongest = if driving > braking { driving } else { braking };
+        let shift = 2.0 * understeer * strongest * largest;
+        let turns =
+            |speed: f64| speed * (bend * (base + understeer * speed * speed) + shift) / easing;
+        if turns(most) <= rate {
+            return most;
+        }
+        let (mut low, mut high) = (0.0, most);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if turns(middle) <= rate {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+}
+
+/// A waypoint: the square of the speed there [m^2/s^2], and the curvature [1/m].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub squared: f64,
+    pub curvature: f64,
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    pub(in super::super) const TWO: OverSpeed<'static> = OverSpeed {
+        speeds: &[0.0],
+        values: &[2.0],
+    };
+    pub(in super::super) const LIMITS: Limits<'static> = Limits {
+        max_speed: 20.0,
+        max_lateral_acceleration: 4.0,
+        acceleration: TWO,
+        deceleration: TWO,
+        longitudinal_grip: None,
+        exponent: 2.0,
+        vehicle: Vehicle::DEFAULT,
+    };
+
+    #[test]
+    fn test_bad_limit_is_named() {
+        let falling = OverSpeed {
+            speeds: &[0.0, 5.0, 5.0],
+            values: &[1.0; 3],
+        };
+        let bad = [
+            (
+                Limits {
+                    max_speed: 0.0,
+                    ..LIMITS
+                },
+                "max_speed",
+            ),
+            (
+                Limits {
+                    exponent: 0.5,
+                    ..LIMITS
+                },
+                "exponent",
+            ),
+            (
+                Limits {
+                    acceleration: falling,
+                    ..LIMITS
+                },
+                "max_acceleration",
+            ),
+            (
+                Limits {
+                    longitudinal_grip: Some(f64::NAN),
+                    ..LIMITS
+                },
+                "longitudinal_grip",
+            ),
+        ];
+        for (limits, field) in bad {
+            assert_eq!(limits.checked().unwrap_err().field, field);
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Planning for `popsteer.planning`, which checks shapes and words the results.
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use popsteer_core::error::config_in_range;
+use popsteer_core::planning::{
+    Course, Limit, Limits, OverSpeed, path_curvature as curvature_of, plan_speeds as plan,
+};
+use pyo3::prelude::*;
+
+use crate::errors::OrRaise;
+use crate::path::PyPath;
+use crate::vehicle::PyVehicle;
+
+type Floats<'py> = PyReadonlyArray1<'py, f64>;
+type Planned<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u8>>);
+
+/// Curvature at each waypoint of a path [1/m], smoothed over a length [m].
+#[pyfunction(name = "_path_curvature")]
+pub(crate) fn path_curvature<'py>(
+    py: Python<'py>,
+    path: &PyPath,
+    smoothing_length: f64,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let length = config_in_range("smoothing_length", smoothing_length, 1e-3, 1e3).or_raise(py)?;
+    Ok(PyArray1::from_vec(py, curvature_of(&path.0.view(), length)))
+}
+
+/// Greatest speed at each waypoint [m/s], and the number of what limits it there.
+#[pyfunction(name = "_plan_speeds")]
+#[pyo3(signature = (
+    curvature, spacing, *, closed, cusps, speed_limits, start_speed, end_speed, max_speed,
+    max_lateral_acceleration, acceleration, deceleration, longitudinal_grip, exponent, vehicle
+))]
+pub(crate) fn plan_speeds<'py>(
+    py: Python<'py>,
+    curvature: Floats<'py>,
+    spacing: Floats<'py>,
+    closed: bool,
+    cusps: Option<PyReadonlyArray1<'py, bool>>,
+    speed_limits: Option<Floats<'py>>,
+    start_speed: Option<f64>,
+    end_speed: Option<f64>,
+    max_speed: f64,
+    max_lateral_acceleration: f64,
+    acceleration: (Floats<'py>, Floats<'py>),
+    deceleration: (Floats<'py>, Floats<'py>),
+    longitudinal_grip: Option<f64>,
+    exponent: f64,
+    vehicle: &PyVehicle,
+) -> PyResult<Planned<'py>> {
+    let limits = Limits {
+        max_speed,
+        max_lateral_acceleration,
+        acceleration: over_speed(&acceleration)?,
+        deceleration: over_speed(&deceleration)?,
+        longitudinal_grip,
+        exponent,
+        vehicle: vehicle.0,
+    };
+    let course = Course {
+        curvature: curvature.as_slice()?,
+        spacing: spacing.as_slice()?,
+        closed,
+        cusps: cusps.as_ref().map(PyReadonlyArray1::as_slice).transpose()?,
+        speed_limits: speed_limits.as_ref().map(Floats::as_slice).transpose()?,
+        start_speed,
+        end_speed,
+    };
+    let mut speed = vec![0.0; course.curvature.len()];
+    let mut limit = vec![Limit::default(); course.curvature.len()];
+    plan(&course, &limits, &mut speed, &mut limit).or_raise(py)?;
+    let codes = limit.into_iter().map(Limit::code).collect();
+    Ok((PyArray1::from_vec(py, speed), PyArray1::from_vec(py, codes)))
+}
+
+fn over_speed<'a>(table: &'a (Floats<'_>, Floats<'_>)) -> PyResult<OverSpeed<'a>> {
+    Ok(OverSpeed {
+        speeds: table.0.as_slice()?,
+        values: table.1.as_slice()?,
+    })
+}

@@ -1,0 +1,300 @@
+//! The longitudinal controller that keeps the speed of a plan.
+
+use std::sync::Arc;
+
+use numpy::PyArray1;
+use popsteer_core::Path;
+use popsteer_core::VehicleState;
+use popsteer_core::longitudinal::{
+    SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
+};
+use popsteer_core::vehicle::Vehicle;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::errors::OrRaise;
+use crate::params::{Count, Number, params, repr};
+use crate::path::PyPath;
+use crate::vehicle::PyVehicle;
+
+params! {
+    /// Parameters of `SpeedTracker`.
+    PySpeedTrackerParams(SpeedTrackerParams) named "SpeedTrackerParams" in "popsteer",
+    shown as "(*, kp=1.5, ki=0.2, max_jerk=20.0, reserve=0.4, drive_delay=0.0)",
+    defaults SpeedTrackerParams::DEFAULT, checked by SpeedTrackerParams::checked,
+    kp: f64, "float, default 1.5",
+        "Acceleration for an error of the speed [1/s].";
+    ki: f64, "float, default 0.2",
+        "Acceleration for its integral [1/s^2].";
+    max_jerk: f64, "float, default 20.0",
+        "Largest change of the acceleration [m/s^3].";
+    reserve: f64, "float, default 0.4",
+        "Acceleration beyond that of the plan that may correct an error [m/s^2].";
+    drive_delay: f64, "float, default 0.0",
+        "Time from a command to its first effect on the drive [s].";
+}
+
+/// What `SpeedTracker` remembers from one step to the next.
+///
+/// Parameters
+/// ----------
+/// waypoint : int, optional
+///     Where the segment beside the rear axle starts; None before the first step.
+/// acceleration : float, default 0.0
+///     The last command [m/s^2].
+/// integral : float, default 0.0
+///     The integral's share of the command [m/s^2].
+#[pyclass(frozen, eq, name = "SpeedTrackerState", module = "popsteer")]
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PySpeedTrackerState(SpeedTrackerState);
+
+#[pymethods]
+impl PySpeedTrackerState {
+    #[new]
+    #[pyo3(signature = (*, waypoint=None, acceleration=0.0, integral=0.0))]
+    fn new(waypoint: Option<Count>, acceleration: f64, integral: f64) -> Self {
+        Self(SpeedTrackerState {
+            waypoint: waypoint.map(|count| usize::try_from(count.0).unwrap_or(usize::MAX)),
+            acceleration,
+            integral,
+        })
+    }
+
+    /// Where the segment beside the rear axle starts; None before the first step.
+    #[getter]
+    fn waypoint(&self) -> Option<usize> {
+        self.0.waypoint
+    }
+
+    /// The last command [m/s^2].
+    #[getter]
+    fn acceleration(&self) -> f64 {
+        self.0.acceleration
+    }
+
+    /// The integral's share of the command [m/s^2].
+    #[getter]
+    fn integral(&self) -> f64 {
+        self.0.integral
+    }
+
+    /// The fields by name, as a new ``dict``.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let fields = PyDict::new(py);
+        fields.set_item("waypoint", self.0.waypoint)?;
+        fields.set_item("acceleration", self.0.acceleration)?;
+        fields.set_item("integral", self.0.integral)?;
+        Ok(fields)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        repr("SpeedTrackerState", &self.as_dict(py)?)
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        Ok((PyTuple::empty(py), self.as_dict(py)?))
+    }
+}
+
+/// What a step of `SpeedTracker` answers.
+#[pyclass(frozen, eq, name = "SpeedCommand", module = "popsteer")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PySpeedCommand(SpeedCommand);
+
+#[pymethods]
+impl PySpeedCommand {
+    /// Acceleration in the direction of driving [m/s^2]; negative brakes.
+    #[getter]
+    fn acceleration(&self) -> f64 {
+        self.0.acceleration
+    }
+
+    /// Speed that the path allows beside the rear axle [m/s], never negative.
+    #[getter]
+    fn reference_speed(&self) -> f64 {
+        self.0.reference_speed
+    }
+
+    /// Distance along the path to the next cusp or the end [m]; infinite where there is none.
+    #[getter]
+    fn distance_to_stop(&self) -> f64 {
+        self.0.distance_to_stop
+    }
+
+    /// Whether the vehicle is to drive backwards.
+    #[getter]
+    fn reverse(&self) -> bool {
+        self.0.reverse
+    }
+
+    /// Whether the vehicle is to be held where it stands.
+    #[getter]
+    fn standing(&self) -> bool {
+        self.0.standing
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let fields = PyDict::new(py);
+        fields.set_item("acceleration", self.0.acceleration)?;
+        fields.set_item("reference_speed", self.0.reference_speed)?;
+        fields.set_item("distance_to_stop", self.0.distance_to_stop)?;
+        fields.set_item("reverse", self.0.reverse)?;
+        fields.set_item("standing", self.0.standing)?;
+        repr("SpeedCommand", &fields)
+    }
+}
+
+/// Keeps the speed that a path allows, and stops at its cusps and its end.
+///
+/// The speeds are planned when it is made: as fast as the vehicle's limits allow, and at most the
+/// path's own. What the vehicle does not limit is limited to 25 m/s, 4 m/s^2 to the side, 2 m/s^2
+/// driving and 3 m/s^2 braking. A step takes the plan's acceleration where the vehicle will be when
+/// the command takes effect, and corrects the error of the speed: ``command = a(s + v (drive_delay +
+/// drive_lag + dt / 2)) + kp e + integral of ki e`` with ``e = v(s) - v``. Before a stop it brakes by
+/// what remains of the way.
+///
+/// Parameters
+/// ----------
+/// path : Path
+///     The path; its speeds, where it has any, are the most that is driven.
+/// vehicle : Vehicle, optional
+///     What drives.
+/// params : SpeedTrackerParams, optional
+///     The parameters.
+///
+/// Examples
+/// --------
+/// >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+/// >>> tracker = popsteer.SpeedTracker(path)
+/// >>> command = tracker.step(50.0, 0.0, 0.0, 10.0, 0.05)
+/// >>> command.acceleration, command.distance_to_stop
+/// (1.0, 50.0)
+#[pyclass(name = "SpeedTracker", module = "popsteer")]
+#[derive(Debug)]
+pub(crate) struct PySpeedTracker {
+    law: SpeedTracker,
+    state: SpeedTrackerState,
+    path: Arc<Path>,
+    plan: Vec<f64>,
+    vehicle: Vehicle,
+    params: SpeedTrackerParams,
+}
+
+#[pymethods]
+impl PySpeedTracker {
+    #[new]
+    #[pyo3(signature = (path, vehicle=None, params=None))]
+    fn new(
+        py: Python<'_>,
+        path: &PyPath,
+        vehicle: Option<&PyVehicle>,
+        params: Option<&PySpeedTrackerParams>,
+    ) -> PyResult<Self> {
+        let vehicle = vehicle.map_or(Vehicle::DEFAULT, |vehicle| vehicle.0);
+        let params = params.map_or(SpeedTrackerParams::DEFAULT, |params| params.0);
+        let law = SpeedTracker::new(vehicle, params).or_raise(py)?;
+        Ok(Self {
+            law,
+            state: SpeedTrackerState::default(),
+            plan: law.plan(&path.0.view()).or_raise(py)?,
+            path: path.0.clone(),
+            vehicle,
+            params,
+        })
+    }
+
+    /// Take one control step.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y, yaw : float
+    ///     Pose of the vehicle's point [m, m, rad].
+    /// speed : float
+    ///     Speed [m/s]; negative backwards.
+    /// dt : float
+    ///     Time since the last step [s], 1e-6 to 1e3.
+    ///
+    /// Returns
+    /// -------
+    /// SpeedCommand
+    ///     The acceleration, and why.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If a number is not finite or beyond its bound; the state is then unchanged.
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        x: Number,
+        y: Number,
+        yaw: Number,
+        speed: Number,
+        dt: Number,
+    ) -> PyResult<PySpeedCommand> {
+        let vehicle = VehicleState {
+            x: x.0,
+            y: y.0,
+            yaw: yaw.0,
+            speed: speed.0,
+        };
+        let path = self.path.view();
+        let command = self
+            .law
+            .step(&path, &self.plan, &mut self.state, vehicle, dt.0)
+            .or_raise(py)?;
+        Ok(PySpeedCommand(command))
+    }
+
+    /// Forget all steps taken so far.
+    fn reset(&mut self) {
+        self.state = SpeedTrackerState::default();
+    }
+
+    /// What the controller remembers; a copy, which can be compared, saved and set again.
+    #[getter]
+    fn state(&self) -> PySpeedTrackerState {
+        PySpeedTrackerState(self.state)
+    }
+
+    #[setter]
+    fn set_state(&mut self, py: Python<'_>, state: &PySpeedTrackerState) -> PyResult<()> {
+        self.law
+            .check_state(&self.path.view(), &state.0)
+            .or_raise(py)?;
+        self.state = state.0;
+        Ok(())
+    }
+
+    /// The path that it was given.
+    #[getter]
+    fn path(&self) -> PyPath {
+        PyPath(self.path.clone())
+    }
+
+    /// The vehicle that it believes to drive.
+    #[getter]
+    fn vehicle(&self) -> PyVehicle {
+        PyVehicle(self.vehicle)
+    }
+
+    /// The parameters.
+    #[getter]
+    fn params(&self) -> PySpeedTrackerParams {
+        PySpeedTrackerParams(self.params)
+    }
+
+    /// The planned speed at each waypoint, a new array of shape (N,) [m/s], never negative.
+    #[getter]
+    fn plan<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.plan)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let params = Bound::new(py, PySpeedTrackerParams(self.params))?;
+        Ok(format!("SpeedTracker({})", params.repr()?))
+    }
+}

@@ -1,0 +1,210 @@
+"""The C and C++ interface: compiled as its users compile, and held against Python bit by bit."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import random
+import re
+import shutil
+from typing import TYPE_CHECKING
+
+import pytest
+
+import popsteer
+from benches import instruction_counts
+from tests.adapters.c.programs import SANITIZED, SOURCES, compile_program, install, run, tool
+from tests.adapters.c.recorder import Recorder, Waypoints, bits
+from tests.closed_loop.chain import Chain
+from tests.helpers import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+PAGE = ROOT / "docs" / "c.md"
+DT = 0.05
+LATE = popsteer.Vehicle(
+    wheelbase=2.7,
+    rear_axle=-1.35,
+    understeer=0.002,
+    steer_offset=0.01,
+    dead_time=0.12,
+    max_steer=0.6,
+    max_steer_rate=0.5,
+)
+LAWS = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang")
+
+
+@pytest.fixture(scope="module")
+def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    tool("gcc")
+    return install(tmp_path_factory.mktemp("prefix"))
+
+
+@pytest.fixture(scope="module")
+def replay(prefix: Path) -> Path:
+    return compile_program(prefix, "gcc", SOURCES / "replay.c", *SANITIZED)
+
+
+def ring(aside: float) -> Waypoints:
+    """Go round a bumpy ring of about 63 m in radius, `aside` [m] inside of it."""
+    points = []
+    for k in range(400):
+        bearing = 2.0 * math.pi * k / 400
+        radius = 63.0 + 3.0 * math.sin(6.0 * bearing) - aside
+        points.append((radius * math.cos(bearing), radius * math.sin(bearing), 8.0 + k % 3))
+    return points
+
+
+def shuttle() -> Waypoints:
+    """Go forward along a bend, and back to its begin."""
+    forth = [(k, 10.0 * math.cos(k / 30.0), 5.0) for k in range(60)]
+    return [*forth, *((x, y, -3.0) for x, y, _ in reversed(forth[:-1]))]
+
+
+def drive(recorder: Recorder, start: tuple[float, float, float], seed: int) -> Iterator[int]:
+    """Drive a lap by the recorded controller, with all that a real loop brings along."""
+    noise = random.Random(seed)
+    car = Chain(LATE, start, 8.0, DT)
+    applied = 0.0
+    for step in range(1100):
+        yield step
+        pose = (car.x + noise.gauss(0.0, 0.01), car.y, car.yaw + noise.gauss(0.0, 1e-3))
+        if step % 97 == 41:
+            command = recorder.lose(DT, step % 2)
+        elif 500 <= step < 650:
+            command = recorder.step_reported(pose, 8.0, DT, applied, 0.1 * (step % 2))
+        else:
+            command = recorder.step(pose, 8.0, DT)
+        applied = command.steer
+        car.advance(applied)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_c_lap_is_that_of_python_bit_for_bit(law: str, replay: Path, tmp_path: Path) -> None:
+    recorder = Recorder(law, LATE, [(ring(0.0), True), (ring(1.5), True), (shuttle(), False)])
+    for step in drive(recorder, (64.0, 0.0, 0.5 * math.pi), seed=LAWS.index(law)):
+        if step in (300, 400):
+            recorder.set_path(step // 100 % 2)
+        if step in (100, 700):
+            recorder.predict(21, DT)
+            recorder.estimate()
+        if step == 800:
+            recorder.relocalise((0.0, 60.0, 3.1))
+        if step == 900:
+            recorder.reset(0.1)
+    recorder.reset()
+    recorder.set_path(2)
+    for k in range(100):
+        heading = 0.2 if k < 60 else -0.1
+        recorder.step((min(k, 118 - k), 9.5, heading), 5.0 if k < 60 else -3.0, 0.2)
+    script = tmp_path / "script"
+    script.write_text("\n".join(recorder.script) + "\n", encoding="utf-8")
+
+    said = run(replay, law, script).splitlines()
+    assert len(said) == len(recorder.answers) > 1200
+    for number, (here, there) in enumerate(zip(recorder.answers, said, strict=True)):
+        assert bits(here) == bits(there), f"answer {number}"
+    angles = {here.split()[0] for here in recorder.answers}
+    assert len(angles) > (5 if law == "BangBang" else 300)
+
+
+@pytest.mark.parametrize("flags", [SANITIZED, ("-O2",)], ids=["sanitized", "optimized"])
+def test_c_refuses_null_wrong_handles_and_bad_numbers(prefix: Path, flags: tuple[str]) -> None:
+    program = compile_program(prefix, "gcc", SOURCES / "refusals.c", *flags)
+    assert run(program) == "all refused\n"
+
+
+def test_c_steps_allocate_nothing(prefix: Path) -> None:
+    if not hasattr(ctypes.CDLL(None), "__libc_malloc"):
+        pytest.skip("this C library's allocator cannot be counted")
+    assert run(compile_program(prefix, "gcc", SOURCES / "allocations.c", "-O2")) == "0\n"
+
+
+@pytest.mark.parametrize(
+    "flags",
+    [SANITIZED, ("-fno-exceptions", "-fno-rtti", "-O2")],
+    ids=["sanitized", "no-exceptions"],
+)
+def test_cpp_owns_throws_and_drives_as_c(prefix: Path, flags: tuple[str]) -> None:
+    assert run(compile_program(prefix, "g++", SOURCES / "lap.cpp", *flags)) == "all checked\n"
+
+
+@pytest.mark.parametrize("law", ["pop", "preview-pop", "stanley"])
+def test_c_step_takes_at_most_a_fifth_more_instructions_than_rusts(
+    prefix: Path, law: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tool("valgrind")
+    program = compile_program(prefix, "gcc", SOURCES / "steps.c", "-O2")
+    here = instruction_counts.count(program, f"{law} step")
+    rust = instruction_counts.count(instruction_counts.build(), f"{law} step")
+    with capsys.disabled():
+        print(f"\n{law}: {here} instructions from C, {rust} from Rust: {here / rust:.3f}")  # noqa: T201
+    assert here <= 1.2 * rust
+
+
+@pytest.mark.parametrize(("compiler", "language"), [("gcc", "c"), ("g++", "cpp")])
+def test_c_page_programs_print_what_it_shows(prefix: Path, compiler: str, language: str) -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    (source,) = re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
+    (shown,) = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
+    file = prefix / f"drive.{language}"
+    file.write_text(source, encoding="utf-8")
+    tool(compiler)
+    # Not as strict: the page's programs are to be read.
+    flags = ("-Wno-conversion", "-Wno-sign-conversion")
+    assert run(compile_program(prefix, compiler, file, *flags)) == shown
+
+
+@pytest.mark.parametrize("target", ["popsteer", "static"])
+def test_cmake_finds_the_package_and_links_it(prefix: Path, tmp_path: Path, target: str) -> None:
+    cmake = tool("cmake")
+    shutil.copy(SOURCES / "lap.cpp", tmp_path)
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.15)\n"
+        "project(lap CXX)\n"
+        f"find_package(popsteer {popsteer.__version__} REQUIRED)\n"
+        "add_executable(lap lap.cpp)\n"
+        "target_compile_features(lap PRIVATE cxx_std_17)\n"
+        f"target_link_libraries(lap PRIVATE popsteer::{target})\n",
+        encoding="utf-8",
+    )
+    run(cmake, "-S", tmp_path, "-B", tmp_path / "out", f"-DCMAKE_PREFIX_PATH={prefix}")
+    run(cmake, "--build", tmp_path / "out")
+    assert run(tmp_path / "out" / "lap") == "all checked\n"
+
+
+def test_static_library_links_without_the_shared_one(prefix: Path, tmp_path: Path) -> None:
+    system = run(
+        *(tool("pkg-config"), "--static", "--libs-only-l", "popsteer"),
+        PKG_CONFIG_PATH=str(prefix / "lib" / "pkgconfig"),
+    ).split()
+    program = tmp_path / "refusals"
+    run(
+        *(tool("gcc"), "-std=c11", f"-I{prefix / 'include'}", SOURCES / "refusals.c"),
+        *(prefix / "lib" / "libpopsteer.a", *(each for each in system if "popsteer" not in each)),
+        *("-o", program),
+    )
+    assert run(program) == "all refused\n"
+
+
+def test_library_shows_the_interface_and_its_version_alone(prefix: Path) -> None:
+    (shared,) = (prefix / "lib").glob("libpopsteer.*1*")
+    header = (prefix / "include" / "popsteer.h").read_text(encoding="utf-8")
+    code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
+    declared = set(re.findall(r"\b(popsteer_\w+)\(", code))
+    assert len(declared) > 35
+    symbols = run(tool("nm"), "--dynamic", "--defined-only", shared).split()[2::3]
+    shown = {name for name in symbols if not name.startswith("_")}
+    assert shown == declared
+    version = ctypes.CDLL(str(shared)).popsteer_version
+    version.restype = ctypes.c_char_p
+    assert version().decode() == popsteer.__version__
+
+
+def test_shared_library_is_named_by_its_abi(prefix: Path) -> None:
+    program = compile_program(prefix, "gcc", SOURCES / "refusals.c", "-O2")
+    header = (prefix / "include" / "popsteer.h").read_text(encoding="utf-8")
+    (version,) = re.findall(r"#define POPSTEER_ABI_VERSION (\d+)", header)
+    assert f"libpopsteer.so.{version}" in run(tool("readelf"), "-d", program)

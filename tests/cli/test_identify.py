@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import popsteer
+from tests.bags import write_bag
+from tests.cli import command, logs
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytest.importorskip("scipy")
+
+
+@pytest.fixture(scope="module")
+def columns() -> dict[str, Any]:
+    return logs.drive()
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory, columns: dict[str, Any]) -> Path:
+    return logs.write_csv(tmp_path_factory.mktemp("log") / "drive.csv", columns)
+
+
+def test_identify_writes_a_vehicle_and_what_it_was_made_of(
+    capsys: pytest.CaptureFixture[str], file: Path, tmp_path: Path
+) -> None:
+    out, figures = tmp_path / "car.toml", tmp_path / "figures"
+    document, rows = tmp_path / "car.json", tmp_path / "motion.csv"
+    outcome = command.call(
+        capsys, "identify", str(file), "--out", str(out), "--figures", str(figures),
+        "--json", str(document), "--csv", str(rows),
+    )  # fmt: skip
+    assert (outcome.status, outcome.err) == (0, "")
+    car = popsteer.Vehicle.load(out)
+    assert car.wheelbase == pytest.approx(2.7, abs=0.03)
+    assert car.steer_offset == pytest.approx(0.01, abs=math.radians(0.05))
+    assert car.dead_time + car.steer_lag == pytest.approx(0.25, abs=0.01)
+    assert car.rear_axle == pytest.approx(-1.35, abs=0.08)
+    found = json.loads(document.read_text())
+    assert found["vehicle"]["wheelbase"] == car.wheelbase
+    assert len(rows.read_text().splitlines()) == 802
+    for name in ("identify.png", "identify-dark.svg"):
+        assert (figures / name).stat().st_size > 10_000
+    for part in (
+        "drive.csv: 40.0 s, 800 rows",
+        "wheelbase",
+        "dead time and lag together",
+        "± error",
+    ):
+        assert part in outcome.out
+    assert max(map(len, outcome.out.split("\n- ")[0].splitlines())) <= 80
+
+
+def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
+    capsys: pytest.CaptureFixture[str], columns: dict[str, Any], tmp_path: Path
+) -> None:
+    pytest.importorskip("rosbags")
+    bag, out = write_bag(tmp_path / "bag", columns), tmp_path / "car.toml"
+    told = ("--set-vehicle", "wheelbase=2.65", "--set-vehicle", "rear_axle=-1.35")
+    outcome = command.call(capsys, "identify", str(bag), "--out", str(out), *told)
+    assert outcome.status == 0
+    car = popsteer.Vehicle.load(out)
+    assert (car.wheelbase, car.rear_axle) == (2.65, -1.35)
+    assert car.turning_wheelbase == pytest.approx(2.7, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--column", "steer=delta"], "no column 'delta'; there are: t, x, y, yaw, speed, steer"),
+        (["--column", "steer"], "--column must be written NAME=VALUE, got 'steer'"),
+        (["--unit", "steer=furlong"], "unit of steer must be rad, deg, a number"),
+        (["--unit", "steer=-1"], "turns right where steer says left"),
+        (["--topic", "steer=/drive"], "topics are of bags; a CSV file has columns"),
+        (["--unit", "speed=0.001"], "s of driving are too short"),
+        (["--vehicle", "none.toml"], "none.toml: No such file"),
+    ],
+)
+def test_identify_of_wrong_input_is_one_line_and_writes_nothing(
+    capsys: pytest.CaptureFixture[str],
+    file: Path,
+    tmp_path: Path,
+    arguments: list[str],
+    message: str,
+) -> None:
+    out = tmp_path / "car.toml"
+    outcome = command.call(capsys, "identify", str(file), "--out", str(out), *arguments)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert message in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert not any(tmp_path.iterdir())
+
+
+def test_identify_into_a_folder_that_cannot_be_is_refused_at_once(
+    capsys: pytest.CaptureFixture[str], file: Path
+) -> None:
+    outcome = command.call(capsys, "identify", str(file), "--out", "/dev/null/car.toml")
+    assert outcome.status == 2
+    assert "/dev/null/car.toml" in outcome.err
+
+
+def test_identify_interrupted_says_nothing_and_writes_nothing(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    file: Path,
+    tmp_path: Path,
+) -> None:
+    from popsteer import identification
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(identification, "identify", interrupted)
+    outcome = command.call(capsys, "identify", str(file), "--out", str(tmp_path / "car.toml"))
+    assert (outcome.status, outcome.out, outcome.err) == (130, "", "")
+    assert not any(tmp_path.iterdir())

@@ -1,0 +1,154 @@
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from popsteer import Path, Vehicle, planning, tracks
+from popsteer.planning import SpeedLimits
+from tests.cli import command
+
+if TYPE_CHECKING:
+    from pathlib import Path as FilePath
+
+
+@pytest.fixture
+def waypoints(tmp_path: FilePath) -> FilePath:
+    file = tmp_path / "waypoints.csv"
+    tracks.get("slalom").to_csv(file)
+    return file
+
+
+def test_plan_writes_the_course_and_says_what_limits_it(
+    capsys: pytest.CaptureFixture[str], waypoints: FilePath, tmp_path: FilePath
+) -> None:
+    car, out = (
+        Vehicle(wheelbase=2.7, max_steer_rate=0.2, max_speed=15.0),
+        tmp_path / "new" / "c.csv",
+    )
+    car.save(tmp_path / "car.toml")
+    options = ("--vehicle", str(tmp_path / "car.toml"), "--out", str(out))
+    outcome = command.call(capsys, "plan", str(waypoints), *options)
+    assert outcome.status == 0
+    expected = planning.speed_profile(Path.from_csv(waypoints), vehicle=car)
+    course = Path.from_csv(out)
+    assert course.speed is not None
+    assert course.speed.tolist() == expected.speed.tolist()
+    assert f"in {expected.time:.2f} s" in outcome.out
+    for share in expected.shares().values():
+        assert f"{100.0 * share:.1f}" in outcome.out
+    assert f"Written to {out}" in outcome.out
+
+
+def test_plan_takes_limits_tables_and_speed_limits(
+    capsys: pytest.CaptureFixture[str], waypoints: FilePath, tmp_path: FilePath
+) -> None:
+    out = tmp_path / "course.csv"
+    limits = ("--set", "max_lateral_acceleration=2", "--set", "end_speed=5")
+    tables = ("--driving", "0:3,10:1", "--braking", "0:2")
+    bounds = ("--speed-limit", "50:80:6", "--keep-speeds", "--out", str(out))
+    outcome = command.call(capsys, "plan", str(waypoints), *limits, *tables, *bounds)
+    assert outcome.status == 0
+    path = Path.from_csv(waypoints)
+    assert path.speed is not None
+    most = np.where((path.s >= 50.0) & (path.s <= 80.0), np.minimum(6.0, path.speed), path.speed)
+    expected = planning.speed_profile(
+        path,
+        SpeedLimits(
+            max_lateral_acceleration=2.0,
+            end_speed=5.0,
+            max_acceleration=[(0.0, 3.0), (10.0, 1.0)],
+            max_deceleration=[(0.0, 2.0)],
+        ),
+        speed_limits=most,
+    )
+    course = Path.from_csv(out)
+    assert course.speed is not None
+    assert course.speed.tolist() == expected.speed.tolist()
+
+
+def test_plan_smooths_a_recording_first(
+    capsys: pytest.CaptureFixture[str], tmp_path: FilePath
+) -> None:
+    rng = np.random.default_rng(1)
+    xy = np.column_stack((np.arange(0.0, 60.0, 0.2), np.zeros(300)))
+    xy = np.insert(xy + rng.normal(0.0, 0.05, xy.shape), 100, xy[100], axis=0)
+    recorded, out = tmp_path / "recorded.csv", tmp_path / "course.csv"
+    np.savetxt(recorded, xy, delimiter=",")
+    options = ("--smooth", "0.1", "--out", str(out))
+    assert command.call(capsys, "plan", str(recorded), *options).status == 0
+    assert np.abs(Path.from_csv(out).y).max() < 0.1
+
+
+def test_plan_draws_on_both_backgrounds(
+    capsys: pytest.CaptureFixture[str], waypoints: FilePath, tmp_path: FilePath
+) -> None:
+    picture = tmp_path / "plan.png"
+    outcome = command.call(capsys, "plan", str(waypoints), "--closed", "--figure", str(picture))
+    assert outcome.status == 0
+    for file in (picture, tmp_path / "plan-dark.png"):
+        assert file.read_bytes()[1:4] == b"PNG"
+        assert f"Written to {file}" in outcome.out
+
+
+def test_plan_tells_of_bends_that_the_wheels_cannot_take(
+    capsys: pytest.CaptureFixture[str], waypoints: FilePath
+) -> None:
+    outcome = command.call(capsys, "plan", str(waypoints), "--set-vehicle", "max_steer=0.05")
+    assert outcome.status == 0
+    assert "bend more sharply than the wheels turn" in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--set", "max_sped=1"), "unknown parameter of the limits 'max_sped'"),
+        (("--set", "max_speed=30", "--set-vehicle", "max_speed=20"), "at most the vehicle's, 20.0"),
+        (("--set", "start_speed=24"), "start_speed must be at most 13.2"),
+        (("--set", "exponent=0"), "exponent must be in [1, inf]"),
+        (("--driving", "fast"), "--driving must be pairs SPEED:ACCELERATION"),
+        (("--braking", "0:3,0:2"), "max_deceleration must be a table whose speeds increase"),
+        (("--speed-limit", "1:2"), "--speed-limit must be written FROM:TO:SPEED"),
+        (("--speed-limit", "3:2:1"), "--speed-limit must be from a distance to one farther on"),
+        (("--speed-limit", "1:2:nan"), "--speed-limit must be a speed"),
+        (("--speed-limit", "900:999:5"), "--speed-limit must be within the path, 307."),
+        (("--smooth", "0"), "tolerance must be in"),
+        (("--smooth", "0.1", "--keep-speeds"), "--keep-speeds must be left out"),
+        (("--figure", "plan.svg"), "--figure must be a file *.png"),
+        (("--vehicle", "truck"), "unknown vehicle 'truck'"),
+        (("--out", "/dev/null/course.csv"), "/dev/null"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_plan_refuses_in_one_line_and_writes_nothing(
+    capsys: pytest.CaptureFixture[str],
+    waypoints: FilePath,
+    tmp_path: FilePath,
+    options: tuple[str, ...],
+    words: str,
+) -> None:
+    given = options if "--out" in options else (*options, "--out", str(tmp_path / "course.csv"))
+    outcome = command.call(capsys, "plan", str(waypoints), *given)
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert len(outcome.err.splitlines()) == 1
+    assert words in outcome.err
+    assert [file.name for file in tmp_path.iterdir()] == ["waypoints.csv"]
+
+
+def test_plan_of_a_path_too_short_or_without_an_extra_says_so(
+    capsys: pytest.CaptureFixture[str],
+    waypoints: FilePath,
+    tmp_path: FilePath,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "short.csv").write_text("0,0\n1,0\n", encoding="utf-8")
+    outcome = command.call(capsys, "plan", str(tmp_path / "short.csv"))
+    assert (outcome.status, outcome.out) == (2, "")
+    assert "too short to start and stop" in outcome.err
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    outcome = command.call(capsys, "plan", str(waypoints), "--smooth", "0.1")
+    assert outcome.status == 2
+    assert 'smoothing needs the extra "plan"' in outcome.err

@@ -1,0 +1,150 @@
+"""Logs of cars that nobody has described: driven by Stanley, with noise in what is logged."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any
+
+import numpy as np
+
+import popsteer
+from popsteer import sim, tracks
+
+OFFSET = math.radians(1.0)
+DEAD_TIME = 0.15
+CARS = ("carla-identified", "commonroad-st-2", "commonroad-mb-2", "mujoco-car")
+SHARE_OF_SPEED = 0.75
+"""Of the track's reference speeds: with all of them no margin is left for 0.15 s of dead time."""
+LEAST_SPEED = 5.0
+
+
+def plant(name: str, dead_time: float = DEAD_TIME, offset: float = OFFSET) -> Any:
+    """Give a plant with a dead time and a steering offset."""
+    if name == "carla-identified":
+        made = sim.CarlaIdentified()
+        vehicle = made.vehicle.replace(dead_time=dead_time, steer_offset=offset)
+        return made.replace(vehicle=vehicle)
+    if name == "mujoco-car":
+        from popsteer.plants.mujoco_car import MujocoCar
+
+        return MujocoCar(dead_time=dead_time, steer_offset=offset)
+    from popsteer.plants.commonroad import CommonRoad
+
+    _, model, number = name.split("-")
+    return CommonRoad(model, int(number), dead_time=dead_time, steer_offset=offset)
+
+
+def course() -> popsteer.Path:
+    track = tracks.get("racetrack")
+    speed = np.maximum(SHARE_OF_SPEED * track.speed, LEAST_SPEED)
+    return popsteer.Path(track.xy, speed=speed, closed=True)
+
+
+@functools.cache
+def drive(
+    name: str,
+    seconds: float = 120.0,
+    seed: int = 0,
+    noise: float = 1.0,
+    dt: float = 0.05,
+    dead_time: float = DEAD_TIME,
+    offset: float = OFFSET,
+) -> dict[str, Any]:
+    """Drive a plant over the race track; the columns of its log."""
+    path, mover = course(), plant(name, dead_time, offset)
+    vehicle = sim.vehicle_of(mover)
+    settings = sim.Settings(dt=dt, time_limit=seconds, give_up_distance=50.0)
+    start = sim.default_start(path, vehicle=vehicle)
+    run = sim.Simulation(path, mover, start=start, speed=LEAST_SPEED, settings=settings)
+    stanley = popsteer.Stanley(path, vehicle)
+    pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
+    random = np.random.default_rng(seed)
+    rows = []
+    for k in range(round(seconds / dt)):
+        x, y, yaw, speed = run.state
+        x, y = np.array([x, y]) + noise * 0.02 * random.standard_normal(2)
+        yaw += noise * 0.002 * random.standard_normal()
+        speed += noise * 0.02 * random.standard_normal()
+        command = stanley.step(x, y, yaw, speed, dt)
+        throttle, brake = pedals.step(speed, run.reference_speed or LEAST_SPEED, dt)
+        rows.append((k * dt, x, y, math.remainder(yaw, math.tau), speed, command.steer))
+        run.step(command.steer, throttle, brake)
+        if run.ending not in (None, "finished"):
+            break
+    columns = np.array(rows).T
+    return dict(zip(("t", "x", "y", "yaw", "speed", "steer"), columns, strict=True))
+
+
+def track(name: str, vehicle: popsteer.Vehicle, seconds: float = 50.0, dt: float = 0.05) -> float:
+    """Drive preview POP that believes a vehicle; mean error of the rear axle after 5 s [m]."""
+    path, mover = course(), plant(name)
+    start = sim.default_start(path, vehicle=sim.vehicle_of(mover))
+    settings = sim.Settings(dt=dt, time_limit=seconds, give_up_distance=50.0)
+    run = sim.Simulation(path, mover, start=start, speed=LEAST_SPEED, settings=settings)
+    controller = popsteer.PreviewPop(path, vehicle)
+    pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
+    for _ in range(round(seconds / dt)):
+        x, y, yaw, speed = run.state
+        steer = controller.step(x, y, yaw, speed, dt).steer
+        run.step(steer, *pedals.step(speed, run.reference_speed or LEAST_SPEED, dt))
+        if run.ending is not None:
+            break
+    records = run.records()
+    settled = records["time"] > 5.0
+    return float(np.abs(records["rear_cross_track_error"][settled]).mean())
+
+
+def response(name: str, speed: float = 9.0, frequency: float = 1.0, dt: float = 0.05) -> float:
+    """Measure how late the yaw rate is behind the command of a plant without dead time [s].
+
+    The phase of the heading under a slow sine of 0.03 rad, less half a period for which a command
+    holds.
+    """
+    path = popsteer.Path([(5.0 * k, 0.0) for k in range(200)], speed=[speed] * 200)
+    settings = sim.Settings(dt=dt, give_up_distance=900.0, time_limit=60.0)
+    mover = plant(name, dead_time=0.0, offset=0.0)
+    run = sim.Simulation(path, mover, start=(0.0, 0.0, 0.0), speed=speed, settings=settings)
+    pedals = popsteer.SpeedPid(popsteer.SpeedPidParams(kp=1.0, ki=0.5))
+    t = dt * np.arange(round(8.0 * math.pi / frequency / dt))
+    heading = np.empty_like(t)
+    for k, time in enumerate(t):
+        heading[k] = run.state[2]
+        now = run.state[3]
+        run.step(0.03 * math.sin(frequency * time), *pedals.step(now, speed, dt))
+    late = t > 2.0 * math.pi / frequency
+    waves = np.column_stack([np.sin(frequency * t), np.cos(frequency * t), np.ones_like(t), t])[
+        late
+    ]
+    sine, cosine, *_ = np.linalg.lstsq(waves, heading[late], rcond=None)[0]
+    return float(np.arctan2(-sine, -cosine)) / frequency - 0.5 * dt
+
+
+def table(seed: int = 0) -> str:
+    """Identify each car, and set what was found beside what it is."""
+    from popsteer.logs import Log
+
+    lines = [
+        (
+            "| car | offset [deg] | dead time [s] | dead time and lag [s] | rear axle [m] |"
+            " preview POP, told / identified [mm] |"
+        ),
+        "|---|---|---|---|---|---|",
+    ]
+    for name in CARS:
+        found = popsteer.identify(Log(**drive(name, seed=seed), name=name))
+        car, itself = found.vehicle, sim.vehicle_of(plant(name))
+        late = DEAD_TIME + response(name, found.speed)
+        told, identified = track(name, itself), track(name, car)
+        own = itself.rear_axle if itself.no_slip_point is None else itself.no_slip_point
+        lines.append(
+            f"| {name} | {math.degrees(car.steer_offset):.3f} (1) | {car.dead_time:.3f}"
+            f" ± {found.errors['dead_time']:.3f} (0.15) | {found.delay:.3f} ±"
+            f" {found.delay_error:.3f} ({late:.3f}) | {car.rear_axle:.2f} ({own:g}) |"
+            f" {1e3 * told:.1f} / {1e3 * identified:.1f} |"
+        )
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(table())  # noqa: T201 - a program

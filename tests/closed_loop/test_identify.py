@@ -1,0 +1,106 @@
+"""Cars that nobody has described, identified from two minutes of their log."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import io
+import math
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import presets, sim
+from popsteer.lab.bench.states import recorded
+from popsteer.logs import Log
+from tests.closed_loop import drives
+from tests.helpers import ROOT, authors_data
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from popsteer.identification import Identification
+
+pytest.importorskip("scipy")
+
+
+@functools.cache
+def _found(name: str) -> Identification:
+    return popsteer.identify(Log(**drives.drive(name), name=name))
+
+
+@pytest.fixture(params=drives.CARS)
+def car(request: pytest.FixtureRequest) -> str:
+    if request.param.startswith("commonroad"):
+        pytest.importorskip("vehiclemodels")
+    if request.param.startswith("mujoco"):
+        pytest.importorskip("mujoco")
+    return str(request.param)
+
+
+def test_identify_of_an_unknown_car_finds_its_steering(car: str) -> None:
+    found = _found(car)
+    offset = math.degrees(found.vehicle.steer_offset - drives.OFFSET)
+    assert abs(offset) < 0.05
+    assert abs(found.vehicle.dead_time - drives.DEAD_TIME) < 0.025
+    # What is late beyond the dead time, at the speed that the log knows best.
+    truth = drives.DEAD_TIME + drives.response(car, found.speed)
+    assert abs(found.delay - truth) < 0.010
+    itself = sim.vehicle_of(drives.plant(car))
+    assert found.turning_length == pytest.approx(itself.turning_length(found.speed), rel=0.01)
+
+
+def test_identify_of_an_unknown_car_finds_where_its_pose_is_measured(car: str) -> None:
+    itself = sim.vehicle_of(drives.plant(car))
+    truth = itself.rear_axle if itself.no_slip_point is None else itself.no_slip_point
+    assert _found(car).vehicle.rear_axle == pytest.approx(truth, abs=0.06)
+
+
+def test_identify_of_an_unknown_car_lets_preview_pop_track_as_if_it_were_told(car: str) -> None:
+    told = drives.track(car, sim.vehicle_of(drives.plant(car)))
+    itself = drives.track(car, _found(car).vehicle)
+    assert itself < 1.2 * told + 0.005
+
+
+def test_identify_of_the_authors_run_leaves_what_their_plant_leaves() -> None:
+    drive = recorded(authors_data())
+    states = np.array(drive.states)
+    pop = popsteer.Pop(
+        drive.path,
+        drive.vehicle,
+        popsteer.PopParams(**presets.get("pop", "published-code").as_dict()),
+        adapt=None,
+    )
+    steer = [pop.step(*state, 0.05).steer for state in drive.states]
+    x, y, yaw, speed = states.T
+    log = Log(0.05 * np.arange(len(states)), x, y, yaw, speed, steer, name="recorded")
+    found = popsteer.identify(log, popsteer.Vehicle(wheelbase=3.0, rear_axle=-1.94))
+    records = found.records
+    left = records["yaw_rate"] - records["simulated_yaw_rate"]
+    driving = records["t"] > 2.0  # before, the car stands and starts
+    assert math.sqrt(np.mean(left[driving] ** 2)) < 0.0029
+    plant = drive.vehicle.turning_length(found.speed)
+    assert found.turning_length == pytest.approx(plant, abs=0.03)
+    assert found.delay == pytest.approx(0.1, abs=0.015)
+    # The point that does not slip is the plant's own, 1.94 m ahead of the rear axle.
+    own = found.vehicle.no_slip_point
+    assert own is not None
+    assert own == pytest.approx(0.0, abs=0.1)
+
+
+def test_identify_page_code_prints_what_the_page_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs" / "identify.md").read_text(encoding="utf-8")
+    (code, shown), *_ = re.findall(
+        r"^```python\n(.*?)^```\n\n```text\n(.*?)^```", page, re.DOTALL | re.MULTILINE
+    )
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(code, "identify.md", "exec"), {})
+    assert out.getvalue() == shown
+    assert popsteer.Vehicle.load("car.toml").wheelbase == pytest.approx(2.7, abs=0.02)

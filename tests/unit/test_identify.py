@@ -1,0 +1,241 @@
+from __future__ import annotations
+
+import dataclasses
+import math
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer.identification.chain import Chain
+from popsteer.identification.drive import prepare
+from popsteer.logs import Log, LogError
+from tests.closed_loop.chain import Chain as Car
+
+pytest.importorskip("scipy")
+
+CAR = popsteer.Vehicle(
+    wheelbase=2.7,
+    rear_axle=-1.35,
+    understeer=0.003,
+    steer_offset=math.radians(-0.7),
+    steer_lag=0.12,
+    dead_time=0.2,
+    max_steer=0.6,
+)
+DT = 0.05
+
+
+def _commands(t: np.ndarray) -> np.ndarray:
+    """Bends to both sides, and a driver who corrects."""
+    steady = 0.08 * np.sin(0.35 * t) + 0.05 * np.sign(np.sin(0.6 * t))
+    return steady + 0.02 * np.sin(2.3 * t)
+
+
+def _speeds(t: np.ndarray) -> np.ndarray:
+    return 8.0 + 3.5 * np.sin(0.11 * t)
+
+
+def _drive(
+    car: popsteer.Vehicle = CAR,
+    seconds: float = 60.0,
+    commands: Any = _commands,
+    speeds: Any = _speeds,
+    noise: float = 1.0,
+    dt: float = DT,
+) -> dict[str, Any]:
+    """The log of a car that popsteer's simulation knows nothing of."""
+    random = np.random.default_rng(7)
+    t = dt * np.arange(round(seconds / dt))
+    steer, speed = np.broadcast_to(commands(t), t.shape), np.broadcast_to(speeds(t), t.shape)
+    mover = Car(car, (0.0, 0.0, 0.3), float(speed[0]), dt, substeps=10)
+    poses = np.empty((len(t), 3))
+    for k, (angle, now) in enumerate(zip(steer.tolist(), speed.tolist(), strict=True)):
+        poses[k] = mover.pose
+        mover.speed = now
+        mover.advance(angle)
+    poses += noise * random.standard_normal(poses.shape) * (0.02, 0.02, 0.002)
+    x, y, yaw = poses.T
+    measured = speed + noise * 0.02 * random.standard_normal(len(t))
+    return {"t": t, "x": x, "y": y, "yaw": yaw, "speed": measured, "steer": steer.copy()}
+
+
+@pytest.fixture(scope="module")
+def columns() -> dict[str, Any]:
+    return _drive()
+
+
+def test_chain_moves_its_wheels_as_the_car_does() -> None:
+    # Against the wheels in small steps, with all that a vehicle's chain has.
+    car = CAR.replace(max_steer_rate=0.3)
+    columns = _drive(car, seconds=20.0, noise=0.0)
+    chain = Chain(prepare(Log(**columns)), "wheels")
+    yaw = chain.yaw(2.7, 0.003, CAR.steer_offset, 0.12, 0.2, rate=0.3)
+    # The car starts with straight wheels, the simulation with those of the first command.
+    settled = columns["t"] > 2.0
+    difference = (yaw - columns["yaw"])[settled]
+    assert np.ptp(difference) < 2e-3
+
+
+def test_identify_finds_the_car_with_its_errors(columns: dict[str, Any]) -> None:
+    found = popsteer.identify(Log(**columns))
+    car = found.vehicle
+    assert car.wheelbase == pytest.approx(2.7, abs=0.02)
+    assert car.understeer == pytest.approx(0.003, abs=4e-4)
+    assert math.degrees(car.steer_offset + math.radians(0.7)) == pytest.approx(0.0, abs=0.02)
+    assert found.delay == pytest.approx(0.32, abs=0.005)
+    assert car.dead_time == pytest.approx(0.2, abs=0.02)
+    assert car.rear_axle == pytest.approx(-1.35, abs=0.05)
+    assert car.max_steer_rate is None
+    for name, error in found.errors.items():
+        assert 0.0 < error < 0.1, name
+        assert abs(getattr(car, name) - getattr(CAR, name)) < 5.0 * error + 1e-3, name
+
+
+def test_identify_with_what_a_tape_measures_keeps_it(columns: dict[str, Any]) -> None:
+    told = popsteer.Vehicle(wheelbase=2.65, rear_axle=-1.35, max_steer=0.5)
+    car = popsteer.identify(Log(**columns), told).vehicle
+    assert (car.wheelbase, car.rear_axle, car.max_steer) == (2.65, -1.35, 0.5)
+    assert car.turning_wheelbase == pytest.approx(2.7, abs=0.02)
+    assert car.no_slip_point is None
+
+
+def test_identify_finds_a_rate_limit_that_was_reached() -> None:
+    car = CAR.replace(max_steer_rate=0.25)
+
+    def commands(t: np.ndarray) -> np.ndarray:
+        return 0.15 * np.sign(np.sin(0.5 * t)) + 0.03 * np.sin(1.7 * t)
+
+    found = popsteer.identify(Log(**_drive(car, commands=commands)))
+    assert found.vehicle.max_steer_rate == pytest.approx(0.25, rel=0.05)
+    assert found.delay == pytest.approx(0.32, abs=0.02)
+
+
+def test_identify_outliers_and_gaps_stand_aside(columns: dict[str, Any]) -> None:
+    broken = {name: values.copy() for name, values in columns.items()}
+    random = np.random.default_rng(3)
+    for name, size in (("yaw", 0.5), ("x", 5.0), ("y", 5.0), ("speed", 6.0)):
+        hit = random.choice(len(broken["t"]), 12, replace=False)
+        broken[name][hit] += size
+    kept = np.ones(len(broken["t"]), dtype=bool)
+    kept[400:440] = kept[700:760] = False
+    log = Log(**{name: values[kept] for name, values in broken.items()})
+    found = popsteer.identify(log)
+    assert found.vehicle.wheelbase == pytest.approx(2.7, abs=0.03)
+    assert math.degrees(found.vehicle.steer_offset) == pytest.approx(-0.7, abs=0.03)
+    assert found.delay == pytest.approx(0.32, abs=0.01)
+    assert found.vehicle.rear_axle == pytest.approx(-1.35, abs=0.1)
+    notes = " ".join(found.notes)
+    assert "2 gaps, the longest" in notes
+    assert "numbers stand out from their neighbours" in notes
+
+
+def test_identify_at_one_speed_says_what_it_cannot_tell_apart() -> None:
+    def steady(t: np.ndarray) -> np.ndarray:
+        return np.full_like(t, 8.0)
+
+    found = popsteer.identify(Log(**_drive(speeds=steady)))
+    assert any("one speed only" in note for note in found.notes)
+    assert found.vehicle.understeer == 0.0
+    assert found.turning_length == pytest.approx(2.7 + 0.003 * 64.0, abs=0.02)
+
+
+def test_identify_of_slow_steering_knows_the_delay_as_a_whole() -> None:
+    def slow(t: np.ndarray) -> np.ndarray:
+        return 0.12 * np.sin(0.25 * t)
+
+    found = popsteer.identify(Log(**_drive(commands=slow)))
+    assert any("only their sum" in note for note in found.notes)
+    assert found.vehicle.steer_lag == 0.1
+    assert found.delay == pytest.approx(0.32, abs=0.03)
+
+
+def test_identify_commands_with_times_of_their_own_count_there(
+    columns: dict[str, Any],
+) -> None:
+    # The angles arrive 20 ms after the poses: rows would lay that to the dead time.
+    late = (columns["t"] + 0.02, columns["steer"])
+    found = popsteer.identify(Log(**columns, commands=late))
+    assert found.delay == pytest.approx(0.30, abs=0.005)
+
+
+def test_identify_of_100_hz_finds_the_same() -> None:
+    found = popsteer.identify(Log(**_drive(seconds=40.0, dt=0.01)))
+    assert found.vehicle.wheelbase == pytest.approx(2.7, abs=0.02)
+    assert found.delay == pytest.approx(0.32, abs=0.006)
+
+
+def test_identify_does_not_depend_on_where_and_which_way(columns: dict[str, Any]) -> None:
+    turned = dict(columns)
+    east, north = columns["x"], columns["y"]
+    turned["x"] = 5e5 + east * math.cos(2.0) - north * math.sin(2.0)
+    turned["y"] = -3e5 + east * math.sin(2.0) + north * math.cos(2.0)
+    turned["yaw"] = np.array([math.remainder(yaw + 2.0, math.tau) for yaw in columns["yaw"]])
+    first, second = (popsteer.identify(Log(**each)) for each in (columns, turned))
+    for name in ("wheelbase", "steer_offset", "dead_time", "rear_axle"):
+        value = getattr(first.vehicle, name)
+        assert getattr(second.vehicle, name) == pytest.approx(value, abs=1e-3), name
+
+
+def _never(t: np.ndarray) -> np.ndarray:
+    return np.full_like(t, math.radians(0.7))  # straight on, with the car's offset
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"seconds": 9.0}, "8.0 s of driving are too short: at least 10 s"),
+        ({"speeds": lambda t: 0.0 * t}, "of driving are too short"),
+        ({"commands": _never}, "too straight: its heading changes by .* degrees in all"),
+    ],
+)
+def test_identify_of_a_log_that_shows_nothing_says_what_is_missing(
+    changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(LogError, match=message):
+        popsteer.identify(Log(**_drive(**changes)))
+
+
+@pytest.mark.parametrize(
+    ("factor", "message"),
+    [
+        (-1.0, "turns right where steer says left"),
+        (math.degrees(1.0), "more than a quarter turn"),
+        (0.0, "steer changes by 0.00 degrees only"),
+    ],
+)
+def test_identify_of_a_wrong_unit_or_sign_says_so(
+    columns: dict[str, Any], factor: float, message: str
+) -> None:
+    with pytest.raises(LogError, match=message):
+        popsteer.identify(Log(**{**columns, "steer": factor * columns["steer"]}))
+
+
+def test_identify_of_a_heading_that_is_turned_says_by_how_much(
+    columns: dict[str, Any],
+) -> None:
+    found = popsteer.identify(Log(**{**columns, "yaw": columns["yaw"] + math.radians(1.0)}))
+    assert any(
+        "1.0" in note and "to the left of where the car moves" in note for note in found.notes
+    )
+
+
+def test_identification_is_a_value_with_records(columns: dict[str, Any]) -> None:
+    log = Log(**columns)
+    found = popsteer.identify(log)
+    assert all(len(values) == len(log) for values in found.records.values())
+    assert found.yaw_rate_rms > 0.1
+    assert found.position_residual < 0.2
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.delay = 0.0  # type: ignore[misc]
+
+
+def test_import_of_popsteer_does_not_load_the_identification() -> None:
+    lines = "import sys, popsteer; print('scipy' in sys.modules, 'popsteer.logs' in sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", lines], capture_output=True, encoding="utf-8", check=True
+    )
+    assert done.stdout.split() == ["False", "False"]

@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from popsteer import ConfigError, Path, PathError, PopsteerError, planning, tracks
+from popsteer.planning import SpeedLimits, smooth, speed_profile
+from popsteer.tracks import edges
+from tests.planned import spacing_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+TOLERANCE = 0.1
+
+
+def _recorded(xy: NDArray[np.float64], closed: bool, seed: int) -> NDArray[np.float64]:
+    """A log of a line: every 0.2 m, 5 cm of noise, two gaps, and a while of standing still."""
+    rng = np.random.default_rng(seed)
+    ends = np.concatenate((xy, xy[:1])) if closed else xy
+    steps = np.diff(ends, axis=0)
+    arc = np.append(0.0, np.cumsum(np.sqrt((steps * steps).sum(axis=1))))
+    stations = np.arange(0.0, arc[-1], 0.2)
+    line = np.column_stack([np.interp(stations, arc, column) for column in ends.T])
+    line += rng.normal(0.0, 0.05, line.shape)
+    count = len(line)
+    gaps = np.r_[count // 4 : count // 4 + 20, count // 2 : count // 2 + 12]
+    standing = line[count // 3] + rng.normal(0.0, 0.05, (40, 2))
+    line = np.insert(line, count // 3, standing, axis=0)
+    return np.delete(line, gaps[gaps != count // 3], axis=0)
+
+
+def _distance(path: Path, line: Path) -> float:
+    """The largest distance of a path from the line that was recorded."""
+    ends = np.column_stack((line.x, line.y))
+    starts = ends if line.closed else ends[:-1]
+    along = np.roll(ends, -1, axis=0)[: len(starts)] - starts
+    worst = 0.0
+    for place in zip(path.x, path.y, strict=True):
+        to = np.array(place) - starts
+        share = np.clip((to * along).sum(axis=1) / (along * along).sum(axis=1), 0.0, 1.0)
+        off = to - share[:, None] * along
+        worst = max(worst, float(np.sqrt((off * off).sum(axis=1)).min()))
+    return worst
+
+
+@pytest.mark.parametrize("name", [n for n in tracks.names() if n != "racetrack"])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_smoothed_recording_stays_within_the_tolerance(name: str, seed: int) -> None:
+    track = tracks.get(name)
+    line = Path(track.xy, closed=track.closed)
+    recorded = _recorded(track.xy, track.closed, seed)
+    path = smooth(recorded, TOLERANCE, closed=track.closed)
+    assert path.closed == track.closed
+    assert _distance(path, line) <= TOLERANCE
+    assert abs(path.length - line.length) < 1.0
+    # Its curvature is continuous: that of the waypoints themselves, not smoothed again.
+    bends = planning.curvature(path, 0.02)
+    assert np.abs(np.diff(bends)).max() < 0.02
+    assert np.abs(bends).max() < 1.4 * np.abs(planning.curvature(line)).max() + 0.005
+    # And it may be driven about as fast as the line, where the recording may not.
+    fast = speed_profile(path).time
+    assert fast == pytest.approx(speed_profile(line).time, rel=0.04)
+
+
+def test_smoothed_spacing_is_as_asked_for() -> None:
+    recorded = _recorded(tracks.get("slalom").xy, False, 4)
+    spacing = spacing_of(smooth(recorded, TOLERANCE, spacing=1.0))
+    assert spacing.min() > 0.98
+    assert spacing.max() < 1.02
+
+
+def test_smooth_keeps_cusps_and_directions() -> None:
+    way = edges.three_point_turn()
+    rng = np.random.default_rng(5)
+    xy = way.xy + rng.normal(0.0, 0.01, way.xy.shape)
+    path = smooth(Path(xy, speed=way.speed), 0.05)
+    assert path.reverse is not None
+    turns = np.flatnonzero(path.reverse[1:-1] != path.reverse[:-2])
+    assert turns.size == 2
+    profile = speed_profile(path)
+    assert (profile.speed[turns + 1] == 0.0).all()
+    assert _distance(path, Path(way.xy)) < 0.06
+
+
+def test_smooth_of_clean_waypoints_changes_little() -> None:
+    track = tracks.get("slalom")
+    path = smooth(Path(track.xy), 0.01, spacing=1.0)
+    assert _distance(path, Path(track.xy)) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("xy", "words"),
+    [
+        (np.zeros((5, 3)), "waypoints must be finite and of shape"),
+        (np.full((9, 2), np.nan), "waypoints must be finite and of shape"),
+        (np.zeros((9, 2)), "1 waypoints are left, fewer than 6"),
+        (np.column_stack((np.arange(5.0), np.zeros(5))), "5 waypoints are left"),
+        (
+            np.column_stack((np.r_[np.arange(50.0), np.arange(48.0, 0.0, -1.0)], np.zeros(98))),
+            "run back by .* negative speeds mark",
+        ),
+    ],
+    ids=["shape", "nan", "one place", "too few", "back"],
+)
+def test_bad_recordings_are_told(xy: NDArray[np.float64], words: str) -> None:
+    with pytest.raises(PathError, match=words):
+        smooth(xy, 0.1)
+
+
+def test_bad_tolerance_and_missing_extra_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    xy = np.column_stack((np.arange(50.0), np.zeros(50)))
+    with pytest.raises(ConfigError, match="tolerance must be in"):
+        smooth(xy, 0.0)
+    with pytest.raises(ConfigError, match="spacing must be in"):
+        smooth(xy, 0.1, spacing=0.0)
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    with pytest.raises(PopsteerError, match='smoothing needs the extra "plan"'):
+        smooth(xy, 0.1)
+    with pytest.raises(PopsteerError, match='a limit of the jerk needs the extra "plan"'):
+        speed_profile(Path(xy), SpeedLimits(max_jerk=1.0))
