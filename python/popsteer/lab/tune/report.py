@@ -183,12 +183,12 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
     vary = ", ".join(f"{name} {each}" for name, each in tuned.problem.vary.items())
     said = [
         (
-            "Mean |cross-track error| after settling of each car; a run that does not finish counts as"
-            " 100 m. The first car is the vehicle itself; of the others vary"
+            "Mean |cross-track error| after settling of each car; a run that does not finish counts"
+            " as 100 m. The first car is the vehicle itself; of the others vary"
             f" {vary or 'nothing'}."
         ),
         (
-            f"Chosen: the least of (mean + worst) / 2 over the tracks and cars of the search with at"
+            "Chosen: the least of (mean + worst) / 2 over the tracks and cars of the search with at"
             f" most {tuned.effort_limit:g} times the steering rate."
         ),
     ]
