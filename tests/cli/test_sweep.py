@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import signal
 import subprocess
 import time
@@ -122,13 +124,29 @@ def test_replay_of_no_run_is_one_line(
     assert "--dt must be left out where --replay-run is given" in outcome.err
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full disk to write to")
-def test_full_disk_is_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    (tmp_path / "sweep.csv.part").symlink_to("/dev/full")
+def test_full_disk_is_one_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    out = tmp_path / "sweep.csv"
+    with monkeypatch.context() as patch:
+        patch.setattr("popsteer.lab.sweep.rows.os.fsync", full)
+        outcome = command.call(capsys, "sweep", *SHORT, "--out", str(out))
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err == f"popsteer: {out}.part: No space left on device\n"
+    assert not out.exists()
+    assert command.call(capsys, "sweep", *SHORT, "--out", str(out)).status == 0
+
+
+def test_journal_that_is_a_device_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "sweep.csv.part").symlink_to("/dev/zero")
     outcome = command.call(capsys, "sweep", *SHORT, "--out", str(tmp_path / "sweep.csv"))
     assert (outcome.status, outcome.out) == (2, "")
-    assert outcome.err == f"popsteer: {tmp_path / 'sweep.csv.part'}: No space left on device\n"
-    assert not (tmp_path / "sweep.csv").exists()
+    assert "sweep.csv.part: is no regular file" in outcome.err
 
 
 def test_interrupted_sweep_keeps_its_rows(tmp_path: Path) -> None:
