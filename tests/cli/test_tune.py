@@ -22,7 +22,7 @@ def test_tune_writes_what_every_command_takes(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     out = tmp_path / "new" / "tuned.toml"
-    search = ("--search", "min_lookahead=uniform(4,9)")
+    search = ("--search", "min_lookahead=uniform(4,9)", "--effort-limit", "9")
     outcome = command.call(capsys, "tune", *SHORT, *search, "--out", str(out))
     assert (outcome.status, outcome.err) == (0, "")
     names = {f"tuned{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")}

@@ -43,7 +43,7 @@ def _problem(track: str = "racetrack", cars: int = 1, **changes: Any) -> tune.Pr
 
 def test_pop_is_tuned_to_a_fifth_of_its_error_with_hardly_more_steering() -> None:
     pytest.importorskip("optuna")
-    found = tune.run(_problem(), trials=60)
+    found = tune.run(_problem(), trials=100)
     # The vehicle itself, without those that differ from it.
     before, after = found.usual, found.problem.score(found.params)
     assert after.errors["racetrack"][0] <= before.errors["racetrack"][0] / 5

@@ -5,10 +5,11 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any
 
-from popsteer import sim
+from popsteer import presets, sim
 from popsteer._core import KinematicBicycle
 from popsteer.cli import inputs
 from popsteer.errors import ConfigError
+from popsteer.lab import baselines
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.varied import usual
 from popsteer.params_file import load_all
@@ -108,6 +109,8 @@ def tuning(
     """
     if controller is None:
         controller = DEFAULT_CONTROLLER if params is None else next(iter(load_all(params)))
+    if controller in baselines.names() and preset == "default":
+        preset = presets.REPRODUCTION  # those from elsewhere have one tuning alone
     return controller, inputs.tuned(
         [controller], preset, assignments, no_adapt=no_adapt, params=params
     )
