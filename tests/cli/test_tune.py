@@ -22,17 +22,19 @@ def test_tune_writes_what_every_command_takes(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     out = tmp_path / "new" / "tuned.toml"
-    search = ("--search", "min_lookahead=uniform(4,9)", "--effort-limit", "9")
-    outcome = command.call(capsys, "tune", *SHORT, *search, "--out", str(out))
+    search = ("--search", "lookahead_gain=uniform(0,0.1)", "--effort-limit", "2")
+    outcome = command.call(
+        capsys, "tune", *SHORT, *search, "--tracks", "racetrack", "--out", str(out)
+    )
     assert (outcome.status, outcome.err) == (0, "")
     names = {f"tuned{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")}
     names |= {"tuned.toml", "tuned.journal"}
     assert {file.name for file in out.parent.iterdir() if ".lock" not in file.name} == names
-    assert "racetrack" in outcome.out
+    assert "slalom" in outcome.out
     assert "before" in outcome.out
     params = popsteer.PopParams.load(out)
-    assert 4.0 <= (params.min_lookahead or 0.0) <= 9.0
-    value = f"{params.min_lookahead:.4g}"
+    assert 0.0 <= params.lookahead_gain <= 0.1
+    value = f"{params.lookahead_gain:.4g}"
     assert value in outcome.out
     for each in ("compare", "simulate", "stability"):
         who = ("--controller" if each == "simulate" else "--controllers", "pop")

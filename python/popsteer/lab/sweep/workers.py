@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
 from popsteer.errors import ConfigError, PopsteerError
-from popsteer.lab.sweep.drive import drive, drive_text
+from popsteer.lab.sweep.driving import drive, drive_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
