@@ -19,10 +19,10 @@ LAYERS = (
     ("_core", "errors"),
     ("status", "ranges", "files", "csv_file", "parameters", "prediction", "signatures"),
     ("paper", "controllers", "vehicles", "vehicle_file", "reference"),
-    ("params_file",),
+    ("planning", "logs", "params_file"),
+    ("identification",),
     ("popsteer",),  # what `import popsteer` brings
-    ("planning", "logs"),
-    ("presets", "plants", "tracks", "identification"),
+    ("presets", "plants", "tracks"),
     ("sim",),
     ("lab.baselines",),
     ("lab.common",),
