@@ -69,6 +69,7 @@ from popsteer._core import (
     build_profile,
 )
 from popsteer.errors import ConfigError, InputError, PathError, PopsteerError
+from popsteer.params_file import add_load_and_save
 from popsteer.prediction import Prediction
 from popsteer.signatures import spell_out
 from popsteer.status import Status
@@ -130,6 +131,9 @@ __all__ = [
 
 spell_out(BangBangState, PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
 spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Settings)
+add_load_and_save(
+    BangBangParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams
+)
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - what an attribute is depends on its name

@@ -24,6 +24,8 @@ _COMMANDS = (
     "stability",
     "identify",
     "replay",
+    "tune",
+    "sweep",
     "bench",
     "tracks",
 )

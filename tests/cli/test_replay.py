@@ -115,7 +115,7 @@ def test_replay_with_params_of_a_file_uses_them(
 ) -> None:
     params, tables = tmp_path / "tuned.toml", []
     for gain in (0.2, 0.6):
-        params.write_text(f'controller = "pop"\nlookahead_gain = {gain}\n')
+        params.write_text(f"[pop]\nlookahead_gain = {gain}\n")
         outcome = command.call(capsys, "replay", str(file), "--params", str(params))
         assert outcome.status == 0
         assert "POP" in outcome.out
@@ -126,12 +126,12 @@ def test_replay_with_params_of_a_file_uses_them(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("lookahead_gain = 0.2\n", 'with controller = "NAME"'),
-        ('controller = "pop"\ngain = 1\n', "unknown parameter of pop 'gain'"),
-        ('controller = "pop"\nlookahead_gain = -1\n', "lookahead_gain must be in"),
-        ('controller = "pop"\nlookahead_gain = "far"\n', "with numbers for pop"),
-        ('controller = "lqr"\n', "unknown controller 'lqr'"),
-        ("controller =", "a TOML file"),
+        ("lookahead_gain = 0.2\n", "unknown table 'lookahead_gain'"),
+        ("[pop]\ngain = 1\n", "unknown key of [pop] 'gain'"),
+        ("[pop]\nlookahead_gain = -1\n", "lookahead_gain must be in"),
+        ('[pop]\nlookahead_gain = "far"\n', "pop.lookahead_gain must be a number"),
+        ("[lqr]\n", "unknown table 'lqr'"),
+        ("pop =", "not TOML"),
     ],
 )
 def test_replay_with_broken_params_is_one_line(

@@ -10,16 +10,18 @@ import typer
 from popsteer.cli.app import app
 
 # What each command can take; the rest of its options are its own.
-RUNS = {"--controllers", "--preset", "--set", "--no-adapt", "--dt", "--out"}
+RUNS = {"--controllers", "--preset", "--params", "--set", "--no-adapt", "--dt", "--out"}
 START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed"}
 GIVEN = {"--vehicle", "--set-vehicle"}
 ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
 MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
+DRAWN = {"--controller", "--vary", "--distributions", "--seed"}
 LOG = {"--column", "--topic", "--unit"}
 WANTED = {
     "compare": RUNS | START | GIVEN | ONE | {"--step-time"},
     "simulate": RUNS - {"--controllers"}
     | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
+    | {"--replay-run"}
     | START
     | GIVEN
     | ONE,
@@ -39,6 +41,19 @@ WANTED = {
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
     | {"--waypoints", "--closed", "--track", "--out", "--csv"},
+    # Where it starts, and how, is drawn.
+    "sweep": RUNS - {"--controllers"}
+    | DRAWN
+    | START - {"--start", "--start-at"}
+    | GIVEN
+    | ONE
+    | {"--runs", "--deviation", "--workers", "--dask"},
+    "tune": RUNS - {"--controllers"}
+    | DRAWN
+    | GIVEN
+    | ONE - {"--track"}
+    | {"--tracks", "--constant-speed", "--cars", "--search", "--trials", "--seconds"}
+    | {"--effort-limit", "--storage"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }

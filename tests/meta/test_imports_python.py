@@ -19,7 +19,7 @@ LAYERS = (
     ("_core", "errors"),
     ("status", "ranges", "files", "csv_file", "parameters", "prediction", "signatures"),
     ("paper", "controllers", "vehicles", "vehicle_file", "reference"),
-    ("planning", "logs"),
+    ("planning", "logs", "params_file"),
     ("identification",),
     ("popsteer",),  # what `import popsteer` brings
     ("presets", "plants", "tracks"),

@@ -18,7 +18,9 @@ from popsteer.cli import (
     replay,
     simulate,
     stability,
+    sweep,
     tracks,
+    tune,
 )
 
 if TYPE_CHECKING:
@@ -48,6 +50,8 @@ Examples:
   popsteer delay                         steering delay, and controllers that predict through it
   popsteer identify drive.mcap           what is my car? from the log of a drive
   popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
+  popsteer tune --controller pop         parameters for a vehicle: error against steering effort
+  popsteer sweep --runs 10000            thousands of runs that differ: how often it succeeds
   popsteer bench                         how long a control step takes
   popsteer tracks export racetrack racetrack.csv
 
@@ -122,5 +126,7 @@ _add("stability", stability.stability, stability.HELP)
 _add("matrix", matrix.matrix, matrix.HELP)
 _add("edges", edges.edges, edges.HELP)
 _add("delay", delay.delay, delay.HELP)
+_add("tune", tune.tune, tune.HELP)
+_add("sweep", sweep.sweep, sweep.HELP)
 _add("bench", bench.bench, bench.HELP)
 app.add_typer(tracks.app, name="tracks", short_help=tracks.list_tracks.__doc__)

@@ -44,6 +44,7 @@ def compare(
     *,
     controllers: options.Controllers = _CONTROLLERS,
     preset: options.Preset = presets.REPRODUCTION,
+    params: options.Params = None,
     set_: options.Set = None,
     waypoints: options.Waypoints = None,
     track: options.Track = None,
@@ -72,7 +73,7 @@ def compare(
         itself = sim.vehicle_of(mover)
         given = inputs.believed(vehicle, set_vehicle, itself)
         begin = inputs.start(course.path, start, start_at, start_offset, itself)
-        tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt)
+        tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
         if out is not None:
             check_folder(out, lab.compare.files.file_names(tuning.params))
         comparison = lab.compare.run(

@@ -40,6 +40,7 @@ def delay(
     *,
     controllers: options.OwnControllers = _CONTROLLERS,
     preset: options.Preset = presets.REPRODUCTION,
+    params: options.Params = None,
     set_: options.Set = None,
     dead_time: Annotated[
         float,
@@ -77,7 +78,9 @@ def delay(
     if not isinstance(mover, CarlaIdentified | KinematicBicycle):
         raise ConfigError("--plant", plant, f"{', '.join(inputs.PLANTS)} or a file *.toml")
     begin = inputs.start(course.path, start, start_at, start_offset, mover.vehicle)
-    tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, known=inputs.OWN_CONTROLLERS)
+    tuning = inputs.tuned(
+        names, preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
+    )
     with Progress() as progress:
         rows = lab.delay.run(
             course.path,

@@ -38,6 +38,7 @@ Examples:
 def edges(
     *,
     controllers: options.OwnControllers = _CONTROLLERS,
+    params: options.Params = None,
     set_: options.Set = None,
     tracks: Annotated[
         str | None,
@@ -82,6 +83,7 @@ def edges(
             "default",
             set_,
             no_adapt=no_adapt,
+            params=params,
             known=inputs.OWN_CONTROLLERS,
             given=lab.edges.edge_params,
         )

@@ -14,6 +14,7 @@ from popsteer.errors import ConfigError
 from popsteer.lab import baselines
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.compare import parameters
+from popsteer.params_file import load_all
 from popsteer.sim import CarlaIdentified, KinematicBicycle, default_start
 from popsteer.sim.geometry import StartAt, made
 
@@ -197,6 +198,7 @@ def tuned(
     assignments: Sequence[str] | None,
     *,
     no_adapt: bool,
+    params: FilePath | None = None,
     known: Sequence[str] | None = None,
     given: Callable[[str], Any] | None = None,
 ) -> Tuning:
@@ -212,6 +214,8 @@ def tuned(
         ``NAME=VALUE`` each: for every controller that has the parameter, and for how they adapt.
     no_adapt : bool
         Whether they estimate nothing.
+    params : pathlib.Path, optional
+        A file of tuning, which takes the place of the preset for the controllers that it has.
     known : sequence of str, optional
         The controllers that the command can take; all by default.
     given : callable, optional
@@ -225,7 +229,8 @@ def tuned(
     Raises
     ------
     ConfigError
-        A controller, the preset or a parameter is not known, or a value is refused.
+        A controller, the preset or a parameter is not known, or a value is refused; or the file
+        has a controller that is not among them.
 
     Examples
     --------
@@ -238,21 +243,29 @@ def tuned(
         if name not in known:
             raise ConfigError.unknown("controller", name, known)
     if given is None:
-        params: dict[str, Any] = parameters(controllers, preset)
+        begun: dict[str, Any] = parameters(controllers, preset)
     else:
-        params = {name: given(name) for name in controllers}
+        begun = {name: given(name) for name in controllers}
+    if params is not None:
+        found = load_all(params)
+        for name in found:
+            if name not in begun:
+                driven = ", ".join(begun)
+                raise ConfigError("--params", f"{params} with {name}", f"a file of {driven} alone")
+        begun |= found
+        preset = params.name
     usual = AdaptParams()
     # The baselines do not adapt, so alone they have no such parameters.
     adapting = [] if set(controllers) <= set(baselines.names()) else [usual]
     owner = " or ".join(controllers)
-    changed = assigned_each([*params.values(), *adapting], assignments or [], owner)
+    changed = assigned_each([*begun.values(), *adapting], assignments or [], owner)
     adapt: AdaptParams | Literal["auto"] | None = "auto"
     if no_adapt:
         adapt = None
     elif adapting and changed[-1] is not usual:
         adapt = changed[-1]
     said = f"{preset} with changes" if assignments else preset
-    return Tuning(dict(zip(params, changed, strict=False)), adapt, said)
+    return Tuning(dict(zip(begun, changed, strict=False)), adapt, said)
 
 
 def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: Vehicle) -> Start:

@@ -40,6 +40,7 @@ def matrix(
     *,
     controllers: options.Controllers = _CONTROLLERS,
     preset: options.Preset = presets.REPRODUCTION,
+    params: options.Params = None,
     set_: options.Set = None,
     waypoints: Annotated[
         list[Path] | None,
@@ -72,7 +73,7 @@ def matrix(
             name: inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
             for name, mover in movers.items()
         }
-        tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt)
+        tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
         found = lab.matrix.run(
             {course.name: course.path for course in courses},
             tuning.params,

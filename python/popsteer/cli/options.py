@@ -22,9 +22,12 @@ __all__ = [
     "NoAdapt",
     "Out",
     "OwnControllers",
+    "OwnPlant",
+    "Params",
     "Plant",
     "Plants",
     "Preset",
+    "Seed",
     "Set",
     "SetPlant",
     "SetVehicle",
@@ -76,6 +79,18 @@ Preset: TypeAlias = Annotated[
         " one that comes closer to the paper's table. preview-pop and mpc have one tuning only.",
     ),
 ]
+Params: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Tuning: a file *.toml as popsteer tune writes it, with a table a controller, such as"
+        " [pop]. It takes the place of --preset for those.",
+        show_default=False,
+    ),
+]
+Seed: TypeAlias = Annotated[
+    int, typer.Option(metavar="N", help="Where all draws come from, 0 to 2**64 - 1.")
+]
 Set: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
@@ -117,6 +132,15 @@ Closed: TypeAlias = Annotated[
 Plant: TypeAlias = Annotated[str, typer.Option(metavar="NAME|FILE", help=f"The plant: {_PLANTS}")]
 Plants: TypeAlias = Annotated[
     str, typer.Option(metavar="NAMES", help=f"The plants, separated by commas: {_PLANTS}")
+]
+OwnPlant: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME|FILE",
+        help=f"The plant: {_PLANTS} The default is a kinematic bicycle of --vehicle where that is"
+        " given, else carla-identified.",
+        show_default=False,
+    ),
 ]
 SetPlant: TypeAlias = Annotated[
     list[str] | None,

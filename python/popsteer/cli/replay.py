@@ -10,13 +10,13 @@ import typer
 from popsteer import presets, vehicles
 from popsteer.cli import inputs, logs, options
 from popsteer.cli.assignments import assigned
-from popsteer.cli.params_file import read_params
 from popsteer.cli.progress import Progress
 from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, check_folder, write_files_atomic
 from popsteer.lab.replay.runs import Replay
+from popsteer.params_file import load_all
 
 __all__ = ["HELP", "replay"]
 
@@ -58,15 +58,7 @@ def replay(
             show_default=False,
         ),
     ] = None,
-    params: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Parameters of a controller: a file *.toml with controller = NAME and the"
-            " parameters by name.",
-            show_default=False,
-        ),
-    ] = None,
+    params: options.Params = None,
     preset: options.Preset = "default",
     set_: Annotated[
         list[str] | None,
@@ -147,7 +139,7 @@ def _chosen(
     controllers: str | None, file: Path | None, preset: str, assignments: list[str]
 ) -> dict[str, Params]:
     """Give the parameters of each controller."""
-    tuned = {} if file is None else dict([read_params(file)])
+    tuned = {} if file is None else load_all(file)
     names = inputs.names("--controllers", controllers or ",".join(tuned) or _DEFAULT)
     for name in tuned:
         if name not in names:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 import typer
@@ -56,6 +57,7 @@ Examples:
   popsteer simulate --longitudinal speed-pid --set-longitudinal kp=0.8
   popsteer simulate --plant mujoco-car --set-plant friction=0.6 --constant-speed 12
   popsteer simulate --plant kinematic-bicycle --set-plant wheelbase=2.5 --set-run time_limit=60
+  popsteer simulate --replay-run sweep.parquet:17 --out out
   popsteer simulate --controller preview-pop --set-vehicle turning_wheelbase=3.02 --set turn_time=2
 """,
         *(
@@ -88,6 +90,7 @@ def simulate(
     *,
     controller: options.Controller = "pop",
     preset: options.Preset = presets.REPRODUCTION,
+    params: options.Params = None,
     set_: options.Set = None,
     waypoints: options.Waypoints = None,
     track: options.Track = None,
@@ -128,13 +131,27 @@ def simulate(
             show_default=False,
         ),
     ] = None,
+    replay_run: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE:RUN",
+            help="Drive one run of a file that popsteer sweep wrote once more, to the last bit."
+            " Only --out goes with it.",
+            show_default=False,
+        ),
+    ] = None,
     out: options.Out = None,
+    context: typer.Context,
 ) -> None:
     """Drive one controller along a track."""
+    if replay_run is not None:
+        _alone(context)
+        _again(replay_run, out)
+        return
     mover = inputs.plant(plant, set_plant)
     itself = vehicle_of(mover)
     given = inputs.believed(vehicle, set_vehicle, itself)
-    tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt)
+    tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt, params=params)
     if constant_speed is not None and (longitudinal or set_longitudinal):
         raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
     pedals = None if constant_speed is not None else _pedals(longitudinal, set_longitudinal or [])
@@ -161,6 +178,43 @@ def simulate(
         )
         comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         outputs.deliver(comparison, out, progress)
+
+
+def _alone(context: typer.Context) -> None:
+    """Refuse options that would make another run of it."""
+    for name, value in context.params.items():
+        source = context.get_parameter_source(name)
+        if name not in ("replay_run", "out") and source is not None and source.name != "DEFAULT":
+            option = f"--{name.rstrip('_').replace('_', '-')}"
+            raise ConfigError(option, value, "left out where --replay-run is given")
+
+
+def _again(text: str, out: FilePath | None) -> None:
+    """Drive one run of a sweep again."""
+    file, _, number = text.rpartition(":")
+    if not file or not number.isdecimal():
+        raise ConfigError("--replay-run", text, "written FILE:RUN")
+    run = int(number)
+    job, row = lab.sweep.rows.read_row(FilePath(file), run)
+    if out is not None:
+        check_folder(out, lab.compare.files.file_names([job.controller]))
+    with Progress() as progress:
+        found = lab.sweep.repeat(
+            job, run, progress=lambda share: progress.update(job.controller, share)
+        )
+        drawn = ", ".join(f"{name} {value:.6g}" for name, value in job.drawn(run).items())
+        comparison = lab.compare.Comparison(
+            {job.controller: found},
+            preset=f"run {run} of {FilePath(file).name}",
+            plant=job.label,
+            track=job.course,
+        )
+        outputs.deliver(comparison, out, progress)
+    figures = vars(found.metrics)
+    same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
+    print(f"Drawn: {drawn or 'nothing'}.")
+    said = "to the last bit what its row says" if same else "NOT what its row says"
+    print(f"Run {run} of {file} is {said}; it {'succeeded' if row['success'] else 'failed'}.")
 
 
 def _pedals(name: str | None, assignments: list[str]) -> CoupledLongitudinal | SpeedPid:

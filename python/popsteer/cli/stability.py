@@ -55,6 +55,7 @@ def stability(
         ),
     ] = _CONTROLLERS,
     preset: options.Preset = "default",
+    params: options.Params = None,
     set_: options.Set = None,
     speeds: Annotated[
         str, typer.Option(metavar="M/S", help="Speeds, separated by commas.")
@@ -95,7 +96,9 @@ def stability(
     given = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
     itself = given if plant is None else inputs.named_vehicle(plant)
     itself = assigned(itself, set_plant or [], "the vehicle")
-    tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, known=inputs.OWN_CONTROLLERS)
+    tuning = inputs.tuned(
+        names, preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
+    )
     at = _speeds(speeds)
     if out is not None:
         check_folder(out, _FILES)

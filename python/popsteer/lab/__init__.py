@@ -18,6 +18,10 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     A vehicle from the log of a drive.
 ``replay``
     Controllers that watch the log of a drive.
+``tune``
+    Parameters of a controller, tuned for a vehicle.
+``sweep``
+    Thousands of runs that differ: how often a controller succeeds, and where it fails.
 ``bench``
     How long a control step takes.
 
@@ -47,6 +51,8 @@ from popsteer.lab import (
     plan,
     replay,
     stability,
+    sweep,
+    tune,
 )
 
 __all__ = [
@@ -61,4 +67,6 @@ __all__ = [
     "plan",
     "replay",
     "stability",
+    "sweep",
+    "tune",
 ]

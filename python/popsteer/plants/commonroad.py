@@ -151,6 +151,25 @@ class CommonRoad:
             self._kind, self._number, params, dead_time=dead_time, steer_offset=offset
         )
 
+    def with_steering(self, *, dead_time: float, steer_offset: float) -> CommonRoad:
+        """Give the same vehicle with another dead time and offset of its steering.
+
+        Parameters
+        ----------
+        dead_time : float
+            Time from a command to its first effect on the wheels [s].
+        steer_offset : float
+            Angle of the wheels at the command 0 [rad].
+
+        Returns
+        -------
+        CommonRoad
+            A new one.
+        """
+        return CommonRoad(
+            self._kind, self._number, self.params, dead_time=dead_time, steer_offset=steer_offset
+        )
+
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
         """Put the vehicle into a pose, rolling straight ahead.
 

@@ -122,6 +122,23 @@ class MujocoCar:
         dead_time, offset = self.vehicle.dead_time, self.vehicle.steer_offset
         return MujocoCar(params, dead_time=dead_time, steer_offset=offset)
 
+    def with_steering(self, *, dead_time: float, steer_offset: float) -> MujocoCar:
+        """Give the same vehicle with another dead time and offset of its steering.
+
+        Parameters
+        ----------
+        dead_time : float
+            Time from a command to its first effect on the wheels [s].
+        steer_offset : float
+            Angle of the wheels at the command 0 [rad].
+
+        Returns
+        -------
+        MujocoCar
+            A new one.
+        """
+        return MujocoCar(self.params, dead_time=dead_time, steer_offset=steer_offset)
+
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
         """Put the car into a pose, rolling straight ahead.
 

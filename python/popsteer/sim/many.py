@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from popsteer import _core, controllers
-from popsteer._core import CarlaIdentified, KinematicBicycle, SpeedPid
+from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, SpeedPid
 from popsteer.errors import ConfigError, PathError, count_in_range
 from popsteer.sim.belief import informed
 from popsteer.sim.closed_loop import check_seed, default_start
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from popsteer._core import CoupledLongitudinal, Noise, Settings, Vehicle
+    from popsteer._core import CoupledLongitudinal, Settings, Vehicle
     from popsteer.sim.geometry import CorePlant, Pose, StartAt
 
 __all__ = ["run_many"]
@@ -36,16 +36,17 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     speed: ArrayLike = 0.0,
     longitudinal: CoupledLongitudinal | SpeedPid | None = None,
     settings: Settings | None = None,
-    noise: Noise | None = None,
-    seed: int = 0,
+    noise: Noise | Sequence[Noise] | None = None,
+    seed: int | Sequence[int] = 0,
     threads: int | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Let controllers drive plants along paths, many runs at once, and give what each came to.
 
-    Each run is that of `run`, bit for bit, unless there is noise. `controller`, `plant`, `start`
-    and `speed` are each one for all runs or a sequence with one for each. Ctrl-C, or an error that
-    `progress` raises, stops all runs within a control step.
+    Each run is that of `run`, bit for bit; where there is noise, it is so where each run has a seed
+    of its own. `controller`, `plant`, `start`, `speed`, `noise` and `seed` are each one for all
+    runs or a sequence with one for each. Ctrl-C, or an error that `progress` raises, stops all runs
+    within a control step.
 
     Parameters
     ----------
@@ -64,11 +65,12 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
         What works the pedals; the paper's coupled controller by default.
     settings : Settings, optional
         Control period, limits and the like; no records are kept in any case.
-    noise : Noise, optional
+    noise : Noise or sequence of Noise, optional
         Noise of pose and speed as the controllers get them; none by default.
-    seed : int, default 0
-        Where the noise comes from, 0 to 2**64 - 1. Run k draws from a stream of its own: the same
-        seed gives the same bits on any number of threads.
+    seed : int or sequence of int, default 0
+        Where the noise comes from, 0 to 2**64 - 1. Of one seed run k draws from stream k; of a seed
+        of its own it draws as `run` does. The same seeds give the same bits on any number of
+        threads.
     threads : int, optional
         How many threads drive, 1 to 1024; by default one a core, or what the environment variable
         RAYON_NUM_THREADS says.
@@ -119,13 +121,18 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     several_plants = None if one_plant else list(cast("Sequence[CorePlant]", plant))
     starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
     speeds = _floats("speed", speed, {(), (None,)})
+    noises = None if noise is None or isinstance(noise, Noise) else list(noise)
+    seeds = None if np.ndim(seed) == 0 else [int(each) for each in cast("Sequence[int]", seed)]
     count = _common_length(
         controller=several_controllers,
         plant=several_plants,
         start=starts if starts is not None and starts.ndim == 2 else None,
         speed=speeds if speeds.ndim == 1 else None,
+        noise=noises,
+        seed=seeds,
     )
-    check_seed(seed)
+    for one in [cast("int", seed)] if seeds is None else seeds:
+        check_seed(one)
     if threads is not None and not 1 <= threads <= _MAX_THREADS:
         raise ConfigError("threads", threads, count_in_range(1, _MAX_THREADS))
 
@@ -148,15 +155,20 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
             for (x, y, yaw), driver in zip(given, drivers, strict=True)
         ]
     states = np.column_stack([np.reshape(poses, (count, 3)), np.broadcast_to(speeds, count)])
+    each_noise = [cast("Noise | None", noise)] * count if noises is None else noises
+    streams = (
+        [(cast("int", seed), k) for k in range(count)] if seeds is None else [(s, 0) for s in seeds]
+    )
+    seen = [(noise, *stream) for noise, stream in zip(each_noise, streams, strict=True)]
     return _core.run_many(
         [
-            (driver.controller, moved, state)
-            for driver, moved, state in zip(drivers, each_plant, states.tolist(), strict=True)
+            (driver.controller, moved, state, through)
+            for driver, moved, state, through in zip(
+                drivers, each_plant, states.tolist(), seen, strict=True
+            )
         ],
         longitudinal=longitudinal,
         settings=settings,
-        noise=noise,
-        seed=seed,
         threads=threads,
         progress=progress,
     )

@@ -7,7 +7,7 @@ use std::time::Duration;
 use numpy::PyArray1;
 use popsteer_core::VehicleState;
 use popsteer_sim::many::{self, Run, Watch};
-use popsteer_sim::{Drive, Metrics, Noise, Settings};
+use popsteer_sim::{Drive, Metrics, Perception, Settings};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -23,21 +23,28 @@ use crate::settings::{PyNoise, PySettings};
 /// How often signals and progress are handled: well within the 100 ms that a person notices.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
+/// A controller, a plant, a start with its speed; how the controller sees the vehicle: the noise,
+/// its seed and the stream of that.
+type Asked<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+    [f64; 4],
+    (Option<Py<PyNoise>>, u64, u64),
+);
+
 /// Drive many runs; as `popsteer.sim.run_many`, which prepares the arguments.
 #[pyfunction]
-#[pyo3(signature = (runs, *, longitudinal, settings, noise, seed, threads, progress))]
+#[pyo3(signature = (runs, *, longitudinal, settings, threads, progress))]
 pub(crate) fn run_many<'py>(
     py: Python<'py>,
-    runs: Vec<(Bound<'py, PyAny>, Bound<'py, PyAny>, [f64; 4])>,
+    runs: Vec<Asked<'py>>,
     longitudinal: Option<&Bound<'py, PyAny>>,
     settings: Option<Py<PySettings>>,
-    noise: Option<Py<PyNoise>>,
-    seed: u64,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut prepared = Vec::with_capacity(runs.len());
-    for (index, (law, plant, start)) in runs.into_iter().enumerate() {
+    for (index, (law, plant, start, (noise, seed, stream))) in runs.into_iter().enumerate() {
         let (law, path) = law_of(&law)
             .ok_or_else(|| PyTypeError::new_err("a run needs a controller of popsteer"))?;
         let [x, y, yaw, speed] = start;
@@ -49,6 +56,9 @@ pub(crate) fn run_many<'py>(
             start: start
                 .checked()
                 .map_err(|error| entry_error(py, index, error))?,
+            perception: noise.map_or(Perception::EXACT, |noise| {
+                Perception::new(noise.get().0, seed, stream)
+            }),
         });
     }
     let drive = match longitudinal {
@@ -58,14 +68,13 @@ pub(crate) fn run_many<'py>(
         })?,
     };
     let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
-    let noise = noise.map_or(Noise::DEFAULT, |noise| noise.get().0);
     let pool = match threads {
         None => pool::shared()?,
         Some(count) => pool::of_threads(count)?.into(),
     };
     let watch = Watch::default();
     let work = || {
-        let drive_all = || many::run_many(&prepared, &drive, settings, noise, seed, &watch);
+        let drive_all = || many::run_many(&prepared, &drive, settings, &watch);
         pool.install(drive_all)
     };
     let metrics = watched(py, &watch, prepared.len(), progress, work)?.or_raise(py)?;

@@ -10,7 +10,7 @@ use crate::closed_loop::{self, Controller};
 use crate::drive::Drive;
 use crate::law::Law;
 use crate::metrics::Metrics;
-use crate::noise::{Noise, Perception};
+use crate::noise::Perception;
 use crate::plant::Plant;
 use crate::settings::Settings;
 use crate::simulation::{Simulation, SimulationError};
@@ -26,6 +26,8 @@ pub struct Run {
     pub plant: Arc<dyn Plant>,
     /// From which pose of the vehicle's point, at which speed.
     pub start: VehicleState,
+    /// How it sees the vehicle.
+    pub perception: Perception,
 }
 
 /// The progress of [`run_many`], for another thread, and a way to stop it.
@@ -53,8 +55,8 @@ impl Watch {
 
 /// Drives all `runs`, without records; what each came to, in order.
 ///
-/// Run `k` draws its noise from stream `k` of a generator with this `seed`, so the result is the
-/// same on any number of threads. A run that is stopped counts as not finished.
+/// Each run draws its noise from its own [`Perception`], so the result is the same on any number of
+/// threads. A run that is stopped counts as not finished.
 ///
 /// # Errors
 ///
@@ -63,8 +65,6 @@ pub fn run_many(
     runs: &[Run],
     drive: &Drive,
     settings: Settings,
-    noise: Noise,
-    seed: u64,
     watch: &Watch,
 ) -> Result<Vec<Metrics>, SimulationError> {
     let settings = Settings {
@@ -72,19 +72,17 @@ pub fn run_many(
         ..settings
     }
     .checked()?;
-    let noise = noise.checked()?;
     runs.par_iter()
-        .enumerate()
-        .map(|(stream, run)| {
+        .map(|run| {
             let tracked = *run.law.follow();
             let path = Arc::clone(&run.path);
             let plant = Arc::clone(&run.plant);
             let mut simulation = Simulation::new(path, plant, run.start, tracked, settings)?;
-            let perception = Perception::new(noise, seed, stream as u64);
             // At every step: a look costs nothing beside one, and a step can take milliseconds.
             let go_on = |_: &Simulation| !watch.is_stopped();
             if !watch.is_stopped() {
                 let mut controller = Controller::new(&run.law);
+                let perception = run.perception.clone();
                 closed_loop::run(&mut simulation, &mut controller, drive, perception, go_on)?;
             }
             watch.done.fetch_add(1, Ordering::Relaxed);
@@ -96,10 +94,11 @@ pub fn run_many(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::Noise;
     use crate::plant::CarlaIdentified;
     use popsteer_core::lateral::{Pop, PopParams};
 
-    fn runs(count: u32) -> Vec<Run> {
+    fn runs(count: u32, noise: Noise, seed: u64) -> Vec<Run> {
         let x: Vec<f64> = (0..300).map(f64::from).collect();
         let y: Vec<f64> = x.iter().map(|x| 5.0 * (x / 20.0).sin()).collect();
         let path = Arc::new(Path::new(&x, &y, None, false).unwrap());
@@ -119,6 +118,7 @@ mod tests {
                 path: Arc::clone(&path),
                 plant: Arc::clone(&plant),
                 start: start(k),
+                perception: Perception::new(noise, seed, u64::from(k)),
             })
             .collect()
     }
@@ -137,7 +137,7 @@ mod tests {
                 .unwrap();
             let (drive, settings) = (Drive::default(), Settings::default());
             let watch = Watch::default();
-            pool.install(|| run_many(&runs(20), &drive, settings, noise, seed, &watch))
+            pool.install(|| run_many(&runs(20, noise, seed), &drive, settings, &watch))
                 .unwrap()
         };
         let one = on(1, 7);
@@ -159,9 +159,9 @@ mod tests {
     fn test_runs_without_noise_are_single_runs() {
         let (drive, settings) = (Drive::default(), Settings::default());
         let watch = Watch::default();
-        let many = run_many(&runs(3), &drive, settings, Noise::DEFAULT, 0, &watch).unwrap();
+        let many = run_many(&runs(3, Noise::DEFAULT, 0), &drive, settings, &watch).unwrap();
         assert_eq!(watch.done(), 3);
-        for (run, metrics) in runs(3).into_iter().zip(many) {
+        for (run, metrics) in runs(3, Noise::DEFAULT, 0).into_iter().zip(many) {
             let tracked = *run.law.follow();
             let mut simulation =
                 Simulation::new(run.path, run.plant, run.start, tracked, settings).unwrap();
@@ -177,7 +177,7 @@ mod tests {
         let watch = Watch::default();
         watch.stop();
         let (drive, settings) = (Drive::default(), Settings::default());
-        let many = run_many(&runs(3), &drive, settings, Noise::DEFAULT, 0, &watch).unwrap();
+        let many = run_many(&runs(3, Noise::DEFAULT, 0), &drive, settings, &watch).unwrap();
         assert!(
             many.iter()
                 .all(|metrics| !metrics.finished && metrics.steps == 0)

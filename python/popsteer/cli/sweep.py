@@ -1,0 +1,169 @@
+"""``popsteer sweep``: thousands of runs that differ."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from popsteer import lab
+from popsteer.cli import inputs, options, outputs, varying
+from popsteer.cli.progress import Progress
+from popsteer.files import check_files, write_files_atomic
+from popsteer.sim import Settings
+
+__all__ = ["HELP", "sweep"]
+
+HELP = """\
+Drive one controller thousands of times, each time with another vehicle, start and noise.
+
+What varies is drawn from distributions: fields of the plant's vehicle, parameters of the plant
+(such as friction, where it has one), noise_position, noise_yaw, noise_speed, start_offset,
+start_yaw and start_speed. The controller knows the vehicle before it varies. Without --vary and
+--distributions the steering, the start and the noise vary. --vary NAME=none takes one out.
+
+\b
+A distribution is a number or one of
+  uniform(LOW,HIGH)  loguniform(LOW,HIGH)  normal(MEAN,DEVIATION)  triangular(LOW,MODE,HIGH)
+
+A run succeeds where it finishes, says no fault, and stays within --deviation after settling. With
+--out the rows are written as they come; the same command goes on where it was stopped, and draws
+where it fails. Any run can be driven again, to the last bit: popsteer simulate --replay-run
+FILE:RUN.
+
+\b
+Examples:
+  popsteer sweep --vehicle car.toml --params tuned.toml --waypoints course.csv --runs 10000
+  popsteer sweep --runs 10000 --out sweep.parquet
+  popsteer sweep --vary "steer_lag=uniform(0.05,0.2)" --vary "dead_time=uniform(0,0.2)"
+  popsteer sweep --plant mujoco-car --vary "friction=uniform(0.3,1)" --runs 200 --constant-speed 8
+  popsteer sweep --runs 100000 --out sweep.parquet --dask tcp://10.0.0.5:8786
+"""
+
+
+def sweep(
+    *,
+    controller: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="The controller. The default is that of --params, or else"
+            f" {varying.DEFAULT_CONTROLLER}.",
+            show_default=False,
+        ),
+    ] = None,
+    params: options.Params = None,
+    preset: options.Preset = "default",
+    set_: options.Set = None,
+    no_adapt: options.NoAdapt = False,
+    waypoints: options.Waypoints = None,
+    track: options.Track = None,
+    closed: options.Closed = False,
+    plant: options.OwnPlant = None,
+    set_plant: options.SetPlant = None,
+    vehicle: options.Vehicle = None,
+    set_vehicle: options.SetVehicle = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=DISTRIBUTION",
+            help="Let a quantity vary. Can be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    distributions: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help='A TOML file of what varies: NAME = "DISTRIBUTION" in each line. --vary changes'
+            " it.",
+            show_default=False,
+        ),
+    ] = None,
+    runs: Annotated[int, typer.Option(metavar="N", help="How many runs.")] = 1000,
+    seed: options.Seed = 0,
+    deviation: Annotated[
+        float,
+        typer.Option(
+            metavar="METRES",
+            help="How far off the path a successful run may be, after settling.",
+        ),
+    ] = 0.5,
+    start_offset: options.StartOffset = None,
+    speed: options.Speed = None,
+    constant_speed: options.ConstantSpeed = None,
+    dt: options.Dt = options.DEFAULT_DT,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="How many threads drive, or processes where plant or controller are in Python."
+            " The default is one a core.",
+            show_default=False,
+        ),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Drive on a Dask cluster: the address of its scheduler, or local:N for N processes"
+            " of its own. Needs the extra 'dask'.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="File for the rows, *.parquet or *.csv. The figure is drawn beside it.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Drive one controller thousands of times, each time otherwise."""
+    moved, told, label = varying.car(plant, set_plant, vehicle, set_vehicle)
+    name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
+    course = inputs.course(waypoints, track, closed=closed)
+    job = lab.sweep.Job(
+        course.path,
+        name,
+        tuning.params[name],
+        moved,
+        varying.distributions(vary, distributions, moved),
+        runs,
+        seed,
+        vehicle=told,
+        adapt=tuning.adapt,
+        deviation=deviation,
+        start_offset=start_offset,
+        speed=speed,
+        constant_speed=constant_speed,
+        settings=Settings(dt=dt),
+        course=course.name,
+        label=label,
+    )
+    pictures: list[Path] = []
+    if out is not None:
+        pictures = [
+            out.with_name(f"{out.stem}{dark}.{kind}")
+            for dark in ("", "-dark")
+            for kind in ("png", "svg")
+        ]
+        check_files([out, *pictures])
+    with Progress() as progress:
+        rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
+        if out is not None:
+            from popsteer.lab.sweep.figure import sweep_files
+
+            progress.update("figure", 1.0)
+            content = sweep_files(job, rows, out.stem)
+            write_files_atomic({out.with_name(name): data for name, data in content.items()})
+    summary = lab.sweep.summary
+    outputs.show(summary.caption(job, rows), summary.tables(job, rows), summary.notes(job, rows))
+    if out is None:
+        print("--out FILE writes the rows, to repeat any run, and a figure of where it fails.")
+    else:
+        print(f"Written to {out}, {', '.join(picture.name for picture in pictures)}")
+        worst = summary.worst(rows, 1)[0]["run"]
+        print(f"The worst run again: popsteer simulate --replay-run {out}:{worst}")

@@ -1,0 +1,208 @@
+"""``popsteer tune``: parameters of a controller for a vehicle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from popsteer import controllers, lab
+from popsteer.cli import inputs, options, outputs, varying
+from popsteer.cli.progress import Progress
+from popsteer.errors import ConfigError
+from popsteer.files import check_files, write_files_atomic
+from popsteer.lab.common.distributions import distribution
+from popsteer.params_file import as_toml
+from popsteer.sim import Settings, vehicle_of
+
+__all__ = ["HELP", "tune"]
+
+HELP = """\
+Search for the parameters of a controller with which a vehicle stays closest to its tracks, while
+the wheels move hardly more than before.
+
+Each trial drives all tracks with the vehicle and with cars that differ from it. Its error is the
+mean of the mean and of the worst cross-track error after settling, its effort the rate of the
+wheels. The tuning with the least error within --effort-limit is written to --out, which --params
+of other commands and popsteer.PopParams.load read; the table judges it besides on tracks and cars
+that the search has not seen.
+
+The trials are kept in a journal beside --out, or in --storage: the same command goes on with them,
+and several processes can share one.
+
+\b
+Examples:
+  popsteer tune --controller pop --out tuned.toml
+  popsteer tune --vehicle car.toml --waypoints course.csv --out tuned.toml
+  popsteer tune --controller pop --search "min_lookahead=uniform(3,12)" --trials 50
+  popsteer tune --tracks racetrack,slalom --vary "steer_lag=uniform(0.05,0.2)" --seconds 60
+  popsteer tune --storage postgresql://host/tuning --trials 1000 --out tuned.toml
+"""
+
+
+def tune(
+    *,
+    controller: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help=f"The controller: {', '.join(controllers.names())}. The default is that of"
+            f" --params, or else {varying.DEFAULT_CONTROLLER}.",
+            show_default=False,
+        ),
+    ] = None,
+    params: options.Params = None,
+    preset: options.Preset = "default",
+    set_: options.Set = None,
+    no_adapt: options.NoAdapt = False,
+    search: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=DISTRIBUTION",
+            help="A parameter to search, and where: uniform(LOW,HIGH) or loguniform(LOW,HIGH). Can"
+            " be repeated. The default is a quarter to four times each of the main ones.",
+            show_default=False,
+        ),
+    ] = None,
+    waypoints: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Waypoints to tune on, as compare's --waypoints. Can be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    tracks: options.Tracks = None,
+    closed: options.Closed = False,
+    plant: options.OwnPlant = None,
+    set_plant: options.SetPlant = None,
+    vehicle: options.Vehicle = None,
+    set_vehicle: options.SetVehicle = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=DISTRIBUTION",
+            help="What differs from car to car, as sweep has it. Can be repeated. The default is"
+            " the steering.",
+            show_default=False,
+        ),
+    ] = None,
+    distributions: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help='A TOML file of what varies: NAME = "DISTRIBUTION" in each line. --vary changes'
+            " it.",
+            show_default=False,
+        ),
+    ] = None,
+    cars: Annotated[
+        int, typer.Option(metavar="N", help="How many cars that differ, beside the vehicle.")
+    ] = 7,
+    seed: options.Seed = 0,
+    constant_speed: options.ConstantSpeed = None,
+    dt: options.Dt = options.DEFAULT_DT,
+    trials: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="How many trials there are to be in the end. The default is 100 where --seconds"
+            " is not given.",
+            show_default=False,
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="How long to search, at most.", show_default=False),
+    ] = None,
+    effort_limit: Annotated[
+        float,
+        typer.Option(
+            metavar="FACTOR",
+            help="How many times the steering rate of before the tuning may take.",
+        ),
+    ] = 1.1,
+    storage: Annotated[
+        str | None,
+        typer.Option(
+            metavar="URL|FILE",
+            help="Where the trials are kept: any storage of Optuna, or a file for a journal. The"
+            " default is a journal beside --out.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="File for the tuning, *.toml. The figure is drawn beside it.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Search for the parameters of a controller for a vehicle."""
+    moved, told, _ = varying.car(plant, set_plant, vehicle, set_vehicle)
+    name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
+    if name not in controllers.names():
+        raise ConfigError.unknown("controller", name, controllers.names())
+    base = tuning.params[name]
+    wanted = lab.tune.usual_search(name, base, told)
+    if search:
+        pairs = [(each, *each.partition("=")) for each in search]
+        for each, _, equals, _ in pairs:
+            if not equals:
+                raise ConfigError("--search", each, "written NAME=DISTRIBUTION")
+        wanted = {k.strip(): distribution(k.strip(), text) for _, k, _, text in pairs}
+    varies = varying.distributions(vary, distributions, moved)
+    if not vary and distributions is None:
+        # Noise is steered after by any tuning; it would hide what is looked for.
+        varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
+    problem = lab.tune.Problem(
+        {each.name: each.path for each in inputs.courses(waypoints, tracks, closed=closed)},
+        name,
+        base,
+        wanted,
+        moved,
+        varies,
+        cars,
+        seed,
+        vehicle=told,
+        adapt=tuning.adapt,
+        constant_speed=constant_speed,
+        settings=Settings(dt=dt),
+    )
+    kept: str | Path | None = storage
+    pictures: list[Path] = []
+    if out is not None:
+        if out.suffix.lower() != ".toml":
+            raise ConfigError("--out", str(out), "a file *.toml")
+        pictures = [
+            out.with_name(f"{out.stem}{dark}.{kind}")
+            for dark in ("", "-dark")
+            for kind in ("png", "svg")
+        ]
+        check_files([out, *pictures])
+        kept = out.with_suffix(".journal") if storage is None else storage
+    with Progress() as progress:
+        tuned = lab.tune.run(
+            problem,
+            kept,
+            trials=trials,
+            seconds=seconds,
+            effort_limit=effort_limit,
+            progress=progress.update,
+        )
+        judged = lab.tune.report.judge(tuned, progress.update)
+        if out is not None:
+            from popsteer.lab.tune.figure import tune_files
+
+            content = {out.with_name(k): v for k, v in tune_files(tuned, out.stem).items()}
+            write_files_atomic({**content, out: as_toml(tuned.params).encode()})
+    report = lab.tune.report
+    outputs.show(report.caption(tuned), report.tables(judged), report.notes(tuned, judged))
+    if out is None:
+        print("--out FILE writes the tuning, and a figure of the trials.")
+    else:
+        print(f"Written to {out}, {', '.join(picture.name for picture in pictures)}")
+        print(f"The trials are in {kept}.")

@@ -1,0 +1,242 @@
+"""Runs that differ: what can vary, how it is drawn, and what of it makes a plant and a start."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from popsteer._core import CarlaIdentified, KinematicBicycle, Noise
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.sim import default_start
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from popsteer._core import Path, Vehicle
+    from popsteer.lab.common.distributions import Distribution
+    from popsteer.sim import Plant, Pose
+
+__all__ = ["Varied", "draws", "run_seed", "usual", "varied", "varying"]
+
+_STEERING = ("dead_time", "steer_offset")  # what the closed loop adds to plants from elsewhere
+_NOISE = {"noise_position": "position", "noise_yaw": "yaw", "noise_speed": "speed"}
+_START = ("start_offset", "start_yaw", "start_speed")
+
+
+class Varied(NamedTuple):
+    """One run as its draw has it."""
+
+    plant: Any
+    """What moves."""
+    start: Pose
+    """Pose of its point at the start [m, m, rad]."""
+    speed: float | None
+    """Speed at the start [m/s]; None where it does not vary."""
+    noise: Noise | None
+    """How far off the controller sees the vehicle; None where nothing of it varies."""
+
+
+def varying(plant: Plant) -> tuple[str, ...]:
+    """Name what can vary.
+
+    Parameters
+    ----------
+    plant : plant
+        What moves; a name stands for no parameters of its own.
+
+    Returns
+    -------
+    tuple of str
+        Fields of the plant's vehicle, parameters of the plant, noise and start.
+
+    Examples
+    --------
+    >>> varying(KinematicBicycle())[:3], "throttle_lag" in varying(CarlaIdentified())
+    (('wheelbase', 'turning_wheelbase', 'understeer'), True)
+    """
+    if isinstance(plant, CarlaIdentified | KinematicBicycle):
+        # Where the pose's point is, is no property of the car: poses are told from there.
+        fixed: tuple[str, ...] = ("vehicle", "rear_axle", "no_slip_point")
+        of_plant = [*plant.vehicle.as_dict(), *plant.as_dict()]
+    else:
+        params: Any = getattr(plant, "params", None)
+        fixed = ()
+        of_plant = [*_STEERING, *(params.as_dict() if params is not None else ())]
+    return (*(name for name in of_plant if name not in fixed), *_NOISE, *_START)
+
+
+def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
+    """Give what varies unless it is said otherwise, as texts of distributions.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        What the plant is.
+    plant : plant
+        What moves.
+
+    Returns
+    -------
+    dict
+        The distribution of each quantity by its name.
+
+    Examples
+    --------
+    >>> from popsteer import Vehicle
+    >>> usual(Vehicle(), KinematicBicycle())["turning_wheelbase"]
+    'uniform(2.85,3.15)'
+    """
+    turning = vehicle.wheelbase if vehicle.turning_wheelbase is None else vehicle.turning_wheelbase
+    named = {
+        "turning_wheelbase": f"uniform({0.95 * turning:.6g},{1.05 * turning:.6g})",
+        "steer_lag": f"uniform({0.5 * vehicle.steer_lag:.6g},{1.5 * vehicle.steer_lag:.6g})",
+        "dead_time": f"uniform({vehicle.dead_time:.6g},{vehicle.dead_time + 0.1:.6g})",
+        "steer_offset": f"normal({vehicle.steer_offset:.6g},0.005)",
+        "friction": "uniform(0.6,1.0)",
+        "noise_position": "uniform(0.0,0.05)",
+        "noise_yaw": "uniform(0.0,0.005)",
+        "start_offset": "uniform(-1.0,1.0)",
+        "start_yaw": "normal(0.0,0.05)",
+    }
+    if vehicle.steer_lag == 0.0:
+        named["steer_lag"] = "uniform(0.0,0.1)"
+    known = varying(plant)
+    return {name: text for name, text in named.items() if name in known}
+
+
+def draws(vary: Mapping[str, Distribution], runs: int, seed: int) -> dict[str, NDArray[np.float64]]:
+    """Draw a Latin hypercube: each quantity's values lie evenly over its quantiles.
+
+    Parameters
+    ----------
+    vary : mapping of str to Distribution
+        What varies.
+    runs : int
+        How many draws.
+    seed : int
+        Where they come from.
+
+    Returns
+    -------
+    dict
+        The values of each quantity, one a run.
+
+    Raises
+    ------
+    PopsteerError
+        SciPy is not installed.
+
+    Notes
+    -----
+    M. McKay, R. Beckman, W. Conover, *A Comparison of Three Methods for Selecting Values of Input
+    Variables in the Analysis of Output from a Computer Code*, 1979; by ``scipy.stats.qmc``.
+    """
+    if not vary:
+        return {}
+    try:
+        from scipy.stats import qmc
+    except ModuleNotFoundError as error:
+        raise PopsteerError(
+            'draws of a Latin hypercube need scipy: pip install "popsteer[sweep]"'
+        ) from error
+    # One generator for all: the draws of a run hang on all of them.
+    cube = qmc.LatinHypercube(len(vary), rng=np.random.default_rng(seed)).random(runs)
+    return {
+        name: np.array([each.quantile(share) for share in column.tolist()])
+        for (name, each), column in zip(vary.items(), cube.T, strict=True)
+    }
+
+
+def run_seed(seed: int, run: int) -> int:
+    """Give the seed of a run: another for each, whatever else is driven.
+
+    Parameters
+    ----------
+    seed : int
+        That of all.
+    run : int
+        Which of them.
+
+    Returns
+    -------
+    int
+        0 to 2**64 - 1.
+
+    Examples
+    --------
+    >>> run_seed(0, 1) == run_seed(0, 1) != run_seed(0, 2)
+    True
+    """
+    return int(np.random.SeedSequence([seed, run]).generate_state(1, np.uint64)[0])
+
+
+def varied(
+    plant: Plant, path: Path, values: Mapping[str, float], offset: float | None = None
+) -> Varied:
+    """Make a run of a draw.
+
+    Parameters
+    ----------
+    plant : plant
+        What moves, as it is where nothing varies.
+    path : Path
+        What is followed.
+    values : mapping of str to float
+        What the draw says, of `varying`.
+    offset : float, optional
+        How far to the left it starts where that does not vary [m], as
+        `popsteer.sim.default_start` has it.
+
+    Returns
+    -------
+    Varied
+        Plant, start and noise.
+
+    Raises
+    ------
+    ConfigError
+        A name is not one that can vary with this plant, or a value out of its range.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
+    >>> made = varied(KinematicBicycle(), path, {"steer_lag": 0.2, "start_offset": 1.0})
+    >>> made.plant.vehicle.steer_lag, made.start
+    (0.2, (-3.0, 1.0, 0.0))
+    """
+    known = varying(plant)
+    for name in values:
+        if name not in known:
+            raise ConfigError.unknown("quantity that varies", name, known)
+    moved = _moved(plant, {k: v for k, v in values.items() if k not in (*_NOISE, *_START)})
+    away = values.get("start_offset", offset)
+    x, y, yaw = default_start(path, away, moved.vehicle)
+    seen = {field: values[name] for name, field in _NOISE.items() if name in values}
+    return Varied(
+        moved,
+        (x, y, yaw + values.get("start_yaw", 0.0)),
+        values.get("start_speed"),
+        Noise(**seen) if seen else None,
+    )
+
+
+def _moved(plant: Any, values: Mapping[str, float]) -> Any:  # noqa: ANN401 - any kind of plant
+    """Give a plant with other figures."""
+    if not values:
+        return plant
+    if isinstance(plant, CarlaIdentified | KinematicBicycle):
+        fields = plant.vehicle.as_dict()
+        own = {name: value for name, value in values.items() if name not in fields}
+        of_vehicle = {name: value for name, value in values.items() if name in fields}
+        return plant.replace(vehicle=plant.vehicle.replace(**of_vehicle), **own)
+    own = {name: value for name, value in values.items() if name not in _STEERING}
+    if own:
+        plant = plant.with_params(plant.params.replace(**own))
+    if len(own) < len(values):
+        now = {name: getattr(plant.vehicle, name) for name in _STEERING}
+        plant = plant.with_steering(**{k: values.get(k, v) for k, v in now.items()})
+    return plant

@@ -1,0 +1,157 @@
+"""Where a sweep fails: the error over each quantity that varies."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.sweep.summary import ERROR, caption, influence, success_rate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from popsteer.lab.common.theme import Theme
+    from popsteer.lab.sweep.job import Job
+
+__all__ = ["sweep_figure", "sweep_files"]
+
+_UNITS = {
+    "steer_offset": "rad",
+    "steer_lag": "s",
+    "dead_time": "s",
+    "understeer": "s²/m",
+    "max_steer": "rad",
+    "max_steer_rate": "rad/s",
+    "steer_rate": "rad/s",
+    "noise_position": "m",
+    "noise_yaw": "rad",
+    "noise_speed": "m/s",
+    "start_offset": "m",
+    "start_yaw": "rad",
+    "start_speed": "m/s",
+    "wheelbase": "m",
+    "turning_wheelbase": "m",
+}
+_MOST = 9
+_BINS = 10
+
+
+def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figure:
+    """Draw two panels for each quantity: the error of each run, and the share that succeeds.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    rows : sequence of dict
+        Its rows.
+    theme : Theme
+        The colours.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Those that failing has most to do with first; at most nine.
+    """
+    names = list(influence(job, rows))[:_MOST] or ["run"]
+    across = min(len(names), 3)
+    down = math.ceil(len(names) / across)
+    figure = Figure(figsize=(3.5 * across + 0.6, 3.4 * down + 1.3), layout="constrained")
+    grid = figure.subplots(
+        2 * down, across, squeeze=False, height_ratios=[3.0, 1.0] * down, sharey="row"
+    )
+    good = np.array([row["success"] for row in rows], dtype=bool)
+    ended = np.array([row["finished"] for row in rows], dtype=bool)
+    most = np.array([row["max_abs_cross_track_error"] for row in rows])
+    error = np.maximum(np.where(ended, [row[ERROR] for row in rows], most), 1e-4)
+    kinds = (
+        ("succeeded", good, theme.laws["pop"], "o", 5.0, 0.35),
+        ("failed", ~good & ended, theme.laws["pid"], "o", 11.0, 0.9),
+        ("did not finish", ~ended, theme.laws["pid"], "x", 22.0, 0.9),
+    )
+    for k, name in enumerate(names):
+        above, below = grid[2 * (k // across)][k % across], grid[2 * (k // across) + 1][k % across]
+        values = np.array([row[name] for row in rows])
+        for _, part, colour, marker, size, alpha in kinds:
+            above.scatter(
+                values[part],
+                error[part],
+                s=size,
+                color=colour,
+                marker=marker,
+                alpha=alpha,
+                linewidths=1.2 if marker == "x" else 0.0,
+                rasterized=True,  # ten thousand points would make a file of megabytes
+            )
+        above.axhline(job.deviation, color=theme.faint, linestyle="--", linewidth=1.0)
+        above.set_yscale("log")
+        above.yaxis.set_major_formatter("{x:g}")
+        above.tick_params(labelbottom=False)
+        _rates(below, values, good, theme)
+        above.set_xlim(below.get_xlim())
+        below.xaxis.set_major_locator(MaxNLocator(5))
+        below.set_xlabel(f"{name} [{_UNITS[name]}]" if name in _UNITS else name)
+    for panel in grid[0::2, 0]:
+        panel.set_ylabel("greatest |cross-track error|\nafter settling [m]")
+    for panel in grid[1::2, 0]:
+        panel.set_ylabel("success")
+    for spare in range(len(names), across * down):
+        grid[2 * (spare // across)][spare % across].set_visible(False)
+        grid[2 * (spare // across) + 1][spare % across].set_visible(False)
+    handles = [
+        Line2D([], [], linestyle="", marker=marker, color=colour, label=label)
+        for label, part, colour, marker, _, _ in kinds
+        if part.any()
+    ]
+    limit = f"allowed: {job.deviation:g} m"
+    handles.append(Line2D([], [], linestyle="--", color=theme.faint, label=limit))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    figure.suptitle(caption(job, rows).replace(": ", "\n", 1), fontsize=11)
+    return figure
+
+
+def _rates(panel: Any, values: Any, good: Any, theme: Theme) -> None:  # noqa: ANN401 - matplotlib's
+    """Draw the share that succeeds over ten parts of the values, with its interval."""
+    edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1))
+    for low, high in pairwise(edges):
+        inside = (values >= low) & (values <= high)
+        if not inside.any():
+            continue
+        rate = success_rate(int(good[inside].sum()), int(inside.sum()))
+        panel.fill_between([low, high], rate.low, rate.high, color=theme.laws["pop"], alpha=0.25)
+        panel.plot([low, high], [rate.share] * 2, color=theme.laws["pop"], linewidth=1.8)
+    panel.set_ylim(-0.05, 1.05)
+    panel.yaxis.set_major_formatter("{x:g}")
+
+
+def sweep_files(job: Job, rows: Sequence[dict[str, Any]], stem: str) -> dict[str, bytes]:
+    """Draw the figure into the bytes of its files.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    rows : sequence of dict
+        Its rows.
+    stem : str
+        What the files are called.
+
+    Returns
+    -------
+    dict
+        ``STEM.png``, ``STEM.svg`` and the same with ``-dark``.
+    """
+    content = {}
+    for name, theme in THEMES.items():
+        files = drawn(lambda each: sweep_figure(job, rows, each), theme)
+        for kind, data in files.items():
+            content[f"{stem}{'' if name == 'light' else f'-{name}'}.{kind}"] = data
+    return content

@@ -1,0 +1,364 @@
+"""What a sweep is, in one document: enough to repeat any of its runs, anywhere."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import zlib
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from popsteer import controllers, plants, sim
+from popsteer._core import (
+    AdaptParams,
+    CarlaIdentified,
+    KinematicBicycle,
+    Path,
+    Settings,
+    Vehicle,
+    __version__,
+)
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.lab import baselines
+from popsteer.lab.common.distributions import Distribution, distribution
+from popsteer.lab.common.varied import Varied, draws, run_seed, varied
+from popsteer.sim.closed_loop import at_constant_speed
+from popsteer.sim.geometry import plant_name
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from popsteer.controllers import Params
+    from popsteer.lab.baselines import MpcParams
+    from popsteer.sim import Plant
+
+__all__ = ["SCHEMA", "Job", "from_text"]
+
+SCHEMA = "popsteer-sweep/1"
+"""What a file of a sweep says it is."""
+_MAX_RUNS = 10_000_000
+_CORE = {"carla-identified": CarlaIdentified, "kinematic-bicycle": KinematicBicycle}
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A sweep: one controller, one plant and one path, and what varies from run to run.
+
+    Run k is the same wherever and whenever it is driven: its draw is row k of a Latin hypercube of
+    all runs, its noise comes from a seed of its own.
+
+    Parameters
+    ----------
+    path : Path
+        What is followed.
+    controller : str
+        Name of the controller.
+    params : parameters of that controller
+        Its tuning.
+    plant : str or plant
+        What moves where nothing varies.
+    vary : mapping of str to Distribution
+        What varies, of `popsteer.lab.common.varied.varying`.
+    runs : int
+        How many runs.
+    seed : int, default 0
+        Where all draws come from.
+    vehicle : Vehicle, optional
+        What the controller is given, in all runs; by default what the plant is before it varies.
+    adapt : AdaptParams or None, optional
+        How the controller adapts; None: not at all. Left out: as it does by default.
+    deviation : float, default 0.5
+        A run succeeds where its cross-track error after settling stays within this [m].
+    start_offset, speed, constant_speed : float, optional
+        Start and speed, as `popsteer.sim.run` has them.
+    settings : Settings, optional
+        Control period, limits and the like.
+    course, label : str, optional
+        What to call the path and the plant.
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range, or what varies is not known.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> lag = {"steer_lag": distribution("steer_lag", "uniform(0.05,0.2)")}
+    >>> job = Job(path, "pop", popsteer.PopParams(), "kinematic-bicycle", {}, runs=10)
+    >>> from_text(job.text).text == job.text
+    True
+    """
+
+    path: Path
+    controller: str
+    params: Params | MpcParams
+    plant: Plant
+    vary: Mapping[str, Distribution]
+    runs: int
+    seed: int = 0
+    vehicle: Vehicle | None = None
+    adapt: AdaptParams | Literal["auto"] | None = "auto"
+    deviation: float = 0.5
+    start_offset: float | None = None
+    speed: float | None = None
+    constant_speed: float | None = None
+    settings: Settings | None = None
+    course: str = ""
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.runs <= _MAX_RUNS:
+            raise ConfigError("runs", self.runs, f"a count in [1, {_MAX_RUNS}]")
+        if not 0.0 < self.deviation <= 1e3:
+            raise ConfigError("deviation", self.deviation, "in (0, 1000]")
+        sim.closed_loop.check_seed(self.seed)
+        middle = {name: each.quantile(0.5) for name, each in self.vary.items()}
+        varied(self.whole, self.path, middle, self.start_offset)  # refuses what cannot vary
+
+    @cached_property
+    def whole(self) -> Any:  # noqa: ANN401 - any kind of plant
+        """The plant before it varies, as an object.
+
+        Returns
+        -------
+        plant
+            With its default parameters where it was given by its name.
+        """
+        made = sim.geometry.made(self.plant)
+        return _CORE[made]() if isinstance(made, str) else made
+
+    @cached_property
+    def given(self) -> Vehicle:
+        """What the controller is given of the vehicle.
+
+        Returns
+        -------
+        Vehicle
+            The same in all runs.
+        """
+        return sim.vehicle_of(self.whole) if self.vehicle is None else self.vehicle
+
+    @property
+    def is_of_core(self) -> bool:
+        """Whether the Rust core drives it alone.
+
+        Returns
+        -------
+        bool
+            False for plants and controllers in Python.
+        """
+        core = isinstance(self.whole, CarlaIdentified | KinematicBicycle)
+        return core and self.controller in controllers.names()
+
+    @cached_property
+    def draws(self) -> dict[str, NDArray[np.float64]]:
+        """The values of what varies, one a run.
+
+        Returns
+        -------
+        dict
+            By name.
+        """
+        return draws(self.vary, self.runs, self.seed)
+
+    def drawn(self, run: int) -> dict[str, float]:
+        """Give the values of one run.
+
+        Parameters
+        ----------
+        run : int
+            Which one.
+
+        Returns
+        -------
+        dict
+            By name.
+        """
+        return {name: float(column[run]) for name, column in self.draws.items()}
+
+    def seed_of(self, run: int) -> int:
+        """Give the seed of the noise of one run.
+
+        Parameters
+        ----------
+        run : int
+            Which one.
+
+        Returns
+        -------
+        int
+            As `popsteer.sim.run` takes it.
+        """
+        return run_seed(self.seed, run)
+
+    def made(self, run: int) -> Varied:
+        """Make plant, start and noise of one run.
+
+        Parameters
+        ----------
+        run : int
+            Which one.
+
+        Returns
+        -------
+        Varied
+            As they are driven.
+
+        Raises
+        ------
+        ConfigError
+            A value is out of its range; names the run.
+        """
+        try:
+            return varied(self.whole, self.path, self.drawn(run), self.start_offset)
+        except ConfigError as error:
+            error.args = (f"run {run}: {error}",)
+            raise
+
+    @cached_property
+    def road(self) -> tuple[Path, Any]:
+        """The path that is driven, and what works the pedals.
+
+        Returns
+        -------
+        tuple
+            None for the paper's pedals.
+        """
+        if self.constant_speed is None:
+            return self.path, None
+        return at_constant_speed(self.path, self.constant_speed)
+
+    @cached_property
+    def text(self) -> str:
+        """The sweep as text: what its files begin with.
+
+        Returns
+        -------
+        str
+            JSON in one line; waypoints to the last bit.
+        """
+        plant = self.whole
+        of_plant: dict[str, Any] = {"name": plant_name(plant)}
+        if isinstance(plant, CarlaIdentified | KinematicBicycle):
+            of_plant["params"] = {k: v for k, v in plant.as_dict().items() if k != "vehicle"}
+            of_plant["vehicle"] = plant.vehicle.as_dict()
+        else:
+            of_plant["params"] = plant.params.as_dict()
+        path = self.path
+        columns = {"x": path.x, "y": path.y, "speed": path.speed, "reverse": path.reverse}
+        document = {
+            "schema": SCHEMA,
+            "version": __version__,
+            "controller": self.controller,
+            "params": self.params.as_dict(),
+            "adapt": self.adapt.as_dict() if isinstance(self.adapt, AdaptParams) else self.adapt,
+            "vehicle": self.given.as_dict(),
+            "plant": of_plant,
+            "label": self.label or of_plant["name"],
+            "vary": {name: str(each) for name, each in self.vary.items()},
+            "runs": self.runs,
+            "seed": self.seed,
+            "deviation": self.deviation,
+            "start_offset": self.start_offset,
+            "speed": self.speed,
+            "constant_speed": self.constant_speed,
+            "settings": (Settings() if self.settings is None else self.settings).as_dict(),
+            "course": self.course,
+            "closed": path.closed,
+            "path": {k: _packed(column) for k, column in columns.items() if column is not None},
+        }
+        return json.dumps(document, separators=(",", ":"))
+
+    @property
+    def key(self) -> str:
+        """A short name of exactly this sweep.
+
+        Returns
+        -------
+        str
+            A hash of `text`.
+        """
+        return hashlib.sha256(self.text.encode()).hexdigest()[:16]
+
+
+def from_text(text: str) -> Job:
+    """Make a sweep of its text.
+
+    Parameters
+    ----------
+    text : str
+        As `Job.text` has it.
+
+    Returns
+    -------
+    Job
+        The same sweep.
+
+    Raises
+    ------
+    PopsteerError
+        It is no sweep, or one of another version of popsteer.
+    """
+    try:
+        document = json.loads(text)
+        schema = document["schema"]
+    except (ValueError, KeyError, TypeError):
+        raise PopsteerError("no sweep of popsteer") from None
+    if schema != SCHEMA or document["version"] != __version__:
+        raise PopsteerError(
+            f"a sweep of popsteer {document.get('version')} ({schema}); this is {__version__}"
+            f" ({SCHEMA})"
+        )
+    adapt = document["adapt"]
+    columns = {name: _unpacked(each) for name, each in document["path"].items()}
+    settings = {k: v for k, v in document["settings"].items() if k != "keep_records"}
+    name = document["controller"]
+    kind: Any = controllers if name in controllers.names() else baselines
+    return Job(
+        path=Path(
+            np.column_stack((columns["x"], columns["y"])),
+            speed=columns.get("speed"),
+            closed=document["closed"],
+            reverse=columns["reverse"].astype(bool) if "reverse" in columns else None,
+        ),
+        controller=name,
+        params=kind.get(name).params(**document["params"]),
+        plant=_plant(document["plant"]),
+        vary={k: distribution(k, v) for k, v in document["vary"].items()},
+        runs=document["runs"],
+        seed=document["seed"],
+        vehicle=Vehicle(**document["vehicle"]),
+        adapt=AdaptParams(**adapt) if isinstance(adapt, dict) else adapt,
+        deviation=document["deviation"],
+        start_offset=document["start_offset"],
+        speed=document["speed"],
+        constant_speed=document["constant_speed"],
+        settings=Settings(**settings),
+        course=document["course"],
+        label=document["label"],
+    )
+
+
+def _plant(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of plant
+    name = document["name"]
+    if name in _CORE:
+        return _CORE[name](Vehicle(**document["vehicle"]), **document["params"])
+    found: Any = plants.get(name)
+    return found.with_params(found.params.replace(**document["params"]))
+
+
+def _packed(column: Any) -> str:  # noqa: ANN401 - any array
+    data = np.ascontiguousarray(column, dtype=np.float64)
+    return base64.b64encode(zlib.compress(data.tobytes())).decode("ascii")
+
+
+def _unpacked(text: str) -> NDArray[np.float64]:
+    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=np.float64)

@@ -1,0 +1,357 @@
+"""The rows of a sweep on the disk: a journal while it runs, one whole file at its end."""
+
+from __future__ import annotations
+
+import csv
+import fcntl
+import io
+import json
+import os
+from typing import IO, TYPE_CHECKING, Any
+
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.files import write_bytes_atomic
+from popsteer.lab.sweep.job import Job, from_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from typing_extensions import Self
+
+__all__ = ["Journal", "check_same", "content", "journal_of", "read", "read_row", "write"]
+
+_KINDS = (".parquet", ".csv")
+_META = b"popsteer"
+
+
+def journal_of(file: Path) -> Path:
+    """Name the journal of a sweep's file.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        What the rows are to be in at the end.
+
+    Returns
+    -------
+    pathlib.Path
+        The file beside it that holds them until then.
+
+    Raises
+    ------
+    ConfigError
+        The file is neither Parquet nor CSV by its name.
+    PopsteerError
+        Parquet needs an extra that is not installed.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> journal_of(Path("out/sweep.csv")).name
+    'sweep.csv.part'
+    """
+    if file.suffix.lower() not in _KINDS:
+        raise ConfigError("--out", str(file), "a file *.parquet or *.csv")
+    if file.suffix.lower() == ".parquet":
+        _pyarrow()
+    return file.with_name(f"{file.name}.part")
+
+
+class Journal:
+    """Rows as they come, each a line that is whole or does not count.
+
+    Its first line is the sweep. Opened again after a kill, it gives the rows that it has; half a
+    line at its end is cut off.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        The journal.
+    job : Job
+        The sweep.
+
+    Raises
+    ------
+    PopsteerError
+        The file is of another sweep, or another process writes it.
+    OSError
+        It cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import popsteer
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> job = Job(path, "pop", popsteer.PopParams(), "kinematic-bicycle", {}, runs=2)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with Journal(Path(folder) / "sweep.csv.part", job) as journal:
+    ...         journal.add([{"run": 1, "success": True}])
+    ...     with Journal(Path(folder) / "sweep.csv.part", job) as journal:
+    ...         journal.rows
+    {1: {'run': 1, 'success': True}}
+    """
+
+    def __init__(self, file: Path, job: Job) -> None:
+        self.rows: dict[int, dict[str, Any]] = {}
+        self._file = file
+        self._job = job
+        self._stream: IO[bytes] | None = None
+
+    def __enter__(self) -> Self:
+        file = self._file
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if file.exists() and not file.is_file():  # a device could be read without an end
+            raise PopsteerError(f"{file}: is no regular file")
+        stream = file.open("a+b", buffering=0)
+        try:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise PopsteerError(f"{file}: another process is writing it") from None
+            self._resume(stream)
+        except BaseException:
+            stream.close()
+            raise
+        self._stream = stream
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._stream is not None:
+            self._stream.close()
+            self._stream = None
+
+    def add(self, rows: Iterable[dict[str, Any]]) -> None:
+        """Write rows to the disk; one that is there already is left alone.
+
+        Parameters
+        ----------
+        rows : iterable of dict
+            As `popsteer.lab.sweep.drive` gives them.
+
+        Raises
+        ------
+        OSError
+            They cannot be written; all rows before them stand.
+        """
+        new = {row["run"]: row for row in rows if row["run"] not in self.rows}
+        lines = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in new.values())
+        self._write(lines.encode())
+        self.rows |= new
+
+    def remove(self) -> None:
+        """Remove the journal, once its rows are in their file."""
+        self._file.unlink(missing_ok=True)
+
+    def _resume(self, stream: IO[bytes]) -> None:
+        stream.seek(0)
+        data = stream.read()
+        whole = data.rfind(b"\n") + 1
+        head, *lines = data[:whole].decode("utf-8", "replace").splitlines() or [""]
+        if not data or not whole:
+            # Empty, or killed within the first line: there is nothing to lose.
+            if data and not self._job.text.encode().startswith(data):
+                raise PopsteerError(f"{self._file}: no sweep of popsteer")
+            stream.truncate(0)
+            self._stream = stream
+            self._write((self._job.text + "\n").encode())
+            return
+        _check_same(self._file, head, self._job)
+        for line in lines:
+            row = json.loads(line)
+            self.rows.setdefault(row["run"], row)
+        stream.truncate(whole)
+
+    def _write(self, data: bytes) -> None:
+        if self._stream is None or not data:
+            return
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[self._stream.write(view) :]
+            os.fsync(self._stream.fileno())
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, os.fspath(self._file)) from error
+
+
+def write(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> None:
+    """Write the file of a sweep, whole or not at all, sorted by run.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        Parquet or CSV, by its name.
+    job : Job
+        The sweep, which the file says too.
+    rows : iterable of dict
+        All its rows.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; what stood there before still does.
+    """
+    write_bytes_atomic(file, content(file, job, rows))
+
+
+def content(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> bytes:
+    """Give what the file of a sweep holds.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        Its name says Parquet or CSV.
+    job : Job
+        The sweep.
+    rows : iterable of dict
+        All its rows.
+
+    Returns
+    -------
+    bytes
+        The same for the same rows, in whatever order they came.
+    """
+    ordered = sorted(rows, key=lambda row: int(row["run"]))
+    columns = {name: [row[name] for row in ordered] for name in ordered[0]}
+    if file.suffix.lower() == ".csv":
+        text = io.StringIO(newline="")
+        text.write(f"# popsteer sweep {job.text}\n")
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(zip(*columns.values(), strict=True))
+        return text.getvalue().encode()
+    arrow, parquet = _pyarrow()
+    kinds = {"run": arrow.int64(), "seed": arrow.uint64(), "faults": arrow.int64()}
+    table = arrow.table(
+        {name: arrow.array(values, type=kinds.get(name)) for name, values in columns.items()}
+    ).replace_schema_metadata({_META: job.text.encode()})
+    stream = io.BytesIO()
+    parquet.write_table(table, stream)
+    return stream.getvalue()
+
+
+def read(file: Path) -> tuple[Job, list[dict[str, Any]]]:
+    """Read the file of a sweep, or its journal.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        What `write` wrote, or a journal.
+
+    Returns
+    -------
+    tuple
+        The sweep and its rows.
+
+    Raises
+    ------
+    PopsteerError
+        It is no sweep, or one of another version; names the file.
+    OSError
+        It cannot be read.
+    """
+    try:
+        text, rows = _parsed(file)
+        return from_text(text), rows
+    except PopsteerError as error:
+        raise PopsteerError(f"{file}: {error}") from None
+
+
+def read_row(file: Path, run: int) -> tuple[Job, dict[str, Any]]:
+    """Read one row of a sweep.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        As `read` takes it.
+    run : int
+        Which run.
+
+    Returns
+    -------
+    tuple
+        The sweep and the row.
+
+    Raises
+    ------
+    ConfigError
+        The file has no such run.
+    """
+    job, rows = read(file)
+    found = next((row for row in rows if row["run"] == run), None)
+    if found is None:
+        raise ConfigError("--replay-run", f"{file}:{run}", f"one of its {len(rows)} runs")
+    return job, found
+
+
+def _parsed(file: Path) -> tuple[str, list[dict[str, Any]]]:
+    data = file.read_bytes()
+    if data.startswith(b"PAR1"):
+        _, parquet = _pyarrow()
+        try:
+            table = parquet.read_table(io.BytesIO(data))
+        except ValueError as error:  # what pyarrow's errors are
+            raise PopsteerError(f"no Parquet file: {error}") from None
+        return (table.schema.metadata or {}).get(_META, b"").decode(), table.to_pylist()
+    text = data.decode("utf-8", "replace")
+    first, _, rest = text.partition("\n")
+    if not first.startswith("# popsteer sweep "):
+        lines = rest[: rest.rfind("\n") + 1].splitlines()
+        from_text(first)  # refuses what is no sweep before its lines are read
+        return first, [json.loads(line) for line in lines]
+    rows = [{k: _value(v) for k, v in row.items()} for row in csv.DictReader(io.StringIO(rest))]
+    return first.removeprefix("# popsteer sweep "), rows
+
+
+def _value(text: str) -> Any:  # noqa: ANN401 - as the column is
+    if text in ("True", "False"):
+        return text == "True"
+    try:
+        return int(text)
+    except ValueError:
+        return float(text)
+
+
+def _check_same(file: Path, text: str, job: Job) -> None:
+    """Refuse to go on with the rows of another sweep."""
+    if text == job.text:
+        return
+    try:
+        other = json.loads(from_text(text).text)
+    except PopsteerError as error:
+        raise PopsteerError(f"{file}: {error}") from None
+    mine = json.loads(job.text)
+    differs = ", ".join(name for name in mine if mine[name] != other.get(name))
+    raise PopsteerError(f"{file}: holds another sweep, which differs in {differs}")
+
+
+def check_same(file: Path, other: Job, job: Job) -> None:
+    """Refuse a file of another sweep.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        The file, for the message.
+    other : Job
+        What it holds.
+    job : Job
+        What was asked for.
+
+    Raises
+    ------
+    PopsteerError
+        They differ; says in what.
+    """
+    _check_same(file, other.text, job)
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ModuleNotFoundError as error:
+        raise PopsteerError(
+            'Parquet needs the extra "sweep": pip install "popsteer[sweep]"'
+        ) from error
+    return pa, parquet

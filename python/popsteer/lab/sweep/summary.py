@@ -1,0 +1,248 @@
+"""What the rows of a sweep come to."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.table import Table
+
+    from popsteer.lab.sweep.job import Job
+
+__all__ = ["ERROR", "Rate", "caption", "influence", "notes", "success_rate", "tables", "worst"]
+
+ERROR = "settled_max_abs_cross_track_error"
+"""What a run succeeds by."""
+_Z = 1.959963984540054  # 97.5 % of the normal distribution
+_SHOWN = (
+    (ERROR, "greatest |cross-track error| [m]"),
+    ("settled_mean_abs_cross_track_error", "mean |cross-track error| [m]"),
+    ("settled_max_abs_heading_error", "greatest |heading error| [rad]"),
+    ("rms_steer_rate", "rms steering rate [rad/s]"),
+)
+_PERCENTILES = (50.0, 90.0, 99.0, 100.0)
+_WORST = 5
+
+
+class Rate(NamedTuple):
+    """A share of runs, and between what the true one lies with 95 % confidence."""
+
+    share: float
+    low: float
+    high: float
+
+
+def success_rate(successes: int, runs: int) -> Rate:
+    """Give the share of the runs that succeeded, with Wilson's interval.
+
+    Parameters
+    ----------
+    successes, runs : int
+        How many succeeded, of how many.
+
+    Returns
+    -------
+    Rate
+        The share, and the ends of its 95 % confidence interval.
+
+    Notes
+    -----
+    E. Wilson, *Probable Inference, the Law of Succession, and Statistical Inference*, 1927. It
+    takes the runs for independent; those of a Latin hypercube scatter less, so it is on the safe
+    side.
+
+    Examples
+    --------
+    >>> rate = success_rate(95, 100)
+    >>> rate.share, round(rate.low, 3), round(rate.high, 3)
+    (0.95, 0.888, 0.978)
+    """
+    if runs == 0:
+        return Rate(math.nan, 0.0, 1.0)
+    share = successes / runs
+    z2 = _Z * _Z / runs
+    middle = (share + 0.5 * z2) / (1.0 + z2)
+    half = _Z / (1.0 + z2) * math.sqrt(share * (1.0 - share) / runs + 0.25 * z2 / runs)
+    return Rate(share, max(min(middle - half, share), 0.0), min(max(middle + half, share), 1.0))
+
+
+def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str, Any]]:
+    """Give the worst runs, the worst first.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        The rows of a sweep.
+    count : int, default 5
+        How many at most.
+
+    Returns
+    -------
+    list of dict
+        First those that did not finish, then those with faults, then by the greatest error.
+
+    Examples
+    --------
+    >>> def row(run, error, finished=True):
+    ...     names = (ERROR, "max_abs_cross_track_error")
+    ...     return {"run": run, "finished": finished, "faults": 0} | dict.fromkeys(names, error)
+    >>> [each["run"] for each in worst([row(0, 0.1), row(1, 0.9), row(2, 0.2, False)])]
+    [2, 1, 0]
+    """
+
+    def badness(row: dict[str, Any]) -> tuple[bool, bool, float, int]:
+        error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
+        # Smaller numbers first where all else is equal.
+        return not row["finished"], row["faults"] != 0, error, -row["run"]
+
+    return sorted(rows, key=badness, reverse=True)[:count]
+
+
+def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
+    """Tell how much each quantity that varies has to do with failing.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    rows : sequence of dict
+        Its rows.
+
+    Returns
+    -------
+    dict
+        The greatest distance between the distribution functions of the quantity in runs that
+        failed and in those that succeeded (Kolmogorov and Smirnov), 0 to 1, the greatest first;
+        0 for all where every run did the same. Where none failed, the tenth of the runs with the
+        greatest error counts as failed.
+    """
+    good = np.array([row["success"] for row in rows], dtype=bool)
+    if good.all() and len(rows) >= 10:
+        errors = np.array([row[ERROR] for row in rows])
+        good = errors < np.quantile(errors, 0.9)
+    found = {}
+    for name, each in job.vary.items():
+        if each.is_constant:
+            continue
+        values = np.array([row[name] for row in rows])
+        found[name] = 0.0
+        if good.any() and not good.all():
+            places = np.sort(values)
+            below = [
+                np.searchsorted(np.sort(values[part]), places, side="right") / part.sum()
+                for part in (good, ~good)
+            ]
+            found[name] = float(np.max(np.abs(below[0] - below[1])))
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
+    """Say in one line what came out.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    rows : sequence of dict
+        Its rows.
+
+    Returns
+    -------
+    str
+        The success rate and its interval.
+    """
+    good = sum(row["success"] for row in rows)
+    rate = success_rate(good, len(rows))
+    where = f" on {job.course}" if job.course else ""
+    return (
+        f"{job.controller}{where}, {job.label}: {good} of {len(rows)} runs succeeded,"
+        f" {100 * rate.share:.2f} % (95 % confidence: {100 * rate.low:.2f} to"
+        f" {100 * rate.high:.2f} %)"
+    )
+
+
+def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Say what the table has no room for.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    rows : sequence of dict
+        Its rows.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
+    settled = job.settings.settling_time if job.settings is not None else 5.0
+    said = [
+        (
+            "A run succeeds where it finishes, says no fault, and its cross-track error stays"
+            f" within {job.deviation:g} m after the first {settled:g} s. The errors are those after"
+            " that."
+        ),
+    ]
+    if stopped := sum(not row["finished"] for row in rows):
+        said.append(f"{stopped} did not finish.")
+    if faulty := sum(row["faults"] != 0 for row in rows):
+        said.append(f"{faulty} said a fault.")
+    drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
+    said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
+    told = influence(job, rows)
+    if told and max(told.values()) > 0.0:
+        first = ", ".join(f"{name} {value:.2f}" for name, value in list(told.items())[:3])
+        said.append(f"What failing has most to do with (0 nothing, 1 all): {first}.")
+    return said
+
+
+def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
+    """Set out the percentiles, and the worst runs.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    rows : sequence of dict
+        Its rows.
+
+    Returns
+    -------
+    list of rich.table.Table
+        To be printed one below the other.
+    """
+    from rich.text import Text
+
+    from popsteer.lab.common.layout import blank_table
+
+    shares = blank_table()
+    shares.add_column("of all runs", no_wrap=True)
+    for share in _PERCENTILES:
+        head = "worst" if share == 100.0 else "median" if share == 50.0 else f"{share:g} %"
+        shares.add_column(head, justify="right", no_wrap=True)
+    for name, said in _SHOWN:
+        values = [row[name] for row in rows if math.isfinite(row[name])]
+        cells = np.percentile(values, _PERCENTILES, method="higher") if values else []
+        shares.add_row(Text(said), *(f"{value:.4f}" for value in cells))
+    bad = blank_table()
+    for head in ("worst run", "finished", "faults", "max [m]"):
+        bad.add_column(Text(head), justify="right", no_wrap=True)
+    told = list(influence(job, rows))[:3]
+    for name in told:
+        bad.add_column(name, justify="right", no_wrap=True)
+    for row in worst(rows):
+        error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
+        bad.add_row(
+            str(row["run"]),
+            "yes" if row["finished"] else "no",
+            str(row["faults"] or "–"),
+            f"{error:.3f}",
+            *(f"{row[name]:.4g}" for name in told),
+        )
+    return [shares, bad]

@@ -1,0 +1,231 @@
+"""Who drives the runs of a sweep: the core's threads, processes, or a Dask cluster.
+
+Whoever it is takes runs in chunks and gives rows back; a chunk that a dead worker had is given to
+another.
+"""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import signal
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from popsteer._core import __version__
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.lab.sweep.driving import drive, drive_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from popsteer.lab.sweep.job import Job
+
+    Rows = list[dict[str, Any]]
+
+__all__ = ["on_core", "on_dask", "on_processes"]
+
+_LOOK = 0.05  # s between looks at signals
+_CORE_CHUNK = 250  # runs between writes: seconds of work, and cores that seldom wait for the last
+_ATTEMPTS = 5  # how often a pool of processes is made anew
+_DASK_TIMEOUT = 10.0  # s for a scheduler to answer
+
+
+def on_core(
+    job: Job, runs: Sequence[int], threads: int | None, progress: Callable[[float], object]
+) -> Iterator[Rows]:
+    """Drive runs on the core's threads.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep; of plant and controller in Rust.
+    runs : sequence of int
+        Which of its runs.
+    threads : int, optional
+        As `popsteer.sim.run_many` has it.
+    progress : callable
+        Called with the number of runs that are done, in fractions.
+
+    Yields
+    ------
+    list of dict
+        Rows, as they come.
+    """
+    for begin in range(0, len(runs), _CORE_CHUNK):
+        chunk = runs[begin : begin + _CORE_CHUNK]
+
+        def advance(share: float, begin: int = begin, size: int = len(chunk)) -> None:
+            progress(begin + share * size)
+
+        yield drive(job, chunk, threads, advance)
+
+
+def on_processes(
+    job: Job, runs: Sequence[int], workers: int | None, progress: Callable[[float], object]
+) -> Iterator[Rows]:
+    """Drive runs on processes of their own.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    runs : sequence of int
+        Which of its runs.
+    workers : int, optional
+        How many processes; as many as there are cores by default.
+    progress : callable
+        Called with the number of runs that are done.
+
+    Yields
+    ------
+    list of dict
+        Rows, as they come.
+
+    Raises
+    ------
+    PopsteerError
+        The processes die again and again.
+    """
+    workers = len(os.sched_getaffinity(0)) if workers is None else workers
+    remaining = _chunks(runs, workers)
+    done = 0
+    for _ in range(_ATTEMPTS):
+        pool = ProcessPoolExecutor(
+            workers, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupt
+        )
+        try:
+            pending = {pool.submit(drive_text, job.text, chunk): chunk for chunk in remaining}
+            while pending:
+                ready, _waiting = wait(pending, timeout=_LOOK, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    rows = future.result()  # before it is struck off: a dead one is given again
+                    pending.pop(future)
+                    done += len(rows)
+                    yield rows
+                progress(done)
+        except BrokenProcessPool:
+            remaining = list(pending.values())
+        else:
+            return
+        finally:
+            _end(pool)
+    raise PopsteerError(f"the processes of the sweep died {_ATTEMPTS} times")
+
+
+def on_dask(
+    job: Job, runs: Sequence[int], where: str, progress: Callable[[float], object]
+) -> Iterator[Rows]:
+    """Drive runs on a Dask cluster.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    runs : sequence of int
+        Which of its runs.
+    where : str
+        The address of a scheduler, or ``local:N`` for N processes of its own.
+    progress : callable
+        Called with the number of runs that are done.
+
+    Yields
+    ------
+    list of dict
+        Rows, as they come.
+
+    Raises
+    ------
+    PopsteerError
+        The scheduler does not answer, its workers have another version of popsteer or none, or
+        the extra is missing.
+    """
+    try:
+        import dask
+        from distributed import Client, as_completed
+    except ModuleNotFoundError as error:
+        raise PopsteerError(
+            '--dask needs the extra "dask": pip install "popsteer[dask]"'
+        ) from error
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    # A worker that dies may take its task with it any number of times.
+    dask.config.set({"distributed.scheduler.allowed-failures": 20})
+    cluster: Any = _cluster(where) if where.startswith("local:") else None
+    client = None
+    try:
+        try:
+            client = Client(cluster or where, timeout=_DASK_TIMEOUT)
+        except (OSError, ValueError) as error:
+            raise PopsteerError(f"--dask {where}: no scheduler answers: {error}") from None
+        _check_versions(client, where)
+        workers = max(len(client.nthreads()), 1)
+        text = client.scatter(job.text, broadcast=True)
+        futures = [
+            client.submit(drive_text, text, chunk, pure=False, retries=3)
+            for chunk in _chunks(runs, workers)
+        ]
+        done = 0
+        for _, rows in as_completed(futures, with_results=True):
+            done += len(rows)
+            yield rows
+            progress(done)
+    finally:
+        with suppress(Exception):
+            if client is not None:
+                client.close(timeout=2)
+            if cluster is not None:
+                cluster.close(timeout=2)
+
+
+def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
+    """Start workers on this machine."""
+    from distributed import LocalCluster
+
+    text = where.partition(":")[2]
+    count = int(text) if text.isdecimal() else 0
+    if not 1 <= count <= 1024:
+        raise ConfigError("--dask", where, "local:N with N in [1, 1024], or an address")
+    return LocalCluster(
+        n_workers=count,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    )
+
+
+def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401
+    """Refuse workers that would drive otherwise."""
+    found = client.run(_version, on_error="return")
+    for worker, version in found.items():
+        if version != __version__:
+            said = f"popsteer {version}" if isinstance(version, str) else f"no popsteer: {version}"
+            raise PopsteerError(f"--dask {where}: {worker} has {said}; this is {__version__}")
+    if not found:
+        raise PopsteerError(f"--dask {where}: the scheduler has no workers")
+
+
+def _version() -> str:
+    return __version__
+
+
+def _chunks(runs: Sequence[int], workers: int) -> list[Sequence[int]]:
+    """Cut runs into chunks: many for each worker, so that none waits long for the last."""
+    size = min(max(len(runs) // (16 * workers), 1), _CORE_CHUNK)
+    return [runs[begin : begin + size] for begin in range(0, len(runs), size)]
+
+
+def _ignore_interrupt() -> None:
+    """Leave Ctrl-C to the process that started this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _end(pool: ProcessPoolExecutor) -> None:
+    """End the processes of a pool at once; done ones have nothing to lose."""
+    processes = list((getattr(pool, "_processes", None) or {}).values())
+    pool.shutdown(wait=False, cancel_futures=True)
+    for process in processes:
+        process.terminate()

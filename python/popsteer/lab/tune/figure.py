@@ -1,0 +1,107 @@
+"""What was tried: error against steering effort, and the front that no trial beats."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.names import title_of
+from popsteer.lab.common.theme import THEMES
+
+if TYPE_CHECKING:
+    from popsteer.lab.common.theme import Theme
+    from popsteer.lab.tune.study import Tuned
+
+__all__ = ["tune_figure", "tune_files"]
+
+
+def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
+    """Draw the trials, their Pareto front, and the tuning before and after.
+
+    Parameters
+    ----------
+    tuned : Tuned
+        What was found.
+    theme : Theme
+        The colours.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+    """
+    figure = Figure(figsize=(7.4, 5.2), layout="constrained")
+    panel = figure.subplots()
+    usual, front = tuned.usual, tuned.front
+    blue, red = theme.laws["pop"], theme.laws["pid"]
+    shown = [each for each in tuned.trials if each.error < 50.0] or list(tuned.trials)
+    panel.scatter(
+        [each.effort for each in shown],
+        [each.error for each in shown],
+        s=16,
+        color=theme.faint,
+        alpha=0.55,
+        linewidths=0.0,
+        label="trials",
+    )
+    panel.step(
+        [each.effort for each in front],
+        [each.error for each in front],
+        where="post",
+        color=blue,
+        linewidth=1.4,
+        label="Pareto front",
+    )
+    limit = tuned.effort_limit * usual.effort
+    allowed = f"{tuned.effort_limit:g} × the effort before"
+    panel.axvline(limit, color=theme.faint, linestyle="--", linewidth=1.0, label=allowed)
+    panel.plot(
+        usual.effort, usual.error, "s", color=red, markersize=8, linestyle="", label="before"
+    )
+    if tuned.chosen is not None:
+        panel.plot(
+            tuned.chosen.effort,
+            tuned.chosen.error,
+            "D",
+            color=blue,
+            markersize=9,
+            linestyle="",
+            label="chosen",
+        )
+    panel.set_yscale("log")
+    panel.yaxis.set_major_formatter("{x:g}")
+    right = max([usual.effort, limit, *(each.effort for each in front)])
+    left = min([usual.effort, *(each.effort for each in shown)])
+    panel.set_xlim(left - 0.08 * (right - left), right + 0.35 * (right - left))
+    panel.set_xlabel("steering effort: rms rate of the wheels, mean of all runs [rad/s]")
+    panel.set_ylabel("|cross-track error| after settling:\n(mean + worst run) / 2 [m]")
+    figure.legend(loc="outside lower center", ncols=5)
+    tracks = ", ".join(tuned.problem.paths)
+    cars = tuned.problem.cars + 1
+    title = f"{title_of(tuned.problem.controller)}: {len(tuned.trials)} trials on {tracks}"
+    figure.suptitle(f"{title}, {cars} {'cars' if cars > 1 else 'car'}", fontsize=11)
+    return figure
+
+
+def tune_files(tuned: Tuned, stem: str) -> dict[str, bytes]:
+    """Draw the figure into the bytes of its files.
+
+    Parameters
+    ----------
+    tuned : Tuned
+        What was found.
+    stem : str
+        What the files are called.
+
+    Returns
+    -------
+    dict
+        ``STEM.png``, ``STEM.svg`` and the same with ``-dark``.
+    """
+    content = {}
+    for name, theme in THEMES.items():
+        for kind, data in drawn(lambda each: tune_figure(tuned, each), theme).items():
+            content[f"{stem}{'' if name == 'light' else f'-{name}'}.{kind}"] = data
+    return content

@@ -1,0 +1,343 @@
+"""What is tuned, on what, and how one tuning is judged."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from popsteer import controllers, sim
+from popsteer._core import AdaptParams, CarlaIdentified, KinematicBicycle, Settings, __version__
+from popsteer.errors import ConfigError
+from popsteer.lab.common.distributions import Distribution, distribution
+from popsteer.lab.common.varied import draws, run_seed, varied
+from popsteer.lab.compare.runs import controller
+from popsteer.sim.closed_loop import at_constant_speed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from popsteer._core import Path, Vehicle
+    from popsteer.controllers import Params
+
+__all__ = ["SCHEMA", "Problem", "Score", "usual_search"]
+
+SCHEMA = "popsteer-tune/1"
+"""What a study says it is."""
+_UNFINISHED = 100.0  # m: worse than any error of a run that finished
+_MAX_CARS = 1000
+_SEARCHED = {
+    "bang-bang": ("amplitude", "deadband"),
+    "pid": ("kp", "ki", "kd"),
+    "pure-pursuit": ("lookahead_gain", "min_lookahead"),
+    "stanley": ("cross_track_gain", "speed_gain"),
+    "pop": ("lookahead_gain", "min_lookahead"),
+    "preview-pop": ("horizon", "heading_cost", "steer_rate_cost"),
+}
+
+
+class Score(NamedTuple):
+    """What a tuning comes to, over all tracks and cars."""
+
+    errors: Mapping[str, tuple[float, ...]]
+    """Mean |cross-track error| after settling of each car by track [m], the unvaried car first."""
+    efforts: Mapping[str, tuple[float, ...]]
+    """Root of the mean square of the steering rate of each car by track [rad/s]."""
+
+    @property
+    def mean(self) -> float:
+        """Mean error of all runs [m]."""
+        return float(np.mean(list(self.errors.values())))
+
+    @property
+    def worst(self) -> float:
+        """Greatest error of a run [m]."""
+        return float(np.max(list(self.errors.values())))
+
+    @property
+    def error(self) -> float:
+        """What is minimised: the mean of `mean` and `worst` [m]."""
+        return 0.5 * (self.mean + self.worst)
+
+    @property
+    def effort(self) -> float:
+        """Mean effort of all runs [rad/s]."""
+        return float(np.mean(list(self.efforts.values())))
+
+    def effort_ratio(self, usual: Score) -> float:
+        """Tell how much more the wheels move than with another tuning.
+
+        Parameters
+        ----------
+        usual : Score
+            That of the other.
+
+        Returns
+        -------
+        float
+            The ratio of the mean efforts, or that of the unvaried car on a track where it is
+            greater.
+        """
+        nominal = [self.efforts[k][0] / max(usual.efforts[k][0], 1e-9) for k in self.efforts]
+        return max(self.effort / max(usual.effort, 1e-9), *nominal)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A controller, its vehicle, tracks, cars that differ from it, and what is searched.
+
+    Parameters
+    ----------
+    paths : mapping of str to Path
+        The tracks, by name.
+    controller : str
+        Name of the controller, one of popsteer's.
+    base : parameters of that controller
+        The tuning to begin with; what is not searched stays.
+    search : mapping of str to Distribution
+        The parameters that are searched, ``uniform`` or ``loguniform`` each.
+    plant : plant
+        What moves.
+    vary : mapping of str to Distribution
+        What varies from car to car, of `popsteer.lab.common.varied.varying`.
+    cars : int, default 7
+        How many cars that differ, beside the one that does not.
+    seed : int, default 0
+        Where the cars come from.
+    vehicle : Vehicle, optional
+        What the controller is given; by default what the plant is before it varies.
+    adapt : AdaptParams or None, optional
+        How the controller adapts; None: not at all. Left out: as it does by default.
+    constant_speed : float, optional
+        As `popsteer.sim.run` has it.
+    settings : Settings, optional
+        Control period, limits and the like.
+
+    Raises
+    ------
+    ConfigError
+        What is searched or varied is not known, or out of its range.
+    """
+
+    paths: Mapping[str, Path]
+    controller: str
+    base: Params
+    search: Mapping[str, Distribution]
+    plant: Any
+    vary: Mapping[str, Distribution]
+    cars: int = 7
+    seed: int = 0
+    vehicle: Vehicle | None = None
+    adapt: AdaptParams | Literal["auto"] | None = "auto"
+    constant_speed: float | None = None
+    settings: Settings | None = None
+
+    def __post_init__(self) -> None:
+        if self.controller not in controllers.names():
+            raise ConfigError.unknown("controller", self.controller, controllers.names())
+        if not 0 <= self.cars <= _MAX_CARS:
+            raise ConfigError("cars", self.cars, f"a count in [0, {_MAX_CARS}]")
+        if not self.search:
+            raise ConfigError("search", "nothing", "at least one parameter")
+        known = self.base.as_dict()
+        for name, each in self.search.items():
+            if name not in known:
+                raise ConfigError.unknown(f"parameter of {self.controller}", name, known)
+            if each.name not in ("uniform", "loguniform") or isinstance(known[name], bool):
+                raise ConfigError(name, str(each), "uniform(LOW,HIGH) or loguniform(LOW,HIGH)")
+            for end in each.bounds:
+                self.changed({name: end})  # refuses what is out of its range
+        _ = self.scenarios
+
+    @cached_property
+    def given(self) -> Vehicle:
+        """What the controller is given of the vehicle."""
+        return sim.vehicle_of(self.plant) if self.vehicle is None else self.vehicle
+
+    @cached_property
+    def scenarios(self) -> list[tuple[str, Any, Any, int]]:
+        """Track, path with pedals, car and seed of each run."""
+        drawn = draws(self.vary, self.cars, self.seed) if self.cars else {}
+        found: list[tuple[str, Any, Any, int]] = []
+        for name, path in self.paths.items():
+            road: Any = (path, None)
+            if self.constant_speed is not None:
+                road = at_constant_speed(path, self.constant_speed)
+            for car in range(self.cars + 1):
+                values = {k: float(v[car - 1]) for k, v in drawn.items()} if car else {}
+                made = varied(self.plant, path, values)
+                found.append((name, road, made, run_seed(self.seed, car)))
+        return found
+
+    def changed(self, values: Mapping[str, float]) -> Params:
+        """Give the tuning with other values of what is searched.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By name.
+
+        Returns
+        -------
+        parameters
+            A changed copy of `base`; whole numbers stay whole.
+        """
+        usual = self.base.as_dict()
+        whole = {k: round(v) if isinstance(usual[k], int) else v for k, v in values.items()}
+        return self.base.replace(**whole)
+
+    def score(self, params: Params, progress: Callable[[float], object] | None = None) -> Score:
+        """Drive all tracks with all cars.
+
+        Parameters
+        ----------
+        params : parameters of the controller
+            The tuning to judge.
+        progress : callable, optional
+            Called now and then with the share that is done.
+
+        Returns
+        -------
+        Score
+            What it comes to; a run that does not finish counts as 100 m off.
+        """
+        errors: dict[str, list[float]] = {name: [] for name in self.paths}
+        efforts: dict[str, list[float]] = {name: [] for name in self.paths}
+        for name, error, effort in self._driven(params, progress):
+            errors[name].append(error)
+            efforts[name].append(effort)
+        return Score(
+            {name: tuple(each) for name, each in errors.items()},
+            {name: tuple(each) for name, each in efforts.items()},
+        )
+
+    def _driven(
+        self, params: Params, progress: Callable[[float], object] | None
+    ) -> list[tuple[str, float, float]]:
+        speed = self.constant_speed or 0.0
+        drivers = {
+            name: controller(self.controller, road[0], self.given, params, self.adapt)
+            for name, road, _, _ in self.scenarios
+        }
+        if isinstance(self.plant, CarlaIdentified | KinematicBicycle):
+            many: Any = [drivers[name] for name, _, _, _ in self.scenarios]
+            figures = sim.run_many(
+                many,
+                [made.plant for _, _, made, _ in self.scenarios],
+                start=[made.start for _, _, made, _ in self.scenarios],
+                speed=[made.speed or speed for _, _, made, _ in self.scenarios],
+                longitudinal=self.scenarios[0][1][1],
+                settings=self.settings,
+                noise=[made.noise or sim.Noise() for _, _, made, _ in self.scenarios],
+                seed=[seed for _, _, _, seed in self.scenarios],
+                progress=progress,
+            )
+            columns = zip(
+                figures["finished"].tolist(),
+                figures["settled_mean_abs_cross_track_error"].tolist(),
+                figures["rms_steer_rate"].tolist(),
+                strict=True,
+            )
+        else:
+            columns = zip(*self._one_by_one(drivers, speed, progress), strict=True)
+        return [
+            (name, error if ended and math.isfinite(error) else _UNFINISHED, effort)
+            for (name, _, _, _), (ended, error, effort) in zip(self.scenarios, columns, strict=True)
+        ]
+
+    def _one_by_one(
+        self,
+        drivers: Mapping[str, Any],
+        speed: float,
+        progress: Callable[[float], object] | None,
+    ) -> tuple[list[bool], list[float], list[float]]:
+        found: tuple[list[bool], list[float], list[float]] = ([], [], [])
+        settings = Settings() if self.settings is None else self.settings
+        for done, (name, road, made, seed) in enumerate(self.scenarios):
+            metrics = sim.run(
+                drivers[name],
+                made.plant,
+                path=road[0],
+                start=made.start,
+                speed=made.speed or speed,
+                longitudinal=road[1],
+                settings=settings.replace(keep_records=False),
+                noise=made.noise,
+                seed=seed,
+            ).metrics
+            found[0].append(metrics.finished)
+            found[1].append(metrics.settled_mean_abs_cross_track_error)
+            found[2].append(metrics.rms_steer_rate)
+            if progress is not None:
+                progress((done + 1) / len(self.scenarios))
+        return found
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """What makes this problem, for the study to say."""
+        paths = hashlib.sha256()
+        for path in self.paths.values():
+            for column in (path.x, path.y, path.speed, path.reverse):
+                paths.update(b"-" if column is None else np.ascontiguousarray(column).tobytes())
+        plant = self.plant
+        own = plant.as_dict() if hasattr(plant, "as_dict") else plant.params.as_dict()
+        adapt = self.adapt.as_dict() if isinstance(self.adapt, AdaptParams) else self.adapt
+        document = {
+            "schema": SCHEMA,
+            "version": __version__,
+            "tracks": list(self.paths),
+            "waypoints": paths.hexdigest(),
+            "controller": self.controller,
+            "base": self.base.as_dict(),
+            "search": {name: str(each) for name, each in self.search.items()},
+            "plant": [sim.plant_name(plant), {k: str(v) for k, v in own.items()}],
+            "vehicle": self.given.as_dict(),
+            "vary": {name: str(each) for name, each in self.vary.items()},
+            "cars": self.cars,
+            "seed": self.seed,
+            "adapt": adapt,
+            "constant_speed": self.constant_speed,
+            "settings": (self.settings or Settings()).as_dict(),
+        }
+        plain: dict[str, Any] = json.loads(json.dumps(document))
+        return plain
+
+
+def usual_search(name: str, base: Params, vehicle: Vehicle) -> dict[str, Distribution]:
+    """Give what is searched unless it is said otherwise.
+
+    Parameters
+    ----------
+    name : str
+        Name of the controller.
+    base : parameters of that controller
+        Its tuning to begin with.
+    vehicle : Vehicle
+        What scales its lengths.
+
+    Returns
+    -------
+    dict
+        A quarter to four times each value; a gain that may vanish from 0 on.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> found = usual_search("pop", popsteer.PopParams(), popsteer.Vehicle())
+    >>> [f"{name} {each}" for name, each in found.items()]
+    ['lookahead_gain uniform(0.0,0.6)', 'min_lookahead loguniform(1.5,24.0)']
+    """
+    resolved = base.resolved(vehicle).as_dict()
+    found = {}
+    for field in _SEARCHED[name]:
+        value = float(resolved[field])
+        text = f"loguniform({value / 4!r},{value * 4!r})"
+        if field == "lookahead_gain" or value == 0.0:
+            text = f"uniform(0.0,{round(3 * value, 9) or 1.0!r})"
+        found[field] = distribution(field, text)
+    return found

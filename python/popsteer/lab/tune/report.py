@@ -1,0 +1,208 @@
+"""What a tuning comes to, on what it was tuned on and on what it has not seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from popsteer import tracks
+from popsteer._core import Path
+from popsteer.errors import PathError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rich.table import Table
+
+    from popsteer.lab.tune.problem import Problem, Score
+    from popsteer.lab.tune.study import Tuned
+
+__all__ = ["Judged", "caption", "judge", "losses", "notes", "tables"]
+
+
+class Judged(NamedTuple):
+    """The tuning that it began with, and the one that was chosen, on the same runs."""
+
+    problem: Problem
+    """Tracks and cars."""
+    usual: Score
+    """Of the tuning that it began with."""
+    tuned: Score
+    """Of the one that was chosen."""
+    seen: bool
+    """Whether the search was judged by these runs."""
+
+
+def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) -> list[Judged]:
+    """Judge what was chosen by what the search has seen, and by what it has not.
+
+    Parameters
+    ----------
+    tuned : Tuned
+        What was found.
+    progress : callable, optional
+        Called with what is being done and the share of it that is done.
+
+    Returns
+    -------
+    list of Judged
+        The tracks and cars of the search; the shipped tracks that it did not have, with cars drawn
+        from another seed; and its own tracks with those cars.
+    """
+    problem = tuned.problem
+    others = {
+        name: Path(track.xy, speed=track.speed, closed=track.closed)
+        for name, track in ((name, tracks.get(name)) for name in tracks.names())
+        if name not in problem.paths
+    }
+    fresh = problem.seed + 1_000_003
+    parts = [(problem, True), (replace(problem, seed=fresh), False)]
+    if others:
+        parts.append((replace(problem, paths=others, seed=fresh), False))
+    found = []
+    for done, (part, seen) in enumerate(parts):
+        if progress is not None:
+            progress("judging", done / len(parts))
+        try:
+            usual, chosen = part.score(problem.base), part.score(tuned.params)
+        except PathError:  # tracks without speeds, for pedals that need them
+            continue
+        found.append(Judged(part, usual, chosen, seen))
+    return found
+
+
+def caption(tuned: Tuned) -> str:
+    """Say in one line what was found.
+
+    Parameters
+    ----------
+    tuned : Tuned
+        What was found.
+
+    Returns
+    -------
+    str
+        The tuning, and what it began with.
+    """
+    name, count = tuned.problem.controller, len(tuned.trials)
+    if tuned.chosen is None:
+        return (
+            f"{name}: none of {count} trials is better within {tuned.effort_limit:g} times the"
+            " effort; the tuning stays as it was"
+        )
+    values = ", ".join(f"{k} {getattr(tuned.params, k):.4g}" for k in tuned.chosen.values)
+    return f"{name}, the best of {count} trials: {values}"
+
+
+def tables(judged: list[Judged]) -> list[Table]:
+    """Set out the tracks, a row each.
+
+    Parameters
+    ----------
+    judged : list of Judged
+        As `judge` gives them.
+
+    Returns
+    -------
+    list of rich.table.Table
+        One table.
+    """
+    from rich.text import Text
+
+    from popsteer.lab.common.layout import add_names, blank_table
+
+    table = blank_table()
+    add_names(table, "track", (name for part in judged for name in part.problem.paths))
+    heads = ("cars", "mean [m]\nbefore", "\nafter", "worst [m]\nbefore", "\nafter")
+    table.add_column("seen", no_wrap=True)
+    for head in (*heads, "steering [rad/s]\nbefore", "\nafter"):
+        table.add_column(Text(head), justify="right", no_wrap=True)
+    for part in judged:
+        for name in part.problem.paths:
+            old, new = part.usual.errors[name], part.tuned.errors[name]
+            efforts = part.usual.efforts[name], part.tuned.efforts[name]
+            table.add_row(
+                name,
+                "yes" if part.seen else "cars no" if name in judged[0].problem.paths else "no",
+                str(len(old)),
+                f"{_mean(old):.4f}",
+                f"{_mean(new):.4f}",
+                f"{max(old):.4f}",
+                f"{max(new):.4f}",
+                *(f"{_mean(each):.4f}" for each in efforts),
+            )
+    return [table]
+
+
+def losses(judged: list[Judged]) -> list[str]:
+    """Say where the tuning that was chosen is worse than the one that it began with.
+
+    Parameters
+    ----------
+    judged : list of Judged
+        As `judge` gives them.
+
+    Returns
+    -------
+    list of str
+        A sentence for each kind of loss.
+    """
+    error, effort = [], []
+    for part in judged:
+        for name in part.problem.paths:
+            where = f"{name}{'' if part.seen else ' (not seen)'}"
+            before, after = _mean(part.usual.errors[name]), _mean(part.tuned.errors[name])
+            if after > 1.02 * before and after - before > 1e-3:
+                error.append(f"{where} {before:.4f} → {after:.4f} m")
+            before, after = _mean(part.usual.efforts[name]), _mean(part.tuned.efforts[name])
+            if after > 1.1 * before:
+                effort.append(f"{where} {before:.3f} → {after:.3f} rad/s")
+    said = []
+    if error:
+        said.append(f"Less precise than before on: {', '.join(error)}.")
+    if effort:
+        said.append(f"Steers more than 1.1 times as before on: {', '.join(effort)}.")
+    return said or ["Worse than before on none of these tracks."]
+
+
+def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
+    """Say what the table has no room for.
+
+    Parameters
+    ----------
+    tuned : Tuned
+        What was found.
+    judged : list of Judged
+        As `judge` gives them.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
+    vary = ", ".join(f"{name} {each}" for name, each in tuned.problem.vary.items())
+    said = [
+        (
+            "Mean |cross-track error| after settling of each car; a run that does not finish counts"
+            " as 100 m. The first car is the vehicle itself; of the others vary"
+            f" {vary or 'nothing'}."
+        ),
+        (
+            "Chosen: the least of (mean + worst) / 2 over the tracks and cars of the search with at"
+            f" most {tuned.effort_limit:g} times the steering rate."
+        ),
+    ]
+    if tuned.chosen is not None:
+        for name, each in tuned.problem.search.items():
+            value = tuned.chosen.values[name]
+            low, high = each.bounds
+            if min(value - low, high - value) < 0.02 * (high - low) and low != 0.0:
+                said.append(f"{name} is at an end of {each}: search farther.")
+    return said + losses(judged)
+
+
+def _mean(values: tuple[float, ...]) -> float:
+    total = 0.0
+    for value in values:
+        total += value
+    return total / len(values)

@@ -1,0 +1,304 @@
+"""The search for a better tuning, by Optuna: to be stopped, gone on with, and shared."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from popsteer.errors import ConfigError, PopsteerError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from popsteer.controllers import Params
+    from popsteer.lab.tune.problem import Problem, Score
+
+__all__ = ["Trial", "Tuned", "run"]
+
+_NAME = "popsteer-tune"
+_STARTUP = 15  # trials drawn at random before the model of the others says where
+_MAX_TRIALS = 1_000_000
+
+
+class Trial(NamedTuple):
+    """One tuning that was tried."""
+
+    number: int
+    values: dict[str, float]
+    error: float
+    """As `Score.error` [m]."""
+    effort: float
+    """As `Score.effort` [rad/s]."""
+    mean: float
+    worst: float
+    ratio: float
+    """As `Score.effort_ratio` to the tuning that it began with."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tuned:
+    """What a search found."""
+
+    problem: Problem
+    """What was searched."""
+    usual: Score
+    """What the tuning that it began with comes to."""
+    trials: Sequence[Trial]
+    """All that were tried."""
+    chosen: Trial | None
+    """The one with the least error within the limit of the effort; None where none is better than
+    what it began with."""
+    effort_limit: float
+    """How many times the effort of what it began with is allowed."""
+
+    @property
+    def params(self) -> Params:
+        """The tuning that was chosen, or what it began with.
+
+        Returns
+        -------
+        parameters
+            To be written by their ``save``.
+        """
+        return (
+            self.problem.base if self.chosen is None else self.problem.changed(self.chosen.values)
+        )
+
+    @property
+    def front(self) -> list[Trial]:
+        """The trials that no other beats in both error and effort.
+
+        Returns
+        -------
+        list of Trial
+            By rising effort.
+        """
+        found: list[Trial] = []
+        for trial in sorted(self.trials, key=lambda each: (each.effort, each.error)):
+            if not found or trial.error < found[-1].error:
+                found.append(trial)
+        return found
+
+
+def run(
+    problem: Problem,
+    storage: str | Path | None = None,
+    *,
+    trials: int | None = 100,
+    seconds: float | None = None,
+    effort_limit: float = 1.1,
+    progress: Callable[[str, float], object] | None = None,
+) -> Tuned:
+    """Search for the tuning with the least error within a limit of the steering effort.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is tuned, on what.
+    storage : str or pathlib.Path, optional
+        Where the trials are kept: a URL that Optuna knows, or a file for its journal. The same
+        problem goes on with what is there, and several processes may share it. Left out, they are
+        kept nowhere.
+    trials : int, optional
+        How many trials there are to be in the end, those that are there included.
+    seconds : float, optional
+        How long this call may search.
+    effort_limit : float, default 1.1
+        How many times the effort of `problem.base` the chosen tuning may take.
+    progress : callable, optional
+        Called now and then with what is being done and the share of it that is done.
+
+    Returns
+    -------
+    Tuned
+        What was found.
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range.
+    PopsteerError
+        Optuna is not installed, or the storage has another study or none that can be read.
+    OSError
+        The storage cannot be written.
+
+    Notes
+    -----
+    A third of the trials, and the first, are those of Optuna's tree-structured Parzen estimator for
+    error and effort; the others lie near the best one within the limit of the effort. Y. Ozaki et
+    al., *Multiobjective Tree-structured Parzen Estimator*, 2022.
+    """
+    _check(trials, seconds, effort_limit)
+    if trials is None and seconds is None:
+        trials = 100
+    optuna = _optuna()
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    study = _study(optuna, problem, storage, effort_limit)
+    usual = problem.score(problem.base)
+    begin = time.monotonic()
+
+    def advance(inside: float = 0.0) -> None:
+        if progress is not None:
+            done = len(_complete(study))
+            shares = [(done + inside) / trials] if trials is not None else []
+            if seconds is not None:
+                shares.append((time.monotonic() - begin) / seconds)
+            progress(f"trial {done + 1}", min(max(shares), 1.0))
+
+    def objective(trial: Any) -> tuple[float, float]:  # noqa: ANN401 - optuna is an extra
+        values = {
+            name: trial.suggest_float(name, *each.bounds, log=each.name == "loguniform")
+            for name, each in problem.search.items()
+        }
+        score = problem.score(problem.changed(values), advance)
+        trial.set_user_attr("mean", score.mean)
+        trial.set_user_attr("worst", score.worst)
+        trial.set_user_attr("ratio", score.effort_ratio(usual))
+        return score.error, score.effort
+
+    def stop(study: Any, _: Any) -> None:  # noqa: ANN401
+        if trials is not None and len(_complete(study)) >= trials:
+            study.stop()
+        elif values := _near_the_best(problem, _tried(study), effort_limit):
+            study.enqueue_trial(values)
+
+    if trials is None or len(_complete(study)) < trials:
+        study.optimize(objective, timeout=seconds, callbacks=[stop])
+    tried = _tried(study)
+    within = [each for each in tried if each.ratio <= effort_limit and each.error < usual.error]
+    chosen = min(within, key=lambda each: (each.error, each.number), default=None)
+    return Tuned(problem, usual, tried, chosen, effort_limit)
+
+
+def _tried(study: Any) -> list[Trial]:  # noqa: ANN401
+    """Give the trials that came to an end."""
+    return [
+        Trial(
+            each.number,
+            dict(each.params),
+            *each.values,
+            *(each.user_attrs[name] for name in ("mean", "worst", "ratio")),
+        )
+        for each in _complete(study)
+    ]
+
+
+def _near_the_best(
+    problem: Problem, tried: Sequence[Trial], effort_limit: float
+) -> dict[str, float] | None:
+    """Give what to try next: in two of three trials something near the best within the limit.
+
+    The estimator looks along the whole front, and the best lies at one place of it, where it meets
+    the limit.
+    """
+    within = [each for each in tried if each.ratio <= effort_limit]
+    if len(tried) < _STARTUP or len(tried) % 3 == 0 or not within:
+        return None
+    best = min(within, key=lambda each: (each.error, each.number))
+    random = np.random.default_rng([problem.seed, len(tried)])
+    # Steps of all sizes: how far the better ones are is not known.
+    step = math.exp(random.uniform(math.log(0.01), math.log(0.5)))
+    found = {}
+    for name, each in problem.search.items():
+        low, high = each.bounds
+        logarithmic = each.name == "loguniform"
+        value = best.values[name]
+        share = math.log(value / low) / math.log(high / low) if logarithmic else None
+        share = (value - low) / (high - low) if share is None else share
+        share = min(max(share + step * random.standard_normal(), 0.0), 1.0)
+        found[name] = min(max(each.quantile(share), low), high)
+    return found
+
+
+def _check(trials: int | None, seconds: float | None, effort_limit: float) -> None:
+    """Refuse numbers that are out of their range."""
+    if trials is not None and not 1 <= trials <= _MAX_TRIALS:
+        raise ConfigError("--trials", trials, f"a count in [1, {_MAX_TRIALS}]")
+    if seconds is not None and not 0.0 < seconds < 1e9:
+        raise ConfigError("--seconds", seconds, "positive")
+    if not 0.0 < effort_limit <= 1e3:
+        raise ConfigError("--effort-limit", effort_limit, "in (0, 1000]")
+
+
+def _study(
+    optuna: Any,  # noqa: ANN401 - an extra
+    problem: Problem,
+    storage: str | Path | None,
+    effort_limit: float,
+) -> Any:  # noqa: ANN401
+    """Open the study, or refuse one of something else."""
+    kept: Any = None
+    try:
+        if isinstance(storage, str) and "://" in storage:
+            kept = storage
+        elif storage is not None:
+            file = Path(storage)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            _check_journal(file)
+            backend = optuna.storages.journal.JournalFileBackend(str(file))
+            kept = optuna.storages.JournalStorage(backend)
+        study = optuna.create_study(
+            study_name=_NAME,
+            storage=kept,
+            directions=["minimize", "minimize"],
+            load_if_exists=True,
+        )
+    except (OSError, PopsteerError):
+        raise
+    except Exception as error:
+        # Storages raise what their databases do.
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise PopsteerError(f"{storage}: no study can be opened there: {said}") from error
+    known = study.user_attrs.get("popsteer")
+    if known is None:
+        if study.trials:
+            raise PopsteerError(f"{storage}: holds a study that is not popsteer's")
+        study.set_user_attr("popsteer", problem.document)
+    elif known != problem.document:
+        differs = [k for k, v in problem.document.items() if known.get(k) != v]
+        raise PopsteerError(
+            f"{storage}: holds another study, which differs in {', '.join(differs)}"
+        )
+    # The first process is the same every time; those that join it, or go on, draw otherwise.
+    there = len(study.trials)
+    seed = problem.seed if there == 0 else problem.seed + there + os.getpid()
+    with warnings.catch_warnings():
+        # Constraints have stood as they are since version 3.
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        study.sampler = optuna.samplers.TPESampler(
+            seed=seed % 2**32,
+            n_startup_trials=_STARTUP,
+            # Beyond the limit there is nothing to choose.
+            constraints_func=lambda trial: (trial.user_attrs.get("ratio", 0.0) - effort_limit,),
+        )
+    return study
+
+
+def _check_journal(file: Path) -> None:
+    """Refuse a file that is there and no journal: Optuna would write after its end."""
+    if file.exists():
+        with file.open("rb") as stream:
+            first = stream.readline()
+        if first and not first.startswith(b'{"op_code"'):
+            raise PopsteerError(f"{file}: is no journal of Optuna")
+
+
+def _complete(study: Any) -> list[Any]:  # noqa: ANN401
+    return [each for each in study.get_trials(deepcopy=False) if each.state.name == "COMPLETE"]
+
+
+def _optuna() -> Any:  # noqa: ANN401
+    try:
+        import optuna
+    except ModuleNotFoundError as error:
+        raise PopsteerError(
+            'tuning needs the extra "tune": pip install "popsteer[tune]"'
+        ) from error
+    return optuna

@@ -1,0 +1,281 @@
+"""A controller's tuning in a TOML file: what `load` of its parameters reads and `save` writes.
+
+A file has a table a controller, under its name, and nothing else. What a table leaves out has its
+default.
+
+Examples
+--------
+>>> print(as_toml(popsteer.PopParams(min_lookahead=6.0)), end="")  # doctest: +ELLIPSIS
+# Tuning of a controller, as popsteer.PopParams.load reads it. ...
+[pop]
+lookahead_gain = 0.2
+min_lookahead = 6.0
+...
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from popsteer import controllers
+from popsteer.errors import ConfigError
+from popsteer.files import write_text_atomic
+
+if TYPE_CHECKING:
+    from popsteer.controllers import Params
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["add_load_and_save", "as_toml", "load", "load_all", "save"]
+
+_HEAD = """\
+# Tuning of a controller, as popsteer.{kind}.load reads it. SI units and radians. What is
+# left out has its default, which may scale with the vehicle.
+"""
+
+
+def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
+    r"""Read the tuning of the controllers that a TOML file has.
+
+    Parameters
+    ----------
+    file : str or os.PathLike
+        The file.
+
+    Returns
+    -------
+    dict
+        Parameters by name of the controller, in the order of the file; at least one.
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be read or is no TOML, or a controller or a key is unknown, or a value of
+        the wrong type or out of range; names file, table, key and value.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "tuned.toml"
+    ...     _ = file.write_text("[pop]\nlookahead_gain = 0\n[preview_pop]\nhorizon = 0.8\n")
+    ...     found = load_all(file)
+    >>> found["pop"].lookahead_gain, found["preview-pop"].horizon
+    (0.0, 0.8)
+    """
+    document = _read(file)
+    found: dict[str, Params] = {}
+    for table, fields in document.items():
+        name = table.replace("_", "-")
+        if name not in controllers.names():
+            known = [each.replace("-", "_") for each in controllers.names()]
+            raise _in_file(file, ConfigError.unknown("table", table, known))
+        if not isinstance(fields, dict):
+            raise _in_file(file, ConfigError(table, fields, f"a table of parameters, [{table}]"))
+        found[name] = _made(file, table, fields, controllers.get(name).params)
+    if not found:
+        listed = ", ".join(f"[{each.replace('-', '_')}]" for each in controllers.names())
+        raise _in_file(file, ConfigError("tables", "none", f"at least one of {listed}"))
+    return found
+
+
+def load(kind: type[Params], file: str | os.PathLike[str]) -> Params:
+    """Read the tuning of one controller from a TOML file.
+
+    Parameters
+    ----------
+    kind : type
+        The class of its parameters.
+    file : str or os.PathLike
+        The file; it may hold that of other controllers too.
+
+    Returns
+    -------
+    same as `kind`
+        What the file says; what it leaves out has its default.
+
+    Raises
+    ------
+    ConfigError
+        As `load_all`, or the file holds none of this controller.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save(popsteer.PidParams(kp=0.3), Path(folder) / "tuned.toml")
+    ...     popsteer.PidParams.load(Path(folder) / "tuned.toml").kp
+    0.3
+    """
+    name = controllers.name_of(kind)
+    found = load_all(file)
+    if name not in found:
+        others = ", ".join(found)
+        raise _in_file(
+            file, ConfigError("controller", others, f"{name}, whose parameters these are")
+        )
+    return found[name]
+
+
+def save(params: Params, file: str | os.PathLike[str]) -> None:
+    """Write the tuning of a controller to a TOML file, whole or not at all.
+
+    Parameters
+    ----------
+    params : parameters of a controller
+        The tuning.
+    file : str or os.PathLike
+        The file to write; folders that are missing are made. What stood there is replaced.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; what stood there before still does.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     popsteer.PreviewPopParams(horizon=0.8).save(Path(folder) / "tuned.toml")
+    ...     load_all(Path(folder) / "tuned.toml")["preview-pop"].horizon
+    0.8
+    """
+    write_text_atomic(file, as_toml(params))
+
+
+def as_toml(params: Params) -> str:
+    """Word the tuning of a controller as the text of a TOML file.
+
+    Parameters
+    ----------
+    params : parameters of a controller
+        The tuning.
+
+    Returns
+    -------
+    str
+        What `load` makes equal parameters of. A field that is None is a comment.
+
+    Examples
+    --------
+    >>> as_toml(popsteer.PopParams()).splitlines()[3:5]
+    ['lookahead_gain = 0.2', '# min_lookahead =']
+    """
+    name = controllers.name_of(type(params)).replace("-", "_")
+    lines = [_HEAD.format(kind=type(params).__name__) + f"[{name}]"]
+    for key, value in params.as_dict().items():
+        if value is None:
+            lines.append(f"# {key} =")
+        else:
+            lines.append(
+                f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}"
+            )
+    return "\n".join(lines) + "\n"
+
+
+def add_load_and_save(*kinds: type[Any]) -> None:
+    """Give classes of parameters the methods ``load`` and ``save``.
+
+    Parameters
+    ----------
+    *kinds : type
+        The classes of the parameters of controllers.
+
+    Examples
+    --------
+    >>> popsteer.StanleyParams.load("nowhere.toml")
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: nowhere.toml: No such file or directory
+    """
+    for kind in kinds:
+        kind.load = classmethod(_load)
+        kind.save = _save
+
+
+def _load(cls: type[Params], file: str | os.PathLike[str]) -> Params:
+    """Read the tuning from a TOML file, as `popsteer.params_file.load`.
+
+    Parameters
+    ----------
+    file : str or os.PathLike
+        The file, with a table under the name of the controller.
+
+    Returns
+    -------
+    parameters of the same class
+        What the file says; what it leaves out has its default.
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be read, or holds something else; names file, key and value.
+    """
+    return load(cls, file)
+
+
+def _save(self: Params, file: str | os.PathLike[str]) -> None:
+    """Write the tuning to a TOML file, whole or not at all, as `popsteer.params_file.save`.
+
+    Parameters
+    ----------
+    file : str or os.PathLike
+        The file to write; what stood there is replaced.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; what stood there before still does.
+    """
+    save(self, file)
+
+
+def _made(
+    file: str | os.PathLike[str], table: str, fields: dict[str, Any], kind: type[Params]
+) -> Params:
+    """Make parameters of a table, or refuse it by file, table and key."""
+    defaults: dict[str, Any] = kind().as_dict()
+    for key, value in fields.items():
+        if key not in defaults:
+            raise _in_file(file, ConfigError.unknown(f"key of [{table}]", key, defaults))
+        default = defaults[key]
+        if isinstance(default, bool):
+            fits, wanted = isinstance(value, bool), "true or false"
+        elif isinstance(default, int):
+            fits, wanted = isinstance(value, int) and not isinstance(value, bool), "a whole number"
+        else:
+            fits = isinstance(value, int | float) and not isinstance(value, bool)
+            wanted = "a number"
+        if not fits:
+            raise _in_file(file, ConfigError(f"{table}.{key}", value, wanted))
+    try:
+        return kind(**fields)
+    except ConfigError as error:
+        raise _in_file(file, error, f"[{table}] {error}") from None
+
+
+def _read(file: str | os.PathLike[str]) -> dict[str, Any]:
+    """Read the tables of a TOML file."""
+    try:
+        return tomllib.loads(Path(file).read_bytes().decode("utf-8"))
+    except OSError as error:
+        why = error.strerror or str(error)
+    except UnicodeDecodeError as error:
+        why = f"not UTF-8 at byte {error.start}"
+    except (ValueError, RecursionError) as error:  # broken, too long a number, or nested too deep
+        why = f"not TOML: {error}"
+    refused = ConfigError("tuning file", os.fspath(file), f"a readable TOML file: {why}")
+    raise _in_file(file, refused, why)
+
+
+def _in_file(
+    file: str | os.PathLike[str], error: ConfigError, words: str | None = None
+) -> ConfigError:
+    """Put the file before the words of an error."""
+    error.args = (f"{os.fspath(file)}: {error if words is None else words}",)
+    return error

@@ -1,0 +1,262 @@
+"""Sweeps: the same rows whoever drives them, none lost or twice."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import popsteer
+from popsteer import sim, tracks
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.lab import sweep
+from popsteer.lab.common.distributions import distribution
+from popsteer.lab.common.theme import THEMES
+from popsteer.lab.sweep import rows as files
+from popsteer.lab.sweep import workers
+from popsteer.lab.sweep.job import from_text
+from popsteer.lab.sweep.summary import ERROR, influence, success_rate, worst
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytest.importorskip("scipy")
+
+VARY = {
+    "steer_lag": "uniform(0.05,0.3)",
+    "dead_time": "uniform(0,0.2)",
+    "noise_position": "uniform(0,0.05)",
+    "start_offset": "uniform(-1,1)",
+}
+
+
+def _job(runs: int = 12, **changes: Any) -> sweep.Job:
+    track = tracks.get("slalom")
+    path = popsteer.Path(track.xy, speed=track.speed)
+    vary = {name: distribution(name, text) for name, text in VARY.items()}
+    given: dict[str, Any] = {"plant": "carla-identified", "vary": vary, **changes}
+    return sweep.Job(path, "pop", popsteer.PopParams(), runs=runs, seed=5, **given)
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[dict[str, Any]]:
+    return sweep.run(_job())
+
+
+def test_rows_are_single_runs_bit_for_bit(rows: list[dict[str, Any]]) -> None:
+    job = _job()
+    for k in (0, 7):
+        metrics = vars(sweep.repeat(job, k).metrics)
+        assert {name: rows[k][name] for name in metrics} == metrics
+        assert {name: rows[k][name] for name in VARY} == job.drawn(k)
+    assert len({row["seed"] for row in rows}) == len(rows)
+
+
+def test_rows_do_not_depend_on_order_threads_or_text(rows: list[dict[str, Any]]) -> None:
+    again = from_text(_job().text)
+    assert again.text == _job().text
+    assert sweep.drive(again, [7, 3], threads=1) == [rows[7], rows[3]]
+
+
+def test_success_is_to_finish_within_the_deviation_and_without_a_fault(
+    rows: list[dict[str, Any]],
+) -> None:
+    tight = sweep.run(_job(deviation=0.3))
+    for row, other in zip(rows, tight, strict=True):
+        sound = row["finished"] and row["faults"] == 0
+        assert row["success"] == (sound and row[ERROR] <= 0.5)
+        assert other["success"] == (sound and row[ERROR] <= 0.3)
+    lost = sweep.run(_job(2, settings=sim.Settings(time_limit=1.0)))
+    assert not any(row["finished"] or row["success"] for row in lost)
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_file_says_all_rows_and_the_sweep(
+    tmp_path: Path, rows: list[dict[str, Any]], kind: str
+) -> None:
+    if kind == "parquet":
+        pytest.importorskip("pyarrow")
+    out = tmp_path / f"sweep.{kind}"
+    assert sweep.run(_job(), out) == rows
+    job, found = files.read(out)
+    assert (job.text, found) == (_job().text, rows)
+    assert [file.name for file in tmp_path.iterdir()] == [out.name]
+    before = out.stat().st_mtime_ns
+    assert sweep.run(_job(), out) == rows
+    assert out.stat().st_mtime_ns == before
+
+
+def test_sweep_goes_on_after_a_torn_row(tmp_path: Path, rows: list[dict[str, Any]]) -> None:
+    out = tmp_path / "sweep.csv"
+    part = files.journal_of(out)
+    lines = [_job().text, *(json.dumps(rows[k]) for k in (4, 2)), json.dumps(rows[3])[:40]]
+    part.write_text("\n".join(lines))
+    driven: list[int] = []
+    asked = sweep.drive
+
+    def watched(job: Any, chunk: Any, *more: Any) -> Any:
+        driven.extend(chunk)
+        return asked(job, chunk, *more)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(workers, "drive", watched)
+        assert sweep.run(_job(), out) == rows
+    assert driven == [k for k in range(12) if k not in (4, 2)]
+
+
+def test_killed_sweep_goes_on_without_a_row_lost_or_twice(tmp_path: Path) -> None:
+    out = tmp_path / "sweep.csv"
+    program = (
+        "import sys, pathlib\n"
+        "from popsteer.lab import sweep\n"
+        "from popsteer.lab.sweep import workers\n"
+        "from popsteer.lab.sweep.job import from_text\n"
+        "workers._CORE_CHUNK = 2\n"
+        "sweep.run(from_text(pathlib.Path(sys.argv[1]).read_text()), pathlib.Path(sys.argv[2]))\n"
+    )
+    job = _job(400)
+    (tmp_path / "job").write_text(job.text)
+    part = files.journal_of(out)
+    process = subprocess.Popen([sys.executable, "-c", program, str(tmp_path / "job"), str(out)])
+    while not (part.exists() and part.read_bytes().count(b"\n") > 5):
+        assert process.poll() is None, "it ended before it was killed"
+        time.sleep(0.002)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    kept = part.read_bytes().count(b"\n") - 1
+    assert 0 < kept < 400
+    found = sweep.run(job, out)
+    assert [row["run"] for row in found] == list(range(400))
+    assert not part.exists()
+    assert found == files.read(out)[1] == sweep.run(job)
+
+
+def test_file_of_another_sweep_or_version_is_refused_and_kept(tmp_path: Path) -> None:
+    out = tmp_path / "sweep.csv"
+    sweep.run(_job(2), out)
+    before = out.read_bytes()
+    with pytest.raises(PopsteerError, match="holds another sweep, which differs in runs"):
+        sweep.run(_job(3), out)
+    part = files.journal_of(tmp_path / "other.csv")
+    part.write_text(_job(2).text.replace('"version":"', '"version":"9.') + "\n")
+    with pytest.raises(PopsteerError, match=r"other\.csv\.part: a sweep of popsteer 9\."):
+        sweep.run(_job(2), tmp_path / "other.csv")
+    (tmp_path / "no.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(PopsteerError, match=r"no\.csv: no sweep of popsteer"):
+        sweep.run(_job(2), tmp_path / "no.csv")
+    assert out.read_bytes() == before
+
+
+def test_journal_is_written_by_one_process_alone(tmp_path: Path) -> None:
+    job = _job(2)
+    part = tmp_path / "sweep.csv.part"
+    with (
+        files.Journal(part, job),
+        pytest.raises(PopsteerError, match="another process is writing it"),
+        files.Journal(part, job),
+    ):
+        pass
+
+
+def test_draw_out_of_range_is_refused_before_anything_is_driven(tmp_path: Path) -> None:
+    vary = {"steer_lag": distribution("steer_lag", "normal(0.1,0.2)")}
+    with pytest.raises(ConfigError, match=r"run \d+: steer_lag must be in"):
+        sweep.run(_job(50, vary=vary), tmp_path / "sweep.csv")
+
+
+def test_wilson_interval_is_the_published_one() -> None:
+    # R. Newcombe, 1998, Table I, method 3: without correction for continuity.
+    for good, runs, low, high in [
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+    ]:
+        rate = success_rate(good, runs)
+        assert (rate.low, rate.high) == pytest.approx((low, high), abs=5e-5)
+    assert math.isnan(success_rate(0, 0).share)
+
+
+def test_worst_runs_and_influence_point_at_the_cause(rows: list[dict[str, Any]]) -> None:
+    made = [
+        {**rows[k % 12], "run": k, "success": k < 30, "dead_time": k / 40, "steer_lag": (k % 7) / 7}
+        for k in range(40)
+    ]
+    told = influence(_job(), made)
+    assert next(iter(told)) == "dead_time"
+    assert told["dead_time"] == 1.0
+    ordered = worst(made, 3)
+    assert ordered[0][ERROR] == max(row[ERROR] for row in made)
+
+
+def test_processes_give_the_same_rows(rows: list[dict[str, Any]]) -> None:
+    told: list[float] = []
+    found = [
+        row for chunk in workers.on_processes(_job(), range(12), 2, told.append) for row in chunk
+    ]
+    assert sorted(found, key=lambda row: int(row["run"])) == rows
+    assert told[-1] == 12
+
+
+def test_killed_process_costs_its_time_alone(rows: list[dict[str, Any]]) -> None:
+    import multiprocessing
+
+    found: list[dict[str, Any]] = []
+    for chunk in workers.on_processes(_job(), range(12), 1, lambda _: None):
+        found += chunk
+        if len(found) == 1:
+            for child in multiprocessing.active_children():
+                os.kill(child.pid or 0, signal.SIGKILL)
+    assert sorted(found, key=lambda row: int(row["run"])) == rows
+
+
+def test_dask_gives_the_same_rows_with_a_worker_killed(rows: list[dict[str, Any]]) -> None:
+    pytest.importorskip("distributed")
+    from distributed import Client
+
+    found: list[dict[str, Any]] = []
+    killed = False
+    for chunk in workers.on_dask(_job(), range(12), "local:2", lambda _: None):
+        found += chunk
+        if not killed:
+            killed = True
+            client = Client.current()
+            assert client.cluster is not None
+            victim = next(iter(client.cluster.workers.values()))
+            os.kill(victim.process.process.pid, signal.SIGKILL)
+    assert sorted(found, key=lambda row: int(row["run"])) == rows
+
+
+def test_scheduler_that_does_not_answer_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(workers, "_DASK_TIMEOUT", 0.5)
+    with pytest.raises(PopsteerError, match=r"--dask tcp://127\.0\.0\.1:9: no scheduler answers"):
+        list(workers.on_dask(_job(), range(2), "tcp://127.0.0.1:9", lambda _: None))
+    with pytest.raises(ConfigError, match="local:N"):
+        list(workers.on_dask(_job(), range(2), "local:none", lambda _: None))
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_figure_has_two_panels_for_each_quantity(rows: list[dict[str, Any]], theme: str) -> None:
+    from popsteer.lab.sweep.figure import sweep_figure
+
+    mixed = [{**row, "success": row["run"] % 3 > 0, "finished": row["run"] > 0} for row in rows]
+    figure = sweep_figure(_job(), mixed, THEMES[theme])
+    panels = [panel for panel in figure.axes if panel.get_visible()]
+    assert len(panels) == 2 * len(VARY)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["succeeded", "failed", "did not finish", "allowed: 0.5 m"]
+
+
+def test_job_replaced_is_another(rows: list[dict[str, Any]]) -> None:
+    job = _job()
+    assert replace(job, seed=6).key != job.key
+    assert replace(job, seed=6).drawn(0) != job.drawn(0)
