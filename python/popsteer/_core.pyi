@@ -24,6 +24,7 @@ __all__ = [
     "CommandBatch",
     "CoupledLongitudinal",
     "CoupledLongitudinalParams",
+    "Episodes",
     "Estimate",
     "KinematicBicycle",
     "Lookahead",
@@ -72,6 +73,8 @@ __all__ = [
 
 _Floats: TypeAlias = NDArray[np.float64]
 _Point: TypeAlias = tuple[float, float]
+_Flags: TypeAlias = NDArray[np.bool_]
+_Looked: TypeAlias = tuple[NDArray[np.float32], _Floats, _Flags, _Flags, _Floats]
 _Numbers: TypeAlias = tuple[float, float, float, float]
 _Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool, tuple[float | None, float], _Numbers]
 _Monitor: TypeAlias = tuple[
@@ -2104,6 +2107,35 @@ class Noise:
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
+
+@final
+class Episodes:
+    def __new__(
+        cls,
+        count: int,
+        preview: Sequence[float],
+        weights: tuple[float, float, float, float, float],
+        *,
+        longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+        settings: Settings | None = None,
+    ) -> Self: ...
+    def __len__(self) -> int: ...
+    def begin(
+        self,
+        vehicle: int,
+        path: Path,
+        plant: _Plant | PythonPlant,
+        start: tuple[float, float, float],
+        speed: float,
+        /,
+    ) -> None: ...
+    def step(self, actions: NDArray[np.float64], rest: NDArray[np.bool_], /) -> _Looked: ...
+    def look(self) -> _Looked: ...
+    def ending(self, vehicle: int, /) -> str | None: ...
+    @staticmethod
+    def figures() -> dict[str, float]: ...
+    @staticmethod
+    def info_names() -> list[str]: ...
 
 @final
 class Simulation:

@@ -58,7 +58,11 @@ fn command(steer: f64) {
         for (place, digit) in line.iter_mut().zip((0..16).rev()) {
             let nibble = bits >> (4 * digit) & 15;
             let digit = nibble.to_le_bytes()[0];
-            *place = if digit < 10 { b'0' + digit } else { b'a' - 10 + digit };
+            *place = if digit < 10 {
+                b'0' + digit
+            } else {
+                b'a' - 10 + digit
+            };
         }
         semihost(4, line.as_ptr().addr()); // SYS_WRITE0
     }

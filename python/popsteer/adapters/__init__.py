@@ -1,5 +1,10 @@
-"""Where popsteer plugs in: other people's simulators and middleware, each in a module of its own.
+"""Where popsteer plugs in: adapters to the frameworks that its users drive with.
 
-An adapter converts, and calls the API; it has no control law of its own. Each needs an extra, which
-is imported where it is used: importing an adapter's module needs numpy alone.
+Each is a module of its own with an extra of its own, imported nowhere else. An adapter converts and
+calls the API; none has a control law, a unit or a sign of its own.
+
+`popsteer.adapters.carla`
+    A local planner for CARLA's agents, extra ``carla``.
+`popsteer.adapters.gymnasium`
+    Environments for reinforcement learning, extra ``gym``.
 """

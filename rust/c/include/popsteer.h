@@ -360,7 +360,7 @@ typedef struct popsteer_vehicle {
  */
 typedef struct popsteer_pop_params {
     /**
-     * Velocity constant [s]: lookahead = min_lookahead + lookahead_gain * speed. Default 0.2.
+     * Velocity constant [s]: `lookahead = min_lookahead + lookahead_gain * speed`. Default 0.2.
      */
     double lookahead_gain;
     /**
@@ -537,7 +537,7 @@ typedef struct popsteer_pid_params {
  */
 typedef struct popsteer_pure_pursuit_params {
     /**
-     * Velocity constant [s]: lookahead = max(min_lookahead, lookahead_gain * speed). Default 0.9.
+     * Velocity constant [s]: `lookahead = max(min_lookahead, lookahead_gain * speed)`. Default 0.9.
      */
     double lookahead_gain;
     /**

@@ -68,6 +68,9 @@ pub unsafe extern "C" fn popsteer_batch_size(batch: *const CBatch) -> usize {
     size
 }
 
+/// The vehicles of a batch, and what goes into a step of each.
+type Arrays<'a> = (&'a mut [Controller], &'a [CVehicleState], &'a [CReported]);
+
 /// A batch and the arrays that go into a step of it.
 ///
 /// # Safety
@@ -78,14 +81,7 @@ unsafe fn arrays<'a>(
     vehicles: *const CVehicleState,
     reported: *const CReported,
     out: *mut CCommand,
-) -> Result<
-    (
-        &'a mut Vec<Controller>,
-        &'a [CVehicleState],
-        &'a [CReported],
-    ),
-    Failure,
-> {
+) -> Result<Arrays<'a>, Failure> {
     // SAFETY: the caller vouches for the handle.
     let members = unsafe { handle::of_mut(batch, "batch")? };
     let count = members.len();

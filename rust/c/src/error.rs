@@ -138,7 +138,7 @@ pub(crate) struct Text<'a> {
     length: usize,
 }
 
-impl<'a> Text<'a> {
+impl Text<'_> {
     /// Room for `size` bytes at `buffer`, the last of them for the final NUL; none where that is
     /// NULL.
     ///

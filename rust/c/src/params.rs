@@ -16,7 +16,7 @@ use crate::fields::same_fields;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CPopParams {
-    /// Velocity constant [s]: lookahead = min_lookahead + lookahead_gain * speed. Default 0.2.
+    /// Velocity constant [s]: `lookahead = min_lookahead + lookahead_gain * speed`. Default 0.2.
     pub lookahead_gain: f64,
     /// Lookahead at rest [m]; NAN: two wheelbases.
     pub min_lookahead: f64,
@@ -136,7 +136,7 @@ same_fields!(CPidParams, PidParams, {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CPurePursuitParams {
-    /// Velocity constant [s]: lookahead = max(min_lookahead, lookahead_gain * speed). Default 0.9.
+    /// Velocity constant [s]: `lookahead = max(min_lookahead, lookahead_gain * speed)`. Default 0.9.
     pub lookahead_gain: f64,
     /// Least lookahead [m]; NAN: 10/3 wheelbases.
     pub min_lookahead: f64,

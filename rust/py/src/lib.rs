@@ -15,6 +15,7 @@ mod batch_inputs;
 mod choice;
 mod command;
 mod commands;
+mod episodes;
 mod errors;
 mod functions;
 mod lateral;
@@ -49,6 +50,8 @@ mod _core {
     use crate::command::PyCommand;
     #[pymodule_export]
     use crate::commands::PyCommandBatch;
+    #[pymodule_export]
+    use crate::episodes::PyEpisodes;
     #[pymodule_export]
     use crate::functions::{
         get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition, wrap,

@@ -1,12 +1,10 @@
 //! The one closed loop: a driver, the pedals and a simulation.
 
 use popsteer_core::lateral::TrackerState;
-use popsteer_core::longitudinal::SpeedPidState;
 use popsteer_core::{InputError, LateralLaw, PathView, Point, Status, Tracker, VehicleState};
 
-use crate::drive::Drive;
+use crate::drive::{Drive, Pedalling};
 use crate::noise::Perception;
-use crate::plant::Control;
 use crate::simulation::Simulation;
 
 /// What a driver answers to one measurement.
@@ -94,38 +92,15 @@ pub fn run(
     mut perception: Perception,
     mut go_on: impl FnMut(&Simulation) -> bool,
 ) -> Result<(), InputError> {
-    let mut drive_state = SpeedPidState::default();
+    let mut pedals = Pedalling::new(drive, simulation);
     let path = simulation.path().clone();
     let dt = simulation.settings().dt;
-    let mut backwards = simulation.reverse();
     while !simulation.is_over() {
         let vehicle = perception.of(simulation.vehicle());
         let Some(answer) = driver.answer(&path.view(), vehicle, dt, simulation.reverse())? else {
             break;
         };
-        let reference_speed = if drive.needs_reference_speed() {
-            simulation.stopping_speed()
-        } else {
-            None
-        };
-        if answer.reverse != backwards {
-            backwards = answer.reverse;
-            drive_state = SpeedPidState::default();
-        }
-        let gear = if backwards { -1.0 } else { 1.0 };
-        let pedals = drive.step(
-            &mut drive_state,
-            gear * vehicle.speed,
-            answer.steer,
-            reference_speed.map(f64::abs),
-            dt,
-        )?;
-        let control = Control {
-            steer: answer.steer,
-            throttle: pedals.throttle,
-            brake: pedals.brake,
-            reverse: backwards,
-        };
+        let control = pedals.control(simulation, vehicle.speed, answer.steer, answer.reverse)?;
         simulation.step(control, answer.target, answer.status)?;
         if !go_on(simulation) {
             break;

@@ -5,6 +5,9 @@ use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, Pedals, SpeedPid, SpeedPidState,
 };
 
+use crate::plant::Control;
+use crate::simulation::Simulation;
+
 /// Who works the pedals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
@@ -42,5 +45,58 @@ impl Drive {
     /// Whether the path has to carry reference speeds.
     pub fn needs_reference_speed(&self) -> bool {
         matches!(self, Self::Speed(_))
+    }
+}
+
+/// A longitudinal law on a run, with what it remembers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pedalling {
+    drive: Drive,
+    state: SpeedPidState,
+    backwards: bool,
+}
+
+impl Pedalling {
+    /// At the start of a run.
+    pub(crate) fn new(drive: &Drive, simulation: &Simulation) -> Self {
+        Self {
+            drive: *drive,
+            state: SpeedPidState::default(),
+            backwards: simulation.reverse(),
+        }
+    }
+
+    /// What `simulation` is commanded at the measured `speed` [m/s] with the angle `steer` [rad],
+    /// in reverse gear or not.
+    pub(crate) fn control(
+        &mut self,
+        simulation: &Simulation,
+        speed: f64,
+        steer: f64,
+        reverse: bool,
+    ) -> Result<Control, InputError> {
+        let reference_speed = if self.drive.needs_reference_speed() {
+            simulation.stopping_speed()
+        } else {
+            None
+        };
+        if reverse != self.backwards {
+            self.backwards = reverse;
+            self.state = SpeedPidState::default();
+        }
+        let gear = if reverse { -1.0 } else { 1.0 };
+        let pedals = self.drive.step(
+            &mut self.state,
+            gear * speed,
+            steer,
+            reference_speed.map(f64::abs),
+            simulation.settings().dt,
+        )?;
+        Ok(Control {
+            steer,
+            throttle: pedals.throttle,
+            brake: pedals.brake,
+            reverse,
+        })
     }
 }

@@ -1,0 +1,258 @@
+"""What an environment is about: path, plant, start, pedals and reward, with what is drawn anew."""
+
+from __future__ import annotations
+
+import copy
+import math
+from bisect import bisect_right
+from dataclasses import astuple, dataclass
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
+
+from popsteer import Path, PathError, SpeedPid, SpeedPidParams, Vehicle, tracks
+from popsteer._core import CarlaIdentified, Episodes, KinematicBicycle, Settings
+from popsteer.errors import ConfigError, in_range
+from popsteer.sim import plant_name, plant_names
+from popsteer.sim.closed_loop import at_constant_speed
+from popsteer.sim.geometry import made, pose_of, vehicle_of
+from popsteer.tracks import Track
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from popsteer import CoupledLongitudinal
+    from popsteer.sim import Plant, Pose
+
+__all__ = ["Actions", "Begin", "RewardWeights", "Task"]
+
+Actions: TypeAlias = Literal["steer", "steer-and-pedals"]
+"""What the agent does: steer alone, at the path's speeds, or work the pedals as well."""
+
+_CORE = {"carla-identified": CarlaIdentified, "kinematic-bicycle": KinematicBicycle}
+# Without overshoot also behind a throttle that lags, as `popsteer.sim` keeps a constant speed.
+_KEEPING = SpeedPidParams(kp=1.0, ki=0.5)
+# Share of an open path on which a random start may lie: the rest is left to be driven.
+_START_SHARE = 0.9
+
+
+@dataclass(frozen=True)
+class RewardWeights:
+    """Weights of the reward of a control step.
+
+    ::
+
+        reward = progress Δs - dt (cross_track_error e² + heading_error ψ² + steer_rate r²)
+
+    less `off_path` at the step that leaves the path, or at which the plant comes to a limit of its
+    model. Δs is the distance gained along the path [m], e [m] and ψ [rad] are cross-track and
+    heading error of the rear axle after the step, r is the change of the commanded angle over dt
+    [rad/s].
+
+    Examples
+    --------
+    >>> RewardWeights(progress=0.0).off_path
+    10.0
+    """
+
+    progress: float = 0.1
+    """Of the distance gained along the path [1/m]."""
+    cross_track_error: float = 1.0
+    """Of the squared cross-track error [1/(m² s)]."""
+    heading_error: float = 1.0
+    """Of the squared heading error [1/(rad² s)]."""
+    steer_rate: float = 0.1
+    """Of the squared rate of the command [s/rad²]."""
+    off_path: float = 10.0
+    """What leaving the path costs, once."""
+
+
+class Begin(NamedTuple):
+    """How an episode begins."""
+
+    plant: Any
+    """What moves."""
+    start: Pose
+    """Pose of the vehicle's point [m, m, rad]."""
+    speed: float
+    """Speed [m/s], negative where the path is driven backwards."""
+
+
+class Task:
+    """What the single environment and the batch share; `TrackEnv` lists the options."""
+
+    def __init__(  # noqa: PLR0913 - the options of the environment
+        self,
+        track: str | Track | Path,
+        plant: Plant,
+        *,
+        actions: Actions,
+        constant_speed: float | None,
+        longitudinal: SpeedPid | CoupledLongitudinal | None,
+        vehicle_ranges: Mapping[str, tuple[float, float]] | None,
+        random_start: bool,
+        start_offset: tuple[float, float],
+        start_yaw: tuple[float, float],
+        start_speed: float | None,
+        preview: Sequence[float],
+        reward: RewardWeights | Mapping[str, float] | None,
+        off_path_distance: float,
+        time_limit: float,
+        dt: float,
+        substeps: int,
+    ) -> None:
+        path = _path_of(track)
+        self.actions = _checked_actions(actions)
+        keeping: SpeedPid | CoupledLongitudinal = SpeedPid(_KEEPING)
+        if constant_speed is not None:
+            path, keeping = at_constant_speed(path, constant_speed)
+        if longitudinal is not None:
+            keeping = longitudinal
+        if actions == "steer" and path.speed is None and isinstance(keeping, SpeedPid):
+            raise PathError("the path has no reference speeds: give it some, or a constant_speed")
+        self.path = path
+        # An episode begins in a few microseconds; attributes of the path are arrays, made anew.
+        self._waypoints = (path.x.tolist(), path.y.tolist(), path.s.tolist())
+        self._speeds = None if path.speed is None else path.speed.tolist()
+        self._reverse = None if path.reverse is None else path.reverse.tolist()
+        self._drawn_from = path.length if path.closed else _START_SHARE * path.length
+        self.longitudinal = keeping if actions == "steer" else None
+        self.name = plant_name(plant)  # refuses what is no plant
+        # A name of the core's is looked up once, not at each episode.
+        self.plant = _CORE[plant]() if isinstance(plant, str) and plant in _CORE else plant
+        self.ranges = self._checked_ranges(vehicle_ranges)
+        self.random_start = bool(random_start)
+        self.start_offset = _range("start_offset", start_offset, 1e3)
+        self.start_yaw = _range("start_yaw", start_yaw, math.pi)
+        if start_speed is not None and not 0.0 <= start_speed <= 100.0:
+            raise ConfigError("start_speed", start_speed, in_range(0.0, 100.0))
+        self.start_speed = start_speed
+        self.preview = [float(distance) for distance in preview]
+        for distance in self.preview:
+            if not 0.0 <= distance <= 1e3:
+                raise ConfigError("preview", distance, in_range(0.0, 1e3))
+        self.reward = _reward_of(reward)
+        self.settings = Settings(
+            dt=dt,
+            substeps=substeps,
+            give_up_distance=off_path_distance,
+            time_limit=time_limit,
+            keep_records=False,
+        )
+        # What is refused of plant and start is refused here.
+        self.begin_in(self.episodes(1), 0, np.random.default_rng(0), self.own_plant())
+
+    def _checked_ranges(
+        self, ranges: Mapping[str, tuple[float, float]] | None
+    ) -> dict[str, tuple[float, float]]:
+        if not ranges:
+            return {}
+        if self.name not in plant_names():
+            raise ConfigError("vehicle_ranges", dict(ranges), f"None, as {self.name} is one car")
+        car = vehicle_of(self.plant)
+        checked = {}
+        for field, ends in ranges.items():
+            if field not in car.as_dict():
+                raise ConfigError.unknown("field of vehicle_ranges", field, car.as_dict())
+            try:
+                low, high = (float(end) for end in ends)
+            except (TypeError, ValueError) as error:
+                raise ConfigError(f"vehicle_ranges[{field!r}]", ends, "(lowest, highest)") from error
+            if not low <= high:
+                raise ConfigError(f"vehicle_ranges[{field!r}]", (low, high), "(lowest, highest)")
+            car.replace(**{field: low})  # refuses, by name, what is out of the field's range
+            car.replace(**{field: high})
+            checked[field] = (low, high)
+        return checked
+
+    def own_plant(self) -> Any:  # noqa: ANN401 - any plant
+        """Give a plant that no other vehicle shares: one in Python holds its own state."""
+        if self.name in plant_names():
+            return self.plant
+        return made(self.plant) if isinstance(self.plant, str) else copy.deepcopy(self.plant)
+
+    def episodes(self, count: int) -> Episodes:
+        """Give room for so many vehicles."""
+        return Episodes(
+            count,
+            self.preview,
+            astuple(self.reward),  # type: ignore[arg-type] # five floats
+            longitudinal=self.longitudinal,
+            settings=self.settings,
+        )
+
+    def begin_in(
+        self,
+        episodes: Episodes,
+        vehicle: int,
+        rng: np.random.Generator,
+        plant: Any,  # noqa: ANN401
+    ) -> Vehicle:
+        """Begin an episode with one of many vehicles; give what it is."""
+        begin = self.begin(rng, plant)
+        episodes.begin(vehicle, self.path, *begin)
+        return vehicle_of(begin.plant)
+
+    def begin(self, rng: np.random.Generator, plant: Any) -> Begin:  # noqa: ANN401
+        """Draw how an episode begins."""
+        car = vehicle_of(plant)
+        if self.ranges:
+            drawn = {field: rng.uniform(*ends) for field, ends in self.ranges.items()}
+            car = car.replace(**drawn)
+            plant = _with_vehicle(plant, car)
+        arc = rng.uniform(0.0, self._drawn_from) if self.random_start else 0.0
+        offset, turn = rng.uniform(*self.start_offset), rng.uniform(*self.start_yaw)
+        xs, ys, arcs = self._waypoints
+        segment = bisect_right(arcs, arc) - 1
+        following = (segment + 1) % len(arcs)
+        x, y = xs[segment], ys[segment]
+        yaw = math.atan2(ys[following] - y, xs[following] - x)
+        along = arc - arcs[segment]
+        x += along * math.cos(yaw) - offset * math.sin(yaw)
+        y += along * math.sin(yaw) + offset * math.cos(yaw)
+        speed = self.start_speed
+        if speed is None:
+            speed = 0.0 if self._speeds is None else abs(self._speeds[segment])
+        backwards = self._reverse is not None and self._reverse[segment]
+        if backwards:
+            yaw, speed = yaw + math.pi, -speed
+        pose = (x, y, math.remainder(yaw + turn, math.tau))
+        return Begin(plant, pose_of(pose, "rear", car), speed)
+
+
+def _path_of(track: str | Track | Path) -> Path:
+    if isinstance(track, Path):
+        return track
+    if isinstance(track, str):
+        track = tracks.get(track)
+    if not isinstance(track, Track):
+        raise TypeError(f"track must be a name, a Track or a Path, got {type(track).__name__}")
+    return Path(track.xy, speed=track.speed, closed=track.closed)
+
+
+def _checked_actions(actions: Actions) -> Actions:
+    if actions not in get_args(Actions):
+        raise ConfigError.unknown("actions", actions, get_args(Actions))
+    return actions
+
+
+def _with_vehicle(plant: Any, car: Vehicle) -> Any:  # noqa: ANN401
+    """Give a plant of the core that is another car."""
+    return plant.replace(vehicle=car)
+
+
+def _reward_of(reward: RewardWeights | Mapping[str, float] | None) -> RewardWeights:
+    if reward is None or isinstance(reward, RewardWeights):
+        return reward or RewardWeights()
+    known = RewardWeights.__dataclass_fields__
+    for name in reward:
+        if name not in known:
+            raise ConfigError.unknown("weight of the reward", name, known)
+    return RewardWeights(**reward)
+
+
+def _range(name: str, ends: tuple[float, float], bound: float) -> tuple[float, float]:
+    low, high = (float(end) for end in ends)
+    if not -bound <= low <= high <= bound:
+        raise ConfigError(name, (low, high), f"(lowest, highest) {in_range(-bound, bound)}")
+    return low, high
