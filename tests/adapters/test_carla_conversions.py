@@ -24,6 +24,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from popsteer.adapters.carla.conversions import axles_of, curve_of
+from popsteer.adapters.carla.route import Route, option_between
 
 FRONT = ((1.5, -0.8), (1.5, 0.8))
 REAR = ((-1.4, -0.8), (-1.4, 0.8))
@@ -170,8 +171,6 @@ def test_actor_that_says_nothing_of_its_wheels_is_refused() -> None:
 
 
 def test_branches_are_named_by_where_they_turn() -> None:
-    from popsteer.adapters.carla.route import option_between
-
     class Looking:
         def __init__(self, yaw: float) -> None:
             self.transform = carla.Transform(carla.Location(), carla.Rotation(yaw=yaw))
@@ -183,6 +182,38 @@ def test_branches_are_named_by_where_they_turn() -> None:
         (170.0, -100.0, adapter.RoadOption.RIGHT),
     ):
         assert option_between(Looking(before), Looking(after)) == wanted
+
+
+class Forking:
+    """A lane that goes straight on for 10 m, and forks to the left and the right there."""
+
+    def __init__(self, x: float, y: float, yaw: float) -> None:
+        self.transform = carla.Transform(carla.Location(x, y, 0.0), carla.Rotation(yaw=yaw))
+
+    def next(self, distance: float) -> list[Forking]:
+        x, y = self.transform.location.x, self.transform.location.y
+        yaw = self.transform.rotation.yaw
+        if yaw == 0.0 and x < 10.0:
+            return [Forking(x + distance, y, 0.0)]
+        if yaw == 0.0:
+            return [Forking(x, y - distance, -90.0), Forking(x, y + distance, 90.0)]
+        return [Forking(x, y + math.copysign(distance, yaw), yaw)] if abs(y) < 10.0 else []
+
+
+def test_lane_that_forks_is_followed_along_either_branch() -> None:
+    branches = set()
+    for _ in range(50):
+        found = Route(Forking(0.0, 0.0, 0.0))
+        found.grow(100, 2.0)
+        options = [option for _, option in found.ahead]
+        (turn,) = [option for option in options if option != adapter.RoadOption.LANEFOLLOW]
+        path = found.path()
+        assert path is not None
+        assert options.index(turn) == 6
+        # CARLA's y points right, popsteer's left.
+        assert (path.y[-1] > 0.0) == (turn == adapter.RoadOption.LEFT)
+        branches.add(turn)
+    assert branches == {adapter.RoadOption.LEFT, adapter.RoadOption.RIGHT}
 
 
 def test_example_without_a_simulator_ends_with_one_line_and_status_2() -> None:
