@@ -27,8 +27,7 @@ except ModuleNotFoundError as error:
     if error.name != "gymnasium":
         raise
     raise ModuleNotFoundError(
-        'popsteer.adapters.gymnasium needs Gymnasium, the extra "gym": '
-        'pip install "popsteer[gym]"',
+        'popsteer.adapters.gymnasium needs Gymnasium, the extra "gym": pip install "popsteer[gym]"',
         name="gymnasium",
     ) from error
 

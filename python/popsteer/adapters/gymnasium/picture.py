@@ -52,7 +52,9 @@ class Picture:
         image = np.empty((_SIZE, _SIZE, 3), dtype=np.uint8)
         image[:] = _GROUND
         near = self._line[np.abs(self._line - centre).max(axis=1) < _SIZE / zoom]
-        _dots(image, (near - centre) * zoom, _LANE_WIDTH / 3.0 * vehicle.wheelbase * zoom / 2, _LANE)
+        _dots(
+            image, (near - centre) * zoom, _LANE_WIDTH / 3.0 * vehicle.wheelbase * zoom / 2, _LANE
+        )
         _dots(image, (near - centre) * zoom, 1.0, _LINE)
         _dots(image, (np.array(self._driven) - centre) * zoom, 1.5, _DRIVEN)
         seen = observation[_FIGURES:].reshape(-1, 2).astype(np.float64)

@@ -157,7 +157,9 @@ class Task:
             try:
                 low, high = (float(end) for end in ends)
             except (TypeError, ValueError) as error:
-                raise ConfigError(f"vehicle_ranges[{field!r}]", ends, "(lowest, highest)") from error
+                raise ConfigError(
+                    f"vehicle_ranges[{field!r}]", ends, "(lowest, highest)"
+                ) from error
             if not low <= high:
                 raise ConfigError(f"vehicle_ranges[{field!r}]", (low, high), "(lowest, highest)")
             car.replace(**{field: low})  # refuses, by name, what is out of the field's range
