@@ -261,6 +261,19 @@ def test_wild_action_in_a_batch_is_named_with_its_vehicle_and_nothing_moves() ->
         np.testing.assert_array_equal(many.step(actions)[0], twin.step(actions)[0])
 
 
+def test_wild_action_where_others_begin_anew_leaves_what_they_draw() -> None:
+    many, twin = (TrackVectorEnv(2, time_limit=0.1) for _ in range(2))
+    for envs in (many, twin):
+        envs.reset(seed=1)
+        envs.step(np.zeros((2, 1)))
+        envs.reset(options={"reset_mask": np.array([True, False])})
+        _, _, _, truncated, _ = envs.step(np.zeros((2, 1)))
+        assert truncated.tolist() == [False, True]
+    with pytest.raises(InputError, match=r"action\[0\]"):
+        many.step([[np.nan], [0.0]])
+    np.testing.assert_array_equal(many.step([[0.0], [np.nan]])[0], twin.step([[0.0], [0.0]])[0])
+
+
 def test_only_masked_vehicles_begin_anew_where_nothing_does_so_by_itself() -> None:
     many = TrackVectorEnv(3, autoreset_mode="Disabled", time_limit=0.1)
     many.reset(seed=1)
