@@ -32,8 +32,8 @@ LANE_WIDTH = 5.0  # m
 CAR_LENGTH, CAR_WIDTH = 5.0, 2.0  # m
 STEERING_RANGE = math.pi / 4  # rad at an action of 1
 
-# What the environment's vehicle is: its pose is that of the centre, its wheels turn at once. x, y and
-# yaw are used as they are: the picture alone has y downwards, so that left looks like right on it.
+# What the environment's vehicle is: its pose is that of the centre, its wheels turn at once. x, y
+# and yaw are used as they are: the picture alone has y downwards; left looks like right on it.
 CAR = popsteer.Vehicle(
     wheelbase=CAR_LENGTH,
     rear_axle=-CAR_LENGTH / 2,
@@ -81,7 +81,8 @@ def drive(name: str, laps: float, seed: int) -> dict[str, Any]:
     driven, over = 0.0, False
     seen: list[tuple[float, float, float]] = []
     while driven < laps * path.length and not over:
-        command = controller.step(*car.position.tolist(), car.heading, car.speed, dt)
+        x, y = car.position.tolist()
+        command = controller.step(x, y, car.heading, car.speed, dt)
         before = car.position.copy()
         action = np.array([command.steer / STEERING_RANGE], dtype=np.float32)
         *_, terminated, truncated, _ = env.step(action)
@@ -132,7 +133,8 @@ def main() -> int:
     errors = [path.project(x, y).cross_track_error for x, y, _ in seen]
     kept = not result["over"] and seen[:, 2].min() > 0.0
     print(
-        f"{options.controller}: {result['laps']:.1f} laps of {path.length:.0f} m in {len(seen)} steps;"
+        f"{options.controller}: {result['laps']:.1f} laps of {path.length:.0f} m,"
+        f" {len(seen)} steps;"
         f" the centre was {np.max(np.abs(errors)):.2f} m from the middle of the lane at most,"
         f" {np.mean(np.abs(errors)):.2f} m on average;"
         f" the outermost corner was {abs(seen[:, 2].min()):.2f} m"

@@ -160,7 +160,9 @@ def test_observation_has_the_path_ahead_in_the_frame_of_the_rear_axle() -> None:
     assert named == pytest.approx(
         {
             **expected,
-            **{"wheel": 0.0, "previous_steer": 0.0, "reference_speed": 6.0},
+            "wheel": 0.0,
+            "previous_steer": 0.0,
+            "reference_speed": 6.0,
             "preview_x[0]": 10.0 * np.cos(0.2) - 0.5 * np.sin(0.2),
             "preview_y[0]": -10.0 * np.sin(0.2) - 0.5 * np.cos(0.2),
         },
@@ -204,7 +206,9 @@ def test_episode_draws_its_vehicle_anew_and_a_seed_repeats_it() -> None:
         env.reset(seed=seed)
         cars.append(env.vehicle)
     assert cars[0] == cars[2] != cars[1]
-    assert all(0.0 <= car.dead_time <= 0.2 and 0.3 <= car.max_steer_rate <= 0.6 for car in cars)
+    assert all(
+        0.0 <= car.dead_time <= 0.2 and 0.3 <= (car.max_steer_rate or 0.0) <= 0.6 for car in cars
+    )
 
 
 def test_plant_at_its_limit_ends_the_episode_and_says_which() -> None:
@@ -257,6 +261,19 @@ def test_wild_action_in_a_batch_is_named_with_its_vehicle_and_nothing_moves() ->
         np.testing.assert_array_equal(many.step(actions)[0], twin.step(actions)[0])
 
 
+def test_wild_action_where_others_begin_anew_leaves_what_they_draw() -> None:
+    many, twin = (TrackVectorEnv(2, time_limit=0.1) for _ in range(2))
+    for envs in (many, twin):
+        envs.reset(seed=1)
+        envs.step(np.zeros((2, 1)))
+        envs.reset(options={"reset_mask": np.array([True, False])})
+        _, _, _, truncated, _ = envs.step(np.zeros((2, 1)))
+        assert truncated.tolist() == [False, True]
+    with pytest.raises(InputError, match=r"action\[0\]"):
+        many.step([[np.nan], [0.0]])
+    np.testing.assert_array_equal(many.step([[0.0], [np.nan]])[0], twin.step([[0.0], [0.0]])[0])
+
+
 def test_only_masked_vehicles_begin_anew_where_nothing_does_so_by_itself() -> None:
     many = TrackVectorEnv(3, autoreset_mode="Disabled", time_limit=0.1)
     many.reset(seed=1)
@@ -305,7 +322,7 @@ def test_option_that_is_wrong_is_named(options: dict[str, Any], error: Any, name
 
 def test_path_driven_backwards_is_tracked_in_its_gear() -> None:
     x = np.concatenate([np.arange(0.0, 21.0), np.arange(19.0, -1.0, -1.0)])
-    back = np.arange(len(x) - 1) >= 20
+    back = np.arange(len(x)) >= 20
     path = popsteer.Path(
         np.column_stack((x, np.zeros_like(x))),
         speed=np.full(len(x), 2.0),
@@ -314,7 +331,7 @@ def test_path_driven_backwards_is_tracked_in_its_gear() -> None:
     env = TrackEnv(path, start_offset=(0.0, 0.0), start_yaw=(0.0, 0.0))
     _, info = env.reset(seed=0)
     slowest, over = 0.0, False
-    while not over:
+    while not over:  # the time limit ends it at the latest
         *_, terminated, truncated, info = env.step([0.0])
         slowest, over = min(slowest, info["speed"]), terminated or truncated
     assert info["ending"] == "finished"
@@ -326,7 +343,8 @@ def test_picture_shows_the_vehicle_on_its_path() -> None:
     env.reset(seed=0)
     first = env.render()
     assert first is not None
-    assert (first.shape, first.dtype) == ((400, 400, 3), np.uint8)
+    assert first.shape == (400, 400, 3)
+    assert first.dtype == np.uint8
     assert len(np.unique(first.reshape(-1, 3), axis=0)) >= 6
     middle = first[190:210, 190:210].reshape(-1, 3)
     assert (middle == (40, 96, 168)).all(axis=1).mean() > 0.5

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -97,13 +97,13 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
     *Observation*, Box of float32 in SI units, clipped to its bounds; `observation_names` has the
     names in order:
 
-    - ``cross_track_error`` [m] and ``heading_error`` [rad] of the rear axle, as a `Command` has them;
+    - ``cross_track_error`` [m] and ``heading_error`` [rad] of the rear axle, as in a `Command`;
     - ``speed`` [m/s], ``yaw_rate`` [rad/s], ``wheel``, the angle of the front wheels [rad];
     - ``previous_steer`` [rad], the last angle commanded (what a dead time holds back is not seen);
     - ``reference_speed`` [m/s] of the path there, 0 where it has none;
     - for each distance of `preview` a point of the path, that far ahead of the rear axle's
-      projection, in the frame of the rear axle: x forward, y left [m]. An open path goes on straight
-      beyond its end, a closed one goes round.
+      projection, in the frame of the rear axle: x forward, y left [m]. An open path goes on
+      straight beyond its end, a closed one goes round.
 
     *Reward*: see `RewardWeights`.
 
@@ -135,7 +135,10 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
     ('finished', True)
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 20}
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
+        "render_modes": ["rgb_array"],
+        "render_fps": 20,
+    }
 
     def __init__(  # noqa: PLR0913 - each is one thing that may differ
         self,
@@ -214,7 +217,10 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         return observation_names(self._task)
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+        self,
+        *,
+        seed: int | None = None,
+        options: dict[str, Any] | None = None,  # noqa: ARG002 - Gymnasium's signature
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begin an episode: draw the start, and the vehicle where it is to be drawn.
 
@@ -259,14 +265,14 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
             A number of the action is not finite, or there are more or fewer than asked for;
             nothing moves then.
         """
-        actions = actions_of(action, (1, *self.action_space.shape), "action")
+        actions = actions_of(action, (1, *(self.action_space.shape or ())), "action")
         observations, rewards, ended, truncated, info = self._episodes.step(actions, self._rest)
         named = self._named(info)
         if ended[0] or truncated[0]:
             named["ending"] = self._episodes.ending(0)
         return observations[0], float(rewards[0]), bool(ended[0]), bool(truncated[0]), named
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Draw the vehicle from above, with the path and where it has driven.
 
         Returns

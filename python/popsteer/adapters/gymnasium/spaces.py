@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -11,6 +11,7 @@ from popsteer._core import Episodes
 from popsteer.errors import InputError
 
 if TYPE_CHECKING:
+    from gymnasium.spaces import Space
     from numpy.typing import ArrayLike, NDArray
 
     from popsteer.adapters.gymnasium.task import Task
@@ -28,18 +29,18 @@ def observation_names(task: Task) -> list[str]:
     return heads + [f"preview_{axis}[{k}]" for k in points for axis in "xy"]
 
 
-def observation_space(task: Task) -> Box:
+def observation_space(task: Task) -> Space[NDArray[np.float32]]:
     """Give the space of observations."""
     bounds = dict(Episodes.figures())
     preview = bounds.pop("preview")
     high = np.array([*bounds.values(), *[preview] * (2 * len(task.preview))], dtype=np.float32)
-    return Box(-high, high, dtype=np.float32)
+    return cast("Space[NDArray[np.float32]]", Box(-high, high, dtype=np.float32))
 
 
-def action_space(task: Task) -> Box:
+def action_space(task: Task) -> Space[NDArray[np.float32]]:
     """Give the space of actions."""
     count = 1 if task.actions == "steer" else 2
-    return Box(-1.0, 1.0, shape=(count,), dtype=np.float32)
+    return cast("Space[NDArray[np.float32]]", Box(-1.0, 1.0, (count,), np.float32))
 
 
 def actions_of(actions: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:

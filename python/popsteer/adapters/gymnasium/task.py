@@ -178,7 +178,7 @@ class Task:
         return Episodes(
             count,
             self.preview,
-            astuple(self.reward),  # type: ignore[arg-type] # five floats
+            astuple(self.reward),
             longitudinal=self.longitudinal,
             settings=self.settings,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -38,7 +38,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
     autoreset_mode : AutoresetMode or str, default AutoresetMode.NEXT_STEP
         When an episode that is over is followed by the next: at the next step, whose action does
         not count then; at the same one, with the last observation in ``infos["final_obs"]`` and
-        the rest in ``infos["final_info"]``; or never, but by ``reset(options={"reset_mask": mask})``.
+        the rest in ``infos["final_info"]``; or never, but by a reset with a "reset_mask".
     max_episode_steps : int, optional
         The same as a `time_limit` of so many control periods.
     **options
@@ -63,7 +63,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
     3
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
         "render_modes": ["rgb_array"],
         "render_fps": 20,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
@@ -115,7 +115,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         """Control period [s]."""
         return self._task.settings.dt
 
-    def reset(  # type: ignore[override] # a sequence of seeds too, as gymnasium's own take
+    def reset(
         self,
         *,
         seed: int | Sequence[int | None] | None = None,
@@ -195,7 +195,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
                 observations, infos = self._begin_ended(observations, infos, over)
         return observations, rewards, ended, truncated, infos
 
-    def render(self) -> tuple[NDArray[np.uint8], ...] | None:  # type: ignore[override]
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Draw every vehicle as `TrackEnv.render` does.
 
         Returns
