@@ -39,11 +39,9 @@ def _pops(count: int) -> list[popsteer.Pop]:
 @pytest.mark.parametrize("name", controllers.names())
 @pytest.mark.parametrize("longitudinal", [None, popsteer.SpeedPid()], ids=["coupled", "speed"])
 def test_many_runs_without_noise_are_single_runs_bit_for_bit(name: str, longitudinal: Any) -> None:
-    controllers = [
-        controllers.get(name).controller(track(each)) for each in ("slalom", "figure-eight")
-    ]
+    drivers = [controllers.get(name).controller(track(each)) for each in ("slalom", "figure-eight")]
     settings = sim.Settings(time_limit=30.0, substeps=4)
-    pairs = [(law, plant) for law in controllers for plant in PLANTS]
+    pairs = [(law, plant) for law in drivers for plant in PLANTS]
     singles = [
         sim.run(law, plant, longitudinal=longitudinal, settings=settings).metrics
         for law, plant in pairs
@@ -58,6 +56,16 @@ def test_many_runs_without_noise_are_single_runs_bit_for_bit(name: str, longitud
     for figure, column in many.items():
         wanted = np.array([getattr(single, figure) for single in singles], dtype=column.dtype)
         assert column.tobytes() == wanted.tobytes(), figure
+
+
+def test_many_runs_with_seeds_of_their_own_are_single_runs_bit_for_bit() -> None:
+    noises = [NOISE, sim.Noise(yaw=0.01), sim.Noise()]
+    many = sim.run_many(_pops(3), noise=noises, seed=[5, 6, 7])
+    for k, noise in enumerate(noises):
+        single = sim.run(_pops(1)[0], noise=noise, seed=5 + k).metrics
+        assert all(many[name][k] == figure for name, figure in vars(single).items())
+    with pytest.raises(ConfigError, match="noise, seed must be single or of one length"):
+        sim.run_many(_pops(1)[0], noise=noises, seed=[5, 6])
 
 
 def test_many_runs_from_starts_and_speeds_are_those_of_simulations() -> None:
