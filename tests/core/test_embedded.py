@@ -60,7 +60,7 @@ def drive(law: type[popsteer.Pop | popsteer.PreviewPop]) -> list[float]:
     angles = []
     for _ in range(100):
         angles.append(controller.steer(*vehicle, 0.05))
-        vehicle = popsteer.kinematic_bicycle(*vehicle, angles[-1], 0.0, 2.7, 0.05)
+        vehicle = popsteer.paper.kinematic_bicycle(*vehicle, angles[-1], 0.0, 2.7, 0.05)
     return angles
 
 

@@ -21,6 +21,10 @@ ALONE = {
         "read and write a file with popsteer.vehicle_file",
     ),
     **dict.fromkeys(
+        [f"{law.name}Params.{what}" for law in LATERAL for what in ("load", "save")],
+        "read and write a file with popsteer.params_file",
+    ),
+    **dict.fromkeys(
         [
             *("Batch", "CommandBatch", "Batch.reset", "Batch.states", "Batch.steer", "Batch.step"),
             "Batch.set_path",

@@ -171,7 +171,7 @@ def test_path_moved_locates_the_same(shape: Shape, motion: Motion, spot: Spot) -
     adapt=ADAPTS,
     exact=st.booleans(),
 )
-def test_law_in_a_moved_world_steers_the_same(
+def test_law_in_a_moved_world_steers_the_same(  # noqa: C901 - a way out for each kind of tie
     *,
     law: Law,
     shape: Shape,
@@ -224,12 +224,22 @@ def test_law_in_a_moved_world_steers_the_same(
         if math.dist(targets[1], motion.point(*targets[0])) > SLACK:
             _check_that_targets_tie(law, ours, shown[0], answers[0])
             return
+        if _is_on_the_axis(shown[0], targets[0]):
+            return
         _check_aim(law, shown, moved_shown)
     elif not _tells_left_from_right(law, shape, abs(errors[0][1])):
         return
     gain = 1.0 if law is BANG_BANG or law.searches else 10.0
     assert abs(answers[1].steer - answers[0].steer) <= gain * ANGLE_SLACK
     _check_status(path, car, shown, answers)
+
+
+def _is_on_the_axis(shown: Any, target: tuple[float, float]) -> bool:
+    """Whether rounding decides on which side of the vehicle a point behind it lies."""
+    (x, y), yaw = shown.position, shown.vehicle.yaw
+    along = (target[0] - x) * math.cos(yaw) + (target[1] - y) * math.sin(yaw)
+    aside = (target[1] - y) * math.cos(yaw) - (target[0] - x) * math.sin(yaw)
+    return along <= 0.0 and abs(aside) <= SLACK
 
 
 def _same_start_of(

@@ -64,7 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         status = 1  # whoever read the output has seen enough: `popsteer tracks | head` is no error
     except OSError as error:
         where = error.filename
-        if where is None and _drop_what_fails(sys.stdout):
+        # What failed in a long write is gone from the buffer: one more character tells.
+        if where is None and (_drop_what_fails(sys.stdout) or _is_full(sys.stdout)):
             where = "standard output"
         status = _refuse(f"{f'{where}: ' if where else ''}{error.strerror or error}")
     except KeyboardInterrupt:
@@ -121,6 +122,12 @@ def _refuse(message: str) -> int:
         print(f"popsteer: {' '.join(message.split())}", file=sys.stderr)
     _drop_what_fails(sys.stderr)
     return REFUSED
+
+
+def _is_full(stream: TextIO) -> bool:
+    """Whether nothing more can be written; asked where a write has failed already."""
+    stream.write("\n")
+    return _drop_what_fails(stream)
 
 
 def _drop_what_fails(stream: TextIO) -> bool:

@@ -38,7 +38,7 @@ Examples:
   popsteer sweep --runs 10000 --out sweep.parquet
   popsteer sweep --vary "steer_lag=uniform(0.05,0.2)" --vary "dead_time=uniform(0,0.2)"
   popsteer sweep --plant mujoco-car --vary "friction=uniform(0.3,1)" --runs 200 --constant-speed 8
-  popsteer sweep --runs 100000 --out sweep.parquet --dask tcp://10.0.0.5:8786
+  popsteer sweep --runs 100000 --out sweep.parquet --dask tcp://scheduler:8786
 """
 
 
