@@ -239,7 +239,7 @@ def _is_on_the_axis(shown: Any, target: tuple[float, float]) -> bool:
     (x, y), yaw = shown.position, shown.vehicle.yaw
     along = (target[0] - x) * math.cos(yaw) + (target[1] - y) * math.sin(yaw)
     aside = (target[1] - y) * math.cos(yaw) - (target[0] - x) * math.sin(yaw)
-    return along <= 0.0 and abs(aside) <= SLACK
+    return bool(along <= 0.0 and abs(aside) <= SLACK)
 
 
 def _same_start_of(
