@@ -31,4 +31,4 @@ def long_drives() -> settings:
     thorough run draws all.
     """
     asked = settings().max_examples
-    return settings(max_examples=60 if asked == 200 else asked)
+    return settings(max_examples=40 if asked == 100 else asked)
