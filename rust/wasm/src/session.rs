@@ -100,6 +100,7 @@ impl Session {
     /// Takes the room as the waypoints x, y, x, y, ... of the track. Whether it did; the track
     /// stays where it did not.
     pub fn track(&mut self, closed: bool) -> bool {
+        self.output.clear();
         let points = self.points();
         let done = self.take(&points, closed);
         self.answer(done).is_some()
@@ -123,7 +124,7 @@ impl Session {
         self.answer(done).is_some()
     }
 
-    /// What the last call came to: the track that was drawn, or metrics and records of a run.
+    /// What the last line drawn or the last run came to; empty after a refusal.
     pub fn output(&self) -> &[f64] {
         &self.output
     }
