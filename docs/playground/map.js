@@ -84,8 +84,8 @@
       this.zoom(Math.exp(-event.deltaY / 200));
     }
 
-    /** Draws everything: `cars` are {name, run, pose, wheelbase}, `line` what is being drawn by hand. */
-    show(cars, line) {
+    /** Draws the track and `cars` of {name, run, pose, wheelbase}; instead a `line` that is being drawn by hand. */
+    show(cars, line = null) {
       const { context, width, height } = clear(this.canvas);
       const present = cars.filter((car) => car.pose);
       if (this.following && present.length > 0) {
@@ -96,16 +96,16 @@
       context.save();
       context.setTransform(context.getTransform().translate(width / 2, height / 2).scale(scale, -scale).translate(-x, -y));
       const pixel = 1 / scale;
-      trace(context, this.waypoints, 0, 2, this.closed, colour("path"), Math.max(3 * pixel, Math.min(0.4, 8 * pixel)));
-      for (const { name, run } of cars) {
-        if (!run) continue;
+      const thick = Math.max(3 * pixel, Math.min(0.4, 8 * pixel));
+      if (line) trace(context, line, 0, 2, false, colour("accent"), 3 * pixel);
+      else trace(context, this.waypoints, 0, 2, this.closed, colour("path"), thick);
+      // The first is drawn last: it is on top.
+      for (const { name, run } of cars.toReversed()) {
         const first = run.columns.indexOf("reference_x");
         context.setLineDash(dashes(name).map((length) => length * pixel));
         trace(context, run.rows, first, run.columns.length, false, colour(name), 1.75 * pixel);
       }
       context.setLineDash([]);
-      if (line) trace(context, line, 0, 2, false, colour("accent"), 3 * pixel);
-      // The first is drawn last: it is on top.
       for (const car of present.toReversed()) drawCar(context, car, pixel);
       context.restore();
       drawScale(context, scale, height);

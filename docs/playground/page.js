@@ -119,6 +119,7 @@
       this.pending = true;
       if (this.busy) return;
       this.busy = true;
+      at("results").setAttribute("aria-busy", "true");
       try {
         while (this.pending) {
           this.pending = false;
@@ -126,6 +127,7 @@
         }
       } finally {
         this.busy = false;
+        at("results").setAttribute("aria-busy", "false");
       }
     }
 
