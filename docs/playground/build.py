@@ -42,7 +42,14 @@ def missing() -> str:
 def build_module() -> bytes:
     """Compile the module."""
     command = ["cargo", "build", "--locked", "--package", "popsteer-wasm", "--lib"]
-    options = ["--profile", "wasm", "--target", TARGET, "--message-format", "json-render-diagnostics"]
+    options = [
+        "--profile",
+        "wasm",
+        "--target",
+        TARGET,
+        "--message-format",
+        "json-render-diagnostics",
+    ]
     done = subprocess.run([*command, *options], cwd=ROOT, stdout=subprocess.PIPE, check=True)
     messages = map(json.loads, done.stdout.splitlines())
     files = [file for message in messages for file in message.get("filenames", ())]

@@ -176,7 +176,7 @@
         const numbers = [metrics.mean, metrics.max, metrics.rear_mean, metrics.rms_steer_rate];
         const title = element("th", { scope: "row" }, swatch(name), CONTROLLERS[name]);
         const cells = numbers.map((number) => element("td", { textContent: Number.isFinite(number) ? number.toFixed(4) : "–" }));
-        return element("tr", {}, title, ...cells, element("td", { textContent: endingOf(metrics) }));
+        return element("tr", {}, title, ...cells, element("td", { textContent: endingOf(metrics, this.engine.statuses) }));
       });
       at("rows").replaceChildren(...rows);
     }
@@ -247,9 +247,11 @@
     return Object.fromEntries(["x", "y", "yaw", "steer"].map((name) => [name, number(name)]));
   }
 
-  function endingOf({ ending, time }) {
+  /** How a run ended, and the faults that the controller reported. */
+  function endingOf({ ending, time, faults }, statuses) {
     const how = ["finished", "out of time", "gave up 50 m off the track"][ending];
-    return `${how}, ${time.toFixed(1)} s`;
+    const reported = statuses.filter((_, bit) => (faults >> bit) & 1);
+    return [`${how}, ${time.toFixed(1)} s`, ...reported].join("; ");
   }
 
   async function begin() {

@@ -15,8 +15,6 @@ use popsteer_sim::{
 use crate::session::Refusal;
 use crate::settings::Settings;
 
-/// The longest run [s]: a kilometre at walking pace.
-pub(crate) const TIME_LIMIT: f64 = 600.0;
 /// What keeps the speed: as `popsteer.sim.run` keeps a constant one.
 const KEEPING: SpeedPidParams = SpeedPidParams {
     kp: 1.0,
@@ -52,12 +50,14 @@ pub(crate) fn drive(
         speed: speeds.first().copied().unwrap_or(0.0),
         ..start(&view, settings)
     };
-    let running = Running {
-        time_limit: TIME_LIMIT,
-        ..Running::DEFAULT
-    };
     let plant = Arc::new(settings.plant);
-    let mut simulation = Simulation::new(Arc::new(path), plant, start, *law.follow(), running)?;
+    let mut simulation = Simulation::new(
+        Arc::new(path),
+        plant,
+        start,
+        *law.follow(),
+        Running::DEFAULT,
+    )?;
     let drive = Drive::Speed(SpeedPid::new(KEEPING)?);
     let mut controller = Controller::new(law);
     let exact = Perception::EXACT;

@@ -7,7 +7,7 @@ use popsteer_core::{Path, Point, Status};
 use popsteer_sim::{Record, Simulation};
 
 use crate::controllers;
-use crate::course::{TIME_LIMIT, drive};
+use crate::course::drive;
 use crate::drawn::smoothed;
 use crate::settings::{self, Settings};
 
@@ -17,7 +17,7 @@ pub(crate) type Refusal = Box<dyn Error>;
 /// The most numbers that there is room for.
 const MOST: usize = 1 << 18;
 
-const METRICS: &str = "steps,time,ending,mean,max,rear_mean,rear_max,rms_steer_rate";
+const METRICS: &str = "steps,time,ending,mean,max,rear_mean,rear_max,rms_steer_rate,faults";
 const COLUMNS: &str = "time,reference_x,reference_y,x,y,yaw,speed,steer,throttle,brake,\
                        cross_track_error,heading_error,rear_cross_track_error,\
                        rear_heading_error,target_x,target_y,status";
@@ -32,7 +32,8 @@ pub enum Text {
     /// The settings.
     Settings,
     /// The metrics. `ending` is 0 at the end of the track, 1 out of time, 2 too far from the path;
-    /// the errors are those after 5 s, at the tracked point and at the rear axle [m].
+    /// the errors are those after 5 s, at the tracked point and at the rear axle [m]; `faults` are
+    /// the bits of a status.
     Metrics,
     /// The columns of the records.
     Columns,
@@ -169,7 +170,7 @@ impl Session {
         let metrics = run.metrics();
         let ending = if metrics.finished {
             0.0
-        } else if metrics.time >= TIME_LIMIT {
+        } else if metrics.time >= run.settings().time_limit {
             1.0
         } else {
             2.0
@@ -186,6 +187,7 @@ impl Session {
             rear.settled_cross_track.mean_abs,
             rear.settled_cross_track.max_abs,
             metrics.rms_steer_rate,
+            f64::from(metrics.faults.bits()),
         ]);
         self.output.extend(records.iter().flat_map(Record::numbers));
     }

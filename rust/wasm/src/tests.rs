@@ -72,7 +72,7 @@ fn test_session_slower_in_bends_keeps_the_lateral_acceleration() {
     settings[6] = 0.0;
     put(&mut session, &settings);
     assert!(session.drive(1), "{}", message(&mut session));
-    let rows = session.output()[8..].chunks_exact(17);
+    let rows = session.output()[9..].chunks_exact(17);
     assert!(rows.len() > 200);
     // v² / 20 m = 4 m/s², once the pedals have found it.
     for row in rows.skip(100) {
@@ -156,7 +156,7 @@ fn test_session_extreme_settings_answer() {
                 put(&mut session, &settings);
                 let done = session.drive(controller);
                 assert_eq!(done, message(&mut session).is_empty());
-                let rows = session.output().get(8..).unwrap_or(&[]);
+                let rows = session.output().get(9..).unwrap_or(&[]);
                 // A target is not a number where there is none.
                 let numbers = rows.chunks_exact(17).flat_map(|row| &row[..14]);
                 assert!(numbers.clone().all(|number| number.is_finite()));
