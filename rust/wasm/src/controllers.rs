@@ -1,7 +1,10 @@
 //! The controllers of the playground by name.
 
 use popsteer_core::error::ConfigError;
-use popsteer_core::lateral::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::lateral::{
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
+};
 use popsteer_core::{Tracker, Vehicle};
 use popsteer_sim::Law;
 
@@ -24,12 +27,14 @@ pub(crate) fn make(name: &str, believed: Vehicle) -> Result<Option<Tracker<Law>>
         ..believed
     };
     Ok(Some(Tracker::of(match name {
-        "pop" => Law::from(Pop::new(believed, Default::default())?),
-        "preview-pop" => Law::from(PreviewPop::new(believed, Default::default())?),
-        "preview-pop-unlimited" => Law::from(PreviewPop::new(unlimited, Default::default())?),
-        "pure-pursuit" => Law::from(PurePursuit::new(believed, Default::default())?),
-        "stanley" => Law::from(Stanley::new(believed, Default::default())?),
-        "pid" => Law::from(Pid::new(believed, Default::default())?),
+        "pop" => Law::from(Pop::new(believed, PopParams::DEFAULT)?),
+        "preview-pop" => Law::from(PreviewPop::new(believed, PreviewPopParams::DEFAULT)?),
+        "preview-pop-unlimited" => {
+            Law::from(PreviewPop::new(unlimited, PreviewPopParams::DEFAULT)?)
+        }
+        "pure-pursuit" => Law::from(PurePursuit::new(believed, PurePursuitParams::DEFAULT)?),
+        "stanley" => Law::from(Stanley::new(believed, StanleyParams::DEFAULT)?),
+        "pid" => Law::from(Pid::new(believed, PidParams::DEFAULT)?),
         _ => return Ok(None),
     })))
 }

@@ -12,7 +12,7 @@ use popsteer_sim::{
     Controller, Drive, Law, Perception, Settings as Running, Simulation, closed_loop,
 };
 
-use crate::session::Refusal;
+use crate::refusal::Refusal;
 use crate::settings::Settings;
 
 /// What keeps the speed: as `popsteer.sim.run` keeps a constant one.

@@ -23,10 +23,12 @@
     unsafe_code,
     reason = "the exports keep their names; there is no unsafe block"
 )]
+#![cfg_attr(test, expect(clippy::float_cmp, reason = "a test compares bits"))]
 
 mod controllers;
 mod course;
 mod drawn;
+mod refusal;
 mod session;
 mod settings;
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! What a page works with: room for numbers, a track, and what a run came to.
 
-use std::error::Error;
 use std::fmt::Write;
 
 use popsteer_core::{Path, Point, Status};
@@ -9,10 +8,8 @@ use popsteer_sim::{Record, Simulation};
 use crate::controllers;
 use crate::course::drive;
 use crate::drawn::smoothed;
+use crate::refusal::Refusal;
 use crate::settings::{self, Settings};
-
-/// Why nothing was done.
-pub(crate) type Refusal = Box<dyn Error>;
 
 /// The most numbers that there is room for.
 const MOST: usize = 1 << 18;
