@@ -83,7 +83,7 @@
       });
       const title = element("label", { htmlFor: name, textContent: label });
       const row = element("div", { className: "slider" }, title, range, field, element("span", { textContent: unit }));
-      document.getElementById(["speed", "start_offset"].includes(name) ? "switches" : "sliders").append(row);
+      document.getElementById(name === "start_offset" ? "switches" : "sliders").append(row);
       return { range, field };
     }
 

@@ -33,7 +33,9 @@
       const [[left, right], [low, high]] = [bounds(x), bounds(y)];
       const { clientWidth: width, clientHeight: height } = this.canvas;
       const [across, up] = [right - left + 12, high - low + 12];
-      this.view = { x: (left + right) / 2, y: (low + high) / 2, scale: Math.min(width / across, (height - 40) / up) };
+      const scale = Math.min(width / across, (height - 44) / up);
+      // A little up, for the scale below.
+      this.view = { x: (left + right) / 2, y: (low + high) / 2 - 16 / scale, scale };
       this.changed();
     }
 
