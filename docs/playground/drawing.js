@@ -62,7 +62,8 @@
 
     #go(event) {
       if (!this.active || event.pointerId !== this.pointer) return;
-      for (const each of event.getCoalescedEvents?.() ?? [event]) this.line.push(...this.map.placeOf(each));
+      const between = event.getCoalescedEvents?.() ?? [];
+      for (const each of between.length > 0 ? between : [event]) this.line.push(...this.map.placeOf(each));
       this.map.changed();
     }
 

@@ -143,6 +143,22 @@ def test_page_slider_drives_anew(opened: Opener) -> None:
     assert page.url.endswith("#max_steer_rate=0.15")
 
 
+def test_page_slider_dragged_fast_ends_where_it_was_left(opened: Opener) -> None:
+    page = opened("#track=slalom")
+    page.locator("#speed").evaluate(
+        """async (range) => {
+            for (let speed = 4; speed <= 12; speed += 0.5) {
+                range.value = speed;
+                range.dispatchEvent(new Event("input"));
+                await new Promise((next) => setTimeout(next, 3));
+            }
+        }"""
+    )
+    _wait(page)
+    assert page.url.endswith("#track=slalom&speed=12")
+    assert _table(page) == _table(opened("#track=slalom&speed=12"))
+
+
 def test_page_preview_with_limits_beats_it_without(opened: Opener) -> None:
     page = opened("#track=slalom&controllers=preview-pop,preview-pop-unlimited")
     table = _table(page)
