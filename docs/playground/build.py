@@ -82,6 +82,7 @@ def page(module: bytes) -> str:
         return f"<style>\n{(HERE / found[1]).read_text(encoding='utf-8')}</style>"
 
     text = (HERE / "index.html").read_text(encoding="utf-8")
+    text = re.sub(r'role="alert">[^<]+</p>', 'role="alert" hidden></p>', text)
     text = re.sub(r'<link rel="stylesheet" href="([\w.]+)">', style, text)
     data = f"{packed('module', module)}\n{packed('tracks', embedded_tracks())}\n"
     text = text.replace('<script src="engine.js">', f'{data}<script src="engine.js">')
