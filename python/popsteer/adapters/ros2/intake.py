@@ -1,0 +1,162 @@
+"""What comes in: messages are converted, or refused and counted with the reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from popsteer.adapters.ros2.conversions import Measured, MessageError, measured_of, path_of
+from popsteer.adapters.ros2.messages import ODOMETRY, decode
+
+if TYPE_CHECKING:
+    from popsteer import Path
+
+__all__ = ["AHEAD", "Counted", "Course", "Intake"]
+
+AHEAD = 0.05
+"""How far a stamp may lie in the future before the clocks count as apart [s]."""
+
+
+@dataclass
+class Counted:
+    """How many messages a topic has brought."""
+
+    received: int = 0
+    """All of them."""
+    refused: int = 0
+    """Those that could not be used."""
+    reason: str = ""
+    """Why the last of those could not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A path that was received, with what has to be known about it."""
+
+    path: Path
+    frame: str
+    stands: bool
+    """Whether all of its speeds are 0: a planner's word that the vehicle is to stand."""
+
+
+@dataclass
+class Intake:
+    """The last message of each kind that can be used.
+
+    Parameters
+    ----------
+    course_type : str
+        The type of the path's messages.
+    stale : float
+        Odometry older than this is refused [s].
+    closed : bool, default False
+        Whether the last point of a path joins its first.
+
+    Examples
+    --------
+    >>> from popsteer.adapters.ros2 import conversions, messages
+    >>> intake = Intake(messages.PATH, stale=0.3)
+    >>> message = conversions.odometry_message(1.0, 2.0, 0.0, 5.0, 8_000_000_000, "map")
+    >>> intake.take_odometry(messages.encode(message), 8.01)
+    True
+    >>> intake.measured.speed, intake.measured_at
+    (5.0, 8.0)
+    >>> intake.take_odometry(messages.encode(message), 9.0), intake.odometry.reason
+    (False, 'stamp is 1.00 s old')
+    """
+
+    course_type: str
+    stale: float
+    closed: bool = False
+    odometry: Counted = field(default_factory=Counted)
+    courses: Counted = field(default_factory=Counted)
+    measured: Measured | None = None
+    measured_at: float = 0.0
+    """When the pose was measured, on the node's clock [s]."""
+    course: Course | None = None
+    course_number: int = 0
+    """Counts the paths that could be used."""
+    course_refused: str = ""
+    """Why the last path could not be used; empty where it could."""
+    _last: bytes = b""
+
+    def take_odometry(self, data: bytes, now: float) -> bool:
+        """Take the bytes of an odometry message.
+
+        Parameters
+        ----------
+        data : bytes
+            The message.
+        now : float
+            The time of the node's clock [s].
+
+        Returns
+        -------
+        bool
+            Whether it can be used; if not, it is counted with its reason.
+        """
+        self.odometry.received += 1
+        try:
+            measured = measured_of(_decoded(ODOMETRY, data))
+            at = 1e-9 * measured.stamp if measured.stamp else now
+            self._check_time(at, now)
+        except MessageError as error:
+            self.odometry.refused += 1
+            self.odometry.reason = str(error)
+            return False
+        self.measured, self.measured_at = measured, min(at, now)
+        return True
+
+    def take_course(self, data: bytes) -> bool:
+        """Take the bytes of a path or of a trajectory.
+
+        Parameters
+        ----------
+        data : bytes
+            The message.
+
+        Returns
+        -------
+        bool
+            Whether it can be used; if not, it is counted with its reason, and the present path
+            stays.
+        """
+        if data == self._last:  # a latched path comes by two readers
+            return not self.course_refused
+        self._last = data
+        self.courses.received += 1
+        try:
+            path, frame = path_of(_decoded(self.course_type, data), closed=self.closed)
+            if self.measured is not None and frame != self.measured.frame:
+                raise MessageError(
+                    f"frame is {frame!r}, odometry is in {self.measured.frame!r}"
+                )
+        except MessageError as error:
+            self.courses.refused += 1
+            self.courses.reason = self.course_refused = str(error)
+            return False
+        stands = path.speed is not None and not path.speed.any()
+        self.course = Course(path, frame, stands)
+        self.course_number += 1
+        self.course_refused = ""
+        return True
+
+    def forget_odometry(self) -> None:
+        """Wait for odometry of the clock as it is now, after that has jumped."""
+        self.measured = None
+
+    def _check_time(self, at: float, now: float) -> None:
+        if at > now + AHEAD:
+            raise MessageError(f"stamp is {at - now:.2f} s in the future")
+        if now - at > self.stale:
+            raise MessageError(f"stamp is {now - at:.2f} s old")
+        if self.measured is not None and at < self.measured_at:
+            raise MessageError(f"stamp is {self.measured_at - at:.3f} s before the last one")
+
+
+def _decoded(name: str, data: bytes) -> object:
+    """Decode a message; what rosbags stumbles over becomes one kind of error."""
+    try:
+        return decode(name, data)
+    except Exception as error:  # cut or altered bytes may break it anywhere
+        raise MessageError(f"is no {name}: {type(error).__name__}") from error
