@@ -89,7 +89,8 @@ class Recording:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.close()
+        # What failed before anything came in leaves no file.
+        self.close(discard=kind is not None and self.count == 0)
 
     def add(self, topic: str, message: Any, nanoseconds: int) -> None:  # noqa: ANN401
         """Write a message.
@@ -126,14 +127,21 @@ class Recording:
         self._writer.write(self._connections[topic, kind], nanoseconds, data)
         self.count += 1
 
-    def close(self) -> None:
-        """Finish the file."""
+    def close(self, *, discard: bool = False) -> None:
+        """Finish the file.
+
+        Parameters
+        ----------
+        discard : bool, default False
+            Whether to leave none.
+        """
         if not self._folder.exists():
             return
         try:
             self._writer.close()
             (found,) = (self._folder / "bag").glob("*.mcap")
-            found.replace(self.file)
+            if not discard:
+                found.replace(self.file)
         finally:
             shutil.rmtree(self._folder, ignore_errors=True)
 
