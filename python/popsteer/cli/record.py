@@ -7,14 +7,16 @@ from typing import Annotated
 
 import typer
 
-from popsteer.cli import logs
 from popsteer.cli.ros2_options import (
     Autoware,
+    CommandType,
     Domain,
     Localhost,
+    PathType,
     Timeout,
     Topic,
     stop_on_signals,
+    topics_of,
 )
 
 __all__ = ["HELP", "record"]
@@ -41,10 +43,12 @@ def record(
         Path, typer.Argument(metavar="FILE.mcap", help="The file to write.", show_default=False)
     ],
     topic: Topic = None,
+    path_type: PathType = None,
+    command_type: CommandType = None,
     autoware: Autoware = False,
     seconds: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="Record for so long.", show_default=False),
+        typer.Option(metavar="S", help="Record for so long.", show_default=False),
     ] = None,
     domain: Domain = None,
     localhost: Localhost = False,
@@ -54,11 +58,8 @@ def record(
     from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.recording import Recording
     from popsteer.adapters.ros2.tap import tap
-    from popsteer.adapters.ros2.topics import Topics
 
-    topics = (Topics.of_autoware() if autoware else Topics()).renamed(
-        logs.pairs("--topic", topic)
-    )
+    topics = topics_of(topic, path_type, command_type, autoware=autoware)
     stopped = stop_on_signals()
     participant = Participant(domain, local=True if localhost else None)
     with Recording(file) as recording:

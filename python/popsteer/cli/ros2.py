@@ -9,14 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from popsteer import controllers
-from popsteer.cli import inputs, logs, options
+from popsteer.cli import inputs, options
 from popsteer.cli.ros2_options import (
     Autoware,
+    CommandType,
     Domain,
     Localhost,
+    PathType,
     Timeout,
     Topic,
     stop_on_signals,
+    topics_of,
 )
 from popsteer.errors import ConfigError
 
@@ -37,16 +40,15 @@ command for --hold, then brakes to a stand, says why, and goes on when it can. T
 status says fault. Ctrl-C ends it; its last command is to stand.
 
 \b
-Topics, by NAME for --topic:
-  NAME         default                  type                                  with --autoware
-  odometry     /odom                    nav_msgs/Odometry                     /localization/kinematic_state
-  path         /path                    nav_msgs/Path                         /planning/trajectory
-                                        autoware_planning_msgs/Trajectory
-  command      /drive                   ackermann_msgs/AckermannDriveStamped  /control/trajectory_follower/
-                                        autoware_control_msgs/Control           control_cmd
-  predicted    /popsteer/predicted_path nav_msgs/Path
-  diagnostics  /diagnostics             diagnostic_msgs/DiagnosticArray
-  clock        /clock                   rosgraph_msgs/Clock, with --sim-time
+Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
+  odometry     /odom                     nav_msgs/Odometry
+  path         /path                     nav_msgs/Path, or with --path-type trajectory
+                                         autoware_planning_msgs/Trajectory
+  command      /drive                    ackermann_msgs/AckermannDriveStamped, or with
+                                         --command-type control autoware_control_msgs/Control
+  predicted    /popsteer/predicted_path  nav_msgs/Path: the trajectory that is intended
+  diagnostics  /diagnostics              diagnostic_msgs/DiagnosticArray
+  clock        /clock                    rosgraph_msgs/Clock, with --sim-time
 
 \b
 Examples:
@@ -103,6 +105,8 @@ def ros2(
         ),
     ] = 0.2,
     topic: Topic = None,
+    path_type: PathType = None,
+    command_type: CommandType = None,
     autoware: Autoware = False,
     sim_time: Annotated[
         bool, typer.Option("--sim-time", help="Time is that of the topic clock.")
@@ -120,7 +124,6 @@ def ros2(
     from popsteer.adapters.ros2.node import Node, Options
     from popsteer.adapters.ros2.recording import Recording
     from popsteer.adapters.ros2.spin import spin
-    from popsteer.adapters.ros2.topics import Topics
 
     given = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
     tuning = inputs.tuned(
@@ -131,9 +134,7 @@ def ros2(
         params=params,
         known=inputs.OWN_CONTROLLERS,
     )
-    topics = (Topics.of_autoware() if autoware else Topics()).renamed(
-        logs.pairs("--topic", topic)
-    )
+    topics = topics_of(topic, path_type, command_type, autoware=autoware)
     settings = Options(
         rate=rate,
         stale=stale,

@@ -3,14 +3,33 @@
 from __future__ import annotations
 
 import signal
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from popsteer.adapters.ros2.messages import ACKERMANN, CONTROL, PATH, TRAJECTORY
+from popsteer.adapters.ros2.topics import Topics
+from popsteer.cli import logs
+from popsteer.errors import ConfigError
 
-__all__ = ["Autoware", "Domain", "Localhost", "Timeout", "Topic", "stop_on_signals"]
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+__all__ = [
+    "Autoware",
+    "CommandType",
+    "Domain",
+    "Localhost",
+    "PathType",
+    "Timeout",
+    "Topic",
+    "stop_on_signals",
+    "topics_of",
+]
+
+_PATHS = {"path": PATH, "trajectory": TRAJECTORY}
+_COMMANDS = {"ackermann": ACKERMANN, "control": CONTROL}
 
 Domain: TypeAlias = Annotated[
     int | None,
@@ -29,6 +48,22 @@ Localhost: TypeAlias = Annotated[
 ]
 Autoware: TypeAlias = Annotated[
     bool, typer.Option("--autoware", help="Autoware's messages and names of topics.")
+]
+PathType: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="path|trajectory",
+        help="What the path is: nav_msgs/Path, the default, or Autoware's Trajectory.",
+        show_default=False,
+    ),
+]
+CommandType: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ackermann|control",
+        help="What the command is: AckermannDriveStamped, the default, or Autoware's Control.",
+        show_default=False,
+    ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
@@ -57,3 +92,46 @@ def stop_on_signals() -> Callable[[], bool]:
     for kind in (signal.SIGINT, signal.SIGTERM):
         signal.signal(kind, lambda number, _: came.append(number))
     return lambda: bool(came)
+
+
+def topics_of(
+    renamed: list[str] | None, path_type: str | None, command_type: str | None, *, autoware: bool
+) -> Topics:
+    """Give the topics that the options ask for.
+
+    Parameters
+    ----------
+    renamed : list of str or None
+        ``NAME=TOPIC`` each.
+    path_type, command_type : str or None
+        The types, in the words of the options.
+    autoware : bool
+        Whether names and types are Autoware's, where nothing else is said.
+
+    Returns
+    -------
+    Topics
+        The topics.
+
+    Raises
+    ------
+    ConfigError
+        A name or a type is not known.
+
+    Examples
+    --------
+    >>> topics_of(["path=/plan"], "trajectory", None, autoware=False).path
+    '/plan'
+    """
+    topics = Topics.of_autoware() if autoware else Topics()
+    return replace(
+        topics.renamed(logs.pairs("--topic", renamed)),
+        path_type=_chosen("--path-type", path_type, _PATHS, topics.path_type),
+        command_type=_chosen("--command-type", command_type, _COMMANDS, topics.command_type),
+    )
+
+
+def _chosen(option: str, word: str | None, known: Mapping[str, str], default: str) -> str:
+    if word is not None and word not in known:
+        raise ConfigError.unknown(option, word, known)
+    return default if word is None else known[word]
