@@ -79,7 +79,9 @@ class Car:
         drive = message.drive
         self.command, self.speed = drive.steering_angle, drive.speed
         now = self.chain.speed
-        change = max(-drive.acceleration * self.dt, min(self.speed - now, drive.acceleration * self.dt))
+        change = max(
+            -drive.acceleration * self.dt, min(self.speed - now, drive.acceleration * self.dt)
+        )
         self.acceleration = change / self.dt
 
     def advance(self) -> None:
@@ -138,7 +140,9 @@ def drive(arguments: argparse.Namespace) -> dict[str, Any]:
     topics = Topics.of_autoware() if arguments.autoware else Topics()
     link = Link(arguments.domain, topics)
     path = course(arguments.track, arguments.metres)
-    pose = start_of(path) if arguments.start is None else tuple(map(float, arguments.start.split(",")))
+    pose = (
+        start_of(path) if arguments.start is None else tuple(map(float, arguments.start.split(",")))
+    )
     car = Car(pose, arguments.dt)  # type: ignore[arg-type]
     step = round(arguments.dt * 1e9)
     at = time.time_ns() if not arguments.lockstep else 10**9

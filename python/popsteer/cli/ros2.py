@@ -76,9 +76,7 @@ def ros2(
     set_vehicle: options.SetVehicle = None,
     controller: Annotated[
         str,
-        typer.Option(
-            metavar="NAME", help=f"The controller: {', '.join(inputs.OWN_CONTROLLERS)}."
-        ),
+        typer.Option(metavar="NAME", help=f"The controller: {', '.join(inputs.OWN_CONTROLLERS)}."),
     ] = "preview-pop",
     preset: options.Preset = "default",
     params: options.Params = None,

@@ -219,7 +219,7 @@ def path_of(message: Any, *, closed: bool = False) -> tuple[Path, str]:  # noqa:
     return path, _frame(message.header.frame_id)
 
 
-def odometry_message(  # noqa: PLR0913 - a field each
+def odometry_message(
     x: float,
     y: float,
     yaw: float,

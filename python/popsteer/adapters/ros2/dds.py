@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from popsteer.adapters.ros2.idl import wire_type
@@ -115,10 +116,8 @@ class Participant:
         self._configured = None
         if is_local() if local is None else local:
             loopback = "lo0" if os.uname().sysname == "Darwin" else "lo"
-            try:
+            with suppress(DDSException):  # where this process is in the domain already
                 self._configured = Domain(self.domain, _LOCAL.format(name=loopback))
-            except DDSException:
-                pass  # this process is in the domain already
         try:
             self._participant = DomainParticipant(self.domain)
         except DDSException as error:

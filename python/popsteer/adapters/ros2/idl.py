@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
-from popsteer.adapters.ros2.messages import store
+from popsteer.adapters.ros2.messages import MISSING, store
 from popsteer.errors import PopsteerError
 
 __all__ = ["idl_type", "wire_type"]
@@ -21,6 +21,7 @@ class _Bytes:
         return self.data
 
 
+@cache
 def idl_type(name: str) -> Any:  # noqa: ANN401 - cyclonedds is an extra
     """Give the type that DDS knows a message by.
 
@@ -44,9 +45,10 @@ def idl_type(name: str) -> Any:  # noqa: ANN401 - cyclonedds is an extra
     >>> idl_type("nav_msgs/msg/Path").__idl_typename__
     'nav_msgs.msg.dds_.Path_'
     """
-    return _structure(name, wire=False)
+    return _made(name)
 
 
+@cache
 def wire_type(name: str) -> Any:  # noqa: ANN401
     """Give the same type, whose samples are bytes.
 
@@ -73,12 +75,8 @@ def wire_type(name: str) -> Any:  # noqa: ANN401
     >>> wire_type("std_msgs/msg/Header")(b"bytes").data
     b'bytes'
     """
-    return _wire(name)
-
-
-@lru_cache(maxsize=None)
-def _wire(name: str) -> Any:  # noqa: ANN401
-    kind = _structure(name, wire=True)
+    # A class of its own, for its methods are others.
+    kind = _made(name)
     kind.__init__ = _Bytes.__init__
     kind.serialize = _Bytes.serialize
     # Samples of a reader are given more attributes, so they are no plain bytes.
@@ -87,14 +85,10 @@ def _wire(name: str) -> Any:  # noqa: ANN401
     return kind
 
 
-@lru_cache(maxsize=None)
-def _structure(name: str, *, wire: bool) -> Any:  # noqa: ANN401
-    """Make the structure; that of the wire is a class of its own, for its methods are others."""
+def _made(name: str) -> Any:  # noqa: ANN401
     try:
         from cyclonedds.idl import make_idl_struct
     except ModuleNotFoundError as error:
-        from popsteer.adapters.ros2.messages import MISSING
-
         raise PopsteerError(MISSING) from error
     package, _, kind = name.partition("/msg/")
     fields = {field: _field(*of) for field, of in store().get_msgdef(name).fields}
@@ -105,7 +99,7 @@ def _field(kind: Any, detail: Any) -> Any:  # noqa: ANN401
     from cyclonedds.idl import types
 
     if kind.name == "NAME":
-        return _structure(detail, wire=False)
+        return idl_type(detail)
     if kind.name == "BASE":
         plain = {"bool": bool, "string": str, "char": types.uint8, "byte": types.byte}
         return plain[detail[0]] if detail[0] in plain else getattr(types, detail[0])

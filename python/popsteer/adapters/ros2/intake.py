@@ -76,9 +76,11 @@ class Intake:
     course: Course | None = None
     course_number: int = 0
     """Counts the paths that could be used."""
+    odometry_refused: str = ""
+    """Why the last odometry could not be used; empty where it could."""
     course_refused: str = ""
     """Why the last path could not be used; empty where it could."""
-    _last: bytes = b""
+    _last: tuple[bytes, int] = b"", 0
 
     def take_odometry(self, data: bytes, now: float) -> bool:
         """Take the bytes of an odometry message.
@@ -100,20 +102,45 @@ class Intake:
             measured = measured_of(_decoded(ODOMETRY, data))
             at = 1e-9 * measured.stamp if measured.stamp else now
             self._check_time(at, now)
+            if self.course is not None:
+                _check_frame(measured.frame, "path", self.course.frame)
         except MessageError as error:
             self.odometry.refused += 1
-            self.odometry.reason = str(error)
+            self.odometry.reason = self.odometry_refused = str(error)
             return False
         self.measured, self.measured_at = measured, min(at, now)
+        self.odometry_refused = ""
         return True
 
-    def take_course(self, data: bytes) -> bool:
+    def is_repeated(self, data: bytes, reader: int) -> bool:
+        """Say whether a path has come already, by another reader.
+
+        Parameters
+        ----------
+        data : bytes
+            The message.
+        reader : int
+            Which reader it comes by: a publisher that keeps its messages is heard by two.
+
+        Returns
+        -------
+        bool
+            Whether it has.
+        """
+        if data == self._last[0] and reader != self._last[1]:
+            return True
+        self._last = data, reader
+        return False
+
+    def take_course(self, data: bytes, now: float) -> bool:
         """Take the bytes of a path or of a trajectory.
 
         Parameters
         ----------
         data : bytes
             The message.
+        now : float
+            The time of the node's clock [s].
 
         Returns
         -------
@@ -121,16 +148,13 @@ class Intake:
             Whether it can be used; if not, it is counted with its reason, and the present path
             stays.
         """
-        if data == self._last:  # a latched path comes by two readers
-            return not self.course_refused
-        self._last = data
         self.courses.received += 1
         try:
             path, frame = path_of(_decoded(self.course_type, data), closed=self.closed)
-            if self.measured is not None and frame != self.measured.frame:
-                raise MessageError(
-                    f"frame is {frame!r}, odometry is in {self.measured.frame!r}"
-                )
+            # Odometry that is stale says nothing: both may have gone over to another frame.
+            here = self.measured if now - self.measured_at <= self.stale else None
+            if here is not None:
+                _check_frame(frame, "odometry", here.frame)
         except MessageError as error:
             self.courses.refused += 1
             self.courses.reason = self.course_refused = str(error)
@@ -152,6 +176,11 @@ class Intake:
             raise MessageError(f"stamp is {now - at:.2f} s old")
         if self.measured is not None and at < self.measured_at:
             raise MessageError(f"stamp is {self.measured_at - at:.3f} s before the last one")
+
+
+def _check_frame(frame: str, other: str, wanted: str) -> None:
+    if frame != wanted:
+        raise MessageError(f"frame is {frame!r}, that of the {other} is {wanted!r}")
 
 
 def _decoded(name: str, data: bytes) -> object:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -142,7 +143,7 @@ class Node:
         self._say = say or (lambda _: None)
         topics, types = options.topics, options.topics.types()
         self._odometry = participant.reader(topics.odometry, ODOMETRY)
-        # One hears all publishers, the other gets what was published before, from those that keep it.
+        # One hears all publishers; those that keep their messages send the other the last one.
         self._paths = [
             participant.reader(topics.path, topics.path_type, reliable=True, latched=latched)
             for latched in (False, True)
@@ -150,7 +151,9 @@ class Node:
         # Autoware's controllers keep their last command, as its gate asks for.
         latched = topics.command_type == CONTROL
         self._writers = {
-            topics.command: participant.writer(topics.command, topics.command_type, latched=latched),
+            topics.command: participant.writer(
+                topics.command, topics.command_type, latched=latched
+            ),
             topics.predicted: participant.writer(topics.predicted, types[topics.predicted]),
             topics.diagnostics: participant.writer(
                 topics.diagnostics, types[topics.diagnostics], depth=10
@@ -261,9 +264,11 @@ class Node:
         for data in self._odometry.take():
             self._record(topics.odometry, ODOMETRY, data, now)
             self.intake.take_odometry(data, seconds)
-        for data in (each for reader in self._paths for each in reader.take()):
-            self._record(topics.path, topics.path_type, data, now)
-            self.intake.take_course(data)
+        for number, reader in enumerate(self._paths):
+            for data in reader.take():
+                if not self.intake.is_repeated(data, number):
+                    self._record(topics.path, topics.path_type, data, now)
+                    self.intake.take_course(data, seconds)
 
     def _renew(self) -> None:
         """Go over to the path that came last."""
@@ -283,16 +288,13 @@ class Node:
         """Say what is missing, and what can be steered by all the same."""
         intake, topics = self.intake, self.options.topics
         measured, course = intake.measured, intake.course
-        if measured is None:
-            return self._jump or f"no odometry on {topics.odometry}", None
+        if measured is None or 1e-9 * now - intake.measured_at > self.options.stale:
+            since = "" if measured is None else f" for {self.options.stale:g} s"
+            missing = self._jump or f"no odometry on {topics.odometry}{since}"
+            return f"{missing}{_because(intake.odometry_refused)}", None
         self._jump = ""
-        if 1e-9 * now - intake.measured_at > self.options.stale:
-            return f"no odometry on {topics.odometry} for {self.options.stale:g} s", None
         if course is None:
-            why = f": {intake.course_refused}" if intake.course_refused else ""
-            return f"no path on {topics.path}{why}", None
-        if course.frame != measured.frame:
-            return f"path is in frame {course.frame!r}, odometry in {measured.frame!r}", None
+            return f"no path on {topics.path}{_because(intake.course_refused)}", None
         if intake.course_refused:
             return f"path on {topics.path} refused: {intake.course_refused}", measured
         if course.stands:
@@ -331,7 +333,23 @@ class Node:
             told = "driving"
         else:
             told = f"{self.pilot.state.value}: {self.pilot.reason}"
-        changed, self._told = told != self._told, told
+        return self.note(told)
+
+    def note(self, told: str) -> bool:
+        """Say what goes on, where that is news.
+
+        Parameters
+        ----------
+        told : str
+            What goes on.
+
+        Returns
+        -------
+        bool
+            Whether it is news: more than another number in the same words.
+        """
+        words = re.sub(r"[-+]?\d[\d.]*", "", told)
+        changed, self._told = words != self._told, words
         if changed:
             self._say(told)
         return changed
@@ -360,10 +378,8 @@ class Node:
         except InputError:
             return
         every = -(-len(ahead.time) // _POSES)
-        poses = (values[::every].tolist() for values in (ahead.x, ahead.y, ahead.yaw))
-        self._publish(
-            topics.predicted, path_message(*poses, now, self.intake.course.frame), now
-        )
+        x, y, yaw = (values[::every].tolist() for values in (ahead.x, ahead.y, ahead.yaw))
+        self._publish(topics.predicted, path_message(x, y, yaw, now, self.intake.course.frame), now)
 
     def _publish(self, topic: str, message: Any, now: int) -> None:  # noqa: ANN401
         data = encode(message)
@@ -373,3 +389,7 @@ class Node:
     def _record(self, topic: str, kind: str, data: bytes, now: int) -> None:
         if self._recording is not None:
             self._recording.add_bytes(topic, kind, data, now)
+
+
+def _because(reason: str) -> str:
+    return f"; the last one was refused: {reason}" if reason else ""

@@ -6,7 +6,7 @@ import math
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer import SpeedTracker, SpeedTrackerParams
+from popsteer import SpeedTracker, SpeedTrackerParams, Status
 from popsteer.errors import InputError
 
 if TYPE_CHECKING:
@@ -144,24 +144,22 @@ class Pilot:
         if known is None and not concern:
             concern = "the controller refuses the odometry"
         fault = ""
-        if not concern and self.command is not None and self.command.status.level == "fault":
-            fault = str(self.command.status)
+        if not concern and self.command is not None:
+            status = self.command.status
+            fault = "|".join(str(each) for each in Status if each & status and each.level == "fault")
         self._concerned = self._concerned + dt if concern else 0.0
         self.reason = concern or fault
         if concern and self._concerned <= self._hold and self.state is not State.STANDING:
             self.state = State.HOLDING
             return Drive(self._steer, self._speed or 0.0, 0.0, self._limit(braking=True))
-        if self.reason:
+        if self.reason or known is None:
             return self._brake(dt)
         if self.state in (State.BRAKING, State.STANDING):
             self._speed = self._measured_speed
         self.state = State.DRIVING
-        assert known is not None  # without it there is a concern
         return self._drive(*known, dt)
 
-    def _steer_along(
-        self, measured: Measured, age: float, dt: float
-    ) -> tuple[float, float] | None:
+    def _steer_along(self, measured: Measured, age: float, dt: float) -> tuple[float, float] | None:
         """Steer; the speed to go at and the acceleration, None where the input is refused."""
         if self._passed > _GAP:
             self.reset()

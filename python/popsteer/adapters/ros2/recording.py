@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import os
     from types import TracebackType
 
+    from typing_extensions import Self
+
     from popsteer.sim import Run
 
 __all__ = ["Recording", "record_run"]
@@ -80,7 +82,7 @@ class Recording:
         self._connections: dict[tuple[str, str], Any] = {}
         self.count = 0
 
-    def __enter__(self) -> Recording:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -202,5 +204,5 @@ def record_run(run: Run, file: str | os.PathLike[str]) -> int:
 
 
 def _time(seconds: float) -> int:
-    """A stamp of 0 would mean that there is none."""
+    """Give the stamp; 0 would mean that there is none."""
     return 10**9 + round(seconds * 1e9)

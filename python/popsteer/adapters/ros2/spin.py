@@ -22,6 +22,7 @@ _SECOND = 10**9
 _JUMP = 0.1  # the clock against the machine's steady one [s]; NTP slews far less in a cycle
 _SIM_JUMP = 1.0  # from one tick of a simulation to the next [s]
 _PATIENCE = 0.05
+_STILL = 1.0  # without a tick [s]
 
 
 def spin(node: Node, participant: Participant, stopped: Callable[[], bool]) -> None:
@@ -74,7 +75,7 @@ def _spin_simulated(
 ) -> None:
     clock = participant.reader(node.options.topics.clock, CLOCK)
     period = round(node.options.period * _SECOND)
-    begun = time.monotonic()
+    begun = heard = time.monotonic()
     before: int | None = None
     due = 0
     while not stopped():
@@ -85,6 +86,7 @@ def _spin_simulated(
             elif now < before or now - before > max(_SIM_JUMP * _SECOND, 5 * period):
                 node.jumped((now - before) / _SECOND)
                 before, due = now - period, now
+            heard = time.monotonic()
             if now >= due:
                 missed = (now - due) // period
                 due += (missed + 1) * period
@@ -92,6 +94,8 @@ def _spin_simulated(
                 node.cycle(now, (now - before) / _SECOND, missed)
                 before = now
         waited = time.monotonic() - begun
+        if before is not None and time.monotonic() - heard > _STILL:
+            node.note(f"paused: time stands still on {node.options.topics.clock}")
         if before is None and waited >= node.options.timeout:
             topic = node.options.topics.clock
             raise PopsteerError(
@@ -102,7 +106,7 @@ def _spin_simulated(
 
 
 def _ticks(clock: Reader) -> list[int]:
-    """The newest time that has come in: a loop that is late does not run after it."""
+    """Give the newest time that has come in: a loop that is late does not run after it."""
     times = []
     for data in clock.take():
         try:
