@@ -39,9 +39,7 @@ class Bench:
         self.odometry = self.member.writer(topics.odometry, messages.ODOMETRY)
         self.path = self.member.writer(topics.path, topics.path_type)
         self.drive = self.member.reader(topics.command, topics.command_type, reliable=True)
-        self.reports = self.member.reader(
-            topics.diagnostics, messages.DIAGNOSTICS, reliable=True
-        )
+        self.reports = self.member.reader(topics.diagnostics, messages.DIAGNOSTICS, reliable=True)
         self.now = START
         self.x = 0.0
 

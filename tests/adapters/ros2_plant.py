@@ -197,7 +197,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--track", default="racetrack")
     parser.add_argument("--metres", type=float)
     parser.add_argument("--dt", type=float, default=0.02)
-    parser.add_argument("--limit", type=float, default=40.0)
+    parser.add_argument("--limit", type=float, default=100.0)
     parser.add_argument("--start")
     parser.add_argument("--lockstep", action="store_true")
     parser.add_argument("--autoware", action="store_true")

@@ -76,7 +76,7 @@ def test_bytes_of_an_empty_message_are_those_of_rosbags() -> None:
 def test_planted_swap_of_two_fields_is_seen() -> None:
     from cyclonedds.idl import make_idl_struct, types
 
-    fields = {name: types.float64 for name in ("z", "y", "x", "w")}
+    fields = dict.fromkeys(("z", "y", "x", "w"), types.float64)
     swapped = make_idl_struct("Quaternion_", "geometry_msgs.msg.dds_.Quaternion_", fields)
     data = messages.encode(messages.make("geometry_msgs/msg/Quaternion", x=1.0))
     found: Any = swapped.deserialize(data)

@@ -340,7 +340,9 @@ def test_wait_is_over_in_time_and_says_what_is_known() -> None:
     member = Participant(domain(), local=True)
     alone = Node(member, popsteer.Stanley, Options(timeout=0.5))
     alone.check_silence(0.4)
-    with pytest.raises(popsteer.PopsteerError, match=r"on /odom in domain \d+ .*: nobody publishes"):
+    with pytest.raises(
+        popsteer.PopsteerError, match=r"on /odom in domain \d+ .*: nobody publishes"
+    ):
         alone.check_silence(0.5)
     other = Participant(member.domain, local=True).writer("/odom", messages.PATH)
     time.sleep(0.1)

@@ -10,7 +10,7 @@ from popsteer import SpeedTracker, SpeedTrackerParams, Status
 from popsteer.errors import InputError
 
 if TYPE_CHECKING:
-    from popsteer import Command, Path, Vehicle
+    from popsteer import Command, Path, SpeedCommand, Vehicle
     from popsteer.adapters.ros2.conversions import Measured
     from popsteer.controllers import Controller
 
@@ -20,6 +20,11 @@ __all__ = ["Drive", "Pilot", "State"]
 _ACCELERATION = 2.0
 _DECELERATION = 3.0
 _STOP_DECELERATION = 2.0
+_SPEED = SpeedTrackerParams()
+# The commanded speed runs ahead of the measured one by this at most [m/s].
+_LAGGING = 1.0
+# Of the lateral acceleration that is allowed: the rest is for steering back to the path.
+_LATERAL_SHARE = 0.9
 # After a longer gap the controller begins anew: the vehicle may be elsewhere.
 _GAP = 1.0
 
@@ -146,7 +151,9 @@ class Pilot:
         fault = ""
         if not concern and self.command is not None:
             status = self.command.status
-            fault = "|".join(str(each) for each in Status if each & status and each.level == "fault")
+            fault = "|".join(
+                str(each) for each in Status if each & status and each.level == "fault"
+            )
         self._concerned = self._concerned + dt if concern else 0.0
         self.reason = concern or fault
         if concern and self._concerned <= self._hold and self.state is not State.STANDING:
@@ -157,10 +164,10 @@ class Pilot:
         if self.state in (State.BRAKING, State.STANDING):
             self._speed = self._measured_speed
         self.state = State.DRIVING
-        return self._drive(*known, dt)
+        return self._drive(known, dt)
 
-    def _steer_along(self, measured: Measured, age: float, dt: float) -> tuple[float, float] | None:
-        """Steer; the speed to go at and the acceleration, None where the input is refused."""
+    def _steer_along(self, measured: Measured, age: float, dt: float) -> SpeedCommand | None:
+        """Steer; what the pedals are to do, None where the input is refused."""
         if self._passed > _GAP:
             self.reset()
         passed = self._passed or min(dt, _GAP)
@@ -177,16 +184,23 @@ class Pilot:
         if self._speed is None:
             self._speed = measured.speed
         self._measured_speed = measured.speed
-        wanted = 0.0 if speed.standing else speed.reference_speed
-        return (-wanted if speed.reverse else wanted), speed.acceleration
+        return speed
 
-    def _drive(self, wanted: float, acceleration: float, dt: float) -> Drive:
-        """Move the commanded speed to the wanted one, no faster than the vehicle's limits."""
-        speed = self._speed or 0.0
-        braking = abs(wanted) < abs(speed) or wanted * speed < 0.0
-        limit = self._limit(braking=braking)
-        self._speed = max(speed - limit * dt, min(wanted, speed + limit * dt))
-        return Drive(self._steer, self._speed, acceleration, limit)
+    def _drive(self, wanted: SpeedCommand, dt: float) -> Drive:
+        """Make of the acceleration a speed, for vehicles that are given one."""
+        sign = -1.0 if wanted.reverse else 1.0
+        ahead, measured = sign * (self._speed or 0.0), sign * self._measured_speed
+        limit = self._limit(braking=wanted.acceleration < 0.0 or wanted.standing)
+        if wanted.standing:
+            ahead = max(ahead - limit * dt, 0.0)
+        elif ahead < 0.0:  # it rolls the other way
+            ahead = min(ahead + limit * dt, 0.0)
+        else:
+            # The drive may lag behind what it is given, but not for ever.
+            ahead += wanted.acceleration * dt
+            ahead = max(0.0, measured - _LAGGING, min(ahead, measured + _LAGGING))
+        self._speed = sign * ahead
+        return Drive(self._steer, self._speed, wanted.acceleration, limit)
 
     def _brake(self, dt: float) -> Drive:
         limit = self.vehicle.max_deceleration or _STOP_DECELERATION
@@ -197,10 +211,13 @@ class Pilot:
 
     def _limit(self, *, braking: bool) -> float:
         car = self.vehicle
-        if braking:
-            return car.max_deceleration or _DECELERATION
-        return car.max_acceleration or _ACCELERATION
+        most = car.max_deceleration if braking else car.max_acceleration
+        return (most or (_DECELERATION if braking else _ACCELERATION)) + _SPEED.reserve
 
 
 def _tracker(path: Path, vehicle: Vehicle) -> SpeedTracker:
-    return SpeedTracker(path, vehicle, SpeedTrackerParams())
+    most = vehicle.max_lateral_acceleration
+    if most is not None:
+        # At its limit a vehicle cannot steer back: what it has lost, it gets back after the bend.
+        vehicle = vehicle.replace(max_lateral_acceleration=_LATERAL_SHARE * most)
+    return SpeedTracker(path, vehicle, _SPEED)
