@@ -24,9 +24,13 @@ from popsteer.adapters.ros2.conversions import (
     path_of,
     yaw_of,
 )
+from popsteer.adapters.ros2.dds import Participant, Reader, Writer
 from popsteer.adapters.ros2.intake import Intake
+from popsteer.adapters.ros2.messages import decode, encode, make
+from popsteer.adapters.ros2.node import Node, Options
 from popsteer.adapters.ros2.pilot import Drive, Pilot, State
 from popsteer.adapters.ros2.recording import Recording, record_run
+from popsteer.adapters.ros2.spin import spin
 from popsteer.adapters.ros2.topics import Topics
 
 __all__ = [
@@ -34,16 +38,25 @@ __all__ = [
     "Intake",
     "Measured",
     "MessageError",
+    "Node",
+    "Options",
+    "Participant",
     "Pilot",
+    "Reader",
     "Recording",
     "State",
     "Topics",
+    "Writer",
     "ackermann_message",
     "control_message",
+    "decode",
+    "encode",
+    "make",
     "measured_of",
     "odometry_message",
     "path_message",
     "path_of",
     "record_run",
+    "spin",
     "yaw_of",
 ]
