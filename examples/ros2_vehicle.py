@@ -64,8 +64,9 @@ def main() -> int:
             vehicle.obey(ros2.decode("ackermann_msgs/msg/AckermannDriveStamped", data))
             heard = time.monotonic()
         if time.monotonic() - heard > options.timeout:
-            print(f"no command on {topics.command} for {options.timeout:g} s", file=sys.stderr)
-            return 2
+            raise popsteer.PopsteerError(
+                f"no command on {topics.command} for {options.timeout:g} s"
+            )
         vehicle.advance()
         pose = vehicle.x, vehicle.y, vehicle.yaw
         at = time.time_ns()
@@ -81,4 +82,5 @@ if __name__ == "__main__":
     try:
         sys.exit(main())
     except popsteer.PopsteerError as error:
-        sys.exit(f"ros2_vehicle: {error}")
+        print(f"ros2_vehicle: {error}", file=sys.stderr)
+        sys.exit(2)

@@ -61,10 +61,11 @@ class Bench:
         self.now += PERIOD
         return self.node.cycle(self.now, 0.02)
 
-    def until(self, wanted: Callable[[], bool], seconds: float = 5.0) -> bool:
-        """Cycle until something holds: what is sent takes a moment."""
-        until = time.monotonic() + seconds
+    def until(self, wanted: Callable[[], bool], at: int | None = None) -> bool:
+        """Send poses and cycle until something holds: what is sent takes a moment."""
+        until = time.monotonic() + 5.0
         while time.monotonic() < until:
+            self.send_pose(at=at)
             self.cycle()
             if wanted():
                 return True

@@ -120,8 +120,8 @@ def ros2(
     """Run a ROS 2 node that steers, without ROS."""
     from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.node import Node, Options
+    from popsteer.adapters.ros2.pacing import spin
     from popsteer.adapters.ros2.recording import Recording
-    from popsteer.adapters.ros2.spin import spin
 
     given = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
     tuning = inputs.tuned(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.adapters.ros2.conversions import Measured, MessageError, measured_of, path_of
@@ -39,7 +39,6 @@ class Course:
     """Whether all of its speeds are 0: a planner's word that the vehicle is to stand."""
 
 
-@dataclass
 class Intake:
     """The last message of each kind that can be used.
 
@@ -65,22 +64,21 @@ class Intake:
     (False, 'stamp is 1.00 s old')
     """
 
-    course_type: str
-    stale: float
-    closed: bool = False
-    odometry: Counted = field(default_factory=Counted)
-    courses: Counted = field(default_factory=Counted)
-    measured: Measured | None = None
-    measured_at: float = 0.0
-    """When the pose was measured, on the node's clock [s]."""
-    course: Course | None = None
-    course_number: int = 0
-    """Counts the paths that could be used."""
-    odometry_refused: str = ""
-    """Why the last odometry could not be used; empty where it could."""
-    course_refused: str = ""
-    """Why the last path could not be used; empty where it could."""
-    _last: tuple[bytes, int] = b"", 0
+    def __init__(self, course_type: str, stale: float, *, closed: bool = False) -> None:
+        self.odometry = Counted()
+        self.courses = Counted()
+        self.measured: Measured | None = None
+        # When the pose was measured, on the node's clock [s].
+        self.measured_at = 0.0
+        self.course: Course | None = None
+        # Counts the paths that could be used.
+        self.course_number = 0
+        # Why the last message could not be used; empty where it could.
+        self.odometry_refused = self.course_refused = ""
+        self._course_type = course_type
+        self._stale = stale
+        self._closed = closed
+        self._last: tuple[bytes, int] = b"", 0
 
     def take_odometry(self, data: bytes, now: float) -> bool:
         """Take the bytes of an odometry message.
@@ -150,9 +148,9 @@ class Intake:
         """
         self.courses.received += 1
         try:
-            path, frame = path_of(_decoded(self.course_type, data), closed=self.closed)
+            path, frame = path_of(_decoded(self._course_type, data), closed=self._closed)
             # Odometry that is stale says nothing: both may have gone over to another frame.
-            here = self.measured if now - self.measured_at <= self.stale else None
+            here = self.measured if now - self.measured_at <= self._stale else None
             if here is not None:
                 _check_frame(frame, "odometry", here.frame)
         except MessageError as error:
@@ -172,7 +170,7 @@ class Intake:
     def _check_time(self, at: float, now: float) -> None:
         if at > now + AHEAD:
             raise MessageError(f"stamp is {at - now:.2f} s in the future")
-        if now - at > self.stale:
+        if now - at > self._stale:
             raise MessageError(f"stamp is {now - at:.2f} s old")
         if self.measured is not None and at < self.measured_at:
             raise MessageError(f"stamp is {self.measured_at - at:.3f} s before the last one")

@@ -132,7 +132,7 @@ class Node:
         say: Callable[[str], object] | None = None,
     ) -> None:
         self.options = options = Options() if options is None else options
-        self.intake = Intake(options.topics.path_type, options.stale, options.closed)
+        self.intake = Intake(options.topics.path_type, options.stale, closed=options.closed)
         self.loop = diagnostics.Loop(options.period)
         self.pilot: Pilot | None = None
         self.drive: Drive | None = None

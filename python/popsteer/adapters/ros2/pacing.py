@@ -21,6 +21,7 @@ __all__ = ["spin"]
 _SECOND = 10**9
 _JUMP = 0.1  # the clock against the machine's steady one [s]; NTP slews far less in a cycle
 _SIM_JUMP = 1.0  # from one tick of a simulation to the next [s]
+_LAST = (2**31 - 1) * _SECOND  # what a stamp can say [ns]
 _PATIENCE = 0.05
 _STILL = 1.0  # without a tick [s]
 
@@ -110,7 +111,9 @@ def _ticks(clock: Reader) -> list[int]:
     times = []
     for data in clock.take():
         try:
-            times.append(nanoseconds_of(decode(CLOCK, data).clock))
-        except Exception:  # noqa: BLE001, S112, PERF203 - a message that is none
+            now = nanoseconds_of(decode(CLOCK, data).clock)
+        except Exception:  # noqa: BLE001, S112 - a message that is none
             continue
+        if 0 <= now < _LAST:
+            times.append(now)
     return times[-1:]
