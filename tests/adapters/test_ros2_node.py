@@ -192,6 +192,17 @@ def test_time_that_jumps_is_said_held_through_and_gone_on_from(
     assert bench.state == "driving"
 
 
+def test_new_path_is_gone_over_to(bench: Bench) -> None:
+    bench.run(10)
+    bench.send_path(y=1.0)
+    bench.run(3)
+    assert bench.node.pilot is not None
+    command = bench.node.pilot.command
+    assert command is not None
+    assert command.cross_track_error == pytest.approx(-0.9, abs=0.05)
+    assert (bench.state, bench.node.intake.course_number) == ("driving", 2)
+
+
 def test_fault_of_the_controller_brakes_while_it_lasts() -> None:
     def make(path: popsteer.Path) -> popsteer.Stanley:
         return popsteer.Stanley(path, CAR, monitor=popsteer.MonitorParams(deviation_limit=0.5))
@@ -334,6 +345,18 @@ def test_refused_bytes_are_named_by_their_type(bench: Bench) -> None:
 def test_option_out_of_its_range_is_refused(options: dict[str, float], said: str) -> None:
     with pytest.raises(popsteer.ConfigError, match=said):
         Options(**options)  # type: ignore[arg-type]
+
+
+def test_wait_for_a_path_is_over_in_time_and_says_why() -> None:
+    bench = Bench(timeout=0.5)
+    assert bench.until(lambda: bench.reason == "no path on /path")
+    wanted = r"^no nav_msgs/msg/Path that can be used on /path .*: its publisher sends nothing$"
+    with pytest.raises(popsteer.PopsteerError, match=wanted):
+        bench.node.check_silence(0.5)
+    bench.send_path(frame="odom")
+    assert bench.until(lambda: bench.node.intake.courses.refused == 1)
+    with pytest.raises(popsteer.PopsteerError, match="1 of 1 messages refused, the last: frame is"):
+        bench.node.check_silence(0.5)
 
 
 def test_wait_is_over_in_time_and_says_what_is_known() -> None:

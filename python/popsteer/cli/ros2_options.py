@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from popsteer.adapters.ros2.messages import ACKERMANN, CONTROL, PATH, TRAJECTORY
-from popsteer.adapters.ros2.topics import Topics
 from popsteer.cli import logs
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from popsteer.adapters.ros2.topics import Topics
 
 __all__ = [
     "Autoware",
@@ -28,8 +28,6 @@ __all__ = [
     "topics_of",
 ]
 
-_PATHS = {"path": PATH, "trajectory": TRAJECTORY}
-_COMMANDS = {"ackermann": ACKERMANN, "control": CONTROL}
 
 Domain: TypeAlias = Annotated[
     int | None,
@@ -123,11 +121,17 @@ def topics_of(
     >>> topics_of(["path=/plan"], "trajectory", None, autoware=False).path
     '/plan'
     """
+    # Here, so that the other commands do not load the adapter.
+    from popsteer.adapters.ros2.messages import ACKERMANN, CONTROL, PATH, TRAJECTORY
+    from popsteer.adapters.ros2.topics import Topics
+
+    paths = {"path": PATH, "trajectory": TRAJECTORY}
+    commands = {"ackermann": ACKERMANN, "control": CONTROL}
     topics = Topics.of_autoware() if autoware else Topics()
     return replace(
         topics.renamed(logs.pairs("--topic", renamed)),
-        path_type=_chosen("--path-type", path_type, _PATHS, topics.path_type),
-        command_type=_chosen("--command-type", command_type, _COMMANDS, topics.command_type),
+        path_type=_chosen("--path-type", path_type, paths, topics.path_type),
+        command_type=_chosen("--command-type", command_type, commands, topics.command_type),
     )
 
 

@@ -122,7 +122,8 @@ class Participant:
             self._participant = DomainParticipant(self.domain)
         except DDSException as error:
             raise PopsteerError(
-                f"domain {self.domain} cannot be joined: {error.msg or error}"
+                f"domain {self.domain} cannot be joined: no such network interface, too many"
+                " participants on it, or a CYCLONEDDS_URI that is none"
             ) from error
 
     def reader(

@@ -161,8 +161,6 @@ class Pilot:
             return Drive(self._steer, self._speed or 0.0, 0.0, self._limit(braking=True))
         if self.reason or known is None:
             return self._brake(dt)
-        if self.state in (State.BRAKING, State.STANDING):
-            self._speed = self._measured_speed
         self.state = State.DRIVING
         return self._drive(known, dt)
 

@@ -17,6 +17,7 @@ from popsteer.adapters.ros2.diagnostics import run_message
 from popsteer.adapters.ros2.messages import encode, store
 from popsteer.adapters.ros2.topics import Topics
 from popsteer.errors import ConfigError
+from popsteer.files import check_files
 
 if TYPE_CHECKING:
     import os
@@ -71,6 +72,7 @@ class Recording:
         self.file = FilePath(file)
         if self.file.suffix != ".mcap":
             raise ConfigError("--record", str(file), "a file *.mcap")
+        check_files([self.file])
         self.file.parent.mkdir(parents=True, exist_ok=True)
         # Beside the file, so that it is moved there whole.
         self._folder = FilePath(
