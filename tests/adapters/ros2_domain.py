@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import itertools
-import os
+import tempfile
 import time
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import popsteer
@@ -18,13 +21,37 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _NUMBERS = itertools.count()
+_BLOCK = 9
 PERIOD = 20_000_000
 START = 1_700_000_000 * 10**9
 
 
 def domain() -> int:
-    """A domain that no other test on this machine is likely to be in; beyond 100 ports collide."""
-    return 1 + (os.getpid() * 13 + next(_NUMBERS)) % 99
+    """A domain that no other process of tests on this machine is in."""
+    return 1 + _BLOCK * _block() + next(_NUMBERS) % _BLOCK
+
+
+@cache
+def _block() -> int:
+    """Which of eight blocks of domains is this process's, for as long as it lives."""
+    folder = Path(tempfile.gettempdir()) / "popsteer-domains"
+    folder.mkdir(exist_ok=True)
+    until = time.monotonic() + 300.0
+    while time.monotonic() < until:
+        for number in range(8):
+            lock = (folder / str(number)).open("w")
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                lock.close()
+                continue
+            _HELD.append(lock)
+            return number
+        time.sleep(0.5)
+    raise TimeoutError("all blocks of domains are taken")
+
+
+_HELD: list[Any] = []
 
 
 class Bench:

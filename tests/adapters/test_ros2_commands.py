@@ -12,6 +12,7 @@ import pytest
 from tests.cli import command
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 MESSAGE = 'ROS 2 needs the extra "ros2": pip install "popsteer[ros2]"'
@@ -137,6 +138,16 @@ def test_silent_domain_ends_the_recorder_with_one_line_and_status_2(tmp_path: Pa
     assert list(tmp_path.iterdir()) == []
 
 
+def _within(wanted: Callable[[], bool], seconds: float = 10.0) -> bool:
+    """Whether something holds before long: what is discovered takes a moment."""
+    until = time.monotonic() + seconds
+    while not wanted():
+        if time.monotonic() > until:
+            return False
+        time.sleep(0.01)
+    return True
+
+
 def _qos(*, reliable: bool, latched: bool) -> Any:
     """What a ROS node offers: rclcpp's `QoS(5)`, `SensorDataQoS` or `.transient_local()`."""
     from cyclonedds.core import Policy, Qos
@@ -168,13 +179,13 @@ def test_publishers_of_each_qos_are_heard_where_ros_would_hear_them(
         for name, kind in (("/odom", messages.ODOMETRY), ("/path", messages.PATH))
     }
     node = Node(Participant(number, local=True), Stanley)
-    time.sleep(0.05)
-    assert node.odometry_reader.peers == 1
-    plain, keeping = (reader.peers for reader in node.path_readers)
-    assert (plain, keeping) == (int(reliable), int(reliable and latched))
+    wanted = (1, int(reliable), int(reliable and latched))
+    readers = [node.odometry_reader, *node.path_readers]
+    assert _within(lambda: tuple(reader.peers for reader in readers) == wanted)
     if not reliable:
         from popsteer.adapters.ros2.waiting import why_silent
 
+        assert _within(lambda: all(reader.refused for reader in node.path_readers))
         why = why_silent("/path", messages.PATH, node.path_readers, ros)
         assert why.startswith("its publisher has a QoS that does not fit")
     assert len(writers) == 2

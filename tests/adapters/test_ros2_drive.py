@@ -127,7 +127,7 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
     """In real time, with Autoware's messages."""
     number, topics = domain(), Topics.of_autoware()
     file = tmp_path / "tap.mcap"
-    options = ("--autoware", "--max-speed", "10", "--set-vehicle", "max_deceleration=5")
+    options = ("--autoware", "--max-speed", "8", "--set-vehicle", "max_deceleration=5")
     track = ("--domain", str(number), "--autoware", "--track", "slalom", "--metres", "60")
     tap = (command.script(), "record", str(file), "--autoware", "--domain", str(number))
     member = Participant(number, local=True)
@@ -146,7 +146,7 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
             out = ended(steering, signal.SIGTERM)
         tapped = ended(recorder)
     assert found["finished"], (found, out)
-    assert found["largest"] < 0.3
+    assert found["largest"] < 0.5
     lines = out.splitlines()
     why = f"no odometry on {topics.odometry} for 0.3 s"
     told = [lines.index(f"{state}: {why}") for state in ("holding", "braking", "standing")]
@@ -155,7 +155,7 @@ def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Pat
     assert "driving" in lines[told[-1] :]
     # Held, then less and less, at the vehicle's deceleration, with the wheels as they were.
     speeds = [message.longitudinal.velocity for message in stopped]
-    assert speeds[0] > 2.0
+    assert speeds[0] > 1.0
     assert speeds[-1] == 0.0
     times = [1e-9 * stamp_of(message) for message in stopped]
     assert speeds == sorted(speeds, reverse=True)

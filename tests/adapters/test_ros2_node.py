@@ -368,7 +368,9 @@ def test_wait_is_over_in_time_and_says_what_is_known() -> None:
     ):
         alone.check_silence(0.5)
     other = Participant(member.domain, local=True).writer("/odom", messages.PATH)
-    time.sleep(0.1)
+    until = time.monotonic() + 10.0
+    while not member.types_of("/odom") and time.monotonic() < until:
+        time.sleep(0.01)
     with pytest.raises(popsteer.PopsteerError, match="it is published as nav_msgs/msg/Path"):
         alone.check_silence(0.5)
     assert other.peers == 0

@@ -6,15 +6,17 @@ import math
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer import SpeedTracker, SpeedTrackerParams, Status
+import numpy as np
+
+from popsteer import Path, SpeedTracker, SpeedTrackerParams, Status
 from popsteer.errors import InputError
 
 if TYPE_CHECKING:
-    from popsteer import Command, Path, SpeedCommand, Vehicle
+    from popsteer import Command, SpeedCommand, Vehicle
     from popsteer.adapters.ros2.conversions import Measured
     from popsteer.controllers import Controller
 
-__all__ = ["Drive", "Pilot", "State"]
+__all__ = ["Drive", "Pilot", "State", "up_to_stand"]
 
 # What the vehicle does not limit, as `SpeedTracker` and the closed loop of `popsteer.sim` have it.
 _ACCELERATION = 2.0
@@ -213,9 +215,45 @@ class Pilot:
         return (most or (_DECELERATION if braking else _ACCELERATION)) + _SPEED.reserve
 
 
+def up_to_stand(path: Path) -> Path:
+    """Give the part of a path up to where its speeds say stand.
+
+    A planner that wants the vehicle to stop sends speeds of 0 from there on. It may go on sending
+    the path beyond, which is steered along all the same. A speed of 0 at the start, or where the
+    vehicle changes direction, is passed.
+
+    Parameters
+    ----------
+    path : Path
+        The path.
+
+    Returns
+    -------
+    Path
+        The same where its speeds do not say so, or where it is closed.
+
+    Examples
+    --------
+    >>> from popsteer import Path
+    >>> points = [(0.0, 0.0), (9.0, 0.0), (18.0, 0.0), (27.0, 0.0)]
+    >>> up_to_stand(Path(points, speed=[0.0, 5.0, 0.0, 0.0])).length
+    18.0
+    """
+    speed = path.speed
+    if speed is None or path.closed:
+        return path
+    moving = np.flatnonzero(speed).tolist()
+    for before, after in zip(moving, [*moving[1:], None], strict=False):
+        ends = after is None or (after > before + 1 and speed[after] * speed[before] > 0.0)
+        if ends and before + 2 < len(path):
+            xy = np.column_stack((path.x, path.y))[: before + 2]
+            return Path(xy, speed=speed[: before + 2])
+    return path
+
+
 def _tracker(path: Path, vehicle: Vehicle) -> SpeedTracker:
     most = vehicle.max_lateral_acceleration
     if most is not None:
         # At its limit a vehicle cannot steer back: what it has lost, it gets back after the bend.
         vehicle = vehicle.replace(max_lateral_acceleration=_LATERAL_SHARE * most)
-    return SpeedTracker(path, vehicle, _SPEED)
+    return SpeedTracker(up_to_stand(path), vehicle, _SPEED)
