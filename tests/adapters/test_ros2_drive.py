@@ -96,9 +96,9 @@ def test_plant_and_node_finish_the_racetrack_at_50_hz(tmp_path: Path) -> None:
     assert found["finished"], (found, out)
     assert found["late"] == 0
     assert found["steps"] > 3500
-    assert found["largest"] < 0.03
+    assert found["largest"] < 0.02
     assert found["mean"] < 0.003
-    assert abs(found["remaining"]) < 0.1
+    assert abs(found["remaining"]) < 0.05
     assert "\ndriving\n" in out
     assert " 0 missed;" in out
     reports = recorded(file, messages.DIAGNOSTICS)

@@ -25,6 +25,9 @@ _LOCAL = """\
 <MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>
 <Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>"""
 
+# As long as the process lives: with its configuration a domain would lose all of its members.
+_CONFIGURED: dict[int, Any] = {}
+
 
 def domain_of(domain: int | None, environment: Mapping[str, str] = os.environ) -> int:
     """Give the domain to be in.
@@ -113,11 +116,10 @@ class Participant:
             raise PopsteerError(MISSING) from error
         self.domain = domain_of(domain)
         self._topics: dict[tuple[str, str], Any] = {}
-        self._configured = None
-        if is_local() if local is None else local:
+        if (is_local() if local is None else local) and self.domain not in _CONFIGURED:
             loopback = "lo0" if os.uname().sysname == "Darwin" else "lo"
             with suppress(DDSException):  # where this process is in the domain already
-                self._configured = Domain(self.domain, _LOCAL.format(name=loopback))
+                _CONFIGURED[self.domain] = Domain(self.domain, _LOCAL.format(name=loopback))
         try:
             self._participant = DomainParticipant(self.domain)
         except DDSException as error:

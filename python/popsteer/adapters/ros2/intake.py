@@ -51,6 +51,21 @@ class Intake:
     closed : bool, default False
         Whether the last point of a path joins its first.
 
+    Attributes
+    ----------
+    odometry, courses : Counted
+        How many messages of each came in, how many were refused, and why the last one was.
+    measured : Measured or None
+        The last pose and speed that can be used.
+    measured_at : float
+        When they were measured, on the node's clock [s].
+    course : Course or None
+        The last path that can be used.
+    course_number : int
+        How many paths could be used.
+    odometry_refused, course_refused : str
+        Why the last message could not be used; empty where it could.
+
     Examples
     --------
     >>> from popsteer.adapters.ros2 import conversions, messages
@@ -68,12 +83,9 @@ class Intake:
         self.odometry = Counted()
         self.courses = Counted()
         self.measured: Measured | None = None
-        # When the pose was measured, on the node's clock [s].
         self.measured_at = 0.0
         self.course: Course | None = None
-        # Counts the paths that could be used.
         self.course_number = 0
-        # Why the last message could not be used; empty where it could.
         self.odometry_refused = self.course_refused = ""
         self._course_type = course_type
         self._stale = stale
