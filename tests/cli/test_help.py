@@ -26,6 +26,8 @@ _COMMANDS = (
     "replay",
     "tune",
     "sweep",
+    "ros2",
+    "record",
     "bench",
     "tracks",
 )
