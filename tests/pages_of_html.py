@@ -36,7 +36,9 @@ class Html(HTMLParser):
         found = {name: value or "" for name, value in attrs}
         self.elements.append((tag, found))
         if tag != "a":
-            self.loads += [found[name] for name in ("src", "href", "data", "srcset") if name in found]
+            self.loads += [
+                found[name] for name in ("src", "href", "data", "srcset") if name in found
+            ]
         if tag not in VOID:
             self._open.append(tag)
             self._begun.append([])
@@ -60,9 +62,7 @@ class Html(HTMLParser):
     def document(self) -> dict[str, Any]:
         """The data that the page carries."""
         found: dict[str, Any] = next(
-            json.loads(text)
-            for text in self.texts["script"]
-            if text.startswith('{"scenes"')
+            json.loads(text) for text in self.texts["script"] if text.startswith('{"scenes"')
         )
         return found
 

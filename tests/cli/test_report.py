@@ -55,9 +55,7 @@ each_page = pytest.mark.parametrize("name", ALL)
 
 
 @each_page
-def test_page_is_one_file_that_loads_nothing(
-    made: dict[str, tuple[Html, str]], name: str
-) -> None:
+def test_page_is_one_file_that_loads_nothing(made: dict[str, tuple[Html, str]], name: str) -> None:
     page, printed = made[name]
     assert page.loads == ["data:,"]
     assert not [found for tag, found in page.elements if tag in ("iframe", "object", "embed")]

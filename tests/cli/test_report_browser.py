@@ -78,7 +78,8 @@ def _cars(page: Browser) -> dict[str, tuple[float, float]]:
     found: dict[str, Any] = page.run(
         """(() => {
           const {xaxis, yaxis} = document.getElementById('map')._fullLayout;
-          return Object.fromEntries([...document.querySelectorAll('#map [data-actor]')].map((car) => {
+          const cars = [...document.querySelectorAll('#map [data-actor]')];
+          return Object.fromEntries(cars.map((car) => {
             const m = car.transform.baseVal.consolidate().matrix;
             return [car.dataset.actor, [xaxis.p2l(m.e), yaxis.p2l(m.f)]];
           }));
@@ -120,7 +121,8 @@ def test_page_fits_its_window_and_asks_the_network_for_nothing(
     outside = browser.run(
         f"""[...document.querySelectorAll('body *')].filter((each) => {{
           const box = each.getBoundingClientRect();
-          return box.width && box.right > {width} + 1 && !each.closest('.scroll, pre, .hidden, svg');
+          return box.width && box.right > {width} + 1
+            && !each.closest('.scroll, pre, .hidden, svg');
         }}).map((each) => each.outerHTML.slice(0, 80))"""
     )
     assert outside == []
@@ -281,6 +283,12 @@ def test_map_follows_the_car_that_is_chosen(page: Browser) -> None:
         _set(page, 10.0)
         if abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5:
             break
+    assert abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5
+    width = "((r) => r[1] - r[0])(document.getElementById('map')._fullLayout.xaxis.range)"
+    near = page.run(width)
+    page.look(1280, 900, dark=True)
+    page.wait("getComputedStyle(document.body).backgroundColor === 'rgb(13, 17, 23)'")
+    page.wait(f"Math.abs({width} - {near}) < 1")  # the change of colours keeps it there
     assert abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5
     assert page.errors == []
 

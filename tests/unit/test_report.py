@@ -95,7 +95,7 @@ def test_page_of_too_many_samples_leaves_some_out_and_says_so(
 
 
 def test_page_that_cannot_be_small_enough_is_refused() -> None:
-    with pytest.raises(PopsteerError, match="a report of [0-9]+ bytes, where at most 6000000"):
+    with pytest.raises(PopsteerError, match=r"a report of [0-9]+ bytes, where at most 6000000"):
         page_bytes(Page("t", "l", "", "", []), lambda: "x" * 6_000_000)
 
 

@@ -137,7 +137,7 @@ def _page(comparison: Comparison, origin: Origin | None, progress: Progress) -> 
     """Make the page of a comparison; steps are timed for it where that means something."""
     progress.update("report", 0.0)
     untimed = not comparison.step_times and build_profile != "debug"
-    if untimed and origin is not None and comparison.first.metrics.steps:
+    if untimed and origin is not None and comparison.first.settings.keep_records:
         comparison = lab.compare.time_steps(
             comparison, origin.params, progress.update, adapt=origin.adapt
         )

@@ -127,8 +127,7 @@ def replay(
     if csv is not None:
         files[csv] = summary_csv(found).encode()
     if report is not None:
-        tuned = {name: each for name, each in chosen.items() if each is not None}
-        origin = lab.report.Origin(command_line(context), tuned, adapt)
+        origin = lab.report.Origin(command_line(context), chosen, adapt)
         files[report] = lab.report.of_replay(found, origin)
     write_files_atomic(files)
     console = Console()

@@ -190,7 +190,11 @@ def _alone(context: typer.Context) -> None:
     """Refuse options that would make another run of it."""
     for name, value in context.params.items():
         source = context.get_parameter_source(name)
-        if name not in ("replay_run", "out", "report") and source is not None and source.name != "DEFAULT":
+        if (
+            name not in ("replay_run", "out", "report")
+            and source is not None
+            and source.name != "DEFAULT"
+        ):
             option = f"--{name.rstrip('_').replace('_', '-')}"
             raise ConfigError(option, value, "left out where --replay-run is given")
 

@@ -53,10 +53,10 @@ def named(role: str) -> Colour:
     list of str
         On light, on dark.
     """
-    found = []
-    for theme in (THEMES["light"], THEMES["dark"]):
-        found.append(theme.laws[role] if role in theme.laws else str(getattr(theme, role)))
-    return found
+    return [
+        theme.laws[role] if role in theme.laws else str(getattr(theme, role))
+        for theme in (THEMES["light"], THEMES["dark"])
+    ]
 
 
 def ranked(place: int) -> Colour:

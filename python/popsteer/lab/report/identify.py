@@ -91,9 +91,7 @@ def _scene(found: Identification) -> Scene:
         "steer_deg": broken(np.degrees(log.steer), log.gaps),
         "yaw_rate": _smooth(broken(records["yaw_rate"], log.gaps), log.period),
         "yaw_rate_residual": _smooth(broken(residual, log.gaps), log.period),
-        "position_error": broken(
-            np.where(counts, records["position_error"], np.nan), log.gaps
-        ),
+        "position_error": broken(np.where(counts, records["position_error"], np.nan), log.gaps),
     }
     # The simulated car begins anew now and then: the line breaks where it jumps.
     x, y = records["simulated_x"], records["simulated_y"]
@@ -136,7 +134,9 @@ def _histograms(found: Identification) -> list[dict[str, Any]]:
     return [
         _histogram("Yaw rate, measured less simulated", "[rad/s]", rate),
         _histogram(
-            "Position, measured less simulated, to the left", "[m]", records["position_error"][counts]
+            "Position, measured less simulated, to the left",
+            "[m]",
+            records["position_error"][counts],
         ),
     ]
 

@@ -127,7 +127,7 @@ def _table(
 ) -> str:
     shown = "" if visible else ' class="hidden"'
     lines = [
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(label)}">'
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(label)}">',
         f"<table><caption{shown}>{escape(label)}</caption>",
         "<thead><tr>",
     ]

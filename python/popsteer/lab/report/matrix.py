@@ -107,7 +107,9 @@ def _pivot(found: Matrix) -> str:
         lines.append(
             f'<tr><th scope="row">{escape(each.plant)}</th><td>{link}</td>{"".join(cells)}</tr>'
         )
-    heads = "".join(f'<th scope="col" class="number">{escape(title_of(name))}</th>' for name in names)
+    heads = "".join(
+        f'<th scope="col" class="number">{escape(title_of(name))}</th>' for name in names
+    )
     label = f"Mean |cross-track error| after {settling:g} s [m]"
     return (
         f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(label)}"><table>'

@@ -21,7 +21,17 @@ __all__ = ["LARGEST", "Page", "Section", "page_bytes"]
 
 LARGEST = 6_000_000
 """Bytes of a page, at most."""
-_ASSETS = ("numbers", "theme", "interpolate", "map", "panels", "readout", "player", "figures", "main")
+_ASSETS = (
+    "numbers",
+    "theme",
+    "interpolate",
+    "map",
+    "panels",
+    "readout",
+    "player",
+    "figures",
+    "main",
+)
 _MOST_POINTS = 250_000  # of a scene: more take seconds to draw
 _STRIDES = tuple(2**k for k in range(16))
 _ROLES = ("background", "text", "faint", "grid", "path")

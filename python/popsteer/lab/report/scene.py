@@ -166,7 +166,6 @@ class Scene:
             "figures": list(self.figures),
         }
 
-
     def _kept(self, actor: Actor, stride: int) -> NDArray[np.int64]:
         """Choose samples: one in so many, and those that tell most."""
         count = len(actor.columns["time"])

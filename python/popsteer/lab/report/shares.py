@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer.lab.report.axes import log_axis
-from popsteer.lab.sweep.summary import ERROR, influence, success_rate
+from popsteer.lab.sweep.summary import ERROR, UNITS, influence, success_rate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -128,6 +128,9 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
     for name, weight in list(influence(job, rows).items())[:_MOST]:
         values = np.array([row[name] for row in rows])
         traces, note = _dots(rows, values, error)
+        axis = log_axis("greatest error [m]", error.min(), error.max())
+        axis["domain"] = [0.38, 1.0]
+        head = f"{name} [{UNITS[name]}]" if name in UNITS else name
         figures.append(
             {
                 "title": name,
@@ -135,11 +138,8 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
                 f" succeeds over tenths of the runs, with 95 % confidence.{note}",
                 "traces": [*traces, *_rates(values, good)],
                 "layout": {
-                    "xaxis": {"title": {"text": name}, "anchor": "y2"},
-                    "yaxis": {
-                        **log_axis("greatest error [m]", error.min(), error.max()),
-                        "domain": [0.38, 1.0],
-                    },
+                    "xaxis": {"title": {"text": head}, "anchor": "y2"},
+                    "yaxis": axis,
                     "yaxis2": {"domain": [0.0, 0.28], "range": [-5, 105], "title": {"text": "%"}},
                     "shapes": [_limit(job.deviation, "y")],
                     "hovermode": "closest",
@@ -234,8 +234,20 @@ def _limit(value: float, axis: str) -> dict[str, Any]:
     line = {"color": "@faint", "dash": "dash", "width": 1}
     if axis == "x":
         return {
-            "type": "line", "x0": value, "x1": value, "yref": "paper", "y0": 0, "y1": 1, "line": line
+            "type": "line",
+            "x0": value,
+            "x1": value,
+            "yref": "paper",
+            "y0": 0,
+            "y1": 1,
+            "line": line,
         }
     return {
-        "type": "line", "y0": value, "y1": value, "xref": "paper", "x0": 0, "x1": 1, "line": line
+        "type": "line",
+        "y0": value,
+        "y1": value,
+        "xref": "paper",
+        "x0": 0,
+        "x1": 1,
+        "line": line,
     }

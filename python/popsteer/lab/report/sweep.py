@@ -18,6 +18,7 @@ from popsteer.lab.report.scene import Panel, Scene
 from popsteer.lab.report.shares import error_figure, quantity_figures, start_figure
 from popsteer.lab.sweep.driving import repeat
 from popsteer.lab.sweep.summary import ERROR, caption, notes, success_rate, tables, worst
+from popsteer.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -136,7 +137,7 @@ def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
     for row in worst(rows, _TABLE):
         error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         cells = [str(row["run"]), str(row["seed"]), "yes" if row["finished"] else "no"]
-        cells += [str(sim_status(row["faults"])), f"{error:.3f}"]
+        cells += [_fault_names(row["faults"]), f"{error:.3f}"]
         cells += [f"{row[name]:.4g}" for name in job.vary]
         lines.append(cells)
     shown = plain_table("The worst runs", [*heads, *job.vary], lines, left=0)
@@ -148,21 +149,8 @@ def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
     return shown
 
 
-def sim_status(bits: int) -> str:
-    """Name faults.
-
-    Parameters
-    ----------
-    bits : int
-        As a row has them.
-
-    Returns
-    -------
-    str
-        Their names; a dash for none.
-    """
-    from popsteer.status import Status
-
+def _fault_names(bits: int) -> str:
+    """Name faults; a dash for none."""
     return str(Status(bits)) if bits else "–"
 
 

@@ -56,7 +56,9 @@ class TrackMap {
   }
 
   draw() {
+    this.centre = undefined; // the map of a car that is followed is put there again
     const layout = layoutStyle({
+      uirevision: this.scene.title,
       showlegend: false, hovermode: "closest", dragmode: coarse ? false : "zoom",
       xaxis: axisStyle({ title: { text: "x [m]", standoff: 4 }, zeroline: false }),
       yaxis: axisStyle({ title: { text: "y [m]", standoff: 4 }, zeroline: false, scaleanchor: "x" }),

@@ -1,5 +1,6 @@
 // Quantities over time or distance, one below the other, under one cursor.
 const GAP = 0.045;
+const NARROW = 480; // pixels
 
 class Panels {
   constructor(element, onPick) {
@@ -38,6 +39,7 @@ class Panels {
     const traces = [], shapes = [], notes = [];
     const last = panels.length === 1 ? "y" : `y${panels.length}`;
     const layout = layoutStyle({
+      uirevision: `${scene.title} ${axis}`, // a zoom outlives a change of colours
       showlegend: false, hovermode: false, dragmode: coarse ? false : "zoom", shapes, annotations: notes,
       margin: { l: 8, r: 12, t: 1.9 * letterSize(), b: 8 },
       xaxis: axisStyle({
@@ -51,7 +53,7 @@ class Panels {
       const bottom = Math.max(0, top - unit * weights[place]);
       layout[full] = axisStyle({ domain: [bottom, top], fixedrange: true, nticks: 5 });
       notes.push({
-        text: `<b>${panel.title}</b>`, xref: "paper", yref: "paper", x: 0, y: top, xanchor: "left",
+        text: `<b>${this.fits(panel.title) ? panel.title : panel.short}</b>`, xref: "paper", yref: "paper", x: 0, y: top, xanchor: "left",
         yanchor: "bottom", showarrow: false, font: { color: role("text") },
       });
       top = bottom - GAP;
@@ -59,6 +61,11 @@ class Panels {
       else this.addLines(traces, shapes, panel, name);
     });
     return Plotly.react(this.element, traces, layout, plotConfig);
+  }
+
+  // Whether a title, beside the marks of the axis, is not cut off.
+  fits(title) {
+    return 0.62 * letterSize() * title.length < this.element.clientWidth - 6 * letterSize();
   }
 
   addLines(traces, shapes, panel, name) {
@@ -84,7 +91,9 @@ class Panels {
     const actors = this.scene.actors.filter((actor) => actor.columns.status);
     Object.assign(axis, {
       range: [actors.length - 0.4, -0.6], tickvals: actors.map((_, k) => k),
-      ticktext: actors.map((actor) => actor.title), zeroline: false, showgrid: false,
+      ticktext: actors.map(({ title }) => (title.length > 13 && this.element.clientWidth < NARROW
+        ? `${title.slice(0, 12)}…` : title)),
+      zeroline: false, showgrid: false,
     });
     actors.forEach((actor, row) => {
       const along = actor.columns[this.axis], bits = actor.columns.status;

@@ -69,7 +69,8 @@ class Readout {
           cell.className = level;
         } else if (column) {
           const here = between(column, at);
-          text = Number.isFinite(here) ? here.toFixed(panel.decimals).replace("-", "−") : "–";
+          text = Number.isFinite(here) ? here.toFixed(panel.decimals) : "–";
+          text = Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
         }
         if (cell.textContent !== text) cell.textContent = text;
       });
