@@ -168,6 +168,45 @@ def test_pointer_over_a_plot_moves_cursor_cars_and_values(
         assert abs(shown - np.interp(at, np.arange(len(error)) * 0.05, error)) < 2e-3
 
 
+def test_cars_look_and_steer_as_their_records_have_it(
+    page: Browser, comparison: compare.Comparison
+) -> None:
+    _set(page, 6.0)
+    shown = page.run(
+        """Object.fromEntries([...document.querySelectorAll('#map [data-actor]')].map((car) => {
+          const m = car.transform.baseVal.consolidate().matrix;
+          const turns = [...car.querySelectorAll('g')].map((wheel) =>
+            wheel.getAttribute('transform').match(/rotate\\(([-.e\\d]+)\\)/)?.[1] ?? 0);
+          return [car.dataset.actor, [Math.atan2(-m.b, m.a), Math.hypot(m.a, m.b), turns]];
+        }))"""
+    )
+    for name, (yaw, scale, turns) in shown.items():
+        records = comparison.runs[name].records
+        k = int(np.searchsorted(records["time"], 6.0 - 1e-6))
+        assert abs(np.angle(np.exp(1j * (records["yaw"][k] - yaw)))) < 1e-3, name
+        assert scale > 0.0
+        steer = np.degrees(records["steer"][k])
+        assert np.allclose(list(map(float, turns)), [0.0, 0.0, steer, steer], atol=2e-3), name
+
+
+def test_statuses_are_read_and_drawn(page: Browser, comparison: compare.Comparison) -> None:
+    status = comparison.runs["stanley"].records["status"]
+    k = int(np.flatnonzero(status)[0])
+    _set(page, 0.05 * k + 1e-4)
+    cell = "document.querySelectorAll('#readout tbody tr')[1].lastElementChild"
+    said = popsteer.Status(int(status[k]))
+    assert page.run(f"[{cell}.textContent, {cell}.className]") == [
+        str(said).replace("|", ", "),
+        said.level,
+    ]
+    drawn = page.run(
+        "document.getElementById('panels').data.filter((t) => t.actor === 'stanley'"
+        f" && t.line.width === {4 if said.level == 'degraded' else 11}"
+        " && t.yaxis === 'y5').map((t) => [...t.x])[0]"
+    )
+    assert any(x is not None and abs(x - 0.05 * k) < 1e-3 for x in drawn)
+
+
 def test_pointer_on_the_map_moves_the_cursor_to_that_place(
     page: Browser, comparison: compare.Comparison
 ) -> None:

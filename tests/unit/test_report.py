@@ -109,10 +109,11 @@ def test_page_of_many_points_is_thinned_so_that_it_opens_quickly(
 
 
 def test_markup_of_a_name_ends_nothing() -> None:
-    evil = '</script><img src="https://example.org/x" onerror=1>&amp;\u2028'
+    evil = '</script><img src="https://example.org/x" onerror=1>&amp;\u2028 {{plotly}}'
     assert json.loads(json_for_script({"name": evil})) == {"name": evil}
     assert not set("<>&\u2028") & set(json_for_script({"name": evil}))
-    text = page_bytes(Page(evil, evil, evil, "", []), lambda: "").decode()
+    text = page_bytes(Page(evil, evil, evil, "", []), lambda: "the library").decode()
+    assert text.count("the library") == 1
     found = Html(text)
     assert not [name for name, _ in found.elements if name == "img"]
     assert evil in found.texts["h1"]
@@ -128,6 +129,23 @@ def test_table_of_the_terminal_keeps_heads_cells_and_what_is_bold() -> None:
     found = Html(table(shown, "label"))
     assert found.texts["th"] == ["controller", "finished", "a<b"]
     assert found.texts["strong"] == found.texts["td"] == ["0.5"]
+
+
+def test_page_tells_the_plant_from_what_the_controllers_were_given() -> None:
+    path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    car = popsteer.Vehicle(wheelbase=2.7, dead_time=0.2)
+    found = compare.run(
+        path, ["pop"], sim.KinematicBicycle(car), vehicle=car.replace(dead_time=0.1)
+    )
+    page = Html(of_comparison(found).decode())
+    titles = [text for text in page.texts["summary"] if "the vehicle" in text]
+    assert titles == [
+        "kinematic-bicycle: the vehicle",
+        "kinematic-bicycle: the vehicle that the controllers were given (dead_time 0.1)",
+    ]
+    whole, given_one = (text for text in page.texts["code"] if "\nwheelbase = " in text)
+    assert "\ndead_time = 0.2\n" in whole
+    assert "\ndead_time = 0.1\n" in given_one
 
 
 def test_runs_without_records_make_no_report() -> None:

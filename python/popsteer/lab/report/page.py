@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from importlib import resources
 from typing import TYPE_CHECKING, Any
@@ -103,7 +104,8 @@ def page_bytes(page: Page, library: Callable[[], str] | None = None) -> bytes:
     for stride in _STRIDES:
         if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:
             continue
-        content = _assembled(page, plotly, stride).encode("utf-8")
+        # A name of a file need not be text.
+        content = _assembled(page, plotly, stride).encode("utf-8", "replace")
         if len(content) <= LARGEST:
             return content
     raise PopsteerError(f"a report of {len(content)} bytes, where at most {LARGEST} are allowed")
@@ -148,14 +150,12 @@ def _assembled(page: Page, plotly: str, stride: int) -> str:
             f'<section id="{escape(each.name)}"><h2>{escape(each.title)}</h2>{each.body}</section>'
             for each in page.sections
         ),
+        "plotly": plotly,
         "data": json_for_script(document),
         "code": "".join(_asset(f"{name}.js") for name in _ASSETS),
     }
-    text = _asset("page.html")
-    for name, value in values.items():
-        text = text.replace(f"{{{{{name}}}}}", value)
-    # The last, so that nothing is looked for in it.
-    return text.replace("{{plotly}}", plotly)
+    # In one go: what is put in is not looked at again.
+    return re.sub(r"{{([a-z]+)}}", lambda found: values[found[1]], _asset("page.html"))
 
 
 def _links(page: Page) -> str:
