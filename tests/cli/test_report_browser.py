@@ -11,7 +11,8 @@ import pytest
 
 import popsteer
 from popsteer import tracks
-from popsteer.lab import compare, matrix, report
+from popsteer.lab import compare, matrix, replay, report
+from popsteer.logs import Log
 from tests.browser import Browser
 
 if TYPE_CHECKING:
@@ -347,4 +348,30 @@ def test_choice_of_plant_and_track_shows_its_map(browser: Browser, tmp_path: Pat
     browser.wait(f"{high} > 1")
     assert browser.run("document.getElementById('scene').value") == "1"
     browser.wait("document.querySelectorAll('#gallery .main-svg').length >= 2")
+    assert browser.errors == []
+
+
+def test_log_with_a_gap_is_drawn_with_a_gap_and_driven_by_the_driver(
+    browser: Browser, tmp_path: Path
+) -> None:
+    t = np.arange(0.0, 20.0, 0.05)
+    t[200:] += 5.0
+    log = Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.01 + 0.0 * t)
+    assert log.gaps == (200,)
+    found = replay.run(log, {"stanley": None, "pop": None}, popsteer.Vehicle())
+    file = tmp_path / "replay.html"
+    file.write_bytes(report.of_replay(found))
+    browser.look(360, 740, mobile=True)
+    browser.open(file.as_uri())
+    browser.wait(READY)
+    for plot, axis in (("map", "x"), ("panels", "y")):
+        driver = f"document.getElementById('{plot}').data.find((t) => t.actor === 'driver').{axis}"
+        broken = browser.run(f"[...{driver}].flatMap((v, k) => Number.isFinite(v) ? [] : [k])")
+        assert broken == [200], plot
+    _set(browser, 5.0)
+    places = _cars(browser)
+    assert abs(places["driver"][0] - 40.0) < 0.05
+    # The others are rays on the driver's car.
+    assert places["stanley"] == places["pop"] == places["driver"]
+    assert browser.run("document.documentElement.scrollWidth") == 360
     assert browser.errors == []
