@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import fcntl
 import json
 import os
 import select
@@ -14,6 +13,9 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
+with suppress(ImportError):  # not on Windows, where the tests that need it skip
+    import fcntl
 
 if TYPE_CHECKING:
     from pathlib import Path

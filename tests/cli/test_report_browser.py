@@ -234,12 +234,12 @@ def test_space_plays_and_pauses_and_cars_drive(
     before = _cars(page)
     page.press(" ")
     assert page.run("document.getElementById('play').getAttribute('aria-label')") == "Pause"
-    page.wait("Number(document.getElementById('cursor').value) > 5")
+    page.wait("Number(document.getElementById('cursor').value) > 3")
     page.press(" ")
     at = _value(page)
     after = _cars(page)
     assert page.run("document.getElementById('play').getAttribute('aria-label')") == "Play"
-    assert all(np.hypot(after[n][0] - before[n][0], after[n][1] - before[n][1]) > 5 for n in NAMES)
+    assert all(np.hypot(after[n][0] - before[n][0], after[n][1] - before[n][1]) > 3 for n in NAMES)
     _near(after, comparison, at)
     assert _value(page) == at
     assert page.errors == []
@@ -349,6 +349,16 @@ def test_choice_of_plant_and_track_shows_its_map(browser: Browser, tmp_path: Pat
     assert browser.run("document.getElementById('scene').value") == "1"
     browser.wait("document.querySelectorAll('#gallery .main-svg').length >= 2")
     assert browser.errors == []
+
+
+def test_command_is_copied_or_else_selected(page: Browser) -> None:
+    button = "document.querySelector('#command .copy')"
+    page.run(f"{button}.click()")
+    page.wait(f"{button}.textContent !== 'Copy'")
+    if page.run(f"{button}.textContent") == "Selected":
+        assert page.run("getSelection().toString()") == "popsteer compare"
+    page.wait(f"{button}.textContent === 'Copy'")
+    assert page.errors == []
 
 
 def test_log_with_a_gap_is_drawn_with_a_gap_and_driven_by_the_driver(

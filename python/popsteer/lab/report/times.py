@@ -103,7 +103,7 @@ def latency_table(comparison: Comparison) -> str:
         "Steps of fresh controllers on the states of their own runs. p50 to max are of single"
         " calls and hold one reading of the clock each; the net median does not."
     )
-    shown = plain_table("Time of a control step", (*heads, "max [µs]", "calls"), rows)
+    shown = plain_table("Time of a control step, percentiles", (*heads, "max [µs]", "calls"), rows)
     return shown + paragraphs([note])
 
 

@@ -67,12 +67,21 @@ function listen() {
     player.set(player.value);
   });
   for (const button of document.querySelectorAll(".copy")) {
-    button.addEventListener("click", async () => {
-      await navigator.clipboard.writeText(button.parentNode.querySelector("code").textContent);
-      button.textContent = "Copied";
-      setTimeout(() => { button.textContent = "Copy"; }, 1500);
-    });
+    button.addEventListener("click", () => copied(button));
   }
+}
+
+// Where the browser does not let a page copy, the text is selected, ready for Ctrl+C.
+async function copied(button) {
+  const code = button.parentNode.querySelector("code");
+  try {
+    await navigator.clipboard.writeText(code.textContent);
+    button.textContent = "Copied";
+  } catch {
+    getSelection().selectAllChildren(code);
+    button.textContent = "Selected";
+  }
+  setTimeout(() => { button.textContent = "Copy"; }, 1500);
 }
 
 async function begin() {
