@@ -20,15 +20,15 @@ LOG = {"--column", "--topic", "--unit"}
 WIRE = {"--topic", "--path-type", "--command-type", "--autoware"}
 WIRE |= {"--domain", "--localhost", "--timeout"}
 WANTED = {
-    "compare": RUNS | START | GIVEN | ONE | {"--step-time"},
+    "compare": RUNS | START | GIVEN | ONE | {"--step-time", "--report"},
     "simulate": RUNS - {"--controllers"}
     | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
-    | {"--replay-run", "--record"}
+    | {"--replay-run", "--record", "--report"}
     | START
     | GIVEN
     | ONE,
     # Many tracks have no start in common, many plants no parameters.
-    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY,
+    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY | {"--report"},
     # Its paths, starts and speeds are the experiment, its tuning too.
     "edges": RUNS - {"--preset"} | GIVEN | {"--tracks", "--plant", "--set-plant"},
     # What the controllers are told is the experiment.
@@ -38,18 +38,18 @@ WANTED = {
     "plan": GIVEN
     | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
-    "identify": GIVEN | LOG | {"--out", "--figures", "--csv", "--json"},
+    "identify": GIVEN | LOG | {"--out", "--figures", "--csv", "--json", "--report"},
     "replay": GIVEN
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
-    | {"--waypoints", "--closed", "--track", "--out", "--csv"},
+    | {"--waypoints", "--closed", "--track", "--out", "--csv", "--report"},
     # Where it starts, and how, is drawn.
     "sweep": RUNS - {"--controllers"}
     | DRAWN
     | START - {"--start", "--start-at"}
     | GIVEN
     | ONE
-    | {"--runs", "--deviation", "--workers", "--dask"},
+    | {"--runs", "--deviation", "--workers", "--dask", "--report"},
     "tune": RUNS - {"--controllers"}
     | DRAWN
     | GIVEN

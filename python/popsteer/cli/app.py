@@ -42,6 +42,7 @@ plant's vehicle unless --vehicle gives them another.
 Examples:
   popsteer compare                       the paper's four controllers on the shipped race track
   popsteer compare --out out             the same, with figures, records and metrics in out/
+  popsteer compare --report report.html  the same, to look at: cars that drive, plots, tables
   popsteer compare --waypoints mine.csv  a track of your own: x [m], y [m], speed [m/s]
   popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
@@ -70,6 +71,7 @@ An option means the same in every command that has it:
   --start, --start-offset                   where the vehicle starts
   --speed, --constant-speed                 its speed at the start, its speed all the way
   --out DIR                                 the folder to write to
+  --report FILE                             one page *.html to look at, see docs/report.md
 
 \b
 What `compare --out DIR` writes:

@@ -7,11 +7,12 @@ from typing import Annotated
 
 import typer
 
-from popsteer import vehicles
+from popsteer import lab, vehicles
 from popsteer._core import Vehicle
 from popsteer.cli import inputs, logs, options
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.files import check_files, check_folder, write_files_atomic
 from popsteer.identification import Identification
 
@@ -34,6 +35,7 @@ Examples:
   popsteer identify drive.mcap --out car.toml
   popsteer identify drive.csv --unit steer=deg --unit speed=km/h --column yaw=heading
   popsteer identify drive.csv --set-vehicle wheelbase=2.7 --set-vehicle rear_axle=-1.35
+  popsteer identify drive.csv --report drive.html
   popsteer identify bag/ --topic odometry=/localization/kinematic_state --figures figures
 """
 
@@ -80,6 +82,8 @@ def identify(
         Path | None,
         typer.Option(metavar="FILE", help="Write what was found as JSON.", show_default=False),
     ] = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Identify a vehicle from the log of a drive."""
     from rich.console import Console
@@ -97,12 +101,16 @@ def identify(
     check_files([file for file in (out, csv, json) if file is not None])
     if figures is not None:
         check_folder(figures, FILES)
+    check(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
         found = identified(drive, told, progress=lambda share: progress.update("identify", share))
         drawn = {} if figures is None else _drawn(found, figures, progress)
     texts = {csv: identified_csv(found), json: identified_json(found), out: as_toml(found.vehicle)}
     written = {file: text.encode() for file, text in texts.items() if file is not None}
+    if report is not None:
+        origin = lab.report.Origin(command_line(context))
+        written[report] = lab.report.of_identification(found, told, origin)
     write_files_atomic({**drawn, **written})
     console = Console()
     console.print(Text(caption(found), style="bold"), soft_wrap=True)

@@ -28,6 +28,7 @@ __all__ = [
     "Plants",
     "Preset",
     "Record",
+    "Report",
     "Seed",
     "Set",
     "SetPlant",
@@ -233,6 +234,15 @@ Out: TypeAlias = Annotated[
     typer.Option(
         metavar="DIR",
         help="Folder to write the files to. It is created if it is missing.",
+        show_default=False,
+    ),
+]
+Report: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Write one page *.html to look at: a map on which the cars drive, plots under one"
+        " cursor, tables, and what made it. It needs nothing from the network.",
         show_default=False,
     ),
 ]

@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from popsteer import presets, vehicles
+from popsteer import lab, presets, vehicles
 from popsteer.cli import inputs, logs, options
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
@@ -32,6 +33,7 @@ table has the angles beside the driver's, errors and statuses.
 Examples:
   popsteer replay drive.mcap --vehicle car.toml
   popsteer replay drive.csv --vehicle car.toml --controllers preview-pop,stanley --out out
+  popsteer replay drive.csv --vehicle car.toml --report drive.html
   popsteer replay drive.csv --vehicle car.toml --params tuned.toml --waypoints course.csv
 """
 _DEFAULT = "stanley,pop,preview-pop"
@@ -88,6 +90,8 @@ def replay(
             show_default=False,
         ),
     ] = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Let controllers watch a recorded drive."""
     from rich.console import Console
@@ -106,6 +110,7 @@ def replay(
         check_files([csv])
     if out is not None:
         check_folder(out, [*FILES, "replay.csv"])
+    check(report)
     adapt: Literal["auto"] | None = None if no_adapt else "auto"
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
@@ -121,6 +126,9 @@ def replay(
         files = {} if out is None else _files(found, out, progress)
     if csv is not None:
         files[csv] = summary_csv(found).encode()
+    if report is not None:
+        origin = lab.report.Origin(command_line(context), chosen, adapt)
+        files[report] = lab.report.of_replay(found, origin)
     write_files_atomic(files)
     console = Console()
     console.print(Text(caption(found), style="bold"), soft_wrap=True)
@@ -130,9 +138,11 @@ def replay(
     for line in (*statuses(found), *drive.remarks, NOTE):
         console.print(Text(line, style="dim"), soft_wrap=not console.is_terminal)
     if out is not None:
-        print(f"Written to {out}: {', '.join(file.name for file in files if file != csv)}")
-    if csv is not None:
-        print(f"Written to {csv}")
+        names = [file.name for file in files if file not in (csv, report)]
+        print(f"Written to {out}: {', '.join(names)}")
+    for file in (csv, report):
+        if file is not None:
+            print(f"Written to {file}")
 
 
 def _chosen(

@@ -20,6 +20,7 @@ from popsteer._core import (
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, check_folder
 from popsteer.lab import baselines
@@ -136,18 +137,19 @@ def simulate(
         typer.Option(
             metavar="FILE:RUN",
             help="Drive one run of a file that popsteer sweep wrote once more, to the last bit."
-            " Only --out goes with it.",
+            " Only --out and --report go with it.",
             show_default=False,
         ),
     ] = None,
     record: options.Record = None,
     out: options.Out = None,
+    report: options.Report = None,
     context: typer.Context,
 ) -> None:
     """Drive one controller along a track."""
     if replay_run is not None:
         _alone(context)
-        _again(replay_run, out)
+        _again(replay_run, out, report, command_line(context))
         return
     mover = inputs.plant(plant, set_plant)
     itself = vehicle_of(mover)
@@ -162,6 +164,7 @@ def simulate(
     if out is not None:
         check_folder(out, lab.compare.files.file_names([controller]))
     _check_record(record)
+    check(report)
     with Progress() as progress:
         comparison = lab.compare.run(
             course.path,
@@ -179,7 +182,10 @@ def simulate(
             progress=progress.update,
         )
         comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
-        outputs.deliver(comparison, out, progress)
+        origin = lab.report.Origin(
+            command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
+        )
+        outputs.deliver(comparison, out, progress, report, origin)
     _write_record(comparison, record)
 
 
@@ -205,12 +211,16 @@ def _alone(context: typer.Context) -> None:
     """Refuse options that would make another run of it."""
     for name, value in context.params.items():
         source = context.get_parameter_source(name)
-        if name not in ("replay_run", "out") and source is not None and source.name != "DEFAULT":
+        if (
+            name not in ("replay_run", "out", "report")
+            and source is not None
+            and source.name != "DEFAULT"
+        ):
             option = f"--{name.rstrip('_').replace('_', '-')}"
             raise ConfigError(option, value, "left out where --replay-run is given")
 
 
-def _again(text: str, out: FilePath | None) -> None:
+def _again(text: str, out: FilePath | None, report: FilePath | None, command: str) -> None:
     """Drive one run of a sweep again."""
     file, _, number = text.rpartition(":")
     if not file or not number.isdecimal():
@@ -219,6 +229,7 @@ def _again(text: str, out: FilePath | None) -> None:
     job, row = lab.sweep.rows.read_row(FilePath(file), run)
     if out is not None:
         check_folder(out, lab.compare.files.file_names([job.controller]))
+    check(report)
     with Progress() as progress:
         found = lab.sweep.repeat(
             job, run, progress=lambda share: progress.update(job.controller, share)
@@ -230,7 +241,11 @@ def _again(text: str, out: FilePath | None) -> None:
             plant=job.label,
             track=job.course,
         )
-        outputs.deliver(comparison, out, progress)
+        varied = job.made(run).plant
+        origin = lab.report.Origin(
+            command, {job.controller: job.params}, job.adapt, {job.label: varied}
+        )
+        outputs.deliver(comparison, out, progress, report, origin)
     figures = vars(found.metrics)
     same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
     print(f"Drawn: {drawn or 'nothing'}.")
