@@ -6,6 +6,7 @@ DIST   := dist
 DEMO   := out/demo
 BENCH  := out/bench
 MATRIX := out/matrix
+SITE   := out/site
 FUZZ   := out/fuzz
 SOAK   := out/soak
 # For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
@@ -33,7 +34,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix pages fuzz soak wheel install-c clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages site fuzz soak wheel install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -83,9 +84,17 @@ matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write READM
 		--plants carla-identified,kinematic-bicycle,commonroad-mb-2,mujoco-car \
 		--tracks racetrack,double-lane-change,slalom --constant-speed 10 --start-offset 1 --out $(MATRIX)
 	$(PY) -m benches.matrix_table $(MATRIX)
+	$(PY) -m tests.pages choose
 
-pages: $(VENV)/.dev ## drive what the tables of docs/ show; rewrite them
+pages: $(VENV)/.dev ## drive what the tables and figures of docs/ show; rewrite them
 	$(PY) -m tests.pages
+	$(PY) -m docs.site.figures
+
+# The playground is WebAssembly, whose target a toolchain may lack; without it the site has none.
+site: $(VENV)/.dev ## build the documentation site into out/site
+	@if [ -d rust/wasm ] && [ -d "$$(rustc --print target-libdir --target wasm32-unknown-unknown)" ]; then \
+		$(MAKE) playground; fi
+	$(PY) -m docs.site $(SITE)
 
 fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
 	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)
@@ -101,7 +110,7 @@ install-c: ## install the C and C++ interface, under PREFIX=/usr/local
 	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)"
 
 clean: ## remove all that these targets made
-	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.
