@@ -34,7 +34,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix pages site fuzz soak wheel install-c clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages site audit fuzz soak wheel install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -96,6 +96,9 @@ site: $(VENV)/.dev ## build the documentation site into out/site
 		$(MAKE) playground; fi
 	$(PY) -m docs.site $(SITE)
 
+audit: $(VENV)/.dev $(VENV)/.audit ## check the dependencies: known holes, licences; AUDIT=--online where there is a network
+	$(PY) -m docs.site.audit $(AUDIT)
+
 fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
 	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)
 
@@ -151,7 +154,7 @@ $(WHEEL): $(VENV)/pyvenv.cfg $(SOURCES)
 	@touch $@
 
 # The first line brings in a wheel whose version has not changed, the second what its extra needs.
-$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.dev: $(WHEEL)
+$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.audit $(VENV)/.dev: $(WHEEL)
 	$(PY) -m pip install --quiet --force-reinstall --no-deps $(DIST)/popsteer-*.whl
 	$(PY) -m pip install --quiet "$$(echo $(DIST)/popsteer-*.whl)[$(patsubst .%,%,$(@F))]"
 	@touch $@

@@ -2,8 +2,7 @@
 
     python examples/own_plant.py
 
-Any object with these names is a plant; `popsteer.sim.run` puts dead time and noise around it,
-drives it with a controller and measures the run.
+Any object with these names is a plant; `popsteer.sim.run` drives it, and puts the dead time around.
 """
 
 from __future__ import annotations
@@ -22,19 +21,19 @@ class LooseCar:
     reverses = False
 
     def __init__(self, gap: float) -> None:
-        self.gap = gap  # [rad]
+        self.half = 0.5 * gap  # [rad]
 
     def reset(self, x: float, y: float, yaw: float, speed: float) -> None:
         self.x, self.y, self.yaw, self.speed = x, y, yaw, speed
         self.gear = self.wheel = 0.0
 
-    def advance(  # noqa: PLR0913 - as popsteer.sim calls it
-        self, steer: float, throttle: float, brake: float, dt: float, substeps: int, _reverse: bool
+    def advance(
+        self, steer: float, throttle: float, brake: float, dt: float, substeps: int, reverse: object
     ) -> plants.PlantState:
-        half = 0.5 * self.gap
+        assert not reverse  # noqa: S101 - see `reverses`
         turn = 0.0
         for _ in range(substeps):
-            self.gear = max(steer - half, min(steer + half, self.gear))
+            self.gear = max(steer - self.half, min(steer + self.half, self.gear))
             self.wheel += dt / 0.1 * (self.gear - self.wheel)
             self.speed = max(0.0, self.speed + dt * (4.0 * throttle - 8.0 * brake))
             turn = self.speed * math.tan(self.wheel) / 2.7

@@ -55,7 +55,8 @@ def test_backlash_of_the_own_plant_costs_error(tmp_path: Path) -> None:
     errors = [float(error) for error in re.findall(r"finished, at most ([\d.]+) m off", printed)]
     assert len(errors) == 3
     assert errors == sorted(errors)
-    assert errors[0] < 0.01 < 0.1 < errors[2] < 0.5
+    assert errors[0] < 0.01
+    assert 0.1 < errors[2] < 0.5
 
 
 @pytest.mark.parametrize("name", HERE)
