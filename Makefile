@@ -34,7 +34,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix pages site audit fuzz soak wheel install-c clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages site audit fuzz soak wheel sdist install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -107,6 +107,9 @@ soak: $(VENV)/.dev ## step controllers 100,000,000 times and watch their memory
 
 wheel: $(WHEEL) ## build an installable wheel into dist/
 	@ls $(DIST)/popsteer-*.whl
+
+sdist: $(VENV)/.audit ## build the sdist into dist/sdist, and prove it: offline, with vendored crates, in a clean environment
+	sh rust/py/dist.sh $(CURDIR)/$(PY) $(DIST)/sdist
 
 install-c: ## install the C and C++ interface, under PREFIX=/usr/local
 	cargo build --release --locked --package popsteer-c
