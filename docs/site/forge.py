@@ -109,7 +109,8 @@ def staged(
 
     def relinked(found: re.Match[str]) -> str:
         place = target(found[3])
-        words = titles.get(place or "", found[2]) if _FILE.fullmatch(found[2]) else found[2]
+        page = (place or "").partition("#")[0]
+        words = titles.get(page, found[2]) if _FILE.fullmatch(found[2]) else found[2]
         return words if place is None else f"{found[1]}[{words}]({place})"
 
     def resourced(found: re.Match[str]) -> str:

@@ -20,7 +20,7 @@ tar -xzf "$out"/popsteer-*.tar.gz -C "$work"
 source=$(echo "$work"/popsteer-*)
 
 echo "== vendored crates"
-(cd "$source" && cargo vendor --locked --quiet "$work/crates") >"$work/sources.toml"
+(cd "$source" && cargo vendor --locked "$work/crates" 2>/dev/null) >"$work/sources.toml"
 ls "$work/crates" | wc -l
 # The folder above the sources: nothing in the sdist changes.
 mkdir "$work/.cargo" "$work/home"

@@ -96,3 +96,13 @@ def test_table_of_the_choice_is_that_of_the_records() -> None:
 
 def test_table_of_the_paper_is_driven() -> None:
     assert table("paper.md", "paper") == paper_lines()
+
+
+def test_staged_page_leads_to_the_places_of_the_site() -> None:
+    pytest.importorskip("latex2mathml", reason='the extra "site" is not installed')
+    code = "```\n[f](b.md) $1$\n```\n"
+    text = f"# A\n\n[b.md](b.md#c), [`x`](../y.py), [d](#a), `[e](b.md)`, $x_1$\n\n{code}"
+    staged = forge.staged(text, "docs/a.md", {"docs/b.md": "b.md"}.get, {"b.md": "Title"})
+    assert staged.startswith("# A {#a}\n\n[Title](b.md#c), `x`, [d](#a), `[e](b.md)`, <span")
+    assert staged.count("<math") == 1
+    assert staged.endswith(code)
