@@ -23,13 +23,13 @@ echo "== vendored crates"
 (cd "$source" && cargo vendor --locked "$work/crates" 2>/dev/null) >"$work/sources.toml"
 ls "$work/crates" | wc -l
 # The folder above the sources: nothing in the sdist changes.
-mkdir "$work/.cargo" "$work/home"
+mkdir "$work/.cargo" "$work/cargo"
 mv "$work/sources.toml" "$work/.cargo/config.toml"
 
 echo "== a wheel, offline"
-(cd "$source" && CARGO_HOME="$work/home" CARGO_NET_OFFLINE=true CARGO_TARGET_DIR="$work/target" \
+(cd "$source" && CARGO_HOME="$work/cargo" CARGO_NET_OFFLINE=true CARGO_TARGET_DIR="$work/target" \
 	"$python" -m maturin build --release --offline --interpreter "$python" --out "$out")
-ls "$work/home/registry" 2>/dev/null && { echo "crates came from elsewhere" >&2; exit 1; }
+ls "$work/cargo/registry" 2>/dev/null && { echo "crates came from elsewhere" >&2; exit 1; }
 
 echo "== installed into a clean environment"
 "$python" -m venv "$work/clean"
@@ -40,7 +40,7 @@ from popsteer import sim, tracks
 
 track = tracks.get("racetrack")
 run = sim.run(popsteer.PreviewPop(popsteer.Path(track.xy, speed=track.speed)))
-assert run.metrics.finished and popsteer.build_profile() == "release"
+assert run.metrics.finished and popsteer.build_profile == "release"
 print(popsteer.__version__, f"{run.metrics.settled_mean_abs_cross_track_error:.4f} m")
 PROGRAM
 )
