@@ -24,18 +24,18 @@ def plan_from(x: float, y: float) -> popsteer.Path:
 
 
 def main() -> None:
-    """Drive the course and say how far the centre's path was tracked."""
+    """Drive the course and say how closely the rear axle followed it."""
     x, y, yaw, speed, steer = 0.0, 0.4, 0.3, 8.0, 0.0  # of the rear axle
     controller = popsteer.PreviewPop(plan_from(x, y), CAR)
     controller.reset(steer=steer)
-    errors = []
+    course, errors = popsteer.Path(COURSE), []
     while x < 280.0:
         centre = (x + 1.35 * math.cos(yaw), y + 1.35 * math.sin(yaw))
         controller.set_path(plan_from(*centre))
         command = controller.step_or_hold(*centre, yaw, speed, PERIOD)
         if command.status.level == "fault":
             raise SystemExit(f"stopped: {command.status}")
-        errors.append(abs(command.cross_track_error))
+        errors.append(abs(course.project(x, y).cross_track_error))
 
         steer = command.steer
         yaw += PERIOD * speed * math.tan(steer) / 2.7

@@ -112,6 +112,7 @@ def main() -> None:
     (folder / "site").rename(site)
     shutil.rmtree(folder)
     print(f"the site is in {site}: open index.html")
+    print(f"its search needs a server: python -m http.server --directory {site}")
 
 
 if __name__ == "__main__":
