@@ -76,7 +76,8 @@ def test_commands_of_workflows_exist(name: str) -> None:
         assert set([needs] if isinstance(needs, str) else needs) <= set(jobs), job
         for step in what["steps"]:
             run = str(step.get("run", ""))
-            assert "${{" not in run, f"{job}: what an event says must not become code: {run}"
+            outside = run.replace("${{ matrix.", "")
+            assert "${{" not in outside, f"{job}: what an event says must not become code: {run}"
             for target in re.findall(r"\bmake ([\w-]+)", run):
                 assert f"\n{target}:" in makefile, target
             for path in re.findall(r"\btests/[\w/.]+", run):
