@@ -9,6 +9,7 @@ MATRIX := out/matrix
 SITE   := out/site
 FUZZ   := out/fuzz
 SOAK   := out/soak
+PLAY   := out/playground
 # For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
@@ -34,7 +35,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix pages site audit fuzz soak wheel sdist install-c clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages playground site audit fuzz soak wheel sdist install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -92,12 +93,15 @@ pages: $(VENV)/.dev ## drive what the tables and figures of docs/ show; rewrite 
 
 # The playground is WebAssembly, whose target a toolchain may lack; without it the site has none.
 site: $(VENV)/.dev ## build the documentation site into out/site
-	@if [ -d rust/wasm ] && [ -d "$$(rustc --print target-libdir --target wasm32-unknown-unknown)" ]; then \
+	@if [ -d "$$(rustc --print target-libdir --target wasm32-unknown-unknown)" ]; then \
 		$(MAKE) playground; fi
 	$(PY) -m docs.site $(SITE)
 
 audit: $(VENV)/.dev $(VENV)/.audit ## check the dependencies: known holes, licences; AUDIT=--online where there is a network
 	$(PY) -m docs.site.audit $(AUDIT)
+
+playground: $(VENV)/.lab ## build the playground for browsers; needs the target wasm32-unknown-unknown
+	$(PY) docs/playground/build.py $(PLAY)
 
 fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
 	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)
@@ -116,7 +120,7 @@ install-c: ## install the C and C++ interface, under PREFIX=/usr/local
 	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)"
 
 clean: ## remove all that these targets made
-	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(SOAK) $(PLAY) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.

@@ -27,6 +27,8 @@ _COMMANDS = (
     "replay",
     "tune",
     "sweep",
+    "ros2",
+    "record",
     "bench",
     "tracks",
 )

@@ -17,11 +17,13 @@ ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
 MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
 DRAWN = {"--controller", "--vary", "--distributions", "--seed"}
 LOG = {"--column", "--topic", "--unit"}
+WIRE = {"--topic", "--path-type", "--command-type", "--autoware"}
+WIRE |= {"--domain", "--localhost", "--timeout"}
 WANTED = {
     "compare": RUNS | START | GIVEN | ONE | {"--step-time"},
     "simulate": RUNS - {"--controllers"}
     | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
-    | {"--replay-run"}
+    | {"--replay-run", "--record"}
     | START
     | GIVEN
     | ONE,
@@ -55,6 +57,11 @@ WANTED = {
     | ONE - {"--track"}
     | {"--tracks", "--constant-speed", "--cars", "--search", "--trials", "--seconds"}
     | {"--effort-limit", "--storage"},
+    "ros2": GIVEN
+    | WIRE
+    | {"--controller", "--preset", "--params", "--set", "--no-adapt", "--closed", "--record"}
+    | {"--max-speed", "--rate", "--stale", "--hold", "--sim-time"},
+    "record": WIRE | {"--seconds"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }

@@ -23,6 +23,7 @@ ELSEWHERE = {
     "docs/carla.md": "tests/adapters/test_carla_page.py",
     "docs/edges.md": "tests/closed_loop/test_cars_loop_stop.py",
     "docs/planning.md": "tests/closed_loop/test_planning_page.py",
+    "docs/ros2.md": "tests/adapters/test_ros2_page.py",
     "docs/vehicle.md": "tests/closed_loop/test_vehicle_page.py",
 }
 # What the code of a page takes as given, and what it needs beside popsteer.

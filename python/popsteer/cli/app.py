@@ -16,7 +16,9 @@ from popsteer.cli import (
     matrix,
     new,
     plan,
+    record,
     replay,
+    ros2,
     simulate,
     stability,
     sweep,
@@ -54,6 +56,8 @@ Examples:
   popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
   popsteer tune --controller pop         parameters for a vehicle: error against steering effort
   popsteer sweep --runs 10000            thousands of runs that differ: how often it succeeds
+  popsteer ros2 --vehicle car.toml       a ROS 2 node that steers, without ROS
+  popsteer record drive.mcap             record the topics of that node
   popsteer bench                         how long a control step takes
   popsteer tracks export racetrack racetrack.csv
 
@@ -131,5 +135,7 @@ _add("edges", edges.edges, edges.HELP)
 _add("delay", delay.delay, delay.HELP)
 _add("tune", tune.tune, tune.HELP)
 _add("sweep", sweep.sweep, sweep.HELP)
+_add("ros2", ros2.ros2, ros2.HELP)
+_add("record", record.record, record.HELP)
 _add("bench", bench.bench, bench.HELP)
 app.add_typer(tracks.app, name="tracks", short_help=tracks.list_tracks.__doc__)

@@ -27,6 +27,7 @@ __all__ = [
     "Plant",
     "Plants",
     "Preset",
+    "Record",
     "Seed",
     "Set",
     "SetPlant",
@@ -85,6 +86,15 @@ Params: TypeAlias = Annotated[
         metavar="FILE",
         help="Tuning: a file *.toml as popsteer tune writes it, with a table a controller, such as"
         " [pop]. It takes the place of --preset for those.",
+        show_default=False,
+    ),
+]
+Record: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.mcap",
+        help="Write the messages of ROS 2 as MCAP, which Foxglove, Rerun and popsteer identify"
+        " read; needs the extra 'ros2'.",
         show_default=False,
     ),
 ]

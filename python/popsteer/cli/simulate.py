@@ -21,7 +21,7 @@ from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
-from popsteer.files import check_folder
+from popsteer.files import check_files, check_folder
 from popsteer.lab import baselines
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import Settings, vehicle_of
@@ -140,6 +140,7 @@ def simulate(
             show_default=False,
         ),
     ] = None,
+    record: options.Record = None,
     out: options.Out = None,
     context: typer.Context,
 ) -> None:
@@ -160,6 +161,7 @@ def simulate(
     begin = inputs.start(course.path, start, start_at, start_offset, itself)
     if out is not None:
         check_folder(out, lab.compare.files.file_names([controller]))
+    _check_record(record)
     with Progress() as progress:
         comparison = lab.compare.run(
             course.path,
@@ -178,6 +180,25 @@ def simulate(
         )
         comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         outputs.deliver(comparison, out, progress)
+    _write_record(comparison, record)
+
+
+def _check_record(file: FilePath | None) -> None:
+    """Refuse a file that could not be written, before anything is driven."""
+    if file is not None:
+        from popsteer.adapters.ros2.messages import store
+
+        store()  # names the extra where it is missing
+        if file.suffix != ".mcap":
+            raise ConfigError("--record", str(file), "a file *.mcap")
+        check_files([file])
+
+
+def _write_record(comparison: lab.compare.Comparison, file: FilePath | None) -> None:
+    if file is not None:
+        from popsteer.adapters.ros2.recording import record_run
+
+        print(f"Written to {file}: {record_run(comparison.first, file)} messages")
 
 
 def _alone(context: typer.Context) -> None:
