@@ -38,7 +38,9 @@ def crates_known_holes() -> tuple[str, str]:
     status, said = _run(*DENY, *CONFIG, "advisories")
     if status == 0:
         return PASSED, said.strip().splitlines()[-1]
-    return NOT_MADE if "failed to fetch advisory database" in said else FAILED, said
+    if "failed to fetch advisory database" in said:
+        return NOT_MADE, "RustSec's data base cannot be reached"
+    return FAILED, said
 
 
 def packages_known_holes() -> tuple[str, str]:
