@@ -20,6 +20,7 @@ _COMMANDS = (
     "matrix",
     "edges",
     "delay",
+    "new",
     "plan",
     "stability",
     "identify",

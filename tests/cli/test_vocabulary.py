@@ -35,6 +35,7 @@ WANTED = {
     "delay": RUNS | START | ONE | {"--dead-time"},
     # Nothing is driven.
     "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
+    "new": set(),
     "plan": GIVEN
     | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},

@@ -14,6 +14,7 @@ from popsteer.cli import (
     edges,
     identify,
     matrix,
+    new,
     plan,
     record,
     replay,
@@ -47,6 +48,7 @@ Examples:
   popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
   popsteer matrix --out out              controllers × plants × tracks: error and step time
+  popsteer new my-car                    a project to begin from: control loop, vehicle, test
   popsteer plan waypoints.csv --vehicle car.toml --out course.csv
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
   popsteer edges                         crossings, cusps, odd spacings and odd starts
@@ -125,6 +127,7 @@ def _add(name: str, command: Callable[..., None], page: str) -> None:
 
 _add("compare", compare.compare, compare.HELP)
 _add("simulate", simulate.simulate, simulate.HELP)
+_add("new", new.new, new.HELP)
 _add("plan", plan.plan, plan.HELP)
 _add("identify", identify.identify, identify.HELP)
 _add("replay", replay.replay, replay.HELP)
