@@ -35,6 +35,7 @@ pub mod law;
 pub mod many;
 pub mod metrics;
 pub mod noise;
+pub mod pedals;
 pub mod plant;
 pub mod record;
 pub mod saved;

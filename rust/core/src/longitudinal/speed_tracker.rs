@@ -36,8 +36,9 @@ const MARGIN: f64 = 1.0 / 60.0;
 const STEEP: f64 = 0.8;
 /// Share of the deceleration that holds a vehicle where it stands.
 const HOLD: f64 = 0.5;
-/// Farther off the speed than this the integral rests, so that it does not wind up [m/s].
-const NEAR: f64 = 0.5;
+/// Farther off the speed than this the integral rests, so that it does not wind up, in wheelbases a
+/// second.
+const NEAR: f64 = 1.0 / 6.0;
 /// Bound of the integral's share [m/s^2].
 const MOST_INTEGRAL: f64 = 1.0;
 
@@ -273,7 +274,7 @@ impl SpeedTracker {
             command = -HOLD * self.braking;
             integral = 0.0;
         } else {
-            if error.abs() <= NEAR {
+            if error.abs() <= NEAR * car.wheelbase {
                 integral += params.ki * error * dt;
                 integral = saturate(integral, -MOST_INTEGRAL, MOST_INTEGRAL);
             }
@@ -311,6 +312,20 @@ impl SpeedTracker {
             reverse: at.reverse,
             standing,
         })
+    }
+
+    /// The path `new` replaces `old`; its own plan replaces the old one.
+    ///
+    /// The command and the integral continue. So does the place, if the segment beside the vehicle
+    /// is the same; else the next step finds it on the whole of the new path.
+    pub fn set_path(&self, state: &mut SpeedTrackerState, old: &PathView<'_>, new: &PathView<'_>) {
+        let goes_on = |last: usize| {
+            let segment = old.segment_at(last);
+            segment < new.segments()
+                && new.segment(segment) == old.segment(segment)
+                && new.is_reverse(segment) == old.is_reverse(segment)
+        };
+        state.waypoint = state.waypoint.filter(|&last| goes_on(last));
     }
 
     /// Whether `state` is one that this controller could have on `path`.

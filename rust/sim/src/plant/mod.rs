@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 use popsteer_core::{Vehicle, VehicleState};
 
+use crate::pedals::PedalMap;
+
 /// What a vehicle is commanded for one control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Control {
@@ -61,6 +63,11 @@ pub trait Plant: fmt::Debug + Send + Sync + Any {
     /// Whether it drives backwards when commanded to.
     fn reverses(&self) -> bool {
         false
+    }
+
+    /// Which pedals give it an acceleration, where that is known.
+    fn pedals(&self) -> Option<PedalMap> {
+        None
     }
 
     /// Moves `state` on by `substeps` steps of `dt` [s] under a constant `control`.
