@@ -29,6 +29,7 @@ DT = 0.05
 CAR = popsteer.Vehicle(
     wheelbase=2.7,
     rear_axle=-1.35,
+    max_steer=0.6,
     turning_wheelbase=2.85,
     understeer=0.003,
     steer_offset=math.radians(1.0),

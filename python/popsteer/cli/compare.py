@@ -11,6 +11,7 @@ from popsteer import lab, presets, sim
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
 from popsteer.files import check_folder
+from popsteer.lab.common.longitudinal import made
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.sim import Settings
 
@@ -34,6 +35,7 @@ Examples:
   popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --start-at front
   popsteer compare --preset paper --plant kinematic-bicycle
   popsteer compare --plant commonroad-mb-2 --constant-speed 14 --start-offset 1
+  popsteer compare --waypoints course.csv --longitudinal speed-tracker
   popsteer compare --controllers pop,mpc --step-time
   popsteer compare --plant car.toml --set-vehicle dead_time=0
   popsteer compare --vehicle car.toml --plant heavier-car.toml
@@ -59,6 +61,8 @@ def compare(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.Longitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     step_time: Annotated[
         bool, typer.Option("--step-time", help="Measure the time of a control step as well.")
@@ -68,6 +72,7 @@ def compare(
     """Drive several controllers along one track."""
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
+    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed)
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
         itself = sim.vehicle_of(mover)
@@ -87,6 +92,7 @@ def compare(
             start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
+            longitudinal=made(pedals, course.path, given),
             settings=Settings(dt=dt),
             progress=progress.update,
         )

@@ -19,16 +19,19 @@ __all__ = [
     "Controller",
     "Controllers",
     "Dt",
+    "Longitudinal",
     "NoAdapt",
     "Out",
     "OwnControllers",
     "OwnPlant",
     "Params",
+    "PlannedLongitudinal",
     "Plant",
     "Plants",
     "Preset",
     "Seed",
     "Set",
+    "SetLongitudinal",
     "SetPlant",
     "SetVehicle",
     "Speed",
@@ -212,6 +215,35 @@ ConstantSpeed: TypeAlias = Annotated[
     typer.Option(
         metavar="M/S",
         help="Drive at this speed; a PI controller works the pedals.",
+        show_default=False,
+    ),
+]
+Longitudinal: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="The controller of the pedals: coupled, which is the paper's and the default;"
+        " speed-pid, which tracks the reference speeds of the waypoints; or speed-tracker, which"
+        " plans speeds within the limits of the vehicle that the controllers are given, and keeps"
+        " them.",
+        show_default=False,
+    ),
+]
+PlannedLongitudinal: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--longitudinal",
+        metavar="NAME",
+        help="The controller of the pedals, as simulate has it. The default is speed-tracker where"
+        " --waypoints has speeds, else coupled.",
+        show_default=False,
+    ),
+]
+SetLongitudinal: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=VALUE",
+        help="Set a parameter of the controller of the pedals. Can be repeated.",
         show_default=False,
     ),
 ]

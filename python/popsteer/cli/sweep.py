@@ -93,6 +93,8 @@ def sweep(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.PlannedLongitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     workers: Annotated[
         int | None,
@@ -139,6 +141,12 @@ def sweep(
         start_offset=start_offset,
         speed=speed,
         constant_speed=constant_speed,
+        longitudinal=inputs.longitudinal(
+            longitudinal,
+            set_longitudinal,
+            constant_speed,
+            varying.usual_longitudinal([course.path] if waypoints is not None else []),
+        ),
         settings=Settings(dt=dt),
         course=course.name,
         label=label,

@@ -102,6 +102,8 @@ def tune(
     ] = 7,
     seed: options.Seed = 0,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.PlannedLongitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     trials: Annotated[
         int | None,
@@ -158,8 +160,10 @@ def tune(
     if not vary and distributions is None:
         # Noise is steered after by any tuning; it would hide what is looked for.
         varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
+    courses = inputs.courses(waypoints, tracks, closed=closed)
+    shipped = len(courses) - len(waypoints or [])
     problem = lab.tune.Problem(
-        {each.name: each.path for each in inputs.courses(waypoints, tracks, closed=closed)},
+        {each.name: each.path for each in courses},
         name,
         base,
         wanted,
@@ -170,6 +174,12 @@ def tune(
         vehicle=told,
         adapt=tuning.adapt,
         constant_speed=constant_speed,
+        longitudinal=inputs.longitudinal(
+            longitudinal,
+            set_longitudinal,
+            constant_speed,
+            varying.usual_longitudinal([each.path for each in courses[shipped:]]),
+        ),
         settings=Settings(dt=dt),
     )
     kept: str | Path | None = storage

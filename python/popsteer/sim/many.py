@@ -56,8 +56,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
 
     Each run is that of `run`, bit for bit; where there is noise, it is so where each run has a seed
     of its own. `controller`, `plant`, `start`, `speed`, `longitudinal`, `noise` and `seed` are each
-    one for all runs or a sequence with one for each. Ctrl-C, or an error that `progress` raises, stops all runs
-    within a control step.
+    one for all runs or a sequence with one for each. Ctrl-C, or an error that `progress` raises,
+    stops all runs within a control step.
 
     Parameters
     ----------

@@ -6,8 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer import tracks
-from popsteer._core import Path
-from popsteer.errors import PathError
+from popsteer._core import Path, SpeedPidParams
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,16 +56,15 @@ def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) 
     }
     fresh = problem.seed + 1_000_003
     parts = [(problem, True), (replace(problem, seed=fresh), False)]
+    if isinstance(problem.longitudinal, SpeedPidParams):
+        others = {name: path for name, path in others.items() if path.speed is not None}
     if others:
         parts.append((replace(problem, paths=others, seed=fresh), False))
     found = []
     for done, (part, seen) in enumerate(parts):
         if progress is not None:
             progress("judging", done / len(parts))
-        try:
-            usual, chosen = part.score(problem.base), part.score(tuned.params)
-        except PathError:  # tracks without speeds, for pedals that need them
-            continue
+        usual, chosen = part.score(problem.base), part.score(tuned.params)
         found.append(Judged(part, usual, chosen, seen))
     return found
 
