@@ -165,7 +165,8 @@ impl PySpeedCommand {
 ///
 /// The speeds are planned when it is made: as fast as the vehicle's limits allow, and at most the
 /// path's own. What the vehicle does not limit is limited to 25 m/s, 4 m/s^2 to the side, 2 m/s^2
-/// driving and 3 m/s^2 braking. A step takes the plan's acceleration where the vehicle will be when
+/// driving and 3 m/s^2 braking. Bends take 0.9 of the lateral acceleration: the rest is for the
+/// steering to correct errors. A step takes the plan's acceleration where the vehicle will be when
 /// the command takes effect, and corrects the error of the speed: ``command = a(s + v (drive_delay +
 /// drive_lag + dt / 2)) + kp e + integral of ki e`` with ``e = v(s) - v``. Before a stop it brakes by
 /// what remains of the way.

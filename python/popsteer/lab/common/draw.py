@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -14,9 +15,10 @@ if TYPE_CHECKING:
 
     from popsteer.lab.common.theme import Theme
 
-__all__ = ["drawn"]
+__all__ = ["drawn", "wrapped"]
 
 _DPI = 150
+_EM = 0.55  # mean width of a character, of the height of the font
 # Without the date, so that the same figure is the same file.
 _METADATA: dict[str, dict[str, str | None]] = {
     "png": {"Software": None},
@@ -57,3 +59,30 @@ def drawn(draw: Callable[[Theme], Figure], theme: Theme) -> dict[str, bytes]:
             figure.savefig(stream, format=kind, dpi=_DPI, metadata=metadata)
             content[kind] = stream.getvalue()
     return content
+
+
+def wrapped(text: str, figure: Figure, size: float) -> str:
+    """Break a line that is wider than a figure.
+
+    Parameters
+    ----------
+    text : str
+        The line.
+    figure : matplotlib.figure.Figure
+        Where it stands.
+    size : float
+        Size of the font [pt].
+
+    Returns
+    -------
+    str
+        As many lines as it takes.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> print(wrapped("one two three", Figure(figsize=(1, 1)), 12.0))
+    one two
+    three
+    """
+    return textwrap.fill(text, int(figure.get_figwidth() * 72.0 / (_EM * size)))

@@ -198,7 +198,9 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     told = influence(job, rows)
     if told and max(told.values()) > 0.0:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(told.items())[:3])
-        said.append(f"What failing has most to do with (0 nothing, 1 all): {first}.")
+        failed = any(not row["success"] for row in rows)
+        what = "failing has" if failed else "the greatest errors have"
+        said.append(f"What {what} most to do with (0 nothing, 1 all): {first}.")
     return said
 
 
@@ -235,7 +237,8 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
         bad.add_column(Text(head), justify="right", no_wrap=True)
     told = list(influence(job, rows))[:3]
     for name in told:
-        bad.add_column(name, justify="right", no_wrap=True)
+        # Three long names side by side are too wide for a terminal.
+        bad.add_column(Text(name.replace("_", "_\n")), justify="right", no_wrap=True)
     for row in worst(rows):
         error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         bad.add_row(

@@ -26,6 +26,8 @@ __all__ = ["SpeedCommand", "SpeedTracker", "SpeedTrackerParams", "SpeedTrackerSt
 
 TOP_SPEED, LATERAL, DRIVING, BRAKING = 25.0, 4.0, 2.0, 3.0
 """What stands for a limit that the vehicle does not say [m/s, m/s²]."""
+BENDS = 0.9
+"""Share of the lateral acceleration that bends may take; the rest corrects the steering."""
 SMOOTHING = 2.0 / 3.0
 """Length over which the curvature is smoothed, in wheelbases."""
 CREEP = 0.1
@@ -350,7 +352,7 @@ def _planned(path: PathView, car: Vehicle, driving: float, braking: float) -> li
     )
     limits = Limits(
         most,
-        LATERAL if lateral is None else lateral,
+        BENDS * (LATERAL if lateral is None else lateral),
         OverSpeed((0.0,), (driving,)),
         OverSpeed((0.0,), (braking,)),
         None,
