@@ -7,15 +7,17 @@ import textwrap
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from popsteer.lab.common.theme import Theme
 
-__all__ = ["drawn", "wrapped"]
+__all__ = ["drawn", "logarithmic", "wrapped"]
 
 _DPI = 150
 _EM = 0.55  # mean width of a character, of the height of the font
@@ -86,3 +88,26 @@ def wrapped(text: str, figure: Figure, size: float) -> str:
     three
     """
     return textwrap.fill(text, int(figure.get_figwidth() * 72.0 / (_EM * size)))
+
+
+def logarithmic(panel: Axes) -> None:
+    """Make the vertical axis logarithmic, with plain numbers at 1, 2 and 5 of each decade.
+
+    Parameters
+    ----------
+    panel : matplotlib.axes.Axes
+        Where it is.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> panel = Figure().subplots()
+    >>> logarithmic(panel)
+    >>> panel.get_yscale()
+    'log'
+    """
+    panel.set_yscale("log")
+    axis = panel.yaxis
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
