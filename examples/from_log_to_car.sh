@@ -19,11 +19,11 @@ step() {
 "${PYTHON:-python3}" "$here/recorded_drive.py" . "${SECONDS_DRIVEN:-120}"
 
 # What is my car? What a tape measure and the manual say is told; the log shows the rest.
-step identify drive.mcap --out car.toml --figures identify \
+step identify drive.mcap --out car.toml \
     --set-vehicle wheelbase=2.7 --set-vehicle rear_axle=-1.35 --set-vehicle max_steer=0.6
 
 # How fast may it go?
-step plan waypoints.csv --vehicle car.toml --out course.csv --figure plan.png
+step plan waypoints.csv --vehicle car.toml --out course.csv
 
 # Which parameters suit it?
 step tune --vehicle car.toml --waypoints course.csv --trials "${TRIALS:-40}" \

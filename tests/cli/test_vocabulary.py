@@ -11,6 +11,7 @@ from popsteer.cli.app import app
 
 # What each command can take; the rest of its options are its own.
 RUNS = {"--controllers", "--preset", "--params", "--set", "--no-adapt", "--dt", "--out"}
+PEDALS = {"--longitudinal", "--set-longitudinal"}
 START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed"}
 GIVEN = {"--vehicle", "--set-vehicle"}
 ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
@@ -18,9 +19,10 @@ MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
 DRAWN = {"--controller", "--vary", "--distributions", "--seed"}
 LOG = {"--column", "--topic", "--unit"}
 WANTED = {
-    "compare": RUNS | START | GIVEN | ONE | {"--step-time"},
+    "compare": RUNS | START | PEDALS | GIVEN | ONE | {"--step-time"},
     "simulate": RUNS - {"--controllers"}
-    | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
+    | PEDALS
+    | {"--controller", "--set-run"}
     | {"--replay-run"}
     | START
     | GIVEN
@@ -34,22 +36,24 @@ WANTED = {
     # Nothing is driven.
     "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
     "plan": GIVEN
-    | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
+    | {"--closed", "--set", "--out", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
-    "identify": GIVEN | LOG | {"--out", "--figures", "--csv", "--json"},
+    "identify": GIVEN | LOG | {"--out"},
     "replay": GIVEN
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
-    | {"--waypoints", "--closed", "--track", "--out", "--csv"},
+    | {"--waypoints", "--closed", "--track", "--out"},
     # Where it starts, and how, is drawn.
     "sweep": RUNS - {"--controllers"}
     | DRAWN
     | START - {"--start", "--start-at"}
+    | PEDALS
     | GIVEN
     | ONE
     | {"--runs", "--deviation", "--workers", "--dask"},
     "tune": RUNS - {"--controllers"}
     | DRAWN
+    | PEDALS
     | GIVEN
     | ONE - {"--track"}
     | {"--tracks", "--constant-speed", "--cars", "--search", "--trials", "--seconds"}

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from popsteer import lab, presets, sim
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options, outputs, pedals
 from popsteer.cli.progress import Progress
 from popsteer.files import check_folder
 from popsteer.lab.common.longitudinal import made
@@ -72,7 +72,7 @@ def compare(
     """Drive several controllers along one track."""
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
-    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed)
+    chosen = pedals.longitudinal(longitudinal, set_longitudinal, constant_speed)
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
         itself = sim.vehicle_of(mover)
@@ -92,7 +92,7 @@ def compare(
             start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
-            longitudinal=made(pedals, course.path, given),
+            longitudinal=made(chosen, course.path, given),
             settings=Settings(dt=dt),
             progress=progress.update,
         )

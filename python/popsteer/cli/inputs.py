@@ -12,7 +12,6 @@ from popsteer._core import AdaptParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
-from popsteer.lab.common.longitudinal import LongitudinalParams, params_of
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.compare import parameters
 from popsteer.params_file import load_all
@@ -36,7 +35,6 @@ __all__ = [
     "changed_plant",
     "course",
     "courses",
-    "longitudinal",
     "named_vehicle",
     "names",
     "plant",
@@ -318,48 +316,6 @@ def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: 
     except ValueError:
         raise ConfigError("--start", text, "three numbers X,Y,YAW [m, m, rad]") from None
     return Start((x, y, yaw), place)
-
-
-def longitudinal(
-    name: str | None,
-    assignments: Sequence[str] | None,
-    constant_speed: float | None,
-    usual: str = "coupled",
-) -> LongitudinalParams | None:
-    """Give who works the pedals.
-
-    Parameters
-    ----------
-    name : str or None
-        Its name; by default `usual`.
-    assignments : sequence of str or None
-        ``NAME=VALUE`` each: its parameters.
-    constant_speed : float or None
-        The speed that is kept instead.
-    usual : str, default "coupled"
-        Who does where it is not said.
-
-    Returns
-    -------
-    parameters or None
-        Those of the controller; None where a constant speed is kept.
-
-    Raises
-    ------
-    ConfigError
-        No such controller or parameter is known, a value is refused, or both are given.
-
-    Examples
-    --------
-    >>> longitudinal("speed-pid", ["kp=0.8"], None)
-    SpeedPidParams(kp=0.8, ki=0.1, kd=0.0)
-    """
-    if constant_speed is not None:
-        if name or assignments:
-            raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
-        return None
-    name = usual if name is None else name
-    return assigned(params_of(name), assignments or [], name)
 
 
 def plant(

@@ -33,7 +33,7 @@ Examples:
   popsteer plan waypoints.csv --smooth 0.1 --out course.csv    recorded, with noise and gaps
   popsteer plan waypoints.csv --set max_lateral_acceleration=3 --set max_jerk=2
   popsteer plan waypoints.csv --speed-limit 100:250:8 --driving 0:3,20:1
-  popsteer plan lap.csv --closed --figure plan.png
+  popsteer plan lap.csv --closed
 
 \b
 Limits for --set; what is left out is the vehicle's:
@@ -106,13 +106,9 @@ def plan(
     ] = None,
     out: Annotated[
         FilePath | None,
-        typer.Option(metavar="FILE", help="Write the course as CSV.", show_default=False),
-    ] = None,
-    figure: Annotated[
-        FilePath | None,
         typer.Option(
-            metavar="FILE.png",
-            help="Draw speeds and limits over the distance; FILE-dark.png for a dark background.",
+            metavar="FILE",
+            help="File for the course, CSV. The figure is drawn beside it.",
             show_default=False,
         ),
     ] = None,
@@ -126,9 +122,9 @@ def plan(
         limits = limits.replace(max_acceleration=_points("--driving", driving))
     if braking is not None:
         limits = limits.replace(max_deceleration=_points("--braking", braking))
-    pictures = [] if figure is None else [figure, figure.with_stem(f"{figure.stem}-dark")]
-    if figure is not None and figure.suffix != ".png":
-        raise ConfigError("--figure", str(figure), "a file *.png")
+    pictures = [] if out is None else outputs.beside(out)
+    if out in pictures or out == waypoints:
+        raise ConfigError("--out", str(out), "another file than what it is made of or drawn into")
     check_files([*([] if out is None else [out]), *pictures])
     if smooth is None:
         path = Path.from_csv(waypoints, closed=closed)
@@ -138,20 +134,24 @@ def plan(
         path = planning.smooth(_recorded(waypoints, closed=closed), smooth, closed=closed)
     bounds = _bounds(path, speed_limit or [], keep_speeds=keep_speeds)
     profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
-    content = {}
-    if pictures:
-        from popsteer.lab.plan.figures import plan_figures
+    if out is not None:
+        content = {out: profile.as_csv().encode()}
+        if pictures:
+            from popsteer.lab.plan.figures import plan_files
 
-        content = dict(zip(pictures, plan_figures(profile), strict=True))
-    write_files_atomic(content | ({} if out is None else {out: profile.as_csv().encode()}))
+            drawn = plan_files(profile, out.stem)
+            content |= {picture: drawn[picture.name] for picture in pictures}
+        write_files_atomic(content)
     outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)])
     if profile.too_sharp.size:
         print(
             f"{profile.too_sharp.size} waypoints, the first of them {profile.too_sharp[0]}, bend"
             " more sharply than the wheels turn (max_steer)."
         )
-    for file in [*([] if out is None else [out]), *pictures]:
-        print(f"Written to {file}")
+    if out is None:
+        print("--out FILE writes the course, and a figure of it.")
+    else:
+        print(f"Written to {', '.join([str(out), *(picture.name for picture in pictures)])}")
 
 
 def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:

@@ -10,7 +10,7 @@ import typer
 
 from popsteer import controllers, lab, presets
 from popsteer._core import AdaptParams, Vehicle
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options, outputs, pedals
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
@@ -128,7 +128,7 @@ def simulate(
     itself = vehicle_of(mover)
     given = inputs.believed(vehicle, set_vehicle, itself)
     tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt, params=params)
-    pedals = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed)
+    chosen = pedals.longitudinal(longitudinal, set_longitudinal, constant_speed)
     settings = assigned(Settings(dt=dt), set_run or [], "the run")
     course = inputs.course(waypoints, track, closed=closed)
     begin = inputs.start(course.path, start, start_at, start_offset, itself)
@@ -146,7 +146,7 @@ def simulate(
             start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
-            longitudinal=made(pedals, course.path, given),
+            longitudinal=made(chosen, course.path, given),
             settings=settings,
             progress=progress.update,
         )

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from popsteer import lab
-from popsteer.cli import inputs, options, outputs, varying
+from popsteer.cli import inputs, options, outputs, pedals, varying
 from popsteer.cli.progress import Progress
 from popsteer.files import check_files, write_files_atomic
 from popsteer.sim import Settings
@@ -141,11 +141,11 @@ def sweep(
         start_offset=start_offset,
         speed=speed,
         constant_speed=constant_speed,
-        longitudinal=inputs.longitudinal(
+        longitudinal=pedals.longitudinal(
             longitudinal,
             set_longitudinal,
             constant_speed,
-            varying.usual_longitudinal([course.path] if waypoints is not None else []),
+            pedals.usual([course.path] if waypoints is not None else []),
         ),
         settings=Settings(dt=dt),
         course=course.name,
@@ -153,11 +153,7 @@ def sweep(
     )
     pictures: list[Path] = []
     if out is not None:
-        pictures = [
-            out.with_name(f"{out.stem}{dark}.{kind}")
-            for dark in ("", "-dark")
-            for kind in ("png", "svg")
-        ]
+        pictures = outputs.beside(out)
         check_files([out, *pictures])
     with Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from popsteer import controllers, lab
-from popsteer.cli import inputs, options, outputs, varying
+from popsteer.cli import inputs, options, outputs, pedals, varying
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
@@ -174,11 +174,11 @@ def tune(
         vehicle=told,
         adapt=tuning.adapt,
         constant_speed=constant_speed,
-        longitudinal=inputs.longitudinal(
+        longitudinal=pedals.longitudinal(
             longitudinal,
             set_longitudinal,
             constant_speed,
-            varying.usual_longitudinal([each.path for each in courses[shipped:]]),
+            pedals.usual([each.path for each in courses[shipped:]]),
         ),
         settings=Settings(dt=dt),
     )
@@ -187,11 +187,7 @@ def tune(
     if out is not None:
         if out.suffix.lower() != ".toml":
             raise ConfigError("--out", str(out), "a file *.toml")
-        pictures = [
-            out.with_name(f"{out.stem}{dark}.{kind}")
-            for dark in ("", "-dark")
-            for kind in ("png", "svg")
-        ]
+        pictures = outputs.beside(out)
         check_files([out, *pictures])
         kept = out.with_suffix(".journal") if storage is None else storage
     with Progress() as progress:

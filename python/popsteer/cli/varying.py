@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from popsteer._core import Path as Course
     from popsteer._core import Vehicle
     from popsteer.sim import Plant
 
@@ -27,7 +26,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["DEFAULT_CONTROLLER", "car", "distributions", "tuning", "usual_longitudinal"]
+__all__ = ["DEFAULT_CONTROLLER", "car", "distributions", "tuning"]
 
 DEFAULT_CONTROLLER = "preview-pop"
 """Who steers where neither an option nor a file of parameters says it."""
@@ -115,29 +114,6 @@ def tuning(
     return controller, inputs.tuned(
         [controller], preset, assignments, no_adapt=no_adapt, params=params
     )
-
-
-def usual_longitudinal(courses: Sequence[Course]) -> str:
-    """Name who works the pedals where no option says it.
-
-    Parameters
-    ----------
-    courses : sequence of Path
-        What the user's own files have.
-
-    Returns
-    -------
-    str
-        ``speed-tracker`` where one of them has speeds, as `popsteer plan` writes them: they are
-        there to be kept. Else the paper's ``coupled``.
-
-    Examples
-    --------
-    >>> usual_longitudinal([])
-    'coupled'
-    """
-    planned = any(course.speed is not None for course in courses)
-    return "speed-tracker" if planned else "coupled"
 
 
 def distributions(

@@ -1,9 +1,11 @@
 //! The longitudinal controllers.
 
+use std::sync::Arc;
+
 use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
 };
-use popsteer_sim::pedals::PedalMap;
+use popsteer_sim::plant::PedalMap;
 use popsteer_sim::{Drive, Plant};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -333,5 +335,5 @@ pub(crate) fn drive_for(
             &required,
         ));
     };
-    Ok(Drive::Tracked(tracker.try_borrow()?.tracked(map)))
+    Ok(Drive::Tracked(Arc::new(tracker.try_borrow()?.tracked(map))))
 }

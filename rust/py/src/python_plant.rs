@@ -3,7 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use popsteer_core::{Vehicle, VehicleState};
-use popsteer_sim::pedals::PedalMap;
+use popsteer_sim::plant::PedalMap;
 use popsteer_sim::{Control, Plant, PlantState};
 use pyo3::PyVisit;
 use pyo3::exceptions::PyRuntimeError;

@@ -10,7 +10,7 @@ use popsteer_core::longitudinal::{
 };
 use popsteer_core::vehicle::Vehicle;
 use popsteer_sim::drive::Tracked;
-use popsteer_sim::pedals::PedalMap;
+use popsteer_sim::plant::PedalMap;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 

@@ -8,8 +8,7 @@ use popsteer_core::longitudinal::{
 };
 use popsteer_core::{InputError, Path, VehicleState};
 
-use crate::pedals::PedalMap;
-use crate::plant::Control;
+use crate::plant::{Control, PedalMap};
 use crate::simulation::Simulation;
 
 /// Who works the pedals.
@@ -20,7 +19,7 @@ pub enum Drive {
     /// A PID on the path's reference speeds.
     Speed(SpeedPid),
     /// A plan of the speeds, kept.
-    Tracked(Tracked),
+    Tracked(Arc<Tracked>),
 }
 
 /// A [`SpeedTracker`] on its path, and the pedals for its accelerations.
@@ -48,11 +47,11 @@ impl Tracked {
         let path = self.path.view();
         let command = self.law.step(&path, &self.plan, state, vehicle, dt)?;
         let gear = if command.reverse { -1.0 } else { 1.0 };
-        let pedals = self.pedals.of(command.acceleration, gear * vehicle.speed);
+        let (throttle, brake) = self.pedals.of(command.acceleration, gear * vehicle.speed);
         Ok(Control {
             steer,
-            throttle: pedals.throttle,
-            brake: pedals.brake,
+            throttle,
+            brake,
             reverse: command.reverse,
         })
     }

@@ -35,7 +35,6 @@ pub mod law;
 pub mod many;
 pub mod metrics;
 pub mod noise;
-pub mod pedals;
 pub mod plant;
 pub mod record;
 pub mod saved;

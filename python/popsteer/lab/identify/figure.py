@@ -28,7 +28,9 @@ _MOST_POINTS = 4000
 
 
 def identified_files(
-    found: Identification, progress: Callable[[str, float], object] | None = None
+    found: Identification,
+    stem: str = "identify",
+    progress: Callable[[str, float], object] | None = None,
 ) -> dict[str, bytes]:
     """Draw the figure for both backgrounds.
 
@@ -36,6 +38,8 @@ def identified_files(
     ----------
     found : Identification
         What was found.
+    stem : str, default "identify"
+        What the files are called.
     progress : callable, optional
         Called with what is being done and the share of it.
 
@@ -50,7 +54,7 @@ def identified_files(
             progress("figures", done / len(THEMES))
         dark = "" if name == "light" else f"-{name}"
         for kind, data in drawn(partial(identified_figure, found), theme).items():
-            content[f"identify{dark}.{kind}"] = data
+            content[f"{stem}{dark}.{kind}"] = data
     return content
 
 

@@ -1,7 +1,6 @@
 //! The vehicle identified from the authors' CARLA run.
 
-use super::{Control, Plant, PlantState, at_its_wheels};
-use crate::pedals::PedalMap;
+use super::{Control, PedalMap, Plant, PlantState, at_its_wheels};
 use popsteer_core::Vehicle;
 use popsteer_core::error::{ConfigError, config_in_range};
 

@@ -2,17 +2,17 @@
 
 mod bicycle;
 mod identified;
+mod pedals;
 
 pub use bicycle::KinematicBicycle;
 pub use identified::CarlaIdentified;
+pub use pedals::PedalMap;
 
 use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
 use popsteer_core::{Vehicle, VehicleState};
-
-use crate::pedals::PedalMap;
 
 /// What a vehicle is commanded for one control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,5 @@
 //! From an acceleration to the pedals.
 
-use popsteer_core::longitudinal::Pedals;
-
 /// Which pedals give an acceleration: that of a vehicle whose drive is linear in them.
 ///
 /// ```text
@@ -20,21 +18,16 @@ pub struct PedalMap {
 }
 
 impl PedalMap {
-    /// The pedals for an acceleration [m/s^2] at a speed [m/s], both along the direction of driving.
-    pub fn of(&self, acceleration: f64, speed: f64) -> Pedals {
+    /// Throttle and brake, each in 0 to 1, for an acceleration [m/s^2] at a speed [m/s], both along
+    /// the direction of driving.
+    pub fn of(&self, acceleration: f64, speed: f64) -> (f64, f64) {
         let drag = self.drag * speed + self.air_drag * speed * speed.abs();
         let pull = acceleration + drag;
         // What a drive or brakes of 0 cannot give, they are asked for in full.
         if pull >= 0.0 {
-            Pedals {
-                throttle: (pull / self.drive).min(1.0),
-                brake: 0.0,
-            }
+            ((pull / self.drive).min(1.0), 0.0)
         } else {
-            Pedals {
-                throttle: 0.0,
-                brake: (-pull / self.braking).min(1.0),
-            }
+            (0.0, (-pull / self.braking).min(1.0))
         }
     }
 }
@@ -51,11 +44,10 @@ mod tests {
             drag: 0.3,
             air_drag: 0.0,
         };
-        let pedals = |throttle, brake| Pedals { throttle, brake };
-        assert_eq!(map.of(3.0, 10.0), pedals(1.0, 0.0));
-        assert_eq!(map.of(-12.0, 0.0), pedals(0.0, 1.0));
-        assert_eq!(map.of(0.0, 0.0), pedals(0.0, 0.0));
+        assert_eq!(map.of(3.0, 10.0), (1.0, 0.0));
+        assert_eq!(map.of(-12.0, 0.0), (0.0, 1.0));
+        assert_eq!(map.of(0.0, 0.0), (0.0, 0.0));
         let none = PedalMap { drive: 0.0, ..map };
-        assert_eq!(none.of(0.0, 0.0), pedals(1.0, 0.0));
+        assert_eq!(none.of(0.0, 0.0), (1.0, 0.0));
     }
 }
