@@ -12,10 +12,11 @@ from popsteer import planning
 from popsteer._core import Path, Vehicle
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
+from popsteer.cli.progress import Progress
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
-from popsteer.planning import SpeedLimits
+from popsteer.planning import SpeedLimits, SpeedProfile
 
 __all__ = ["HELP", "plan"]
 
@@ -126,22 +127,22 @@ def plan(
     if out in pictures or out == waypoints:
         raise ConfigError("--out", str(out), "another file than what it is made of or drawn into")
     check_files([*([] if out is None else [out]), *pictures])
-    if smooth is None:
-        path = Path.from_csv(waypoints, closed=closed)
-    else:
-        if keep_speeds:
-            raise ConfigError("--keep-speeds", keep_speeds, "left out where --smooth is given")
-        path = planning.smooth(_recorded(waypoints, closed=closed), smooth, closed=closed)
-    bounds = _bounds(path, speed_limit or [], keep_speeds=keep_speeds)
-    profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
-    if out is not None:
-        content = {out: profile.as_csv().encode()}
-        if pictures:
-            from popsteer.lab.plan.figures import plan_files
-
-            drawn = plan_files(profile, out.stem)
-            content |= {picture: drawn[picture.name] for picture in pictures}
-        write_files_atomic(content)
+    if smooth is not None and keep_speeds:
+        raise ConfigError("--keep-speeds", keep_speeds, "left out where --smooth is given")
+    with Progress() as progress:
+        progress.update("read", 0.0)
+        if smooth is None:
+            path = Path.from_csv(waypoints, closed=closed)
+        else:
+            recorded = _recorded(waypoints, closed=closed)
+            progress.update("smooth", 0.1)
+            path = planning.smooth(recorded, smooth, closed=closed)
+        bounds = _bounds(path, speed_limit or [], keep_speeds=keep_speeds)
+        progress.update("plan", 0.3)
+        profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
+        if out is not None:
+            progress.update("figure", 0.6)
+            _write(profile, out, pictures)
     outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)])
     if profile.too_sharp.size:
         print(
@@ -152,6 +153,17 @@ def plan(
         print("--out FILE writes the course, and a figure of it.")
     else:
         print(f"Written to {', '.join([str(out), *(picture.name for picture in pictures)])}")
+
+
+def _write(profile: SpeedProfile, out: FilePath, pictures: list[FilePath]) -> None:
+    """Write the course, and draw it."""
+    content = {out: profile.as_csv().encode()}
+    if pictures:
+        from popsteer.lab.plan.figures import plan_files
+
+        drawn = plan_files(profile, out.stem)
+        content |= {picture: drawn[picture.name] for picture in pictures}
+    write_files_atomic(content)
 
 
 def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:

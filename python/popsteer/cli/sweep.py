@@ -9,8 +9,9 @@ import typer
 
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs, pedals, varying
-from popsteer.cli.progress import Progress
+from popsteer.cli.progress import Progress, kept_in
 from popsteer.files import check_files, write_files_atomic
+from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
 __all__ = ["HELP", "sweep"]
@@ -155,7 +156,7 @@ def sweep(
     if out is not None:
         pictures = outputs.beside(out)
         check_files([out, *pictures])
-    with Progress() as progress:
+    with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
         if out is not None:
             from popsteer.lab.sweep.figure import sweep_files

@@ -9,7 +9,7 @@ import typer
 
 from popsteer import controllers, lab
 from popsteer.cli import inputs, options, outputs, pedals, varying
-from popsteer.cli.progress import Progress
+from popsteer.cli.progress import Progress, kept_in
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
 from popsteer.lab.common.distributions import distribution
@@ -190,7 +190,7 @@ def tune(
         pictures = outputs.beside(out)
         check_files([out, *pictures])
         kept = out.with_suffix(".journal") if storage is None else storage
-    with Progress() as progress:
+    with kept_in(kept), Progress() as progress:
         tuned = lab.tune.run(
             problem,
             kept,

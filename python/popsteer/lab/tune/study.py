@@ -170,11 +170,25 @@ def run(
             study.enqueue_trial(values)
 
     if trials is None or len(_complete(study)) < trials:
-        study.optimize(objective, timeout=seconds, callbacks=[stop])
+        _optimize(study, objective, seconds, stop)
     tried = _tried(study)
     within = [each for each in tried if each.ratio <= effort_limit and each.error < usual.error]
     chosen = min(within, key=lambda each: (each.error, each.number), default=None)
     return Tuned(problem, usual, tried, chosen, effort_limit)
+
+
+def _optimize(study: Any, objective: Any, seconds: float | None, stop: Any) -> None:  # noqa: ANN401
+    """Search; Ctrl-C stays what it is."""
+    try:
+        study.optimize(objective, timeout=seconds, callbacks=[stop])
+    except Exception as error:
+        # Optuna trips over an interrupt in its own bookkeeping.
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, KeyboardInterrupt):
+                raise cause from None
+            cause = cause.__context__
+        raise
 
 
 def _tried(study: Any) -> list[Trial]:  # noqa: ANN401
