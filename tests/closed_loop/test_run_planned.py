@@ -130,7 +130,7 @@ def test_run_planned_without_known_pedals_asks_for_them() -> None:
     path = Path([(float(x), 0.0) for x in range(60)])
     plant: Any = Bicycle()
     plant.params = None
-    tracker = popsteer.SpeedTracker(path, CAR)
+    tracker = popsteer.SpeedTracker(path, plant.vehicle)
     with pytest.raises(InputError, match=r"pedals must be given, as .* has no drive, braking"):
         sim.run(popsteer.Stanley(path), plant, longitudinal=tracker)
     plant.params = sim.KinematicBicycle()
@@ -145,14 +145,17 @@ def test_run_planned_for_another_path_is_refused() -> None:
     tracker = popsteer.SpeedTracker(other, CAR)
     controller = popsteer.PreviewPop(path, CAR)
     with pytest.raises(ConfigError, match="longitudinal must be a SpeedTracker of the path that"):
-        sim.run(controller, longitudinal=tracker)
+        sim.run(controller, sim.KinematicBicycle(CAR), longitudinal=tracker)
     with pytest.raises(ConfigError, match="of the path that is driven of controller 0"):
         sim.run_many(controller, sim.KinematicBicycle(CAR), longitudinal=tracker)
+    elsewhere = popsteer.SpeedTracker(path, CAR.replace(rear_axle=0.0))
+    with pytest.raises(ConfigError, match="rear_axle must be that of the plant"):
+        sim.run(controller, sim.KinematicBicycle(CAR), longitudinal=elsewhere)
     with pytest.raises(ConfigError, match="pedals must be None where longitudinal is no"):
         sim.run(controller, pedals=sim.PedalMap(drive=6.0, braking=9.0))
     anything: Any = 3.0
     with pytest.raises(TypeError, match="a CoupledLongitudinal, a SpeedPid or a SpeedTracker"):
-        sim.run(controller, longitudinal=anything)
+        sim.run(controller, sim.KinematicBicycle(CAR), longitudinal=anything)
 
 
 def test_speed_tracker_is_pickled_and_copied_with_what_it_remembers() -> None:

@@ -245,8 +245,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     ------
     ConfigError
         The plant is not known, both `constant_speed` and `longitudinal` are given, the controller's
-        vehicle has its rear axle elsewhere than the plant's, or a `SpeedTracker` has planned
-        another path.
+        vehicle or that of a `SpeedTracker` has its rear axle elsewhere than the plant's, or a
+        `SpeedTracker` has planned another path.
     InputError
         The start, or an angle from your controller, is not finite or beyond its bound, the plant
         cannot start at this speed, or a plant without `drive`, `braking` and `drag` is to be driven
@@ -268,7 +268,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
 
     With speeds that are planned within a vehicle's limits, and kept:
 
-    >>> tracker = popsteer.SpeedTracker(path, popsteer.Vehicle(max_speed=8.0))
+    >>> car = popsteer.vehicles.get("carla-identified").replace(max_speed=8.0)
+    >>> tracker = popsteer.SpeedTracker(path, car)
     >>> result = run(popsteer.Pop(path), longitudinal=tracker)
     >>> bool(result.records["speed"].max() < 8.1)
     True
@@ -299,12 +300,12 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         path, longitudinal = at_constant_speed(path, constant_speed)
         if speed is None:
             speed = -constant_speed if _starts_backwards(path) else constant_speed
-    check_longitudinal(longitudinal, path)
     if pedals is not None and not isinstance(longitudinal, SpeedTracker):
         raise ConfigError("pedals", pedals, "None where longitudinal is no SpeedTracker")
     check_seed(seed)
     plant = made(plant)  # refuses an unknown one before anything is asked of it
     vehicle = vehicle_of(plant)
+    check_longitudinal(longitudinal, path, vehicle)
     controller = informed(controller, vehicle)
     if start is None:
         start = default_start(path, vehicle=vehicle)

@@ -164,8 +164,10 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
         key = id(driver), id(moved)
         if key not in known:
             known[key] = _prepared(index, driver, moved)
+        # The vehicles that vary have the same axles, as controllers are refused where not.
         if (id(driver), id(drive)) not in checked:
-            check_longitudinal(drive, known[key].controller.path, f" of controller {index}")
+            path, itself = known[key].controller.path, known[key].vehicle
+            check_longitudinal(drive, path, itself, f" of controller {index}")
             checked.add((id(driver), id(drive)))
         drivers.append(known[key])
     if starts is None:

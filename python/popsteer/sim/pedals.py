@@ -13,7 +13,7 @@ from popsteer.parameters import Parameters
 from popsteer.sim.geometry import made
 
 if TYPE_CHECKING:
-    from popsteer._core import Path
+    from popsteer._core import Path, Vehicle
     from popsteer.sim.geometry import Plant
 
 __all__ = ["Longitudinal", "PedalMap", "check_longitudinal"]
@@ -119,8 +119,10 @@ class PedalMap(Parameters):
         return 0.0, min(-pull / self.braking, 1.0)
 
 
-def check_longitudinal(longitudinal: Longitudinal | None, path: Path, whose: str = "") -> None:
-    """Refuse a longitudinal controller that cannot work on a path.
+def check_longitudinal(
+    longitudinal: Longitudinal | None, path: Path, plant: Vehicle, whose: str = ""
+) -> None:
+    """Refuse a longitudinal controller that cannot work in a run.
 
     Parameters
     ----------
@@ -128,6 +130,8 @@ def check_longitudinal(longitudinal: Longitudinal | None, path: Path, whose: str
         The controller.
     path : Path
         What is driven along.
+    plant : Vehicle
+        What the plant is.
     whose : str, optional
         Whose path it is, for messages.
 
@@ -136,17 +140,22 @@ def check_longitudinal(longitudinal: Longitudinal | None, path: Path, whose: str
     PathError
         `SpeedPid` needs the reference speeds of a path that has none.
     ConfigError
-        A `SpeedTracker` has planned the speeds of another path.
+        A `SpeedTracker` has planned the speeds of another path, or its vehicle has its rear axle
+        elsewhere than the plant.
 
     Examples
     --------
     >>> import popsteer
     >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
-    >>> check_longitudinal(SpeedTracker(path), path)
+    >>> check_longitudinal(SpeedTracker(path), path, popsteer.Vehicle())
     """
     if isinstance(longitudinal, SpeedPid) and path.speed is None:
         raise PathError(f"the path{whose} has no reference speeds for SpeedPid to follow")
     if isinstance(longitudinal, SpeedTracker):
+        axle = longitudinal.vehicle.rear_axle
+        if axle != plant.rear_axle:
+            required = f"that of the plant, {plant.rear_axle!r}, in the SpeedTracker's vehicle"
+            raise ConfigError("rear_axle", axle, required)
         own = longitudinal.path
         same = (
             np.array_equal(own.x, path.x)

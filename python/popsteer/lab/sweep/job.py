@@ -133,7 +133,7 @@ class Job:
         middle = {name: each.quantile(0.5) for name, each in self.vary.items()}
         varied(self.whole, self.path, middle, self.start_offset)  # refuses what cannot vary
         path, pedals = self.road
-        check_longitudinal(pedals, path)
+        check_longitudinal(pedals, path, sim.vehicle_of(self.whole))
 
     @cached_property
     def whole(self) -> Any:  # noqa: ANN401 - any kind of plant

@@ -10,6 +10,7 @@ import logging
 import multiprocessing
 import os
 import signal
+import warnings
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
@@ -191,13 +192,16 @@ def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
     count = int(text) if text.isdecimal() else 0
     if not 1 <= count <= 1024:
         raise ConfigError("--dask", where, "local:N with N in [1, 1024], or an address")
-    return LocalCluster(
-        n_workers=count,
-        threads_per_worker=1,
-        processes=True,
-        dashboard_address=None,
-        silence_logs=logging.CRITICAL,
-    )
+    with warnings.catch_warnings():
+        # Nobody looks at its pages; another cluster may have their usual port.
+        warnings.filterwarnings("ignore", message="Port .* is already in use")
+        return LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+        )
 
 
 def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401

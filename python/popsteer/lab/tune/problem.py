@@ -181,7 +181,7 @@ class Problem:
             road: Any = (path, longitudinal.made(self.longitudinal, path, self.given))
             if self.constant_speed is not None:
                 road = at_constant_speed(path, self.constant_speed)
-            check_longitudinal(road[1], path)
+            check_longitudinal(road[1], path, sim.vehicle_of(self.plant))
             for car in range(self.cars + 1):
                 values = {k: float(v[car - 1]) for k, v in drawn.items()} if car else {}
                 made = varied(self.plant, path, values)
