@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from popsteer.status import Status
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -191,8 +193,9 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     ]
     if stopped := sum(not row["finished"] for row in rows):
         said.append(f"{stopped} did not finish.")
-    if faulty := sum(row["faults"] != 0 for row in rows):
-        said.append(f"{faulty} said a fault.")
+    if faulty := [Status(row["faults"]) for row in rows if row["faults"]]:
+        names = dict.fromkeys(name for faults in faulty for name in faults.names)
+        said.append(f"{len(faulty)} said a fault: {', '.join(names)}.")
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     told = influence(job, rows)
@@ -244,7 +247,7 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
         bad.add_row(
             str(row["run"]),
             "yes" if row["finished"] else "no",
-            str(row["faults"] or "–"),
+            "yes" if row["faults"] else "–",
             f"{error:.3f}",
             *(f"{row[name]:.4g}" for name in told),
         )
