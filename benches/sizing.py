@@ -20,7 +20,7 @@ from popsteer.lab.sweep import Job, run
 from popsteer.plants import get
 
 
-def job(plant: object, runs: int) -> Job:
+def job(plant: sim.Plant, runs: int) -> Job:
     """Set up the sweep of a plant."""
     track = tracks.get("racetrack")
     vary = usual(sim.vehicle_of(plant), plant)
@@ -51,7 +51,7 @@ def main() -> None:
     print(f"| commonroad-st-2, processes | {' | '.join(wall)} |")
 
 
-def _rates(plant: object, runs: int, workers: int) -> tuple[str, str]:
+def _rates(plant: sim.Plant, runs: int, workers: int) -> tuple[str, str]:
     """Runs for each second of the clock, and of this process's CPU time."""
     sweep = job(plant, runs)
     begin, used = time.perf_counter(), time.process_time()
