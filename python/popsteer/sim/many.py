@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from popsteer import _core, controllers
-from popsteer._core import (
-    CarlaIdentified,
-    CoupledLongitudinal,
-    KinematicBicycle,
-    Noise,
-    SpeedPid,
-    SpeedTracker,
-)
+from popsteer._core import CarlaIdentified, KinematicBicycle, Noise
 from popsteer.errors import ConfigError, count_in_range
 from popsteer.sim.belief import informed
 from popsteer.sim.closed_loop import check_seed, default_start
@@ -33,7 +26,6 @@ if TYPE_CHECKING:
 __all__ = ["run_many"]
 
 _PLANTS = (str, CarlaIdentified, KinematicBicycle)
-_LONGITUDINAL = (CoupledLongitudinal, SpeedPid, SpeedTracker)
 _MAX_THREADS = 1024
 
 
@@ -133,8 +125,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     # A name is a sequence too, of letters: the type checker cannot tell them apart.
     one_plant = isinstance(plant, _PLANTS)
     several_plants = None if one_plant else list(cast("Sequence[CorePlant]", plant))
-    one_drive = longitudinal is None or isinstance(longitudinal, _LONGITUDINAL)
-    drives = None if one_drive else list(cast("Sequence[Longitudinal | None]", longitudinal))
+    drives = list(longitudinal) if isinstance(longitudinal, (list, tuple)) else None
     starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
     speeds = _floats("speed", speed, {(), (None,)})
     noises = None if noise is None or isinstance(noise, Noise) else list(noise)
