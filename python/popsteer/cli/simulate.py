@@ -45,7 +45,7 @@ Examples:
   popsteer simulate --controller pop --set lookahead_gain=0.3 --set min_lookahead=4
   popsteer simulate --controller pid --preset published-code --out out
   popsteer simulate --longitudinal speed-pid --set-longitudinal kp=0.8
-  popsteer simulate --waypoints course.csv --vehicle car.toml --longitudinal speed-tracker
+  popsteer simulate --waypoints course.csv --plant car.toml --longitudinal speed-tracker
   popsteer simulate --plant mujoco-car --set-plant friction=0.6 --constant-speed 12
   popsteer simulate --plant kinematic-bicycle --set-plant wheelbase=2.5 --set-run time_limit=60
   popsteer simulate --replay-run sweep.parquet:17 --out out
