@@ -100,7 +100,7 @@ def test_plan_interrupted_says_and_writes_nothing(tmp_path: Path, waypoints: Pat
 
 
 def test_replay_interrupted_says_and_writes_nothing(tmp_path: Path, log: Path) -> None:
-    said = _interrupted(tmp_path, ("replay", str(log), "--out", "replay"), "stanley|pop")
+    said = _interrupted(tmp_path, ("replay", str(log), "--out", "replay"), "stanley|pop|figures")
     assert said == ""
     assert not any(tmp_path.iterdir())
 

@@ -70,26 +70,31 @@ class Progress:
                 self._bar.update(self._task, description=what, completed=share)
             elif self._timer is None and not self._over and self._console.is_terminal:
                 # A timer, as what takes longest may say nothing while it lasts.
-                wait = max(self._begin + _PATIENCE - time.monotonic(), 0.0)
+                wait = self._begin + _PATIENCE - time.monotonic()
                 self._timer = threading.Timer(wait, self._show)
                 self._timer.daemon = True
-                self._timer.start()
+                if wait > 0.0:
+                    self._timer.start()
+                else:
+                    self._draw()
 
     def _show(self) -> None:
         """Show the bar; from then on it draws itself."""
         with self._lock:
-            if self._over:
-                return
-            what, share = self._now
-            self._bar = Bar(
-                TextColumn("{task.description}"),
-                BarColumn(),
-                console=self._console,
-                transient=True,
-            )
-            self._task = self._bar.add_task(what, total=1.0)
-            self._bar.update(self._task, completed=share)
-            self._bar.start()
+            if not self._over:
+                self._draw()
+
+    def _draw(self) -> None:
+        what, share = self._now
+        self._bar = Bar(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            console=self._console,
+            transient=True,
+        )
+        self._task = self._bar.add_task(what, total=1.0)
+        self._bar.update(self._task, completed=share)
+        self._bar.start()
 
     def stop(self) -> None:
         """Take the bar away; it does not come back."""
