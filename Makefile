@@ -8,6 +8,7 @@ BENCH  := out/bench
 MATRIX := out/matrix
 FUZZ   := out/fuzz
 SOAK   := out/soak
+PLAY   := out/playground
 # For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
@@ -33,7 +34,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix pages fuzz soak wheel install-c clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages playground fuzz soak wheel install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -87,6 +88,9 @@ matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write READM
 pages: $(VENV)/.dev ## drive what the tables of docs/ show; rewrite them
 	$(PY) -m tests.pages
 
+playground: $(VENV)/.lab ## build the playground for browsers; needs the target wasm32-unknown-unknown
+	$(PY) docs/playground/build.py $(PLAY)
+
 fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
 	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)
 
@@ -101,7 +105,7 @@ install-c: ## install the C and C++ interface, under PREFIX=/usr/local
 	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)"
 
 clean: ## remove all that these targets made
-	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(FUZZ) $(SOAK) $(PLAY) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.

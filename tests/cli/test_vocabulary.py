@@ -18,17 +18,19 @@ ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
 MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
 DRAWN = {"--controller", "--vary", "--distributions", "--seed"}
 LOG = {"--column", "--topic", "--unit"}
+WIRE = {"--topic", "--path-type", "--command-type", "--autoware"}
+WIRE |= {"--domain", "--localhost", "--timeout"}
 WANTED = {
-    "compare": RUNS | START | PEDALS | GIVEN | ONE | {"--step-time"},
+    "compare": RUNS | START | PEDALS | GIVEN | ONE | {"--step-time", "--report"},
     "simulate": RUNS - {"--controllers"}
     | PEDALS
     | {"--controller", "--set-run"}
-    | {"--replay-run"}
+    | {"--replay-run", "--record", "--report"}
     | START
     | GIVEN
     | ONE,
     # Many tracks have no start in common, many plants no parameters.
-    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY,
+    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY | {"--report"},
     # Its paths, starts and speeds are the experiment, its tuning too.
     "edges": RUNS - {"--preset"} | GIVEN | {"--tracks", "--plant", "--set-plant"},
     # What the controllers are told is the experiment.
@@ -38,11 +40,11 @@ WANTED = {
     "plan": GIVEN
     | {"--closed", "--set", "--out", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
-    "identify": GIVEN | LOG | {"--out"},
+    "identify": GIVEN | LOG | {"--out", "--report"},
     "replay": GIVEN
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
-    | {"--waypoints", "--closed", "--track", "--out"},
+    | {"--waypoints", "--closed", "--track", "--out", "--report"},
     # Where it starts, and how, is drawn.
     "sweep": RUNS - {"--controllers"}
     | DRAWN
@@ -50,7 +52,7 @@ WANTED = {
     | PEDALS
     | GIVEN
     | ONE
-    | {"--runs", "--deviation", "--workers", "--dask"},
+    | {"--runs", "--deviation", "--workers", "--dask", "--report"},
     "tune": RUNS - {"--controllers"}
     | DRAWN
     | PEDALS
@@ -58,6 +60,11 @@ WANTED = {
     | ONE - {"--track"}
     | {"--tracks", "--constant-speed", "--cars", "--search", "--trials", "--seconds"}
     | {"--effort-limit", "--storage"},
+    "ros2": GIVEN
+    | WIRE
+    | {"--controller", "--preset", "--params", "--set", "--no-adapt", "--closed", "--record"}
+    | {"--max-speed", "--rate", "--stale", "--hold", "--sim-time"},
+    "record": WIRE | {"--seconds"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }

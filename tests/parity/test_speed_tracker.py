@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from popsteer.tracks import edges
+from tests.helpers import long_drives
 from tests.parity.checks import check_params
 from tests.parity.compare import Pair, make
 from tests.parity.laws import SPEED_TRACKER
@@ -111,6 +112,7 @@ def test_speed_tracker_matches_reference_random(
 
 
 @pytest.mark.covers("SpeedTracker.step", "SpeedTracker.state", "SpeedTracker.reset")
+@long_drives()
 @given(params=SPEED_TRACKER.params(), car=CARS, seed=SEEDS)
 def test_speed_tracker_matches_reference_rollout(
     params: dict[str, Any], car: dict[str, Any], seed: int

@@ -15,7 +15,9 @@ from popsteer.cli import (
     identify,
     matrix,
     plan,
+    record,
     replay,
+    ros2,
     simulate,
     stability,
     sweep,
@@ -40,6 +42,7 @@ plant's vehicle unless --vehicle gives them another.
 Examples:
   popsteer compare                       the paper's four controllers on the shipped race track
   popsteer compare --out out             the same, with figures, records and metrics in out/
+  popsteer compare --report report.html  the same, to look at: cars that drive, plots, tables
   popsteer compare --waypoints mine.csv  a track of your own: x [m], y [m], speed [m/s]
   popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
@@ -52,6 +55,8 @@ Examples:
   popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
   popsteer tune --controller pop         parameters for a vehicle: error against steering effort
   popsteer sweep --runs 10000            thousands of runs that differ: how often it succeeds
+  popsteer ros2 --vehicle car.toml       a ROS 2 node that steers, without ROS
+  popsteer record drive.mcap             record the topics of that node
   popsteer bench                         how long a control step takes
   popsteer tracks export racetrack racetrack.csv
 
@@ -66,6 +71,7 @@ An option means the same in every command that has it:
   --start, --start-offset                   where the vehicle starts
   --speed, --constant-speed                 its speed at the start, its speed all the way
   --out DIR                                 the folder to write to
+  --report FILE                             one page *.html to look at, see docs/report.md
 
 \b
 What `compare --out DIR` writes:
@@ -128,5 +134,7 @@ _add("edges", edges.edges, edges.HELP)
 _add("delay", delay.delay, delay.HELP)
 _add("tune", tune.tune, tune.HELP)
 _add("sweep", sweep.sweep, sweep.HELP)
+_add("ros2", ros2.ros2, ros2.HELP)
+_add("record", record.record, record.HELP)
 _add("bench", bench.bench, bench.HELP)
 app.add_typer(tracks.app, name="tracks", short_help=tracks.list_tracks.__doc__)

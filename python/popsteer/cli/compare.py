@@ -10,6 +10,7 @@ import typer
 from popsteer import lab, presets, sim
 from popsteer.cli import inputs, options, outputs, pedals
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.files import check_folder
 from popsteer.lab.common.longitudinal import made
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
@@ -37,6 +38,7 @@ Examples:
   popsteer compare --plant commonroad-mb-2 --constant-speed 14 --start-offset 1
   popsteer compare --waypoints course.csv --longitudinal speed-tracker
   popsteer compare --controllers pop,mpc --step-time
+  popsteer compare --track slalom --report slalom.html
   popsteer compare --plant car.toml --set-vehicle dead_time=0
   popsteer compare --vehicle car.toml --plant heavier-car.toml
 """
@@ -68,6 +70,8 @@ def compare(
         bool, typer.Option("--step-time", help="Measure the time of a control step as well.")
     ] = False,
     out: options.Out = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Drive several controllers along one track."""
     names = inputs.names("--controllers", controllers)
@@ -81,6 +85,7 @@ def compare(
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
         if out is not None:
             check_folder(out, lab.compare.files.file_names(tuning.params))
+        check(report)
         comparison = lab.compare.run(
             course.path,
             tuning.params,
@@ -101,4 +106,7 @@ def compare(
             comparison = lab.compare.time_steps(
                 comparison, tuning.params, progress.update, adapt=tuning.adapt
             )
-        outputs.deliver(comparison, out, progress)
+        origin = lab.report.Origin(
+            command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
+        )
+        outputs.deliver(comparison, out, progress, report, origin)

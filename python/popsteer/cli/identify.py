@@ -7,11 +7,12 @@ from typing import Annotated
 
 import typer
 
-from popsteer import vehicles
+from popsteer import lab, vehicles
 from popsteer._core import Vehicle
 from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
 from popsteer.identification import Identification
@@ -35,6 +36,7 @@ Examples:
   popsteer identify drive.mcap --out car.toml
   popsteer identify drive.csv --unit steer=deg --unit speed=km/h --column yaw=heading
   popsteer identify drive.csv --set-vehicle wheelbase=2.7 --set-vehicle rear_axle=-1.35
+  popsteer identify drive.csv --report drive.html
   popsteer identify bag/ --topic odometry=/localization/kinematic_state
 """
 
@@ -65,6 +67,8 @@ def identify(
     column: logs.Column = None,
     topic: logs.Topic = None,
     unit: logs.Unit = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Identify a vehicle from the log of a drive."""
     from rich.console import Console
@@ -81,11 +85,16 @@ def identify(
         if out.suffix.lower() != ".toml":
             raise ConfigError("--out", str(out), "a file *.toml")
         check_files([out, *outputs.beside(out)])
+    check(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
         found = identified(drive, told, progress=lambda share: progress.update("identify", share))
         content = {} if out is None else _files(found, out, progress)
-    write_files_atomic(content)
+    page = {}
+    if report is not None:
+        origin = lab.report.Origin(command_line(context))
+        page[report] = lab.report.of_identification(found, told, origin)
+    write_files_atomic({**content, **page})
     console = Console()
     console.print(Text(caption(found), style="bold"), soft_wrap=True)
     console.print()
@@ -98,6 +107,8 @@ def identify(
         print("--out FILE writes the vehicle, and a figure of how well it explains the log.")
     else:
         print(f"Written to {out}, {', '.join(file.name for file in content if file != out)}")
+    if report is not None:
+        print(f"Written to {report}")
 
 
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:

@@ -29,6 +29,8 @@ __all__ = [
     "Plant",
     "Plants",
     "Preset",
+    "Record",
+    "Report",
     "Seed",
     "Set",
     "SetLongitudinal",
@@ -88,6 +90,15 @@ Params: TypeAlias = Annotated[
         metavar="FILE",
         help="Tuning: a file *.toml as popsteer tune writes it, with a table a controller, such as"
         " [pop]. It takes the place of --preset for those.",
+        show_default=False,
+    ),
+]
+Record: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.mcap",
+        help="Write the messages of ROS 2 as MCAP, which Foxglove, Rerun and popsteer identify"
+        " read; needs the extra 'ros2'.",
         show_default=False,
     ),
 ]
@@ -255,6 +266,15 @@ Out: TypeAlias = Annotated[
     typer.Option(
         metavar="DIR",
         help="Folder to write the files to. It is created if it is missing.",
+        show_default=False,
+    ),
+]
+Report: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Write one page *.html to look at: a map on which the cars drive, plots under one"
+        " cursor, tables, and what made it. It needs nothing from the network.",
         show_default=False,
     ),
 ]

@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from popsteer import presets, vehicles
+from popsteer import lab, presets, vehicles
 from popsteer.cli import inputs, logs, options
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
@@ -33,6 +34,7 @@ of the log, and a figure.
 Examples:
   popsteer replay drive.mcap --vehicle car.toml
   popsteer replay drive.csv --vehicle car.toml --controllers preview-pop,stanley --out out
+  popsteer replay drive.csv --vehicle car.toml --report drive.html
   popsteer replay drive.csv --vehicle car.toml --params tuned.toml --waypoints course.csv
 """
 _DEFAULT = "stanley,pop,preview-pop"
@@ -78,6 +80,8 @@ def replay(
     topic: logs.Topic = None,
     unit: logs.Unit = None,
     out: options.Out = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Let controllers watch a recorded drive."""
     from rich.console import Console
@@ -94,6 +98,7 @@ def replay(
         course = inputs.course(waypoints, track, closed=closed)
     if out is not None:
         check_folder(out, FILES)
+    check(report)
     adapt: Literal["auto"] | None = None if no_adapt else "auto"
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
@@ -107,6 +112,10 @@ def replay(
             progress=progress.update,
         )
         files = {} if out is None else _files(found, out, progress)
+    written = list(files)
+    if report is not None:
+        origin = lab.report.Origin(command_line(context), chosen, adapt)
+        files[report] = lab.report.of_replay(found, origin)
     write_files_atomic(files)
     console = Console()
     console.print(Text(caption(found), style="bold"), soft_wrap=True)
@@ -118,7 +127,9 @@ def replay(
     if out is None:
         print("--out DIR writes a row for each row of the log, the table, and a figure.")
     else:
-        print(f"Written to {out}: {', '.join(file.name for file in files)}")
+        print(f"Written to {out}: {', '.join(file.name for file in written)}")
+    if report is not None:
+        print(f"Written to {report}")
 
 
 def _chosen(

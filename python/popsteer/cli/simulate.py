@@ -13,8 +13,9 @@ from popsteer._core import AdaptParams, Vehicle
 from popsteer.cli import inputs, options, outputs, pedals
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.errors import ConfigError
-from popsteer.files import check_folder
+from popsteer.files import check_files, check_folder
 from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import KINDS, made
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
@@ -112,17 +113,19 @@ def simulate(
         typer.Option(
             metavar="FILE:RUN",
             help="Drive one run of a file that popsteer sweep wrote once more, to the last bit."
-            " Only --out goes with it.",
+            " Only --out and --report go with it.",
             show_default=False,
         ),
     ] = None,
+    record: options.Record = None,
     out: options.Out = None,
+    report: options.Report = None,
     context: typer.Context,
 ) -> None:
     """Drive one controller along a track."""
     if replay_run is not None:
         _alone(context)
-        _again(replay_run, out)
+        _again(replay_run, out, report, command_line(context))
         return
     mover = inputs.plant(plant, set_plant)
     itself = vehicle_of(mover)
@@ -134,6 +137,8 @@ def simulate(
     begin = inputs.start(course.path, start, start_at, start_offset, itself)
     if out is not None:
         check_folder(out, lab.compare.files.file_names([controller]))
+    _check_record(record)
+    check(report)
     with Progress() as progress:
         comparison = lab.compare.run(
             course.path,
@@ -151,19 +156,45 @@ def simulate(
             progress=progress.update,
         )
         comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
-        outputs.deliver(comparison, out, progress)
+        origin = lab.report.Origin(
+            command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
+        )
+        outputs.deliver(comparison, out, progress, report, origin)
+    _write_record(comparison, record)
+
+
+def _check_record(file: FilePath | None) -> None:
+    """Refuse a file that could not be written, before anything is driven."""
+    if file is not None:
+        from popsteer.adapters.ros2.messages import store
+
+        store()  # names the extra where it is missing
+        if file.suffix != ".mcap":
+            raise ConfigError("--record", str(file), "a file *.mcap")
+        check_files([file])
+
+
+def _write_record(comparison: lab.compare.Comparison, file: FilePath | None) -> None:
+    if file is not None:
+        from popsteer.adapters.ros2.recording import record_run
+
+        print(f"Written to {file}: {record_run(comparison.first, file)} messages")
 
 
 def _alone(context: typer.Context) -> None:
     """Refuse options that would make another run of it."""
     for name, value in context.params.items():
         source = context.get_parameter_source(name)
-        if name not in ("replay_run", "out") and source is not None and source.name != "DEFAULT":
+        if (
+            name not in ("replay_run", "out", "report")
+            and source is not None
+            and source.name != "DEFAULT"
+        ):
             option = f"--{name.rstrip('_').replace('_', '-')}"
             raise ConfigError(option, value, "left out where --replay-run is given")
 
 
-def _again(text: str, out: FilePath | None) -> None:
+def _again(text: str, out: FilePath | None, report: FilePath | None, command: str) -> None:
     """Drive one run of a sweep again."""
     file, _, number = text.rpartition(":")
     if not file or not number.isdecimal():
@@ -172,6 +203,7 @@ def _again(text: str, out: FilePath | None) -> None:
     job, row = lab.sweep.rows.read_row(FilePath(file), run)
     if out is not None:
         check_folder(out, lab.compare.files.file_names([job.controller]))
+    check(report)
     with Progress() as progress:
         found = lab.sweep.repeat(
             job, run, progress=lambda share: progress.update(job.controller, share)
@@ -183,7 +215,11 @@ def _again(text: str, out: FilePath | None) -> None:
             plant=job.label,
             track=job.course,
         )
-        outputs.deliver(comparison, out, progress)
+        varied = job.made(run).plant
+        origin = lab.report.Origin(
+            command, {job.controller: job.params}, job.adapt, {job.label: varied}
+        )
+        outputs.deliver(comparison, out, progress, report, origin)
     figures = vars(found.metrics)
     same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
     print(f"Drawn: {drawn or 'nothing'}.")

@@ -10,6 +10,7 @@ import typer
 from popsteer import lab
 from popsteer.cli import inputs, options, outputs, pedals, varying
 from popsteer.cli.progress import Progress, kept_in
+from popsteer.cli.report import check, command_line, write
 from popsteer.files import check_files, write_files_atomic
 from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
@@ -36,7 +37,7 @@ FILE:RUN.
 \b
 Examples:
   popsteer sweep --vehicle car.toml --params tuned.toml --waypoints course.csv --runs 10000
-  popsteer sweep --runs 10000 --out sweep.parquet
+  popsteer sweep --runs 10000 --out sweep.parquet --report sweep.html
   popsteer sweep --vary "steer_lag=uniform(0.05,0.2)" --vary "dead_time=uniform(0,0.2)"
   popsteer sweep --plant mujoco-car --vary "friction=uniform(0.3,1)" --runs 200 --constant-speed 8
   popsteer sweep --runs 100000 --out sweep.parquet --dask tcp://scheduler:8786
@@ -123,6 +124,8 @@ def sweep(
             show_default=False,
         ),
     ] = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Drive one controller thousands of times, each time otherwise."""
     moved, told, label = varying.car(plant, set_plant, vehicle, set_vehicle)
@@ -156,6 +159,7 @@ def sweep(
     if out is not None:
         pictures = outputs.beside(out)
         check_files([out, *pictures])
+    check(report)
     with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
         if out is not None:
@@ -164,6 +168,15 @@ def sweep(
             progress.update("figure", 1.0)
             content = sweep_files(job, rows, out.stem)
             write_files_atomic({out.with_name(name): data for name, data in content.items()})
+        if report is not None:
+            page = lab.report.of_sweep(
+                job,
+                rows,
+                "" if out is None else str(out),
+                lab.report.Origin(command_line(context)),
+                progress.update,
+            )
+            said = write(report, page)
     summary = lab.sweep.summary
     outputs.show(summary.caption(job, rows), summary.tables(job, rows), summary.notes(job, rows))
     if out is None:
@@ -172,3 +185,5 @@ def sweep(
         print(f"Written to {out}, {', '.join(picture.name for picture in pictures)}")
         worst = summary.worst(rows, 1)[0]["run"]
         print(f"The worst run again: popsteer simulate --replay-run {out}:{worst}")
+    if report is not None:
+        print(said)

@@ -53,6 +53,8 @@ class Comparison:
     """What the path is called; ``dataclasses.replace`` gives it a name."""
     step_times: Mapping[str, float] = field(default_factory=dict)
     """What a step of each controller takes [s], where that was measured: see `time_steps`."""
+    latencies: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    """What each of the timed steps took, as the clock read it [ns]; by controller."""
 
     @property
     def first(self) -> Run:

@@ -16,10 +16,38 @@ if TYPE_CHECKING:
 
     from popsteer.lab.sweep.job import Job
 
-__all__ = ["ERROR", "Rate", "caption", "influence", "notes", "success_rate", "tables", "worst"]
+__all__ = [
+    "ERROR",
+    "UNITS",
+    "Rate",
+    "caption",
+    "influence",
+    "notes",
+    "success_rate",
+    "tables",
+    "worst",
+]
 
 ERROR = "settled_max_abs_cross_track_error"
 """What a run succeeds by."""
+UNITS = {
+    "steer_offset": "rad",
+    "steer_lag": "s",
+    "dead_time": "s",
+    "understeer": "s²/m",
+    "max_steer": "rad",
+    "max_steer_rate": "rad/s",
+    "steer_rate": "rad/s",
+    "noise_position": "m",
+    "noise_yaw": "rad",
+    "noise_speed": "m/s",
+    "start_offset": "m",
+    "start_yaw": "rad",
+    "start_speed": "m/s",
+    "wheelbase": "m",
+    "turning_wheelbase": "m",
+}
+"""Units of what varies, for axes."""
 _Z = 1.959963984540054  # 97.5 % of the normal distribution
 _SHOWN = (
     (ERROR, "greatest |cross-track error| [m]"),

@@ -1,6 +1,6 @@
 //! One vehicle on one episode.
 
-use popsteer_core::math::wrap;
+use popsteer_core::math::{cos, sin, wrap};
 use popsteer_core::path::projection::reference_speed;
 use popsteer_core::{Point, Status};
 
@@ -166,7 +166,7 @@ impl Episode {
             *head = narrowed(figure, bound);
         }
         let rear = state.vehicle.ahead(simulation.plant().vehicle().rear_axle);
-        let (cos, sin) = (rear.yaw.cos(), rear.yaw.sin());
+        let (cos, sin) = (cos(rear.yaw), sin(rear.yaw));
         let (pairs, _) = preview.as_chunks_mut::<2>();
         let mut segment = place.segment;
         for ([ahead, left], distance) in pairs.iter_mut().zip(&terms.preview) {
