@@ -11,6 +11,7 @@ from popsteer.cli.app import app
 
 # What each command can take; the rest of its options are its own.
 RUNS = {"--controllers", "--preset", "--params", "--set", "--no-adapt", "--dt", "--out"}
+PEDALS = {"--longitudinal", "--set-longitudinal"}
 START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed"}
 GIVEN = {"--vehicle", "--set-vehicle"}
 ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
@@ -20,9 +21,10 @@ LOG = {"--column", "--topic", "--unit"}
 WIRE = {"--topic", "--path-type", "--command-type", "--autoware"}
 WIRE |= {"--domain", "--localhost", "--timeout"}
 WANTED = {
-    "compare": RUNS | START | GIVEN | ONE | {"--step-time", "--report"},
+    "compare": RUNS | START | PEDALS | GIVEN | ONE | {"--step-time", "--report"},
     "simulate": RUNS - {"--controllers"}
-    | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
+    | PEDALS
+    | {"--controller", "--set-run"}
     | {"--replay-run", "--record", "--report"}
     | START
     | GIVEN
@@ -37,22 +39,24 @@ WANTED = {
     "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
     "new": set(),
     "plan": GIVEN
-    | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
+    | {"--closed", "--set", "--out", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
-    "identify": GIVEN | LOG | {"--out", "--figures", "--csv", "--json", "--report"},
+    "identify": GIVEN | LOG | {"--out", "--report"},
     "replay": GIVEN
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
-    | {"--waypoints", "--closed", "--track", "--out", "--csv", "--report"},
+    | {"--waypoints", "--closed", "--track", "--out", "--report"},
     # Where it starts, and how, is drawn.
     "sweep": RUNS - {"--controllers"}
     | DRAWN
     | START - {"--start", "--start-at"}
+    | PEDALS
     | GIVEN
     | ONE
     | {"--runs", "--deviation", "--workers", "--dask", "--report"},
     "tune": RUNS - {"--controllers"}
     | DRAWN
+    | PEDALS
     | GIVEN
     | ONE - {"--track"}
     | {"--tracks", "--constant-speed", "--cars", "--search", "--trials", "--seconds"}

@@ -8,10 +8,11 @@ from typing import Annotated
 import typer
 
 from popsteer import lab, presets, sim
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options, outputs, pedals
 from popsteer.cli.progress import Progress
 from popsteer.cli.report import check, command_line
 from popsteer.files import check_folder
+from popsteer.lab.common.longitudinal import made
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.sim import Settings
 
@@ -35,6 +36,7 @@ Examples:
   popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --start-at front
   popsteer compare --preset paper --plant kinematic-bicycle
   popsteer compare --plant commonroad-mb-2 --constant-speed 14 --start-offset 1
+  popsteer compare --waypoints course.csv --longitudinal speed-tracker
   popsteer compare --controllers pop,mpc --step-time
   popsteer compare --track slalom --report slalom.html
   popsteer compare --plant car.toml --set-vehicle dead_time=0
@@ -61,6 +63,8 @@ def compare(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.Longitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     step_time: Annotated[
         bool, typer.Option("--step-time", help="Measure the time of a control step as well.")
@@ -72,6 +76,7 @@ def compare(
     """Drive several controllers along one track."""
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
+    chosen = pedals.longitudinal(longitudinal, set_longitudinal, constant_speed)
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
         itself = sim.vehicle_of(mover)
@@ -92,6 +97,7 @@ def compare(
             start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
+            longitudinal=made(chosen, course.path, given),
             settings=Settings(dt=dt),
             progress=progress.update,
         )

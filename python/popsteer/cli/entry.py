@@ -26,7 +26,7 @@ _NOW = {
     "--laws": "--controllers",
     "dead-time": "delay",
     "export-all": "tracks --out",
-    **dict.fromkeys(("--csv", "--json", "--figures"), "--out"),
+    **dict.fromkeys(("--csv", "--json", "--figure", "--figures"), "--out"),
 }
 
 

@@ -19,11 +19,13 @@ __all__ = [
     "Controller",
     "Controllers",
     "Dt",
+    "Longitudinal",
     "NoAdapt",
     "Out",
     "OwnControllers",
     "OwnPlant",
     "Params",
+    "PlannedLongitudinal",
     "Plant",
     "Plants",
     "Preset",
@@ -31,6 +33,7 @@ __all__ = [
     "Report",
     "Seed",
     "Set",
+    "SetLongitudinal",
     "SetPlant",
     "SetVehicle",
     "Speed",
@@ -223,6 +226,35 @@ ConstantSpeed: TypeAlias = Annotated[
     typer.Option(
         metavar="M/S",
         help="Drive at this speed; a PI controller works the pedals.",
+        show_default=False,
+    ),
+]
+Longitudinal: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="The controller of the pedals: coupled, which is the paper's and the default;"
+        " speed-pid, which tracks the reference speeds of the waypoints; or speed-tracker, which"
+        " plans speeds within the limits of the vehicle that the controllers are given, and keeps"
+        " them.",
+        show_default=False,
+    ),
+]
+PlannedLongitudinal: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--longitudinal",
+        metavar="NAME",
+        help="The controller of the pedals, as simulate has it. The default is speed-tracker where"
+        " --waypoints has speeds, else coupled.",
+        show_default=False,
+    ),
+]
+SetLongitudinal: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=VALUE",
+        help="Set a parameter of the controller of the pedals. Can be repeated.",
         show_default=False,
     ),
 ]

@@ -24,9 +24,34 @@ if TYPE_CHECKING:
     from popsteer.lab.compare import Comparison
     from popsteer.lab.report import Origin
 
-__all__ = ["console", "deliver", "say", "show", "write"]
+__all__ = ["beside", "console", "deliver", "say", "show", "write"]
 
 _PIPED = 160
+
+
+def beside(out: Path) -> list[Path]:
+    """Name the figures that are drawn beside a file.
+
+    Parameters
+    ----------
+    out : pathlib.Path
+        The file.
+
+    Returns
+    -------
+    list of pathlib.Path
+        For a light and a dark background; none where the name has no suffix, as ``/dev/stdout``.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> [file.name for file in beside(Path("car.toml"))]
+    ['car.png', 'car.svg', 'car-dark.png', 'car-dark.svg']
+    """
+    if not out.suffix:
+        return []
+    kinds = [(dark, kind) for dark in ("", "-dark") for kind in ("png", "svg")]
+    return [out.with_name(f"{out.stem}{dark}.{kind}") for dark, kind in kinds]
 
 
 def console() -> Console:

@@ -8,10 +8,11 @@ from typing import Annotated
 import typer
 
 from popsteer import lab
-from popsteer.cli import inputs, options, outputs, varying
-from popsteer.cli.progress import Progress
+from popsteer.cli import inputs, options, outputs, pedals, varying
+from popsteer.cli.progress import Progress, kept_in
 from popsteer.cli.report import check, command_line, write
 from popsteer.files import check_files, write_files_atomic
+from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
 __all__ = ["HELP", "sweep"]
@@ -94,6 +95,8 @@ def sweep(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.PlannedLongitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     workers: Annotated[
         int | None,
@@ -142,20 +145,22 @@ def sweep(
         start_offset=start_offset,
         speed=speed,
         constant_speed=constant_speed,
+        longitudinal=pedals.longitudinal(
+            longitudinal,
+            set_longitudinal,
+            constant_speed,
+            pedals.usual([course.path] if waypoints is not None else []),
+        ),
         settings=Settings(dt=dt),
         course=course.name,
         label=label,
     )
     pictures: list[Path] = []
     if out is not None:
-        pictures = [
-            out.with_name(f"{out.stem}{dark}.{kind}")
-            for dark in ("", "-dark")
-            for kind in ("png", "svg")
-        ]
+        pictures = outputs.beside(out)
         check_files([out, *pictures])
     check(report)
-    with Progress() as progress:
+    with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
         if out is not None:
             from popsteer.lab.sweep.figure import sweep_files

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.draw import drawn, logarithmic
 from popsteer.lab.common.theme import THEMES
 from popsteer.lab.sweep.summary import ERROR, UNITS, caption, influence, success_rate
 
@@ -75,12 +75,12 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
                 rasterized=True,  # ten thousand points would make a file of megabytes
             )
         above.axhline(job.deviation, color=theme.faint, linestyle="--", linewidth=1.0)
-        above.set_yscale("log")
+        logarithmic(above)
         above.yaxis.set_major_formatter("{x:g}")
         above.tick_params(labelbottom=False)
         _rates(below, values, good, theme)
         above.set_xlim(below.get_xlim())
-        below.xaxis.set_major_locator(MaxNLocator(5))
+        below.xaxis.set_major_locator(MaxNLocator(4))
         below.set_xlabel(f"{name} [{UNITS[name]}]" if name in UNITS else name)
     for panel in grid[0::2, 0]:
         panel.set_ylabel("greatest |cross-track error|\nafter settling [m]")

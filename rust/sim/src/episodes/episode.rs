@@ -54,7 +54,10 @@ pub struct Episode {
 impl Episode {
     pub(super) fn new(simulation: Simulation, terms: &Terms) -> Self {
         let mut episode = Self {
-            pedalling: terms.drive.map(|drive| Pedalling::new(&drive, &simulation)),
+            pedalling: terms
+                .drive
+                .as_ref()
+                .map(|drive| Pedalling::new(drive, &simulation)),
             simulation,
             previous_steer: 0.0,
             failed: false,
@@ -125,10 +128,10 @@ impl Episode {
     /// The command; none where a law refuses the vehicle, whose numbers are none any more.
     fn control(&mut self, steer: f64, pedal: f64) -> Option<Control> {
         let reverse = self.simulation.reverse();
-        let speed = self.simulation.vehicle().speed;
+        let vehicle = self.simulation.vehicle();
         match &mut self.pedalling {
             Some(pedalling) => pedalling
-                .control(&self.simulation, speed, steer, reverse)
+                .control(&self.simulation, vehicle, steer, reverse)
                 .ok(),
             None => Some(Control {
                 steer,

@@ -1,6 +1,6 @@
 //! The kinematic bicycle that does what its vehicle says.
 
-use super::{Control, Plant, PlantState, at_its_wheels};
+use super::{Control, PedalMap, Plant, PlantState, at_its_wheels};
 use popsteer_core::Vehicle;
 use popsteer_core::error::{ConfigError, config_in_range};
 use popsteer_core::math::{decay, tan};
@@ -67,6 +67,15 @@ impl Plant for KinematicBicycle {
 
     fn vehicle(&self) -> &Vehicle {
         &self.vehicle
+    }
+
+    fn pedals(&self) -> Option<PedalMap> {
+        Some(PedalMap {
+            drive: self.drive,
+            braking: self.braking,
+            drag: self.drag,
+            air_drag: 0.0,
+        })
     }
 
     fn reverses(&self) -> bool {

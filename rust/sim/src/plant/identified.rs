@@ -1,6 +1,6 @@
 //! The vehicle identified from the authors' CARLA run.
 
-use super::{Control, Plant, PlantState, at_its_wheels};
+use super::{Control, PedalMap, Plant, PlantState, at_its_wheels};
 use popsteer_core::Vehicle;
 use popsteer_core::error::{ConfigError, config_in_range};
 use popsteer_core::math::{cos, sin, tan};
@@ -94,6 +94,15 @@ impl Plant for CarlaIdentified {
 
     fn vehicle(&self) -> &Vehicle {
         &self.vehicle
+    }
+
+    fn pedals(&self) -> Option<PedalMap> {
+        Some(PedalMap {
+            drive: self.drive,
+            braking: self.braking,
+            drag: self.drag,
+            air_drag: self.air_drag,
+        })
     }
 
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
