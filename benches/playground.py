@@ -1,4 +1,4 @@
-"""Measure in headless Chromium how long the playground drives: python benches/playground.py [PAGE].
+"""Measure in headless Chromium how long the playground drives: python -m benches.playground [PAGE].
 
 A lap of three controllers, anew after each of twenty moves of a slider. PAGE is
 out/playground/index.html by default, which `make playground` builds.
@@ -6,32 +6,28 @@ out/playground/index.html by default, which `make playground` builds.
 
 from __future__ import annotations
 
-import shutil
 import statistics
 import sys
+import tempfile
 from pathlib import Path
 
-from playwright.sync_api import sync_playwright
+from tests.browser import Browser
 
-DONE = '#results[aria-busy="false"]'
+DONE = "document.querySelector('#results[aria-busy=\"false\"]')"
 
 
 def measure(file: Path) -> list[float]:
     """Give the times of the laps after each move of the slider [ms]."""
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(
-            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
-        )
-        page = browser.new_page()
-        page.goto(file.resolve().as_uri())
+    with tempfile.TemporaryDirectory() as profile, Browser(Path(profile)) as page:
+        page.look(1280, 720)
+        page.open(file.resolve().as_uri())
+        page.wait(DONE)
+        page.run("document.getElementById('steer_lag').focus()")
         spent = []
-        page.locator(DONE).wait_for()
-        page.locator("#steer_lag").focus()
         for _ in range(20):
-            page.keyboard.press("ArrowLeft")
-            page.locator(DONE).wait_for()
-            spent.append(float(page.evaluate("popsteer.spent")))
-        browser.close()
+            page.press("ArrowLeft")
+            page.wait(DONE)
+            spent.append(float(page.run("popsteer.spent")))
     return spent
 
 

@@ -18,6 +18,7 @@ with suppress(ImportError):  # not on Windows, where the tests that need it skip
     import fcntl
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from typing_extensions import Self
@@ -36,16 +37,31 @@ _FLAGS = (
     "--remote-debugging-pipe",
 )
 _PATIENCE = 60.0
+_KEYS = {
+    "Tab": 9,
+    "Enter": 13,
+    "Escape": 27,
+    " ": 32,
+    "End": 35,
+    "Home": 36,
+    "ArrowLeft": 37,
+    "ArrowUp": 38,
+    "ArrowRight": 39,
+    "ArrowDown": 40,
+}
+_TEXTS = {"Enter": "\r", " ": " "}
 
 
 class Browser:
     """One page of a browser of its own.
 
-    `errors` gathers what the console says of errors and warnings, and what no code has caught;
-    `requests` every address that is asked for.
+    `said` gathers all that the console says, and what no code has caught; `errors` what of it is
+    an error or a warning; `requests` every address that is asked for.
     """
 
     def __init__(self, profile: Path) -> None:
+        if os.name != "posix":
+            pytest.skip("the pipe to the browser is POSIX's")
         program = next((found for name in _NAMES if (found := shutil.which(name))), None)
         if program is None:
             pytest.skip(f"no browser at hand: none of {', '.join(_NAMES)}")
@@ -54,6 +70,7 @@ class Browser:
         self._rest = b""
         self._count = 0
         self._session: str | None = None
+        self.said: list[str] = []
         self.errors: list[str] = []
         self.requests: list[str] = []
 
@@ -144,38 +161,78 @@ class Browser:
 
     def open(self, address: str) -> None:
         """Open a page, and wait until it has loaded."""
-        self.errors.clear()
-        self.requests.clear()
+        for each in (self.said, self.errors, self.requests):
+            each.clear()
         self.ask("Page.navigate", url=address)
         self.wait("document.readyState === 'complete'")
 
     def press(self, key: str, *, shift: bool = False) -> None:
         """Press a key and let it go."""
-        text = {"text": key} if key == " " else {}
-        code = "Space" if key == " " else key
-        for kind in ("keyDown", "keyUp"):
-            more = text if kind == "keyDown" else {}
-            number = {"ArrowLeft": 37, "ArrowRight": 39, " ": 32, "Home": 36, "End": 35, "Tab": 9}
+        text = {"text": _TEXTS[key]} if key in _TEXTS else {}
+        for kind, more in (("keyDown", text), ("keyUp", {})):
             self.ask(
                 "Input.dispatchKeyEvent",
                 type=kind,
                 key=key,
-                code=code,
-                windowsVirtualKeyCode=number[key],
+                code="Space" if key == " " else key,
+                windowsVirtualKeyCode=_KEYS[key],
                 modifiers=8 if shift else 0,
                 **more,
             )
 
+    def fill(self, selector: str, text: str) -> None:
+        """Put a text into a field in the place of what is there."""
+        self.run(f"(field => {{ field.focus(); field.select(); }})({_element(selector)})")
+        self.ask("Input.insertText", text=text)
+
     def point(self, x: float, y: float, *, click: bool = False) -> None:
         """Move the pointer to a place of the window, and click there."""
-        self.ask("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
-        for kind in ("mousePressed", "mouseReleased") if click else ():
-            self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+        self._mouse("mouseMoved", x, y)
+        if click:
+            self._mouse("mousePressed", x, y, clickCount=1)
+            self._mouse("mouseReleased", x, y, clickCount=1)
+
+    def click(self, selector: str) -> None:
+        """Click the middle of an element, which must be in sight there."""
+        place = self.run(
+            f"""(element => {{
+              element.scrollIntoView({{block: "nearest", behavior: "instant"}});
+              const {{x, y, width, height}} = element.getBoundingClientRect();
+              const place = [x + width / 2, y + height / 2];
+              return element.contains(document.elementFromPoint(...place)) ? place : null;
+            }})({_element(selector)})"""
+        )
+        assert place, f"not in sight: {selector}"
+        self.point(*place, click=True)
+
+    def drag(self, places: Sequence[tuple[float, float]], *, steps: int) -> None:
+        """Press the button at the first place, let it go at the last; so many steps to each."""
+        x, y = places[0]
+        self.point(x, y)
+        self._mouse("mousePressed", x, y, clickCount=1)
+        for to_x, to_y in places[1:]:
+            for share in (step / steps for step in range(1, steps + 1)):
+                self._mouse("mouseMoved", x + share * (to_x - x), y + share * (to_y - y), buttons=1)
+            x, y = to_x, to_y
+        self._mouse("mouseReleased", x, y, clickCount=1)
+
+    def named(self, role: str, name: str) -> str:
+        """Give the selector of the element that a screen reader knows by this role and name."""
+        root = self.ask("DOM.getDocument", depth=0)["root"]["nodeId"]
+        found = self.ask("Accessibility.queryAXTree", nodeId=root, role=role, accessibleName=name)
+        numbers = [each["backendDOMNodeId"] for each in found["nodes"] if not each["ignored"]]
+        assert len(numbers) == 1, f"{len(numbers)} of role {role} and name {name}"
+        given = self.ask("DOM.describeNode", backendNodeId=numbers[0])["node"]["attributes"]
+        return f"#{given[given.index('id') + 1]}"
 
     def screenshot(self, *, whole: bool = False) -> bytes:
         """Take a picture of the window, or of the whole page: a PNG."""
         shot = self.ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
         return base64.b64decode(shot["data"])
+
+    def _mouse(self, kind: str, x: float, y: float, **more: int) -> None:
+        button = {"button": "left"} if more else {}
+        self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, **button, **more)
 
     def _ask(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
         number = self._write(method, params, self._session)
@@ -216,11 +273,21 @@ class Browser:
             self.requests.append(params["request"]["url"])
         elif method == "Runtime.exceptionThrown":
             details = params["exceptionDetails"]
-            self.errors.append(details.get("exception", {}).get("description", details["text"]))
-        elif method == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning"):
-            self.errors.append(" ".join(str(each.get("value", each)) for each in params["args"]))
-        elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
-            self.errors.append(params["entry"]["text"])
+            self._hear("error", details.get("exception", {}).get("description", details["text"]))
+        elif method == "Runtime.consoleAPICalled":
+            said = " ".join(str(each.get("value", each)) for each in params["args"])
+            self._hear(params["type"], said)
+        elif method == "Log.entryAdded":
+            self._hear(params["entry"]["level"], params["entry"]["text"])
+
+    def _hear(self, level: str, text: str) -> None:
+        self.said.append(f"{level}: {text}")
+        if level in ("error", "warning"):
+            self.errors.append(text)
+
+
+def _element(selector: str) -> str:
+    return f"document.querySelector({json.dumps(selector)})"
 
 
 def _pipe() -> tuple[int, int]:

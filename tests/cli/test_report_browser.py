@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +17,6 @@ from tests.browser import Browser
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="the pipe to the browser is POSIX's")
 
 NAMES = ["pure-pursuit", "stanley", "pop"]
 SIZES = [(360, 740), (1280, 900), (2560, 1400)]

@@ -1,9 +1,8 @@
-"""The built page, what is in it, and a browser to open it in."""
+"""The built page, and what is in it."""
 
 from __future__ import annotations
 
 import base64
-import contextlib
 import gzip
 import re
 import shutil
@@ -16,10 +15,7 @@ import pytest
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
-
-    from playwright.sync_api import Browser
 
 BUILD = ROOT / "docs" / "playground" / "build.py"
 ENGINE = ROOT / "docs" / "playground" / "engine.js"
@@ -57,15 +53,3 @@ def build(folder: Path) -> Built:
     module = folder / "popsteer.wasm"
     module.write_bytes(gzip.decompress(base64.b64decode(held[1])))
     return Built(page, module)
-
-
-@contextlib.contextmanager
-def chromium() -> Iterator[Browser]:
-    """A browser without a window; the test skips where there is none."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    path = shutil.which("chromium") or program("chromium-browser")
-    with playwright.sync_playwright() as driver:
-        # The page is the project's own; without a sandbox it opens for root too, as in containers.
-        browser = driver.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield browser
-        browser.close()

@@ -4,12 +4,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.playground.built import Built, build, chromium
+from tests.browser import Browser
+from tests.playground.built import Built, build
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from playwright.sync_api import Browser
 
 
 @pytest.fixture(scope="session")
@@ -18,6 +17,6 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with Browser(tmp_path_factory.mktemp("profile")) as found:
         yield found

@@ -25,13 +25,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(feature = "std")]
 pub mod batch;
 pub mod closed_loop;
 pub mod delay;
 pub mod drive;
+#[cfg(feature = "std")]
 pub mod episodes;
 mod follower;
 pub mod law;
+#[cfg(feature = "std")]
 pub mod many;
 pub mod metrics;
 pub mod noise;
@@ -41,9 +44,11 @@ pub mod saved;
 pub mod settings;
 pub mod simulation;
 
+#[cfg(feature = "std")]
 pub use batch::{Batch, BatchError};
 pub use closed_loop::{Answer, Controller, Driver};
 pub use drive::Drive;
+#[cfg(feature = "std")]
 pub use episodes::{Episodes, Weights};
 pub use law::{Law, LawState};
 pub use metrics::{ErrorStats, Metrics};
