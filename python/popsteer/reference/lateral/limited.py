@@ -176,4 +176,4 @@ def least_norm(rows: Array, room: Array, rounding: float) -> tuple[Array, list[i
             multipliers = np.delete(multipliers, released)
     if not held:
         return x, held
-    return np.linalg.lstsq(rows[held], room[held])[0], held
+    return np.asarray(np.linalg.lstsq(rows[held], room[held])[0], float), held

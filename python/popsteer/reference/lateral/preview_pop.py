@@ -8,7 +8,7 @@ from __future__ import annotations
 import operator
 from dataclasses import dataclass, replace
 from math import inf
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,11 +35,7 @@ from popsteer.status import Status
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["PreviewPop", "PreviewPopState"]
 
@@ -113,19 +109,11 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     """
 
     TRACKED = Tracked.NO_SLIP_POINT
+    PARAMS = PreviewPopParams
+    STATE = PreviewPopState
 
-    def __init__(
-        self,
-        path: PathView,
-        vehicle: Vehicle | None = None,
-        params: PreviewPopParams | None = None,
-        *,
-        adapt: AdaptParams | Literal["auto"] | None = "auto",
-        monitor: MonitorParams | Literal["auto"] | None = "auto",
-    ) -> None:
-        super().__init__(
-            path, vehicle, PreviewPopParams() if params is None else params, adapt, monitor
-        )
+    def prepare(self) -> None:
+        """Work out what every step needs."""
         span_rate = resolved(self._resolved.steer_span_rate)
         rate = self.vehicle.max_steer_rate
         # Largest rate of the commanded angle: the lesser of the parameter's and the vehicle's.
@@ -135,10 +123,6 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         self._steer_rate_cost = resolved(self._resolved.steer_rate_cost)
         self._min_speed = resolved(self._resolved.min_speed)
         self._smoothing_length = resolved(self._resolved.smoothing_length)
-
-    def initial_state(self) -> PreviewPopState:
-        """Return the state before the first step, with nothing remembered."""
-        return PreviewPopState()
 
     def predicts(self) -> bool:
         """Tell whether the controller reads the `Belief`: it does."""
