@@ -158,6 +158,7 @@ class Pair:
         self.rust = rust
         self.twin = twin
         self.within = max(within, tolerance(rust))
+        self._step: Any = None
 
     def __repr__(self) -> str:
         return repr(self.rust)
@@ -167,26 +168,32 @@ class Pair:
         name = f"{self.name}.{method}"
         rust, twin = getattr(self.rust, method), getattr(self.twin, method)
         plans_ahead = self.name == "PreviewPop" and method in ("step", "steer", "step_or_hold")
-        before = self.rust.state if plans_ahead else None
+        self._step = (self.rust.state, method, args, kwargs) if plans_ahead else None
         try:
             return same(name, rust, twin, *args, within=self.within, **kwargs)
         except Apart as apart:
-            if before is None or apart.ours is None:
+            if self._step is None or apart.ours is None:
                 raise
-            given = (args, kwargs)
-            command = plans.check_cut_short(self, before, method, given, apart.theirs)
+            command = plans.check_cut_short(self, self._step, apart.theirs)
             if command is None:
                 raise
             return Pair(name, command, command)
 
     def get(self, attribute: str) -> Pair:
         """Read an attribute of both."""
-        pair = same(
-            f"{self.name}.{attribute}",
-            functools.partial(getattr, self.rust, attribute),
-            functools.partial(getattr, self.twin, attribute),
-            within=self.within,
-        )
+        try:
+            pair = same(
+                f"{self.name}.{attribute}",
+                functools.partial(getattr, self.rust, attribute),
+                functools.partial(getattr, self.twin, attribute),
+                within=self.within,
+            )
+        except Apart:
+            # A plan that was cut short may have the first move of the best plan, and others then.
+            step, self._step = self._step, None
+            if attribute != "state" or step is None or plans.check_cut_short(self, step) is None:
+                raise
+            return self.get(attribute)
         assert pair is not None
         return pair
 

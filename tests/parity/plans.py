@@ -59,8 +59,8 @@ def _is_best(horizon: Any, start: Any, limits: Any, code: int) -> bool:
         for row, (step, kind) in enumerate(problem.kinds)
         if code >> 3 * (len(forced) + step) & 7 == kind
     ]
-    scale = min(limits.later, limits.high - limits.low)
-    best, _ = limited.least_norm(problem.rows, problem.room, 1e-12 * scale)
+    scale = max(abs(limits.low), abs(limits.high))
+    best, _ = limited.least_norm(problem.rows, problem.room, limited.ROUNDING * scale)
     given: Any = np.zeros_like(best)
     if held:
         given = np.linalg.lstsq(problem.rows[held], problem.room[held])[0]
@@ -69,13 +69,13 @@ def _is_best(horizon: Any, start: Any, limits: Any, code: int) -> bool:
     return bool(exceeded <= PLANS * scale and np.linalg.norm(given) <= size * (1.0 + PLANS) + PLANS)
 
 
-def check_cut_short(pair: Any, before: Any, method: str, given: Any, theirs: Any) -> Any:
+def check_cut_short(pair: Any, step: Any, theirs: Any = None) -> Any:
     """The command of a step whose plan was cut short; None where it was not.
 
-    Its angle keeps the limits; all else agrees with the reference. The reference goes on from the
-    state of the Rust core.
+    Its angle keeps the limits; all else agrees with `theirs`, where the reference's command is
+    given. The reference goes on from the state of the Rust core.
     """
-    rust, (args, kwargs) = pair.rust, given
+    rust, (before, method, args, kwargs) = pair.rust, step
     again = popsteer.PreviewPop(
         rust.path, rust.vehicle, rust.params, adapt=rust.adapt, monitor=rust.monitor
     )
@@ -88,7 +88,7 @@ def check_cut_short(pair: Any, before: Any, method: str, given: Any, theirs: Any
     rate = rust.vehicle.max_steer_rate
     if rate is not None:
         assert abs(command.steer - before.steer) <= rate * rust.state.period * (1.0 + PLANS)
-    if method != "steer":
+    if method != "steer" and theirs is not None:
         for field in ("cross_track_error", "heading_error", "target", "reverse"):
             apart = agree(getattr(command, field), getattr(theirs, field), PLANS, field)
             assert not apart, apart

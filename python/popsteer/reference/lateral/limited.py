@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["Problem", "bounds", "go_back", "least_norm", "limited"]
 
 ROUNDING = 1e-12
-"""Shares of the largest move that are rounding: a limit exceeded by less is kept."""
+"""Share of the largest curvature that is rounding: a limit exceeded by less is kept."""
 
 
 class Problem(NamedTuple):
@@ -56,7 +56,8 @@ def limited(horizon: Horizon, start: Array, limits: Limits) -> Plan:
     reached = [*forced, *[Reached.NOTHING] * (len(horizon.models) - len(forced))]
     if len(forced) < len(horizon.models):
         problem = bounds(horizon, start, limits, len(forced))
-        departure, held = least_norm(problem.rows, problem.room, ROUNDING * _scale(limits))
+        rounding = ROUNDING * max(abs(limits.low), abs(limits.high))
+        departure, held = least_norm(problem.rows, problem.room, rounding)
         for step, kind in sorted((problem.kinds[row] for row in held), reverse=True):
             # Of two limits of a step the state remembers that of the move.
             reached[len(forced) + step] = kind
