@@ -107,6 +107,8 @@ def same(
 
     Floats agree `within` so much, absolute or relative; 0 is bit for bit.
     """
+    given = [*args, *kwargs.values()]
+    within = max([within, *(each.within for each in given if isinstance(each, Pair))])
     ours = outcome(
         rust, *map(_rust, args), **{field: _rust(value) for field, value in kwargs.items()}
     )
@@ -205,4 +207,6 @@ class Pair:
             lambda value: setattr(self.twin, "state", value),
             state,
         )
+        # What goes on from a state agrees as the state does.
+        self.within = max(self.within, state.within)
         return done is not None

@@ -36,7 +36,14 @@ def _recorded(horizon: Any, start: Any, limits: Any) -> Any:
 vars(preview_pop)["limited"] = _recorded
 
 
-def tied(ours: int, theirs: int) -> bool:
+def tied(field: str, ours: Any, theirs: Any) -> bool:
+    """Whether two values of a field that is decided by limits stand for the same last plan."""
+    if field == "reached_limits":
+        return _same_plan(ours, theirs)
+    return field == "status" and ours ^ theirs == Status.SATURATED and _touches()
+
+
+def _same_plan(ours: int, theirs: int) -> bool:
     """Whether the limits that the Rust core's last plan reached hold the same plan."""
     if (ours, theirs) in TIED:
         return True
@@ -46,6 +53,13 @@ def tied(ours: int, theirs: int) -> bool:
         TIED.add((ours, theirs))
         return True
     return False
+
+
+def _touches() -> bool:
+    """Whether the first move may count as at a limit or not, and the plan is the best both ways."""
+    later = limited.limited(*_LAST[0]).reached[1:]
+    code = sum(limit << 3 * k for k, limit in enumerate(later, 1))
+    return sum(_is_best(*_LAST[0], code | first) for first in Reached) >= 2
 
 
 def _is_best(horizon: Any, start: Any, limits: Any, code: int) -> bool:

@@ -60,7 +60,7 @@ def test_agree_names_what_differs(ours: Any, theirs: Any) -> None:
 
 
 def test_table_ends_with_bits_for_all_else() -> None:
-    assert [line.within for line in TABLE] == [1e-9, 1e-9, 0.0]
+    assert [line.within for line in TABLE] == [1e-9, 1e-9, 1e-9, 0.0]
     path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
     late = popsteer.Vehicle(dead_time=0.1)
     assert tolerance(path) == tolerance(popsteer.Pop(path)) == 0.0

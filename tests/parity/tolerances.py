@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    Tied = Callable[[int, int], bool]
+    Tied = Callable[[str, Any, Any], bool]
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,12 @@ TABLE = (
         "the gain solves its equations by np.linalg.solve, by Cramer's rule in Rust",
     ),
     Tolerance(
+        "an estimate",
+        lambda shown: type(shown).__name__ == "Estimate",
+        1e-9,
+        "it shows that gain, also of a state that another controller has adapted",
+    ),
+    Tolerance(
         "all else: paths, projections, POP, PID, pure pursuit, Stanley, bang-bang, pedals, speeds",
         lambda _: True,
         0.0,
@@ -57,7 +63,7 @@ def tolerance(shown: Any) -> float:
 def agree(ours: Any, theirs: Any, within: float, where: str = "", tied: Tied | None = None) -> str:
     """Name the first place where two values differ by more; empty where none does.
 
-    `tied` says whether limits that a plan reached on one side alone are those of the same plan.
+    `tied` says of a field whether both its values stand for the same plan.
     """
     if isinstance(ours, float) and isinstance(theirs, float):
         scale = max(1.0, abs(ours), abs(theirs))
@@ -70,8 +76,8 @@ def agree(ours: Any, theirs: Any, within: float, where: str = "", tied: Tied | N
         return _first(agree(ours[k], theirs[k], within, f"{where}.{k}", tied) for k in ours)
     else:
         same = type(ours) is type(theirs) and ours == theirs
-        if tied is not None and where.endswith(".reached_limits"):
-            same = same or tied(ours, theirs)
+        if tied is not None:
+            same = same or tied(where.rpartition(".")[2], ours, theirs)
     return "" if same else f"{where or 'value'} is {ours!r} and {theirs!r}"
 
 
