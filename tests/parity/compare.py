@@ -16,7 +16,7 @@ import numpy as np
 import popsteer
 from popsteer import PopsteerError, Status, paper, reference
 from tests.parity import plans
-from tests.parity.tolerances import agree, tolerance
+from tests.parity.tolerances import Refused, agree, tolerance
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -89,7 +89,8 @@ def outcome(call: Callable[..., Any], *args: Any, **kwargs: Any) -> Outcome:
     try:
         value = call(*args, **kwargs)
     except PopsteerError as error:
-        return Outcome(None, ("raises", type(error), str(error), shown(vars(error))))
+        refused = ("raises", type(error), str(error), shown(vars(error)))
+        return Outcome(None, Refused(refused))
     except Exception as error:  # noqa: BLE001 - whatever one side raises, the other has to
         return Outcome(None, ("raises", type(error)))
     return Outcome(value, shown(value))

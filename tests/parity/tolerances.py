@@ -12,6 +12,12 @@ if TYPE_CHECKING:
     Tied = Callable[[str, Any, Any], bool]
 
 
+class Refused(tuple[Any, ...]):
+    """How a call was refused: a word, the class of the error, its text, its attributes."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True)
 class Tolerance:
     """How far apart the floats of `what` may be: absolute up to 1, relative beyond; 0 is bits."""
@@ -69,6 +75,9 @@ def agree(ours: Any, theirs: Any, within: float, where: str = "", tied: Tied | N
         scale = max(1.0, abs(ours), abs(theirs))
         same = ours == theirs or abs(ours - theirs) <= within * scale < math.inf
         same = same or (math.isnan(ours) and math.isnan(theirs))
+    elif isinstance(ours, Refused) and isinstance(theirs, Refused):
+        # The text shows the number to the last digit.
+        return agree(ours[1::2], theirs[1::2], within, f"{where}refused")
     elif isinstance(ours, tuple) and isinstance(theirs, tuple) and len(ours) == len(theirs):
         parts = zip(range(len(ours)), ours, theirs, strict=True)
         return _first(agree(a, b, within, f"{where}[{k}]", tied) for k, a, b in parts)
