@@ -175,7 +175,12 @@ class Pair:
         try:
             return same(name, rust, twin, *args, within=self.within, **kwargs)
         except Apart as apart:
-            if self._step is None or apart.ours is None:
+            if apart.ours is None:
+                raise
+            steps = method in ("step", "steer", "step_or_hold")
+            if steps and self.within > 0.0 and plans.equally_near(self):
+                return Pair(name, apart.ours, apart.ours)
+            if self._step is None:
                 raise
             command = plans.check_cut_short(self, self._step, apart.theirs)
             if command is None:

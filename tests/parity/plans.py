@@ -1,7 +1,8 @@
 """Plans of preview POP where both sides may decide otherwise, and how that is checked.
 
 The Rust core searches for a plan within the limits by passes, the reference solves the quadratic
-program by the textbook. Both find its one solution, but for two cases:
+program by the textbook. Both find its one solution, but for two cases; a
+path that overlaps may have two places equally near (`equally_near`):
 
 - A limit that the plan touches without being held back by it may count as reached or not.
 - After 40 passes the Rust core takes the best plan so far, and says PLAN_CUT_SHORT.
@@ -60,6 +61,21 @@ def _touches() -> bool:
     later = limited.limited(*_LAST[0]).reached[1:]
     code = sum(limit << 3 * k for k, limit in enumerate(later, 1))
     return sum(_is_best(*_LAST[0], code | first) for first in Reached) >= 2
+
+
+def equally_near(pair: Any) -> bool:
+    """Whether the last step found places equally near, on two segments, on a path that overlaps.
+
+    The reference then goes on from the state of the Rust core.
+    """
+    ours, theirs = pair.rust.state, pair.twin.state
+    if ours.answer is None or theirs.answer is None or ours.waypoint == theirs.waypoint:
+        return False
+    near, far = sorted((abs(ours.answer[1][0]), abs(theirs.answer[1][0])))
+    if far - near > PLANS * max(1.0, far):
+        return False
+    pair.twin.state = getattr(reference, f"{pair.name}State")(**ours.as_dict())
+    return True
 
 
 def _is_best(horizon: Any, start: Any, limits: Any, code: int) -> bool:
