@@ -1,8 +1,8 @@
 """Plans of preview POP where both sides may decide otherwise, and how that is checked.
 
 The Rust core searches for a plan within the limits by passes, the reference solves the quadratic
-program by the textbook. Both find its one solution, but for two cases; a
-path that overlaps may have two places equally near (`equally_near`):
+program by the textbook. Both find its one solution, but for two cases. In a third, a path that
+overlaps has two places equally near (`equally_near`).
 
 - A limit that the plan touches without being held back by it may count as reached or not.
 - After 40 passes the Rust core takes the best plan so far, and says PLAN_CUT_SHORT.

@@ -58,7 +58,7 @@ TABLE = (
     ),
 )
 """The first line that holds counts. Integers, flags, statuses and errors are equal in every line,
-but for the two cases of `plans`."""
+but for the cases of `plans`."""
 
 
 def tolerance(shown: Any) -> float:
