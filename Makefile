@@ -6,8 +6,10 @@ DIST   := dist
 DEMO   := out/demo
 BENCH  := out/bench
 MATRIX := out/matrix
+SITE   := out/site
 FUZZ   := out/fuzz
 SOAK   := out/soak
+PLAY   := out/playground
 # For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
@@ -33,7 +35,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix pages fuzz soak wheel install-c clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages playground site audit fuzz soak wheel sdist install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -83,9 +85,23 @@ matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write READM
 		--plants carla-identified,kinematic-bicycle,commonroad-mb-2,mujoco-car \
 		--tracks racetrack,double-lane-change,slalom --constant-speed 10 --start-offset 1 --out $(MATRIX)
 	$(PY) -m benches.matrix_table $(MATRIX)
+	$(PY) -m tests.pages choose
 
-pages: $(VENV)/.dev ## drive what the tables of docs/ show; rewrite them
+pages: $(VENV)/.dev ## drive what the tables and figures of docs/ show; rewrite them
 	$(PY) -m tests.pages
+	$(PY) -m docs.site.figures
+
+# The playground is WebAssembly, whose target a toolchain may lack; without it the site has none.
+site: $(VENV)/.dev ## build the documentation site into out/site
+	@if [ -d "$$(rustc --print target-libdir --target wasm32-unknown-unknown)" ]; then \
+		$(MAKE) playground; fi
+	$(PY) -m docs.site $(SITE)
+
+audit: $(VENV)/.dev $(VENV)/.audit ## check the dependencies: known holes, licences; AUDIT=--online where there is a network
+	$(PY) -m docs.site.audit $(AUDIT)
+
+playground: $(VENV)/.lab ## build the playground for browsers; needs the target wasm32-unknown-unknown
+	$(PY) docs/playground/build.py $(PLAY)
 
 fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
 	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)
@@ -96,12 +112,15 @@ soak: $(VENV)/.dev ## step controllers 100,000,000 times and watch their memory
 wheel: $(WHEEL) ## build an installable wheel into dist/
 	@ls $(DIST)/popsteer-*.whl
 
+sdist: $(VENV)/.audit ## build the sdist into dist/sdist, and prove it: offline, with vendored crates, in a clean environment
+	sh rust/py/dist.sh $(CURDIR)/$(PY) $(DIST)/sdist
+
 install-c: ## install the C and C++ interface, under PREFIX=/usr/local
 	cargo build --release --locked --package popsteer-c
 	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)"
 
 clean: ## remove all that these targets made
-	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(FUZZ) $(SOAK) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(SOAK) $(PLAY) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.
@@ -142,7 +161,7 @@ $(WHEEL): $(VENV)/pyvenv.cfg $(SOURCES)
 	@touch $@
 
 # The first line brings in a wheel whose version has not changed, the second what its extra needs.
-$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.dev: $(WHEEL)
+$(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.audit $(VENV)/.dev: $(WHEEL)
 	$(PY) -m pip install --quiet --force-reinstall --no-deps $(DIST)/popsteer-*.whl
 	$(PY) -m pip install --quiet "$$(echo $(DIST)/popsteer-*.whl)[$(patsubst .%,%,$(@F))]"
 	@touch $@

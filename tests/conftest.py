@@ -22,7 +22,7 @@ providers._get_local_constants = lambda: providers._local_constants
 # the change at hand, and can be repeated from the log alone. New examples are `thorough`'s work.
 settings.register_profile(
     "default",
-    max_examples=200,
+    max_examples=100,
     deadline=None,
     derandomize=True,
     print_blob=True,

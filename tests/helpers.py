@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -21,3 +22,13 @@ def authors_data() -> Path:
 def named(field: str) -> str:
     """What to look for in a TypeError about `field`: Python 3.10 takes no notes with a name."""
     return field if sys.version_info >= (3, 11) else "."
+
+
+def long_drives() -> settings:
+    """How often to draw a property that drives for hundreds of steps in the reference.
+
+    Fewer times than the others, since each drive has as many steps as they have examples; a
+    thorough run draws all.
+    """
+    asked = settings().max_examples
+    return settings(max_examples=40 if asked == 100 else asked)

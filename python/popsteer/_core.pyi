@@ -11,6 +11,7 @@ from typing_extensions import Self
 
 from popsteer.plants.protocol import PythonPlant
 from popsteer.prediction import Prediction
+from popsteer.sim.pedals import PedalMap
 from popsteer.status import Status
 
 __all__ = [
@@ -88,6 +89,7 @@ _Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
 _State: TypeAlias = (
     PopState | PreviewPopState | PidState | PurePursuitState | StanleyState | BangBangState
 )
+_Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 
 __version__: str
@@ -115,9 +117,11 @@ def kinematic_bicycle(
 ) -> tuple[float, float, float, float]: ...
 def plants() -> dict[str, Vehicle]: ...
 def run_many(
-    runs: Iterable[tuple[_Law, _Plant, list[float], tuple[Noise | None, int, int]]],
+    runs: Iterable[
+        tuple[_Law, _Plant, list[float], tuple[Noise | None, int, int], _Longitudinal | None]
+    ],
     *,
-    longitudinal: CoupledLongitudinal | SpeedPid | None,
+    pedals: PedalMap | None,
     settings: Settings | None,
     threads: int | None,
     progress: Callable[[float], object] | None,
@@ -1997,6 +2001,7 @@ class SpeedTracker:
         params: SpeedTrackerParams | None = None,
     ) -> Self: ...
     def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> SpeedCommand: ...
+    def set_path(self, path: Path) -> None: ...
     def reset(self) -> None: ...
     @property
     def state(self) -> SpeedTrackerState: ...
@@ -2010,6 +2015,9 @@ class SpeedTracker:
     def params(self) -> SpeedTrackerParams: ...
     @property
     def plan(self) -> NDArray[np.float64]: ...
+    def __getnewargs__(self) -> tuple[Path, Vehicle, SpeedTrackerParams]: ...
+    def __getstate__(self) -> SpeedTrackerState: ...
+    def __setstate__(self, state: SpeedTrackerState) -> None: ...
 
 @final
 class CarlaIdentified:
@@ -2195,11 +2203,12 @@ class Simulation:
     def drive(
         self,
         controller: object,
-        longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+        longitudinal: _Longitudinal | None = None,
         progress: Callable[[float], object] | None = None,
         *,
         noise: Noise | None = None,
         seed: int = 0,
+        pedals: PedalMap | None = None,
     ) -> None: ...
     def metrics(self) -> dict[str, Any]: ...
     def records(self) -> dict[str, NDArray[Any]]: ...

@@ -20,12 +20,15 @@ _COMMANDS = (
     "matrix",
     "edges",
     "delay",
+    "new",
     "plan",
     "stability",
     "identify",
     "replay",
     "tune",
     "sweep",
+    "ros2",
+    "record",
     "bench",
     "tracks",
 )
@@ -36,7 +39,13 @@ def test_help_of_the_command_reads_as_a_page() -> None:
     assert outcome.status == 0
     assert outcome.err == ""
     assert "\x1b" not in outcome.out
-    for part in ("Examples:", "What `compare --out DIR` writes:", "metrics.json", "status 2"):
+    for part in (
+        "Examples:",
+        "--report FILE",
+        "What `compare --out DIR` writes:",
+        "metrics.json",
+        "status 2",
+    ):
         assert part in outcome.out
     for name in _COMMANDS:
         assert f"\n  {name} " in outcome.out

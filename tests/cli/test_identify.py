@@ -29,12 +29,10 @@ def file(tmp_path_factory: pytest.TempPathFactory, columns: dict[str, Any]) -> P
 def test_identify_writes_a_vehicle_and_what_it_was_made_of(
     capsys: pytest.CaptureFixture[str], file: Path, tmp_path: Path
 ) -> None:
-    out, figures = tmp_path / "car.toml", tmp_path / "figures"
-    document, rows = tmp_path / "car.json", tmp_path / "motion.csv"
-    outcome = command.call(
-        capsys, "identify", str(file), "--out", str(out), "--figures", str(figures),
-        "--json", str(document), "--csv", str(rows),
-    )  # fmt: skip
+    out, document, rows = (
+        tmp_path / "new" / name for name in ("car.toml", "car.json", "car-motion.csv")
+    )
+    outcome = command.call(capsys, "identify", str(file), "--out", str(out))
     assert (outcome.status, outcome.err) == (0, "")
     car = popsteer.Vehicle.load(out)
     assert car.wheelbase == pytest.approx(2.7, abs=0.03)
@@ -44,8 +42,10 @@ def test_identify_writes_a_vehicle_and_what_it_was_made_of(
     found = json.loads(document.read_text())
     assert found["vehicle"]["wheelbase"] == car.wheelbase
     assert len(rows.read_text().splitlines()) == 802
-    for name in ("identify.png", "identify-dark.svg"):
-        assert (figures / name).stat().st_size > 10_000
+    for name in ("car.png", "car-dark.svg"):
+        assert (out.parent / name).stat().st_size > 10_000
+        assert name in outcome.out
+    assert len(list(out.parent.iterdir())) == 7
     for part in (
         "drive.csv: 40.0 s, 800 rows",
         "wheelbase",
@@ -79,6 +79,8 @@ def test_identify_of_an_mcap_with_a_tape_measure_keeps_what_it_says(
         (["--topic", "steer=/drive"], "topics are of bags; a CSV file has columns"),
         (["--unit", "speed=0.001"], "s of driving are too short"),
         (["--vehicle", "none.toml"], "none.toml: No such file"),
+        (["--out", "car.json"], "--out must be a file *.toml"),
+        (["--figures", "pictures"], "No such option: --figures; it is --out now"),
     ],
 )
 def test_identify_of_wrong_input_is_one_line_and_writes_nothing(

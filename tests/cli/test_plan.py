@@ -85,12 +85,13 @@ def test_plan_smooths_a_recording_first(
 def test_plan_draws_on_both_backgrounds(
     capsys: pytest.CaptureFixture[str], waypoints: FilePath, tmp_path: FilePath
 ) -> None:
-    picture = tmp_path / "plan.png"
-    outcome = command.call(capsys, "plan", str(waypoints), "--closed", "--figure", str(picture))
+    out = tmp_path / "course.csv"
+    outcome = command.call(capsys, "plan", str(waypoints), "--closed", "--out", str(out))
     assert outcome.status == 0
-    for file in (picture, tmp_path / "plan-dark.png"):
-        assert file.read_bytes()[1:4] == b"PNG"
-        assert f"Written to {file}" in outcome.out
+    for name in ("course.png", "course-dark.png"):
+        assert (tmp_path / name).read_bytes()[1:4] == b"PNG"
+        assert name in outcome.out
+    assert f"Written to {out}" in outcome.out
 
 
 def test_plan_tells_of_bends_that_the_wheels_cannot_take(
@@ -106,7 +107,7 @@ def test_plan_tells_of_bends_that_the_wheels_cannot_take(
     [
         (("--set", "max_sped=1"), "unknown parameter of the limits 'max_sped'"),
         (("--set", "max_speed=30", "--set-vehicle", "max_speed=20"), "at most the vehicle's, 20.0"),
-        (("--set", "start_speed=24"), "start_speed must be at most 13.2"),
+        (("--set", "start_speed=24"), "start_speed must be at most 12.7"),
         (("--set", "exponent=0"), "exponent must be in [1, inf]"),
         (("--driving", "fast"), "--driving must be pairs SPEED:ACCELERATION"),
         (("--braking", "0:3,0:2"), "max_deceleration must be a table whose speeds increase"),
@@ -116,7 +117,8 @@ def test_plan_tells_of_bends_that_the_wheels_cannot_take(
         (("--speed-limit", "900:999:5"), "--speed-limit must be within the path, 307."),
         (("--smooth", "0"), "tolerance must be in"),
         (("--smooth", "0.1", "--keep-speeds"), "--keep-speeds must be left out"),
-        (("--figure", "plan.svg"), "--figure must be a file *.png"),
+        (("--figure", "plan.png"), "No such option: --figure; it is --out now"),
+        (("--out", "plan.svg"), "--out must be another file than what it is made of or drawn"),
         (("--vehicle", "truck"), "unknown vehicle 'truck'"),
         (("--out", "/dev/null/course.csv"), "/dev/null"),
     ],

@@ -89,11 +89,11 @@ def test_own_path_of_a_car_that_stands_is_refused() -> None:
 def test_replay_prints_a_table_and_writes_files(
     capsys: pytest.CaptureFixture[str], file: Path, tmp_path: Path
 ) -> None:
-    car, out, table = tmp_path / "car.toml", tmp_path / "out", tmp_path / "table.csv"
+    car, out = tmp_path / "car.toml", tmp_path / "out"
     logs.CAR.save(car)
     outcome = command.call(
         capsys, "replay", str(file), "--vehicle", str(car), "--out", str(out),
-        "--csv", str(table), "--controllers", "stanley,preview-pop",
+        "--controllers", "stanley,preview-pop",
     )  # fmt: skip
     assert (outcome.status, outcome.err) == (0, "")
     for part in ("drive.csv: 40.0 s", "driver", "Stanley", "Preview POP", "fault"):
@@ -102,7 +102,8 @@ def test_replay_prints_a_table_and_writes_files(
         rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
     assert len(rows) == 800
     assert float(rows[100]["preview-pop.steer"]) != float(rows[100]["steer"])
-    assert [line.split(",")[0] for line in table.read_text().splitlines()] == [
+    table = (out / "summary.csv").read_text()
+    assert [line.split(",")[0] for line in table.splitlines()] == [
         "controller",
         "stanley",
         "preview-pop",

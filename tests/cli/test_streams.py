@@ -17,7 +17,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "version": ("--version",),
     "compare": ("compare", "--track", "straight", "--controllers", "pop", "--out", "out"),
     "simulate": ("simulate", "--track", "straight", "--out", "out"),
-    "stability": ("stability", "--speeds", "5", "--out", "out"),
+    "stability": ("stability", "--controllers", "stanley", "--speeds", "5", "--out", "out"),
     "matrix": ("matrix", "--tracks", "straight", "--controllers", "pop", "--out", "out"),
     "edges": ("edges", "--tracks", "touching", "--controllers", "pop", "--out", "out"),
     "delay": ("delay", "--track", "straight", "--controllers", "pop", "--out", "out"),

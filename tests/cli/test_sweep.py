@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import signal
-import subprocess
-import time
 from pathlib import Path
 
 import pytest
@@ -147,21 +144,3 @@ def test_journal_that_is_a_device_is_refused(
     outcome = command.call(capsys, "sweep", *SHORT, "--out", str(tmp_path / "sweep.csv"))
     assert (outcome.status, outcome.out) == (2, "")
     assert "sweep.csv.part: is no regular file" in outcome.err
-
-
-def test_interrupted_sweep_keeps_its_rows(tmp_path: Path) -> None:
-    out = tmp_path / "sweep.csv"
-    part = tmp_path / "sweep.csv.part"
-    process = subprocess.Popen(
-        [command.script(), "sweep", "--track", "slalom", "--runs", "20000", "--out", str(out)],
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    while not part.exists():
-        assert process.poll() is None
-        time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate()
-    assert (process.returncode, said) == (130, "")
-    assert part.exists()
-    assert not out.exists()

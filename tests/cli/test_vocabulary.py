@@ -11,49 +11,61 @@ from popsteer.cli.app import app
 
 # What each command can take; the rest of its options are its own.
 RUNS = {"--controllers", "--preset", "--params", "--set", "--no-adapt", "--dt", "--out"}
+PEDALS = {"--longitudinal", "--set-longitudinal"}
 START = {"--start", "--start-at", "--start-offset", "--speed", "--constant-speed"}
 GIVEN = {"--vehicle", "--set-vehicle"}
 ONE = {"--waypoints", "--closed", "--track", "--plant", "--set-plant"}
 MANY = {"--waypoints", "--closed", "--tracks", "--plants"}
 DRAWN = {"--controller", "--vary", "--distributions", "--seed"}
 LOG = {"--column", "--topic", "--unit"}
+WIRE = {"--topic", "--path-type", "--command-type", "--autoware"}
+WIRE |= {"--domain", "--localhost", "--timeout"}
 WANTED = {
-    "compare": RUNS | START | GIVEN | ONE | {"--step-time"},
+    "compare": RUNS | START | PEDALS | GIVEN | ONE | {"--step-time", "--report"},
     "simulate": RUNS - {"--controllers"}
-    | {"--controller", "--longitudinal", "--set-longitudinal", "--set-run"}
-    | {"--replay-run"}
+    | PEDALS
+    | {"--controller", "--set-run"}
+    | {"--replay-run", "--record", "--report"}
     | START
     | GIVEN
     | ONE,
     # Many tracks have no start in common, many plants no parameters.
-    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY,
+    "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY | {"--report"},
     # Its paths, starts and speeds are the experiment, its tuning too.
     "edges": RUNS - {"--preset"} | GIVEN | {"--tracks", "--plant", "--set-plant"},
     # What the controllers are told is the experiment.
     "delay": RUNS | START | ONE | {"--dead-time"},
     # Nothing is driven.
     "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
+    "new": set(),
     "plan": GIVEN
-    | {"--closed", "--set", "--out", "--figure", "--smooth", "--keep-speeds", "--speed-limit"}
+    | {"--closed", "--set", "--out", "--smooth", "--keep-speeds", "--speed-limit"}
     | {"--driving", "--braking"},
-    "identify": GIVEN | LOG | {"--out", "--figures", "--csv", "--json"},
+    "identify": GIVEN | LOG | {"--out", "--report"},
     "replay": GIVEN
     | LOG
     | {"--controllers", "--params", "--preset", "--set", "--no-adapt"}
-    | {"--waypoints", "--closed", "--track", "--out", "--csv"},
+    | {"--waypoints", "--closed", "--track", "--out", "--report"},
     # Where it starts, and how, is drawn.
     "sweep": RUNS - {"--controllers"}
     | DRAWN
     | START - {"--start", "--start-at"}
+    | PEDALS
     | GIVEN
     | ONE
-    | {"--runs", "--deviation", "--workers", "--dask"},
+    | {"--runs", "--deviation", "--workers", "--dask", "--report"},
     "tune": RUNS - {"--controllers"}
     | DRAWN
+    | PEDALS
     | GIVEN
     | ONE - {"--track"}
     | {"--tracks", "--constant-speed", "--cars", "--search", "--trials", "--seconds"}
     | {"--effort-limit", "--storage"},
+    "ros2": GIVEN
+    | WIRE
+    | {"--controller", "--preset", "--params", "--set", "--no-adapt", "--closed", "--record"}
+    | {"--max-speed", "--rate", "--stale", "--hold", "--sim-time"},
+    "record": WIRE | {"--seconds"},
     "bench": {"--out", "--yardsticks"},
     "tracks": {"--tracks", "--out"},
 }

@@ -12,6 +12,6 @@ PAGE = Path(__file__).parents[2] / "docs" / "planning.md"
 def test_planning_page_code_prints_what_the_page_says() -> None:
     names: dict[str, object] = {}
     blocks = BLOCK.findall(PAGE.read_text(encoding="utf-8"))
-    assert [kind for kind, _ in blocks] == ["python", "text"] * 2
+    assert [kind for kind, _ in blocks] == ["python", "text"] * 3
     for (_, code), (_, shown) in zip(blocks[::2], blocks[1::2], strict=True):
         assert printed(code, names) == shown

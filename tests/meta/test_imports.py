@@ -44,15 +44,16 @@ _SIM = {
 }
 _BINDING = {"popsteer_py": {*_CORE, *_SIM}}
 _C = {"popsteer_c": {*_CORE}}
+_WASM = {"popsteer_wasm": {*_CORE, *_SIM}}
 _REFERENCE = _core("popsteer.reference")
 
-RUST = {**_CORE, **_SIM, **_BINDING, **_C}
+RUST = {**_CORE, **_SIM, **_BINDING, **_C, **_WASM}
 PYTHON = {**_REFERENCE}
 
 
 def _rust() -> dict[str, str]:
     crates = {}
-    for crate in ("core", "sim", "py", "c"):
+    for crate in ("core", "sim", "py", "c", "wasm"):
         crates.update(sources(ROOT / "rust" / crate / "src", f"popsteer_{crate}"))
     return crates
 

@@ -29,6 +29,7 @@ LAYERS = (
     ("lab.compare", "lab.edges", "lab.delay", "lab.stability", "lab.bench"),
     ("lab.identify", "lab.plan", "lab.replay"),
     ("lab.matrix", "lab.tune", "lab.sweep"),
+    ("lab.report",),
     ("lab",),
     ("adapters",),
     ("cli",),

@@ -107,7 +107,7 @@ def test_versions_agree() -> None:
     assert popsteer.__version__ == version
     assert importlib.metadata.version("popsteer") == version
     lock = (ROOT / "Cargo.lock").read_text(encoding="utf-8")
-    for crate in ("popsteer-core", "popsteer-sim", "popsteer-py", "popsteer-c"):
+    for crate in ("popsteer-core", "popsteer-sim", "popsteer-py", "popsteer-c", "popsteer-wasm"):
         assert f'name = "{crate}"\nversion = "{version}"\n' in lock
 
 

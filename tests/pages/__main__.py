@@ -12,6 +12,7 @@ from tests.closed_loop.cars_loop import loop_lines
 from tests.closed_loop.replanning_page import input_rows, replanning_rows
 from tests.closed_loop.test_cars_loop_shadow import age_lines
 from tests.closed_loop.test_path_end import end_lines
+from tests.pages.choose import choose_lines, paper_lines
 from tests.pages.edges import dead_time_lines, dead_time_rows, edge_lines
 from tests.pages.layout import DOCS, line, table, with_table
 from tests.pages.preview_pop import preview_lines
@@ -34,6 +35,9 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "late": ("theory.md", lambda: [late_line(name) for name in LINEAR_CONTROLLERS]),
     "choice": ("theory.md", choice_lines),
     "preview": ("preview_pop.md", preview_lines),
+    # Of the tables before it and of README's matrix.
+    "choose": ("choose.md", choose_lines),
+    "paper": ("paper.md", paper_lines),
 }
 
 

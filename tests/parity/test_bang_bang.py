@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.helpers import long_drives
 from tests.parity.checks import (
     Drive,
     check_bad_states,
@@ -81,6 +82,7 @@ def test_bang_bang_matches_reference_random(
 
 
 @pytest.mark.covers("BangBang.step", "BangBang.steer", "BangBang.state", "BangBang.reset")
+@long_drives()
 @given(drive=drives(), params=BANG_BANG.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_bang_bang_matches_reference_rollout(
     drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any

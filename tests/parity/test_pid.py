@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.helpers import long_drives
 from tests.parity.checks import (
     Drive,
     check_bad_states,
@@ -99,6 +100,7 @@ def test_pid_matches_reference_random(
 
 
 @pytest.mark.covers("Pid.step", "Pid.steer", "Pid.state", "Pid.reset")
+@long_drives()
 @given(drive=drives(), params=PID.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_pid_matches_reference_rollout(
     drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any

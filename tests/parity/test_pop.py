@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.helpers import long_drives
 from tests.parity.checks import (
     Drive,
     check_bad_states,
@@ -80,6 +81,7 @@ def test_pop_matches_reference_random(
 
 
 @pytest.mark.covers("Pop.step", "Pop.steer", "Pop.state", "Pop.reset")
+@long_drives()
 @given(drive=drives(), params=POP.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_pop_matches_reference_rollout(
     drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.helpers import long_drives
 from tests.parity.checks import (
     Drive,
     check_bad_states,
@@ -106,6 +107,7 @@ def test_preview_pop_matches_reference_random(
 
 
 @pytest.mark.covers("PreviewPop.step", "PreviewPop.steer", "PreviewPop.state", "PreviewPop.reset")
+@long_drives()
 @given(drive=drives(), params=PREVIEW_POP.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_preview_pop_matches_reference_rollout(
     drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any

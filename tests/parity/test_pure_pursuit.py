@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.helpers import long_drives
 from tests.parity.checks import (
     Drive,
     check_bad_states,
@@ -96,6 +97,7 @@ def test_pure_pursuit_matches_reference_random(
 @pytest.mark.covers(
     "PurePursuit.step", "PurePursuit.steer", "PurePursuit.state", "PurePursuit.reset"
 )
+@long_drives()
 @given(drive=drives(), params=PURE_PURSUIT.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_pure_pursuit_matches_reference_rollout(
     drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any

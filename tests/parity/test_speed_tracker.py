@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from popsteer.tracks import edges
+from tests.helpers import long_drives
 from tests.parity.checks import check_params
 from tests.parity.compare import Pair, make
 from tests.parity.laws import SPEED_TRACKER
@@ -41,6 +42,14 @@ def _path(seed: int, kind: str) -> Pair:
     return make("Path", xy.tolist(), speed=speed, closed=closed)
 
 
+def _shifted(path: Pair) -> Pair:
+    """The same path a metre to the side, without its last waypoint."""
+    own = path.rust
+    xy = [(float(x) + 1.0, float(y)) for x, y in zip(own.x[:-1], own.y[:-1], strict=True)]
+    speed = None if own.speed is None else own.speed[:-1].tolist()
+    return make("Path", xy, speed=speed, closed=own.closed)
+
+
 def _drive(pair: Pair, path: Pair, rng: random.Random, steps: int) -> None:
     """Go along the path as the commands say, with noise, and off it."""
     along, speed = 0.0, rng.uniform(0.0, 6.0)
@@ -51,6 +60,13 @@ def _drive(pair: Pair, path: Pair, rng: random.Random, steps: int) -> None:
             saved = pair.get("state")
         elif k == steps // 2:
             assert pair.set_state(saved)
+        elif k == 2 * steps // 3:
+            # The same path sent anew; and one that is shifted, and back.
+            pair.call("set_path", path)
+            pair.get("plan")
+            pair.call("set_path", _shifted(path))
+            pair.call("step", float(x[0]), float(y[0]), 0.0, speed, 0.05)
+            pair.call("set_path", path)
         elif k == steps - 9:
             pair.call("reset")
         index = min(int((s <= along).sum()), len(x) - 1)
@@ -76,7 +92,7 @@ def _drive(pair: Pair, path: Pair, rng: random.Random, steps: int) -> None:
 @pytest.mark.covers(
     *("SpeedTracker", "SpeedTracker.step", "SpeedTracker.state", "SpeedTracker.plan"),
     *("SpeedTracker.path", "SpeedTracker.vehicle", "SpeedTracker.params", "SpeedTracker.reset"),
-    "SpeedCommand.acceleration",
+    *("SpeedCommand.acceleration", "SpeedTracker.set_path"),
 )
 @given(
     params=SPEED_TRACKER.params(),
@@ -96,6 +112,7 @@ def test_speed_tracker_matches_reference_random(
 
 
 @pytest.mark.covers("SpeedTracker.step", "SpeedTracker.state", "SpeedTracker.reset")
+@long_drives()
 @given(params=SPEED_TRACKER.params(), car=CARS, seed=SEEDS)
 def test_speed_tracker_matches_reference_rollout(
     params: dict[str, Any], car: dict[str, Any], seed: int

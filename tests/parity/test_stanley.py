@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.helpers import long_drives
 from tests.parity.checks import (
     Drive,
     check_bad_states,
@@ -83,6 +84,7 @@ def test_stanley_matches_reference_random(
 
 
 @pytest.mark.covers("Stanley.step", "Stanley.steer", "Stanley.state", "Stanley.reset")
+@long_drives()
 @given(drive=drives(), params=STANLEY.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_stanley_matches_reference_rollout(
     drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any

@@ -34,6 +34,7 @@ MODULES = [
         "popsteer.sim",
     ),
     "popsteer.adapters.carla",
+    "popsteer.adapters.ros2",
     *("popsteer.controllers", "popsteer.presets", "popsteer.tracks", "popsteer.vehicles"),
     *(f"popsteer.lab.{name}" for name in popsteer.lab.__all__),
 ]
@@ -41,6 +42,17 @@ MODULES = [
 OF_EXTRAS = {
     "popsteer.adapters.carla": "carla",
     "popsteer.adapters.carla.conversions": "carla",
+    **dict.fromkeys(
+        (
+            "popsteer.adapters.ros2",
+            *(
+                f"popsteer.adapters.ros2.{name}"
+                for name in ("conversions", "dds", "diagnostics", "idl", "intake", "messages")
+            ),
+            *(f"popsteer.adapters.ros2.{name}" for name in ("node", "recording", "waiting")),
+        ),
+        "cyclonedds",
+    ),
     "popsteer.plants.commonroad": "vehiclemodels",
     "popsteer.plants.mujoco_car": "mujoco",
     "popsteer.lab.baselines.mpc": "osqp",

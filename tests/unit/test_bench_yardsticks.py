@@ -36,6 +36,12 @@ def numba_driver(drive: Drive) -> Driver:
     return yardsticks.at_hand(drive, FOLDER).makers[NUMBA_STEP]()
 
 
+@pytest.fixture(scope="module")
+def compiled(drive: Drive) -> Driver:
+    """The step for that drive, compiled once: it takes seconds."""
+    return numba_driver(drive)
+
+
 def reference_angles(drive: Drive) -> list[float]:
     xy = zip(drive.path.x.tolist(), drive.path.y.tolist(), strict=True)
     path = reference.Path(xy, closed=drive.path.closed)
@@ -43,8 +49,9 @@ def reference_angles(drive: Drive) -> list[float]:
     return [pop.steer(*state, DT) for state in drive.states]
 
 
-def test_numba_step_gives_the_angles_of_the_reference(drive: Drive) -> None:
-    driver = numba_driver(drive)
+def test_numba_step_gives_the_angles_of_the_reference(drive: Drive, compiled: Driver) -> None:
+    driver = compiled
+    driver.reset()
     expected = reference_angles(drive)
     assert [driver.call(*state, DT) for state in drive.states] == expected
     driver.reset()
@@ -80,8 +87,11 @@ def test_numba_step_gives_the_angles_of_the_reference_anywhere(closed: bool) -> 
     "arguments",
     [(math.nan, 0, 0, 1, DT), (0, 0, math.inf, 1, DT), (0, 0, 0, 2e4, DT), (0, 0, 0, 1, 0)],
 )
-def test_numba_step_bad_input_is_refused(drive: Drive, arguments: tuple[float, ...]) -> None:
-    driver = numba_driver(drive)
+def test_numba_step_bad_input_is_refused(
+    drive: Drive, compiled: Driver, arguments: tuple[float, ...]
+) -> None:
+    driver = compiled
+    driver.reset()
     call: Any = driver.call
     with pytest.raises(ValueError, match="out of its bounds"):
         call(*map(float, arguments))

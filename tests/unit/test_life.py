@@ -26,6 +26,7 @@ from hypothesis.stateful import (
 
 import popsteer
 from popsteer import InputError
+from tests.helpers import long_drives
 from tests.parity.checks import BAD_STEPS, NAN, controller
 from tests.parity.compare import Pair, bits, make
 from tests.parity.laws import LATERAL, Law
@@ -308,7 +309,7 @@ class Life(RuleBasedStateMachine):
 @pytest.mark.parametrize("law", LATERAL, ids=lambda law: law.name)
 def test_life_of_a_controller_in_any_order_matches_reference_and_stays_sound(law: Law) -> None:
     machine = type(f"{law.name}Life", (Life,), {"law": law})
-    run_state_machine_as_test(machine, settings=settings(stateful_step_count=50))
+    run_state_machine_as_test(machine, settings=settings(long_drives(), stateful_step_count=50))
 
 
 def test_life_with_a_state_changed_by_a_refused_step_is_found(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import signal
 import subprocess
 import sys
@@ -148,3 +150,28 @@ def test_figure_shows_the_front_and_what_was_chosen(theme: str) -> None:
     figure = tune_figure(_tuned(6.0), THEMES[theme])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert {"trials", "Pareto front", "before", "chosen"} <= set(labels)
+
+
+def test_full_disk_is_an_error_of_the_journal_which_goes_on_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    optuna = pytest.importorskip("optuna")
+    backend = optuna.storages.journal.JournalFileBackend
+    append, file, written = backend.append_logs, tmp_path / "slalom.journal", 0
+
+    def full(self: Any, logs: Any) -> None:
+        nonlocal written
+        written += 1
+        if written < 20:
+            append(self, logs)
+            return
+        with file.open("ab") as stream:  # what fits of the line is there
+            stream.write(b'{"op_code": 5, "wor')
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(backend, "append_logs", full)
+        with pytest.raises(OSError, match="No space left on device") as raised:
+            tune.run(_problem("slalom"), file, trials=30)
+    assert raised.value.filename == str(file)
+    assert len(tune.run(_problem("slalom"), file, trials=6).trials) == 6

@@ -7,4 +7,6 @@ calls the API; none has a control law, a unit or a sign of its own.
     A local planner for CARLA's agents, extra ``carla``.
 `popsteer.adapters.gymnasium`
     Environments for reinforcement learning, extra ``gym``.
+`popsteer.adapters.ros2`
+    A ROS 2 node that steers, without a ROS installation, extra ``ros2``.
 """

@@ -14,8 +14,11 @@ from popsteer.cli import (
     edges,
     identify,
     matrix,
+    new,
     plan,
+    record,
     replay,
+    ros2,
     simulate,
     stability,
     sweep,
@@ -40,10 +43,12 @@ plant's vehicle unless --vehicle gives them another.
 Examples:
   popsteer compare                       the paper's four controllers on the shipped race track
   popsteer compare --out out             the same, with figures, records and metrics in out/
+  popsteer compare --report report.html  the same, to look at: cars that drive, plots, tables
   popsteer compare --waypoints mine.csv  a track of your own: x [m], y [m], speed [m/s]
   popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
   popsteer simulate --controller pop --set lookahead_gain=0.3
   popsteer matrix --out out              controllers × plants × tracks: error and step time
+  popsteer new my-car                    a project to begin from: control loop, vehicle, test
   popsteer plan waypoints.csv --vehicle car.toml --out course.csv
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
   popsteer edges                         crossings, cusps, odd spacings and odd starts
@@ -52,6 +57,8 @@ Examples:
   popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
   popsteer tune --controller pop         parameters for a vehicle: error against steering effort
   popsteer sweep --runs 10000            thousands of runs that differ: how often it succeeds
+  popsteer ros2 --vehicle car.toml       a ROS 2 node that steers, without ROS
+  popsteer record drive.mcap             record the topics of that node
   popsteer bench                         how long a control step takes
   popsteer tracks export racetrack racetrack.csv
 
@@ -66,6 +73,7 @@ An option means the same in every command that has it:
   --start, --start-offset                   where the vehicle starts
   --speed, --constant-speed                 its speed at the start, its speed all the way
   --out DIR                                 the folder to write to
+  --report FILE                             one page *.html to look at, see docs/report.md
 
 \b
 What `compare --out DIR` writes:
@@ -119,6 +127,7 @@ def _add(name: str, command: Callable[..., None], page: str) -> None:
 
 _add("compare", compare.compare, compare.HELP)
 _add("simulate", simulate.simulate, simulate.HELP)
+_add("new", new.new, new.HELP)
 _add("plan", plan.plan, plan.HELP)
 _add("identify", identify.identify, identify.HELP)
 _add("replay", replay.replay, replay.HELP)
@@ -128,5 +137,7 @@ _add("edges", edges.edges, edges.HELP)
 _add("delay", delay.delay, delay.HELP)
 _add("tune", tune.tune, tune.HELP)
 _add("sweep", sweep.sweep, sweep.HELP)
+_add("ros2", ros2.ros2, ros2.HELP)
+_add("record", record.record, record.HELP)
 _add("bench", bench.bench, bench.HELP)
 app.add_typer(tracks.app, name="tracks", short_help=tracks.list_tracks.__doc__)

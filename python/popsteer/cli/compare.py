@@ -8,9 +8,11 @@ from typing import Annotated
 import typer
 
 from popsteer import lab, presets, sim
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options, outputs, pedals
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.files import check_folder
+from popsteer.lab.common.longitudinal import made
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
 from popsteer.sim import Settings
 
@@ -34,7 +36,9 @@ Examples:
   popsteer compare --waypoints waypoints.csv --start=-183.8,78.7,-1.574 --start-at front
   popsteer compare --preset paper --plant kinematic-bicycle
   popsteer compare --plant commonroad-mb-2 --constant-speed 14 --start-offset 1
+  popsteer compare --waypoints course.csv --longitudinal speed-tracker
   popsteer compare --controllers pop,mpc --step-time
+  popsteer compare --track slalom --report slalom.html
   popsteer compare --plant car.toml --set-vehicle dead_time=0
   popsteer compare --vehicle car.toml --plant heavier-car.toml
 """
@@ -59,15 +63,20 @@ def compare(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.Longitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     step_time: Annotated[
         bool, typer.Option("--step-time", help="Measure the time of a control step as well.")
     ] = False,
     out: options.Out = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Drive several controllers along one track."""
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
+    chosen = pedals.longitudinal(longitudinal, set_longitudinal, constant_speed)
     with Progress() as progress:
         mover = inputs.plant(plant, set_plant)
         itself = sim.vehicle_of(mover)
@@ -76,6 +85,7 @@ def compare(
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
         if out is not None:
             check_folder(out, lab.compare.files.file_names(tuning.params))
+        check(report)
         comparison = lab.compare.run(
             course.path,
             tuning.params,
@@ -87,6 +97,7 @@ def compare(
             start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
+            longitudinal=made(chosen, course.path, given),
             settings=Settings(dt=dt),
             progress=progress.update,
         )
@@ -95,4 +106,7 @@ def compare(
             comparison = lab.compare.time_steps(
                 comparison, tuning.params, progress.update, adapt=tuning.adapt
             )
-        outputs.deliver(comparison, out, progress)
+        origin = lab.report.Origin(
+            command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
+        )
+        outputs.deliver(comparison, out, progress, report, origin)

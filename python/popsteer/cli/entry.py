@@ -21,12 +21,12 @@ REFUSED = 2
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as a shell has it."""
 
-_LAB = ("matplotlib", "rich", "typer")
+_LAB = ("matplotlib", "plotly", "rich", "typer")
 _NOW = {
     "--laws": "--controllers",
     "dead-time": "delay",
     "export-all": "tracks --out",
-    **dict.fromkeys(("--csv", "--json", "--figures"), "--out"),
+    **dict.fromkeys(("--csv", "--json", "--figure", "--figures"), "--out"),
 }
 
 
@@ -98,9 +98,10 @@ def _run(arguments: Sequence[str] | None) -> int:
         kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
     )
     command = typer.main.get_command(app)
-    given = None if arguments is None else list(arguments)
+    given = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        status = command.main(args=given, prog_name="popsteer", standalone_mode=False)
+        # A report tells the command that made it.
+        status = command.main(args=given, prog_name="popsteer", standalone_mode=False, obj=given)
     except wrong_use as error:
         return _refuse(_with_new_name(error.format_message()))
     except typer.Abort:  # older versions make this of Ctrl-C

@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
-from popsteer import vehicles
+from popsteer import lab, vehicles
 from popsteer._core import Vehicle
-from popsteer.cli import inputs, logs, options
+from popsteer.cli import inputs, logs, options, outputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
-from popsteer.files import check_files, check_folder, write_files_atomic
+from popsteer.cli.report import check, command_line
+from popsteer.errors import ConfigError
+from popsteer.files import check_files, write_files_atomic
 from popsteer.identification import Identification
 
 __all__ = ["HELP", "identify"]
@@ -34,7 +36,8 @@ Examples:
   popsteer identify drive.mcap --out car.toml
   popsteer identify drive.csv --unit steer=deg --unit speed=km/h --column yaw=heading
   popsteer identify drive.csv --set-vehicle wheelbase=2.7 --set-vehicle rear_axle=-1.35
-  popsteer identify bag/ --topic odometry=/localization/kinematic_state --figures figures
+  popsteer identify drive.csv --report drive.html
+  popsteer identify bag/ --topic odometry=/localization/kinematic_state
 """
 
 
@@ -45,7 +48,9 @@ def identify(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write the vehicle, as popsteer.Vehicle.load and --vehicle read it.",
+            help="File for the vehicle, *.toml, as popsteer.Vehicle.load and --vehicle read it. The"
+            " figure is drawn beside it; FILE.json has what was found, FILE-motion.csv the measured"
+            " and the simulated motion.",
             show_default=False,
         ),
     ] = None,
@@ -62,48 +67,34 @@ def identify(
     column: logs.Column = None,
     topic: logs.Topic = None,
     unit: logs.Unit = None,
-    figures: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Draw measured against simulated yaw rate and position.",
-            show_default=False,
-        ),
-    ] = None,
-    csv: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Write the measured and the simulated motion.", show_default=False
-        ),
-    ] = None,
-    json: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write what was found as JSON.", show_default=False),
-    ] = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Identify a vehicle from the log of a drive."""
     from rich.console import Console
     from rich.text import Text
 
     from popsteer.identification import identify as identified
-    from popsteer.lab.identify import caption, identified_csv, identified_json, identified_table
-    from popsteer.lab.identify.table import FILES
-    from popsteer.vehicle_file import as_toml
+    from popsteer.lab.identify import caption, identified_table
 
     told: Vehicle | None = None
     if vehicle is not None or set_vehicle:
         base = Vehicle() if vehicle is None else inputs.named_vehicle(vehicle)
         told = assigned(base, set_vehicle or [], "the vehicle")
-    check_files([file for file in (out, csv, json) if file is not None])
-    if figures is not None:
-        check_folder(figures, FILES)
+    if out is not None:
+        if out.suffix.lower() != ".toml":
+            raise ConfigError("--out", str(out), "a file *.toml")
+        check_files([out, *outputs.beside(out)])
+    check(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
         found = identified(drive, told, progress=lambda share: progress.update("identify", share))
-        drawn = {} if figures is None else _drawn(found, figures, progress)
-    texts = {csv: identified_csv(found), json: identified_json(found), out: as_toml(found.vehicle)}
-    written = {file: text.encode() for file, text in texts.items() if file is not None}
-    write_files_atomic({**drawn, **written})
+        content = {} if out is None else _files(found, out, progress)
+    page = {}
+    if report is not None:
+        origin = lab.report.Origin(command_line(context))
+        page[report] = lab.report.of_identification(found, told, origin)
+    write_files_atomic({**content, **page})
     console = Console()
     console.print(Text(caption(found), style="bold"), soft_wrap=True)
     console.print()
@@ -112,14 +103,24 @@ def identify(
         console.print()
     for note in found.notes:
         console.print(Text(f"- {note}", style="dim"), soft_wrap=not console.is_terminal)
-    if drawn:
-        print(f"Written to {figures}: {', '.join(file.name for file in drawn)}")
-    for file in written:
-        print(f"Written to {file}")
+    if out is None:
+        print("--out FILE writes the vehicle, and a figure of how well it explains the log.")
+    else:
+        print(f"Written to {out}, {', '.join(file.name for file in content if file != out)}")
+    if report is not None:
+        print(f"Written to {report}")
 
 
-def _drawn(found: Identification, folder: Path, progress: Progress) -> dict[Path, bytes]:
-    """Draw the figures that go into a folder."""
+def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:
+    """Make the vehicle, and what stands beside it."""
+    from popsteer.lab.identify import identified_csv, identified_json
     from popsteer.lab.identify.figure import identified_files
+    from popsteer.vehicle_file import as_toml
 
-    return {folder / name: data for name, data in identified_files(found, progress.update).items()}
+    content = {
+        out: as_toml(found.vehicle).encode(),
+        out.with_suffix(".json"): identified_json(found).encode(),
+        out.with_name(f"{out.stem}-motion.csv"): identified_csv(found).encode(),
+    }
+    drawn = identified_files(found, out.stem, progress.update)
+    return content | {out.with_name(name): data for name, data in drawn.items()}

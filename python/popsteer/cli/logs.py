@@ -15,7 +15,7 @@ from popsteer.logs.units import UNITS
 if TYPE_CHECKING:
     from popsteer.cli.progress import Progress
 
-__all__ = ["Column", "Log", "Topic", "Unit", "read"]
+__all__ = ["Column", "Log", "Topic", "Unit", "pairs", "read"]
 
 Log: TypeAlias = Annotated[
     Path,
@@ -83,14 +83,38 @@ def read(
     """
     return logs.read(
         file,
-        columns=_pairs("--column", columns),
-        topics=_pairs("--topic", topics),
-        units=_pairs("--unit", units),
+        columns=pairs("--column", columns),
+        topics=pairs("--topic", topics),
+        units=pairs("--unit", units),
         progress=lambda share: progress.update("read", share),
     )
 
 
-def _pairs(option: str, given: list[str] | None) -> dict[str, str]:
+def pairs(option: str, given: list[str] | None) -> dict[str, str]:
+    """Read what an option sets by name.
+
+    Parameters
+    ----------
+    option : str
+        The option, for messages.
+    given : list of str or None
+        ``NAME=VALUE`` each.
+
+    Returns
+    -------
+    dict of str to str
+        The values by name.
+
+    Raises
+    ------
+    ConfigError
+        One is not written NAME=VALUE.
+
+    Examples
+    --------
+    >>> pairs("--topic", ["odometry=/odom"])
+    {'odometry': '/odom'}
+    """
     found = {}
     for entry in given or []:
         name, equals, value = (part.strip() for part in entry.partition("="))

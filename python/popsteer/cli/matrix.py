@@ -10,6 +10,7 @@ import typer
 from popsteer import lab, presets
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line, write
 from popsteer.files import check_folder
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
@@ -33,6 +34,7 @@ Examples:
   popsteer matrix --tracks slalom --start-offset 0 --constant-speed 10
   popsteer matrix --plants car.toml,loaded-car.toml --vehicle car.toml
   popsteer matrix --tracks racetrack,slalom --waypoints waypoints.csv --out out
+  popsteer matrix --tracks slalom,circle --report matrix.html
 """
 
 
@@ -61,12 +63,15 @@ def matrix(
     constant_speed: options.ConstantSpeed = None,
     dt: options.Dt = options.DEFAULT_DT,
     out: options.Out = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Drive controllers on plants along tracks."""
     names = inputs.names("--controllers", controllers)
     courses = inputs.courses(waypoints, tracks, closed=closed)
     if out is not None:
         check_folder(out, lab.matrix.table.FILES)
+    check(report)
     with Progress() as progress:
         movers = {name: inputs.plant(name) for name in inputs.names("--plants", plants)}
         given = {
@@ -88,7 +93,11 @@ def matrix(
             progress=progress.update,
         )
         content = {} if out is None else lab.matrix.table.matrix_files(found)
+        origin = lab.report.Origin(command_line(context), tuning.params, tuning.adapt, movers)
+        page = b"" if report is None else lab.report.of_matrix(found, origin)
     said = outputs.write(content, out, "--out DIR writes the table, all metrics and a figure.")
+    if report is not None:
+        said += "\n" + write(report, page)
     notes = lab.matrix.table.matrix_notes(found)
     for name, believed in given.items():
         if otherwise := differences(believed, vehicle_of(movers[name])):

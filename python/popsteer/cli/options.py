@@ -19,16 +19,21 @@ __all__ = [
     "Controller",
     "Controllers",
     "Dt",
+    "Longitudinal",
     "NoAdapt",
     "Out",
     "OwnControllers",
     "OwnPlant",
     "Params",
+    "PlannedLongitudinal",
     "Plant",
     "Plants",
     "Preset",
+    "Record",
+    "Report",
     "Seed",
     "Set",
+    "SetLongitudinal",
     "SetPlant",
     "SetVehicle",
     "Speed",
@@ -85,6 +90,15 @@ Params: TypeAlias = Annotated[
         metavar="FILE",
         help="Tuning: a file *.toml as popsteer tune writes it, with a table a controller, such as"
         " [pop]. It takes the place of --preset for those.",
+        show_default=False,
+    ),
+]
+Record: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.mcap",
+        help="Write the messages of ROS 2 as MCAP, which Foxglove, Rerun and popsteer identify"
+        " read; needs the extra 'ros2'.",
         show_default=False,
     ),
 ]
@@ -215,6 +229,35 @@ ConstantSpeed: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
+Longitudinal: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="The controller of the pedals: coupled, which is the paper's and the default;"
+        " speed-pid, which tracks the reference speeds of the waypoints; or speed-tracker, which"
+        " plans speeds within the limits of the vehicle that the controllers are given, and keeps"
+        " them.",
+        show_default=False,
+    ),
+]
+PlannedLongitudinal: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--longitudinal",
+        metavar="NAME",
+        help="The controller of the pedals, as simulate has it. The default is speed-tracker where"
+        " --waypoints has speeds, else coupled.",
+        show_default=False,
+    ),
+]
+SetLongitudinal: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=VALUE",
+        help="Set a parameter of the controller of the pedals. Can be repeated.",
+        show_default=False,
+    ),
+]
 DEFAULT_DT = Settings().dt
 """The paper's control period [s]."""
 Dt: TypeAlias = Annotated[float, typer.Option(metavar="SECONDS", help="Control period.")]
@@ -223,6 +266,15 @@ Out: TypeAlias = Annotated[
     typer.Option(
         metavar="DIR",
         help="Folder to write the files to. It is created if it is missing.",
+        show_default=False,
+    ),
+]
+Report: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Write one page *.html to look at: a map on which the cars drive, plots under one"
+        " cursor, tables, and what made it. It needs nothing from the network.",
         show_default=False,
     ),
 ]

@@ -9,6 +9,8 @@ from rich.console import Console
 from rich.text import Text
 
 from popsteer import lab
+from popsteer._core import build_profile
+from popsteer.cli.report import write as write_report
 from popsteer.files import write_files_atomic
 from popsteer.lab.compare.table import caption, notes
 
@@ -20,10 +22,36 @@ if TYPE_CHECKING:
 
     from popsteer.cli.progress import Progress
     from popsteer.lab.compare import Comparison
+    from popsteer.lab.report import Origin
 
-__all__ = ["console", "deliver", "say", "show", "write"]
+__all__ = ["beside", "console", "deliver", "say", "show", "write"]
 
 _PIPED = 160
+
+
+def beside(out: Path) -> list[Path]:
+    """Name the figures that are drawn beside a file.
+
+    Parameters
+    ----------
+    out : pathlib.Path
+        The file.
+
+    Returns
+    -------
+    list of pathlib.Path
+        For a light and a dark background; none where the name has no suffix, as ``/dev/stdout``.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> [file.name for file in beside(Path("car.toml"))]
+    ['car.png', 'car.svg', 'car-dark.png', 'car-dark.svg']
+    """
+    if not out.suffix:
+        return []
+    kinds = [(dark, kind) for dark in ("", "-dark") for kind in ("png", "svg")]
+    return [out.with_name(f"{out.stem}{dark}.{kind}") for dark, kind in kinds]
 
 
 def console() -> Console:
@@ -85,8 +113,14 @@ def show(head: str, tables: Iterable[Table], below: Iterable[str] = ()) -> None:
         say(note, "dim")
 
 
-def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> None:
-    """Write the files of a comparison, if a folder is given, then print its table.
+def deliver(
+    comparison: Comparison,
+    out: Path | None,
+    progress: Progress,
+    report: Path | None = None,
+    origin: Origin | None = None,
+) -> None:
+    """Write the files of a comparison that are wanted, then print its table.
 
     In this order, so that the files are there also for one who reads only the head of the output.
 
@@ -98,6 +132,10 @@ def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> Non
         The folder to write to.
     progress : Progress
         Shows what is being done.
+    report : pathlib.Path, optional
+        The page to write.
+    origin : Origin, optional
+        What that says of how it was made.
 
     Raises
     ------
@@ -112,10 +150,23 @@ def deliver(comparison: Comparison, out: Path | None, progress: Progress) -> Non
         records = [name for name in content if name.startswith("runs/")]
         others = ", ".join(sorted(content.keys() - records))
         said = f"Written to {out}{os.sep}: {others} and {len(records)} file(s) in runs{os.sep}"
+    if report is not None:
+        said += "\n" + write_report(report, _page(comparison, origin, progress))
     progress.stop()
     tables = lab.compare.table.tables(comparison, console().width)
     show(caption(comparison), tables, notes(comparison))
     print(said)
+
+
+def _page(comparison: Comparison, origin: Origin | None, progress: Progress) -> bytes:
+    """Make the page of a comparison; steps are timed for it where that means something."""
+    progress.update("report", 0.0)
+    untimed = not comparison.step_times and build_profile != "debug"
+    if untimed and origin is not None and comparison.first.settings.keep_records:
+        comparison = lab.compare.time_steps(
+            comparison, origin.params, progress.update, adapt=origin.adapt
+        )
+    return lab.report.of_comparison(comparison, origin)
 
 
 def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -> str:

@@ -12,10 +12,11 @@ from popsteer import planning
 from popsteer._core import Path, Vehicle
 from popsteer.cli import inputs, options, outputs
 from popsteer.cli.assignments import assigned, listed
+from popsteer.cli.progress import Progress
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
-from popsteer.planning import SpeedLimits
+from popsteer.planning import SpeedLimits, SpeedProfile
 
 __all__ = ["HELP", "plan"]
 
@@ -33,7 +34,7 @@ Examples:
   popsteer plan waypoints.csv --smooth 0.1 --out course.csv    recorded, with noise and gaps
   popsteer plan waypoints.csv --set max_lateral_acceleration=3 --set max_jerk=2
   popsteer plan waypoints.csv --speed-limit 100:250:8 --driving 0:3,20:1
-  popsteer plan lap.csv --closed --figure plan.png
+  popsteer plan lap.csv --closed
 
 \b
 Limits for --set; what is left out is the vehicle's:
@@ -106,13 +107,9 @@ def plan(
     ] = None,
     out: Annotated[
         FilePath | None,
-        typer.Option(metavar="FILE", help="Write the course as CSV.", show_default=False),
-    ] = None,
-    figure: Annotated[
-        FilePath | None,
         typer.Option(
-            metavar="FILE.png",
-            help="Draw speeds and limits over the distance; FILE-dark.png for a dark background.",
+            metavar="FILE",
+            help="File for the course, CSV. The figure is drawn beside it.",
             show_default=False,
         ),
     ] = None,
@@ -126,32 +123,47 @@ def plan(
         limits = limits.replace(max_acceleration=_points("--driving", driving))
     if braking is not None:
         limits = limits.replace(max_deceleration=_points("--braking", braking))
-    pictures = [] if figure is None else [figure, figure.with_stem(f"{figure.stem}-dark")]
-    if figure is not None and figure.suffix != ".png":
-        raise ConfigError("--figure", str(figure), "a file *.png")
+    pictures = [] if out is None else outputs.beside(out)
+    if out in pictures or out == waypoints:
+        raise ConfigError("--out", str(out), "another file than what it is made of or drawn into")
     check_files([*([] if out is None else [out]), *pictures])
-    if smooth is None:
-        path = Path.from_csv(waypoints, closed=closed)
-    else:
-        if keep_speeds:
-            raise ConfigError("--keep-speeds", keep_speeds, "left out where --smooth is given")
-        path = planning.smooth(_recorded(waypoints, closed=closed), smooth, closed=closed)
-    bounds = _bounds(path, speed_limit or [], keep_speeds=keep_speeds)
-    profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
-    content = {}
-    if pictures:
-        from popsteer.lab.plan.figures import plan_figures
-
-        content = dict(zip(pictures, plan_figures(profile), strict=True))
-    write_files_atomic(content | ({} if out is None else {out: profile.as_csv().encode()}))
+    if smooth is not None and keep_speeds:
+        raise ConfigError("--keep-speeds", keep_speeds, "left out where --smooth is given")
+    with Progress() as progress:
+        progress.update("read", 0.0)
+        if smooth is None:
+            path = Path.from_csv(waypoints, closed=closed)
+        else:
+            recorded = _recorded(waypoints, closed=closed)
+            progress.update("smooth", 0.1)
+            path = planning.smooth(recorded, smooth, closed=closed)
+        bounds = _bounds(path, speed_limit or [], keep_speeds=keep_speeds)
+        progress.update("plan", 0.3)
+        profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
+        if out is not None:
+            progress.update("figure", 0.6)
+            _write(profile, out, pictures)
     outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)])
     if profile.too_sharp.size:
         print(
             f"{profile.too_sharp.size} waypoints, the first of them {profile.too_sharp[0]}, bend"
             " more sharply than the wheels turn (max_steer)."
         )
-    for file in [*([] if out is None else [out]), *pictures]:
-        print(f"Written to {file}")
+    if out is None:
+        print("--out FILE writes the course, and a figure of it.")
+    else:
+        print(f"Written to {', '.join([str(out), *(picture.name for picture in pictures)])}")
+
+
+def _write(profile: SpeedProfile, out: FilePath, pictures: list[FilePath]) -> None:
+    """Write the course, and draw it."""
+    content = {out: profile.as_csv().encode()}
+    if pictures:
+        from popsteer.lab.plan.figures import plan_files
+
+        drawn = plan_files(profile, out.stem)
+        content |= {picture: drawn[picture.name] for picture in pictures}
+    write_files_atomic(content)
 
 
 def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:

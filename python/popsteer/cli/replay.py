@@ -7,14 +7,15 @@ from typing import Annotated, Literal
 
 import typer
 
-from popsteer import presets, vehicles
+from popsteer import lab, presets, vehicles
 from popsteer.cli import inputs, logs, options
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.controllers import Params
 from popsteer.controllers import names as controller_names
 from popsteer.errors import ConfigError
-from popsteer.files import check_files, check_folder, write_files_atomic
+from popsteer.files import check_folder, write_files_atomic
 from popsteer.lab.replay.runs import Replay
 from popsteer.params_file import load_all
 
@@ -26,12 +27,14 @@ Let controllers watch a recorded drive, and tell what they would have commanded.
 LOG is a CSV file, an MCAP file or a ROS 2 bag, as "popsteer identify" reads it. At each row each
 controller is given the pose, the speed and the angle that the driver applied, and answers what it
 would command now. It follows the waypoints, or what its own tracked point was driven along. The
-table has the angles beside the driver's, errors and statuses.
+table has the angles beside the driver's, errors and statuses; --out writes it, a row for each row
+of the log, and a figure.
 
 \b
 Examples:
   popsteer replay drive.mcap --vehicle car.toml
   popsteer replay drive.csv --vehicle car.toml --controllers preview-pop,stanley --out out
+  popsteer replay drive.csv --vehicle car.toml --report drive.html
   popsteer replay drive.csv --vehicle car.toml --params tuned.toml --waypoints course.csv
 """
 _DEFAULT = "stanley,pop,preview-pop"
@@ -76,24 +79,15 @@ def replay(
     column: logs.Column = None,
     topic: logs.Topic = None,
     unit: logs.Unit = None,
-    csv: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the table as CSV.", show_default=False),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Write replay.csv, a row for each of the log's, and the figure.",
-            show_default=False,
-        ),
-    ] = None,
+    out: options.Out = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Let controllers watch a recorded drive."""
     from rich.console import Console
     from rich.text import Text
 
-    from popsteer.lab.replay import caption, replay_table, summary_csv
+    from popsteer.lab.replay import caption, replay_table
     from popsteer.lab.replay import run as replayed
     from popsteer.lab.replay.table import FILES, NOTE, statuses
 
@@ -102,10 +96,9 @@ def replay(
     course = None
     if waypoints is not None or track is not None or closed:
         course = inputs.course(waypoints, track, closed=closed)
-    if csv is not None:
-        check_files([csv])
     if out is not None:
-        check_folder(out, [*FILES, "replay.csv"])
+        check_folder(out, FILES)
+    check(report)
     adapt: Literal["auto"] | None = None if no_adapt else "auto"
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
@@ -119,8 +112,10 @@ def replay(
             progress=progress.update,
         )
         files = {} if out is None else _files(found, out, progress)
-    if csv is not None:
-        files[csv] = summary_csv(found).encode()
+    written = list(files)
+    if report is not None:
+        origin = lab.report.Origin(command_line(context), chosen, adapt)
+        files[report] = lab.report.of_replay(found, origin)
     write_files_atomic(files)
     console = Console()
     console.print(Text(caption(found), style="bold"), soft_wrap=True)
@@ -129,10 +124,12 @@ def replay(
     console.print()
     for line in (*statuses(found), *drive.remarks, NOTE):
         console.print(Text(line, style="dim"), soft_wrap=not console.is_terminal)
-    if out is not None:
-        print(f"Written to {out}: {', '.join(file.name for file in files if file != csv)}")
-    if csv is not None:
-        print(f"Written to {csv}")
+    if out is None:
+        print("--out DIR writes a row for each row of the log, the table, and a figure.")
+    else:
+        print(f"Written to {out}: {', '.join(file.name for file in written)}")
+    if report is not None:
+        print(f"Written to {report}")
 
 
 def _chosen(
@@ -152,8 +149,12 @@ def _chosen(
 
 def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:
     """Make the files that go into a folder."""
-    from popsteer.lab.replay import replay_csv
+    from popsteer.lab.replay import replay_csv, summary_csv
     from popsteer.lab.replay.figure import replay_files
 
-    content = {**replay_files(found, progress.update), "replay.csv": replay_csv(found).encode()}
+    content = {
+        **replay_files(found, progress.update),
+        "replay.csv": replay_csv(found).encode(),
+        "summary.csv": summary_csv(found).encode(),
+    }
     return {folder / name: data for name, data in content.items()}

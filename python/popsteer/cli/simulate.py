@@ -4,35 +4,26 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from popsteer import controllers, lab, presets
-from popsteer._core import (
-    AdaptParams,
-    CoupledLongitudinal,
-    CoupledLongitudinalParams,
-    SpeedPid,
-    SpeedPidParams,
-    Vehicle,
-)
-from popsteer.cli import inputs, options, outputs
+from popsteer._core import AdaptParams, Vehicle
+from popsteer.cli import inputs, options, outputs, pedals
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
+from popsteer.cli.report import check, command_line
 from popsteer.errors import ConfigError
-from popsteer.files import check_folder
+from popsteer.files import check_files, check_folder
 from popsteer.lab import baselines
+from popsteer.lab.common.longitudinal import KINDS, made
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import Settings, vehicle_of
 
 __all__ = ["HELP", "simulate"]
 
 _PARAMS = {**inputs.PLANTS, "commonroad-...": PedalParams, "mujoco-car": MujocoCarParams}
-_LONGITUDINAL: dict[str, type[Any]] = {
-    "coupled": CoupledLongitudinalParams,
-    "speed-pid": SpeedPidParams,
-}
 
 
 def _section(title: str, kind: type[object]) -> str:
@@ -55,6 +46,7 @@ Examples:
   popsteer simulate --controller pop --set lookahead_gain=0.3 --set min_lookahead=4
   popsteer simulate --controller pid --preset published-code --out out
   popsteer simulate --longitudinal speed-pid --set-longitudinal kp=0.8
+  popsteer simulate --waypoints course.csv --plant car.toml --longitudinal speed-tracker
   popsteer simulate --plant mujoco-car --set-plant friction=0.6 --constant-speed 12
   popsteer simulate --plant kinematic-bicycle --set-plant wheelbase=2.5 --set-run time_limit=60
   popsteer simulate --replay-run sweep.parquet:17 --out out
@@ -79,7 +71,7 @@ Examples:
         ),
         *(
             _section(f"--longitudinal {name}, parameters for --set-longitudinal:", kind)
-            for name, kind in _LONGITUDINAL.items()
+            for name, kind in KINDS.items()
         ),
         _section("Parameters for --set-run:", Settings),
     ]
@@ -105,23 +97,8 @@ def simulate(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
-    longitudinal: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="The controller of the pedals: coupled, which is the paper's and the default, or"
-            " speed-pid, which tracks the reference speeds of the waypoints.",
-            show_default=False,
-        ),
-    ] = None,
-    set_longitudinal: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Set a parameter of the controller of the pedals. Can be repeated.",
-            show_default=False,
-        ),
-    ] = None,
+    longitudinal: options.Longitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     set_run: Annotated[
         list[str] | None,
@@ -136,30 +113,32 @@ def simulate(
         typer.Option(
             metavar="FILE:RUN",
             help="Drive one run of a file that popsteer sweep wrote once more, to the last bit."
-            " Only --out goes with it.",
+            " Only --out and --report go with it.",
             show_default=False,
         ),
     ] = None,
+    record: options.Record = None,
     out: options.Out = None,
+    report: options.Report = None,
     context: typer.Context,
 ) -> None:
     """Drive one controller along a track."""
     if replay_run is not None:
         _alone(context)
-        _again(replay_run, out)
+        _again(replay_run, out, report, command_line(context))
         return
     mover = inputs.plant(plant, set_plant)
     itself = vehicle_of(mover)
     given = inputs.believed(vehicle, set_vehicle, itself)
     tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt, params=params)
-    if constant_speed is not None and (longitudinal or set_longitudinal):
-        raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
-    pedals = None if constant_speed is not None else _pedals(longitudinal, set_longitudinal or [])
+    chosen = pedals.longitudinal(longitudinal, set_longitudinal, constant_speed)
     settings = assigned(Settings(dt=dt), set_run or [], "the run")
     course = inputs.course(waypoints, track, closed=closed)
     begin = inputs.start(course.path, start, start_at, start_offset, itself)
     if out is not None:
         check_folder(out, lab.compare.files.file_names([controller]))
+    _check_record(record)
+    check(report)
     with Progress() as progress:
         comparison = lab.compare.run(
             course.path,
@@ -172,24 +151,50 @@ def simulate(
             start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
-            longitudinal=pedals,
+            longitudinal=made(chosen, course.path, given),
             settings=settings,
             progress=progress.update,
         )
         comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
-        outputs.deliver(comparison, out, progress)
+        origin = lab.report.Origin(
+            command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
+        )
+        outputs.deliver(comparison, out, progress, report, origin)
+    _write_record(comparison, record)
+
+
+def _check_record(file: FilePath | None) -> None:
+    """Refuse a file that could not be written, before anything is driven."""
+    if file is not None:
+        from popsteer.adapters.ros2.messages import store
+
+        store()  # names the extra where it is missing
+        if file.suffix != ".mcap":
+            raise ConfigError("--record", str(file), "a file *.mcap")
+        check_files([file])
+
+
+def _write_record(comparison: lab.compare.Comparison, file: FilePath | None) -> None:
+    if file is not None:
+        from popsteer.adapters.ros2.recording import record_run
+
+        print(f"Written to {file}: {record_run(comparison.first, file)} messages")
 
 
 def _alone(context: typer.Context) -> None:
     """Refuse options that would make another run of it."""
     for name, value in context.params.items():
         source = context.get_parameter_source(name)
-        if name not in ("replay_run", "out") and source is not None and source.name != "DEFAULT":
+        if (
+            name not in ("replay_run", "out", "report")
+            and source is not None
+            and source.name != "DEFAULT"
+        ):
             option = f"--{name.rstrip('_').replace('_', '-')}"
             raise ConfigError(option, value, "left out where --replay-run is given")
 
 
-def _again(text: str, out: FilePath | None) -> None:
+def _again(text: str, out: FilePath | None, report: FilePath | None, command: str) -> None:
     """Drive one run of a sweep again."""
     file, _, number = text.rpartition(":")
     if not file or not number.isdecimal():
@@ -198,6 +203,7 @@ def _again(text: str, out: FilePath | None) -> None:
     job, row = lab.sweep.rows.read_row(FilePath(file), run)
     if out is not None:
         check_folder(out, lab.compare.files.file_names([job.controller]))
+    check(report)
     with Progress() as progress:
         found = lab.sweep.repeat(
             job, run, progress=lambda share: progress.update(job.controller, share)
@@ -209,19 +215,13 @@ def _again(text: str, out: FilePath | None) -> None:
             plant=job.label,
             track=job.course,
         )
-        outputs.deliver(comparison, out, progress)
+        varied = job.made(run).plant
+        origin = lab.report.Origin(
+            command, {job.controller: job.params}, job.adapt, {job.label: varied}
+        )
+        outputs.deliver(comparison, out, progress, report, origin)
     figures = vars(found.metrics)
     same = all(row[name] == figures[name] or row[name] != row[name] for name in figures)
     print(f"Drawn: {drawn or 'nothing'}.")
     said = "to the last bit what its row says" if same else "NOT what its row says"
     print(f"Run {run} of {file} is {said}; it {'succeeded' if row['success'] else 'failed'}.")
-
-
-def _pedals(name: str | None, assignments: list[str]) -> CoupledLongitudinal | SpeedPid:
-    """Make the longitudinal controller."""
-    name = "coupled" if name is None else name
-    if name == "coupled":
-        return CoupledLongitudinal(assigned(CoupledLongitudinalParams(), assignments, name))
-    if name == "speed-pid":
-        return SpeedPid(assigned(SpeedPidParams(), assignments, name))
-    raise ConfigError.unknown("longitudinal controller", name, _LONGITUDINAL)

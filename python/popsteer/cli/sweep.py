@@ -8,9 +8,11 @@ from typing import Annotated
 import typer
 
 from popsteer import lab
-from popsteer.cli import inputs, options, outputs, varying
-from popsteer.cli.progress import Progress
+from popsteer.cli import inputs, options, outputs, pedals, varying
+from popsteer.cli.progress import Progress, kept_in
+from popsteer.cli.report import check, command_line, write
 from popsteer.files import check_files, write_files_atomic
+from popsteer.lab.sweep.rows import journal_of
 from popsteer.sim import Settings
 
 __all__ = ["HELP", "sweep"]
@@ -35,7 +37,7 @@ FILE:RUN.
 \b
 Examples:
   popsteer sweep --vehicle car.toml --params tuned.toml --waypoints course.csv --runs 10000
-  popsteer sweep --runs 10000 --out sweep.parquet
+  popsteer sweep --runs 10000 --out sweep.parquet --report sweep.html
   popsteer sweep --vary "steer_lag=uniform(0.05,0.2)" --vary "dead_time=uniform(0,0.2)"
   popsteer sweep --plant mujoco-car --vary "friction=uniform(0.3,1)" --runs 200 --constant-speed 8
   popsteer sweep --runs 100000 --out sweep.parquet --dask tcp://scheduler:8786
@@ -93,6 +95,8 @@ def sweep(
     start_offset: options.StartOffset = None,
     speed: options.Speed = None,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.PlannedLongitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     workers: Annotated[
         int | None,
@@ -120,6 +124,8 @@ def sweep(
             show_default=False,
         ),
     ] = None,
+    report: options.Report = None,
+    context: typer.Context,
 ) -> None:
     """Drive one controller thousands of times, each time otherwise."""
     moved, told, label = varying.car(plant, set_plant, vehicle, set_vehicle)
@@ -139,19 +145,22 @@ def sweep(
         start_offset=start_offset,
         speed=speed,
         constant_speed=constant_speed,
+        longitudinal=pedals.longitudinal(
+            longitudinal,
+            set_longitudinal,
+            constant_speed,
+            pedals.usual([course.path] if waypoints is not None else []),
+        ),
         settings=Settings(dt=dt),
         course=course.name,
         label=label,
     )
     pictures: list[Path] = []
     if out is not None:
-        pictures = [
-            out.with_name(f"{out.stem}{dark}.{kind}")
-            for dark in ("", "-dark")
-            for kind in ("png", "svg")
-        ]
+        pictures = outputs.beside(out)
         check_files([out, *pictures])
-    with Progress() as progress:
+    check(report)
+    with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
         if out is not None:
             from popsteer.lab.sweep.figure import sweep_files
@@ -159,6 +168,15 @@ def sweep(
             progress.update("figure", 1.0)
             content = sweep_files(job, rows, out.stem)
             write_files_atomic({out.with_name(name): data for name, data in content.items()})
+        if report is not None:
+            page = lab.report.of_sweep(
+                job,
+                rows,
+                "" if out is None else str(out),
+                lab.report.Origin(command_line(context)),
+                progress.update,
+            )
+            said = write(report, page)
     summary = lab.sweep.summary
     outputs.show(summary.caption(job, rows), summary.tables(job, rows), summary.notes(job, rows))
     if out is None:
@@ -167,3 +185,5 @@ def sweep(
         print(f"Written to {out}, {', '.join(picture.name for picture in pictures)}")
         worst = summary.worst(rows, 1)[0]["run"]
         print(f"The worst run again: popsteer simulate --replay-run {out}:{worst}")
+    if report is not None:
+        print(said)

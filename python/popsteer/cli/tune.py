@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from popsteer import controllers, lab
-from popsteer.cli import inputs, options, outputs, varying
-from popsteer.cli.progress import Progress
+from popsteer.cli import inputs, options, outputs, pedals, varying
+from popsteer.cli.progress import Progress, kept_in
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
 from popsteer.lab.common.distributions import distribution
@@ -102,6 +102,8 @@ def tune(
     ] = 7,
     seed: options.Seed = 0,
     constant_speed: options.ConstantSpeed = None,
+    longitudinal: options.PlannedLongitudinal = None,
+    set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
     trials: Annotated[
         int | None,
@@ -158,8 +160,10 @@ def tune(
     if not vary and distributions is None:
         # Noise is steered after by any tuning; it would hide what is looked for.
         varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
+    courses = inputs.courses(waypoints, tracks, closed=closed)
+    shipped = len(courses) - len(waypoints or [])
     problem = lab.tune.Problem(
-        {each.name: each.path for each in inputs.courses(waypoints, tracks, closed=closed)},
+        {each.name: each.path for each in courses},
         name,
         base,
         wanted,
@@ -170,6 +174,12 @@ def tune(
         vehicle=told,
         adapt=tuning.adapt,
         constant_speed=constant_speed,
+        longitudinal=pedals.longitudinal(
+            longitudinal,
+            set_longitudinal,
+            constant_speed,
+            pedals.usual([each.path for each in courses[shipped:]]),
+        ),
         settings=Settings(dt=dt),
     )
     kept: str | Path | None = storage
@@ -177,14 +187,10 @@ def tune(
     if out is not None:
         if out.suffix.lower() != ".toml":
             raise ConfigError("--out", str(out), "a file *.toml")
-        pictures = [
-            out.with_name(f"{out.stem}{dark}.{kind}")
-            for dark in ("", "-dark")
-            for kind in ("png", "svg")
-        ]
+        pictures = outputs.beside(out)
         check_files([out, *pictures])
         kept = out.with_suffix(".journal") if storage is None else storage
-    with Progress() as progress:
+    with kept_in(kept), Progress() as progress:
         tuned = lab.tune.run(
             problem,
             kept,

@@ -231,7 +231,7 @@ def _vehicle(
     base = Vehicle() if told is None else told
     words += described(base if told is not None else None, found, point, fixed)
     steepest = float(np.max(np.abs(drive.commands)))
-    if steepest > base.max_steer:
+    if steepest > base.max_steer + 1e-3:
         words.append(
             f"the log commands up to {steepest:.3g} rad, more than max_steer, {base.max_steer:g}"
         )
@@ -276,4 +276,5 @@ def _outliers(drive: Drive) -> list[str]:
     if not drive.outliers:
         return []
     numbers = "number stands" if drive.outliers == 1 else "numbers stand"
-    return [f"{drive.outliers} measured {numbers} out from their neighbours: replaced"]
+    whose = "its" if drive.outliers == 1 else "their"
+    return [f"{drive.outliers} measured {numbers} out from {whose} neighbours: replaced"]

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from popsteer.identification.drive import SETTLING
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -89,7 +91,9 @@ def _starts(drive: Drive) -> list[int]:
     ends = [*drive.starts[1:], len(drive.t)]
     for start, end in zip(drive.starts, ends, strict=True):
         first = drive.t[start]
-        marks = np.arange(first, drive.t[end - 1] - 1e-9, AFRESH)
+        # What does not count, as nobody knows what was commanded before, is no beginning either.
+        marks = np.arange(first + SETTLING, drive.t[end - 1] - 1e-9, AFRESH)
+        marks = np.concatenate(([first], marks))
         places = start + np.searchsorted(drive.t[start:end], marks)
-        found += [int(place) for place in places] or [int(start)]
+        found += [int(place) for place in places]
     return found

@@ -24,6 +24,8 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     Thousands of runs that differ: how often a controller succeeds, and where it fails.
 ``bench``
     How long a control step takes.
+``report``
+    One self-contained page to look at for what an experiment came to.
 
 ``baselines`` are controllers from elsewhere to compare with, ``common`` is what the experiments
 share: names, layout, colours, timing. Running needs numpy alone; tables and figures need the extra
@@ -50,6 +52,7 @@ from popsteer.lab import (
     matrix,
     plan,
     replay,
+    report,
     stability,
     sweep,
     tune,
@@ -66,6 +69,7 @@ __all__ = [
     "matrix",
     "plan",
     "replay",
+    "report",
     "stability",
     "sweep",
     "tune",

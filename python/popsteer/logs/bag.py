@@ -83,7 +83,10 @@ def read_bag(
             kind = STEERING[steer[0].msgtype]
             angles = _read(reader, steer, kind.stamp, _angle(kind), progress, 0.5)
     except AnyReaderError as error:
-        raise LogError(f"{path}: is no bag or MCAP file that can be read: {error}") from error
+        said = f"{path}: is no bag or MCAP file that can be read: {error}"
+        if "end magic" in str(error):
+            said += " If its recording was cut off, mcap recover mends it."
+        raise LogError(said) from error
     except OSError as error:
         why = error.strerror or str(error)
         raise LogError(f"{path}: cannot be read: {why}") from error

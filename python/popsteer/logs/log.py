@@ -188,8 +188,7 @@ def _usable(columns: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.bool_],
         verb = "repeats" if count == 1 else "repeat"
         found.append(f"{_count(count, 'row')} {verb} the time of an earlier one: skipped")
     if count := int(backwards.sum()):
-        verb = "runs" if count == 1 else "run"
-        found.append(f"time {verb} backwards in {_count(count, 'row')}: skipped")
+        found.append(f"time runs backwards in {_count(count, 'row')}: skipped")
     return keep, found
 
 

@@ -24,6 +24,9 @@ _DEFAULTS = {
     "max_acceleration": 2.0,
     "max_deceleration": 3.0,
 }
+_BENDS = 0.9
+"""Share of the vehicle's lateral acceleration that is planned; the rest corrects the steering.
+More: a vehicle that is off in a bend is steered no tighter, and comes back behind it."""
 _SMOOTHING = 2.0 / 3.0  # wheelbases: 2 m for a car of 3 m
 _OVER_SPEED = ("max_acceleration", "max_deceleration")
 
@@ -34,14 +37,15 @@ class SpeedLimits(Parameters):
 
     What is None is the vehicle's limit of that name, or where that is None too, what is brisk in an
     ordinary car and far from the limit of a dry road: 25 m/s, 4 m/s² to the side, 2 m/s² driving,
-    3 m/s² braking.
+    3 m/s² braking. Of the lateral acceleration it is 0.9 times that: controllers keep the vehicle's
+    limit, and the rest is theirs to correct errors in bends.
 
     Parameters
     ----------
     max_speed : float, optional
         Top speed [m/s].
     max_lateral_acceleration : float, optional
-        Largest lateral acceleration [m/s²].
+        Largest lateral acceleration [m/s²]; by default 0.9 times the vehicle's.
     max_acceleration : float or sequence of (float, float), optional
         Largest driving acceleration [m/s²]; or points (speed [m/s], acceleration), speeds
         increasing, straight between them and constant beyond.
@@ -140,6 +144,8 @@ class SpeedLimits(Parameters):
             own, cars = getattr(self, name), getattr(vehicle, name)
             if own is None:
                 found[name] = default if cars is None else cars
+                if name == "max_lateral_acceleration":
+                    found[name] *= _BENDS
             elif cars is not None and name == "max_speed" and own > cars:
                 raise ConfigError(name, own, f"at most the vehicle's, {cars!r}")
         if self.smoothing_length is None:

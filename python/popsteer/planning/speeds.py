@@ -137,7 +137,8 @@ def speeds_along(
 
     Examples
     --------
-    >>> speeds_along([0.04] * 4, 1.0, closed=True).tolist()
+    >>> limits = SpeedLimits(max_lateral_acceleration=4.0)
+    >>> speeds_along([0.04] * 4, 1.0, limits, closed=True).tolist()
     [10.0, 10.0, 10.0, 10.0]
     """
     vehicle = Vehicle() if vehicle is None else vehicle

@@ -9,19 +9,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer import controllers
-from popsteer._core import Path, Settings, Simulation, SpeedPid, SpeedPidParams, Vehicle
-from popsteer.errors import ConfigError, PathError, count_in_range, in_range
+from popsteer._core import (
+    Path,
+    Settings,
+    Simulation,
+    SpeedPid,
+    SpeedPidParams,
+    SpeedTracker,
+    Vehicle,
+)
+from popsteer.errors import ConfigError, count_in_range, in_range
 from popsteer.ranges import check_in_range
 from popsteer.sim.belief import believed, informed
 from popsteer.sim.geometry import Plant, Pose, StartAt, made, pose_of, vehicle_of
 from popsteer.sim.metrics import Metrics
+from popsteer.sim.pedals import Longitudinal, PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
-    from popsteer._core import CoupledLongitudinal, Noise
+    from popsteer._core import Noise
     from popsteer.sim.steering import OwnController
 
 __all__ = ["START_OFFSET", "Pose", "Run", "at_constant_speed", "check_seed", "default_start", "run"]
@@ -179,7 +188,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     start_at: StartAt = "pose",
     speed: float | None = None,
     constant_speed: float | None = None,
-    longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+    longitudinal: Longitudinal | None = None,
+    pedals: PedalMap | None = None,
     settings: Settings | None = None,
     noise: Noise | None = None,
     seed: int = 0,
@@ -211,8 +221,11 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     constant_speed : float, optional
         Speed to be kept throughout [m/s]: a PI controller works the pedals, and the path's
         reference speeds do not count but for their direction.
-    longitudinal : CoupledLongitudinal or SpeedPid, optional
-        What works the pedals; the paper's coupled controller by default.
+    longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker, optional
+        What works the pedals, from a fresh state; the paper's coupled controller by default. A
+        `SpeedTracker` of the same path chooses the gear, too.
+    pedals : PedalMap, optional
+        Which pedals give the accelerations of a `SpeedTracker`; those of the plant by default.
     settings : Settings, optional
         Control period, limits and the like.
     noise : Noise, optional
@@ -231,11 +244,13 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     Raises
     ------
     ConfigError
-        The plant is not known, both `constant_speed` and `longitudinal` are given, or the
-        controller's vehicle has its rear axle elsewhere than the plant's.
+        The plant is not known, both `constant_speed` and `longitudinal` are given, the controller's
+        vehicle or that of a `SpeedTracker` has its rear axle elsewhere than the plant's, or a
+        `SpeedTracker` has planned another path.
     InputError
-        The start, or an angle from your controller, is not finite or beyond its bound, or the plant
-        cannot start at this speed.
+        The start, or an angle from your controller, is not finite or beyond its bound, the plant
+        cannot start at this speed, or a plant without `drive`, `braking` and `drag` is to be driven
+        by a `SpeedTracker` without `pedals`.
     PopsteerError
         The plant needs an extra that is not installed.
     PathError
@@ -249,6 +264,14 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     >>> import popsteer
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
     >>> run(popsteer.Pop(path)).metrics.finished
+    True
+
+    With speeds that are planned within a vehicle's limits, and kept:
+
+    >>> car = popsteer.vehicles.get("carla-identified").replace(max_speed=8.0)
+    >>> tracker = popsteer.SpeedTracker(path, car)
+    >>> result = run(popsteer.Pop(path), longitudinal=tracker)
+    >>> bool(result.records["speed"].max() < 8.1)
     True
 
     A car that turns less than its controller believes:
@@ -277,11 +300,12 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         path, longitudinal = at_constant_speed(path, constant_speed)
         if speed is None:
             speed = -constant_speed if _starts_backwards(path) else constant_speed
-    if isinstance(longitudinal, SpeedPid) and path.speed is None:
-        raise PathError("the path has no reference speeds for SpeedPid to follow")
+    if pedals is not None and not isinstance(longitudinal, SpeedTracker):
+        raise ConfigError("pedals", pedals, "None where longitudinal is no SpeedTracker")
     check_seed(seed)
     plant = made(plant)  # refuses an unknown one before anything is asked of it
     vehicle = vehicle_of(plant)
+    check_longitudinal(longitudinal, path, vehicle)
     controller = informed(controller, vehicle)
     if start is None:
         start = default_start(path, vehicle=vehicle)
@@ -296,7 +320,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         tracked_point=getattr(controller, "tracked_point", None),
         settings=settings,
     )
-    simulation.drive(controller, longitudinal, progress, noise=noise, seed=seed)
+    simulation.drive(controller, longitudinal, progress, noise=noise, seed=seed, pedals=pedals)
     return Run(
         law=_name(controller),
         plant=simulation.plant,

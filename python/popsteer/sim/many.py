@@ -7,19 +7,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from popsteer import _core, controllers
-from popsteer._core import CarlaIdentified, KinematicBicycle, Noise, SpeedPid
-from popsteer.errors import ConfigError, PathError, count_in_range
+from popsteer._core import CarlaIdentified, KinematicBicycle, Noise
+from popsteer.errors import ConfigError, count_in_range
 from popsteer.sim.belief import informed
 from popsteer.sim.closed_loop import check_seed, default_start
 from popsteer.sim.geometry import plant_name, plant_names, pose_of, vehicle_of
+from popsteer.sim.pedals import check_longitudinal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from popsteer._core import CoupledLongitudinal, Settings, Vehicle
+    from popsteer._core import Settings, Vehicle
     from popsteer.sim.geometry import CorePlant, Pose, StartAt
+    from popsteer.sim.pedals import Longitudinal, PedalMap
 
 __all__ = ["run_many"]
 
@@ -34,7 +36,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     start: ArrayLike | None = None,
     start_at: StartAt = "pose",
     speed: ArrayLike = 0.0,
-    longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+    longitudinal: Longitudinal | Sequence[Longitudinal | None] | None = None,
+    pedals: PedalMap | None = None,
     settings: Settings | None = None,
     noise: Noise | Sequence[Noise] | None = None,
     seed: int | Sequence[int] = 0,
@@ -44,9 +47,9 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     """Let controllers drive plants along paths, many runs at once, and give what each came to.
 
     Each run is that of `run`, bit for bit; where there is noise, it is so where each run has a seed
-    of its own. `controller`, `plant`, `start`, `speed`, `noise` and `seed` are each one for all
-    runs or a sequence with one for each. Ctrl-C, or an error that `progress` raises, stops all runs
-    within a control step.
+    of its own. `controller`, `plant`, `start`, `speed`, `longitudinal`, `noise` and `seed` are each
+    one for all runs or a sequence with one for each. Ctrl-C, or an error that `progress` raises,
+    stops all runs within a control step.
 
     Parameters
     ----------
@@ -61,8 +64,10 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
         Whose pose `start` is: that of the vehicle's point, of its rear or of its front axle.
     speed : float or array of shape (N,), default 0.0
         Speed at the start [m/s].
-    longitudinal : CoupledLongitudinal or SpeedPid, optional
-        What works the pedals; the paper's coupled controller by default.
+    longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker, or a sequence, optional
+        What works the pedals, from a fresh state; the paper's coupled controller by default.
+    pedals : PedalMap, optional
+        Which pedals give the accelerations of a `SpeedTracker`; those of each plant by default.
     settings : Settings, optional
         Control period, limits and the like; no records are kept in any case.
     noise : Noise or sequence of Noise, optional
@@ -86,8 +91,9 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     Raises
     ------
     ConfigError
-        A plant is not known, a number is out of its range, the sequences differ in length, or a
-        controller's vehicle has its rear axle elsewhere than the plant's.
+        A plant is not known, a number is out of its range, the sequences differ in length, a
+        controller's vehicle has its rear axle elsewhere than the plant's, or a `SpeedTracker` has
+        planned another path than the controller's.
     InputError
         A start is not finite or beyond its bound; it is named with its run, as ``speed[3]``.
     PathError
@@ -119,6 +125,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     # A name is a sequence too, of letters: the type checker cannot tell them apart.
     one_plant = isinstance(plant, _PLANTS)
     several_plants = None if one_plant else list(cast("Sequence[CorePlant]", plant))
+    drives = list(longitudinal) if isinstance(longitudinal, (list, tuple)) else None
     starts = None if start is None else _floats("start", start, {(3,), (None, 3)})
     speeds = _floats("speed", speed, {(), (None,)})
     noises = None if noise is None or isinstance(noise, Noise) else list(noise)
@@ -128,6 +135,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
         plant=several_plants,
         start=starts if starts is not None and starts.ndim == 2 else None,
         speed=speeds if speeds.ndim == 1 else None,
+        longitudinal=drives,
         noise=noises,
         seed=seeds,
     )
@@ -138,13 +146,20 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
 
     each = [controller] * count if several_controllers is None else several_controllers
     each_plant = [cast("CorePlant", plant)] * count if several_plants is None else several_plants
+    each_drive = [cast("Longitudinal | None", longitudinal)] * count if drives is None else drives
     # What is the same for several runs is prepared once: an id stays, as the lists hold the object.
     known: dict[tuple[int, int], _Prepared] = {}
+    checked: set[tuple[int, int]] = set()
     drivers = []
-    for index, (driver, moved) in enumerate(zip(each, each_plant, strict=True)):
+    for index, (driver, moved, drive) in enumerate(zip(each, each_plant, each_drive, strict=True)):
         key = id(driver), id(moved)
         if key not in known:
-            known[key] = _prepared(index, driver, moved, longitudinal)
+            known[key] = _prepared(index, driver, moved)
+        # The vehicles that vary have the same axles, as controllers are refused where not.
+        if (id(driver), id(drive)) not in checked:
+            path, itself = known[key].controller.path, known[key].vehicle
+            check_longitudinal(drive, path, itself, f" of controller {index}")
+            checked.add((id(driver), id(drive)))
         drivers.append(known[key])
     if starts is None:
         poses = [driver.start for driver in drivers]
@@ -162,12 +177,12 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     seen = [(noise, *stream) for noise, stream in zip(each_noise, streams, strict=True)]
     return _core.run_many(
         [
-            (driver.controller, moved, state, through)
-            for driver, moved, state, through in zip(
-                drivers, each_plant, states.tolist(), seen, strict=True
+            (driver.controller, moved, state, through, drive)
+            for driver, moved, state, through, drive in zip(
+                drivers, each_plant, states.tolist(), seen, each_drive, strict=True
             )
         ],
-        longitudinal=longitudinal,
+        pedals=pedals,
         settings=settings,
         threads=threads,
         progress=progress,
@@ -208,15 +223,12 @@ def _prepared(
     index: int,
     controller: object,
     plant: CorePlant,
-    longitudinal: CoupledLongitudinal | SpeedPid | None,
 ) -> _Prepared:
     """Give the controller with its vehicle, the plant's, and where it starts by default."""
     if not isinstance(controller, controllers.CONTROLLERS):
         kind = type(controller).__name__
         raise TypeError(f"controller {index} must be one of popsteer, got {kind}; see run")
     path = controller.path
-    if isinstance(longitudinal, SpeedPid) and path.speed is None:
-        raise PathError(f"the path of controller {index} has no reference speeds for SpeedPid")
     if (name := plant_name(plant)) not in plant_names():
         raise TypeError(f"plant {index}, {name}, is none of the core's; see run")
     vehicle = vehicle_of(plant)

@@ -1,17 +1,26 @@
-"""From an acceleration to the pedals."""
+"""What works the pedals in a run: from an acceleration to throttle and brake."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
+import numpy as np
+
+from popsteer._core import CoupledLongitudinal, SpeedPid, SpeedTracker
+from popsteer.errors import ConfigError, PathError
 from popsteer.parameters import Parameters
 from popsteer.sim.geometry import made
 
 if TYPE_CHECKING:
+    from popsteer._core import Path, Vehicle
     from popsteer.sim.geometry import Plant
 
-__all__ = ["PedalMap"]
+__all__ = ["Longitudinal", "PedalMap", "check_longitudinal"]
+
+Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
+"""What works the pedals: the paper's controller, a PID on the path's speeds, or a plan that is
+kept."""
 
 
 @dataclass(frozen=True)
@@ -108,3 +117,57 @@ class PedalMap(Parameters):
         if pull >= 0.0:
             return min(pull / self.drive, 1.0), 0.0
         return 0.0, min(-pull / self.braking, 1.0)
+
+
+def check_longitudinal(
+    longitudinal: Longitudinal | None, path: Path, plant: Vehicle, whose: str = ""
+) -> None:
+    """Refuse a longitudinal controller that cannot work in a run.
+
+    Parameters
+    ----------
+    longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker or None
+        The controller.
+    path : Path
+        What is driven along.
+    plant : Vehicle
+        What the plant is.
+    whose : str, optional
+        Whose path it is, for messages.
+
+    Raises
+    ------
+    PathError
+        `SpeedPid` needs the reference speeds of a path that has none.
+    ConfigError
+        A `SpeedTracker` has planned the speeds of another path, or its vehicle has its rear axle
+        elsewhere than the plant.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
+    >>> check_longitudinal(SpeedTracker(path), path, popsteer.Vehicle())
+    """
+    if isinstance(longitudinal, SpeedPid) and path.speed is None:
+        raise PathError(f"the path{whose} has no reference speeds for SpeedPid to follow")
+    if isinstance(longitudinal, SpeedTracker):
+        axle = longitudinal.vehicle.rear_axle
+        if axle != plant.rear_axle:
+            required = f"that of the plant, {plant.rear_axle!r}, in the SpeedTracker's vehicle"
+            raise ConfigError("rear_axle", axle, required)
+        own = longitudinal.path
+        same = (
+            np.array_equal(own.x, path.x)
+            and np.array_equal(own.y, path.y)
+            and own.closed == path.closed
+            and np.array_equal(_sections(own), _sections(path))
+        )
+        if not same:
+            required = f"a SpeedTracker of the path that is driven{whose}"
+            raise ConfigError("longitudinal", longitudinal, required)
+
+
+def _sections(path: Path) -> np.ndarray:
+    """Where a path is driven backwards."""
+    return np.zeros(len(path), dtype=bool) if path.reverse is None else path.reverse

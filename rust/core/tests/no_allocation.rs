@@ -11,6 +11,7 @@ use popsteer_core::lateral::{
 };
 use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
+    SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
 };
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
@@ -186,6 +187,32 @@ fn test_longitudinal_steps_allocate_nothing() {
         }
     });
     assert!(throttle > 0.0);
+    assert_eq!(count, 0);
+}
+
+#[test]
+fn test_speed_tracker_steps_allocate_nothing() {
+    let (path, other) = (path(), path_aside());
+    let tracker = SpeedTracker::new(DELAYED, SpeedTrackerParams::DEFAULT).unwrap();
+    let plans = [&path, &other].map(|each| tracker.plan(&each.view()).unwrap());
+    let mut state = SpeedTrackerState::default();
+    let mut vehicle = START;
+    let mut pull = 0.0;
+    let count = allocations_of(|| {
+        for k in 0..100_000 {
+            if k % 5000 == 0 {
+                tracker.set_path(&mut state, &path.view(), &other.view());
+                tracker.set_path(&mut state, &other.view(), &path.view());
+            }
+            let command = tracker
+                .step(&path.view(), &plans[0], &mut state, vehicle, 0.05)
+                .unwrap();
+            pull += command.acceleration.abs();
+            // Round and round, by what the path's bend on average takes.
+            vehicle = kinematic_bicycle(vehicle, 0.03, command.acceleration, 3.0, 0.05);
+        }
+    });
+    assert!(pull > 0.0);
     assert_eq!(count, 0);
 }
 

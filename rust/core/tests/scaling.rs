@@ -5,6 +5,7 @@ use popsteer_core::lateral::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
+use popsteer_core::longitudinal::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::vehicle::{AdaptParams, InFlight};
 use popsteer_core::{LateralLaw, Path, Tracker, Vehicle, VehicleState};
 
@@ -149,4 +150,64 @@ fn test_bang_bang_scales_with_its_vehicle() {
     assert_scales("bang-bang", |vehicle| {
         BangBang::new(vehicle, BangBangParams::DEFAULT).unwrap()
     });
+}
+
+/// The commands of a drive to the end of S-bends, every length and limit `k` times the usual one.
+fn keep_speed(k: f64) -> (Vec<f64>, Vec<f64>) {
+    let waypoint = |n: u32| {
+        (
+            0.5 * k * f64::from(n),
+            8.0 * k * (0.03 * f64::from(n)).sin(),
+        )
+    };
+    let (x, y): (Vec<f64>, Vec<f64>) = (0..300).map(waypoint).unzip();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let car = Vehicle {
+        max_speed: Some(20.0 * k),
+        max_acceleration: Some(2.0 * k),
+        max_deceleration: Some(3.0 * k),
+        drive_lag: 0.2,
+        ..car(k)
+    };
+    let params = SpeedTrackerParams {
+        max_jerk: 20.0 * k,
+        reserve: 0.4 * k,
+        ..SpeedTrackerParams::DEFAULT
+    };
+    let tracker = SpeedTracker::new(car, params).unwrap();
+    let plan = tracker.plan(&path.view()).unwrap();
+    let mut state = SpeedTrackerState::default();
+    let (mut along, mut speed, mut pull) = (0.0, 0.0, 0.0);
+    let mut commands = Vec::new();
+    for _ in 0..600 {
+        let place = along / path.view().length() * 299.0;
+        let at = f64::from(299).min(place);
+        let vehicle = VehicleState {
+            x: 0.5 * k * at + 1.3 * k,
+            y: 8.0 * k * (0.03 * at).sin(),
+            yaw: (0.48 * (0.03 * at).cos()).atan(),
+            speed,
+        };
+        let command = tracker
+            .step(&path.view(), &plan, &mut state, vehicle, 0.05)
+            .unwrap();
+        commands.push(command.acceleration);
+        pull += (command.acceleration - pull) * 0.2;
+        speed = (speed + 0.05 * pull).max(0.0);
+        along += 0.05 * speed;
+    }
+    (plan, commands)
+}
+
+#[test]
+fn test_speed_tracker_scales_with_its_vehicle() {
+    let (plan, commands) = keep_speed(1.0);
+    let (doubled_plan, doubled) = keep_speed(2.0);
+    for (a, b) in plan.iter().zip(&doubled_plan) {
+        assert_eq!((2.0 * a).to_bits(), b.to_bits(), "plan: {a} {b}");
+    }
+    assert!(commands.iter().any(|&pull| pull < -1.0));
+    for (step, (a, b)) in commands.iter().zip(&doubled).enumerate() {
+        assert_eq!((2.0 * a).to_bits(), b.to_bits(), "step {step}: {a} {b}");
+    }
 }

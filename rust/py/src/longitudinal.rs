@@ -1,15 +1,20 @@
 //! The longitudinal controllers.
 
+use std::sync::Arc;
+
 use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
 };
-use popsteer_sim::Drive;
+use popsteer_sim::plant::PedalMap;
+use popsteer_sim::{Drive, Plant};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, argument_error};
 use crate::params::params;
 use crate::record::record;
+use crate::speed_tracker::PySpeedTracker;
 
 params! {
     /// Parameters of `CoupledLongitudinal`; the paper's Table 2 by default.
@@ -238,7 +243,7 @@ impl PySpeedPid {
     }
 }
 
-/// Either of the longitudinal controllers, as the closed loop takes it.
+/// Either of the longitudinal controllers that need no plan, as the closed loop takes it.
 pub(crate) fn drive_of(object: &Bound<'_, PyAny>) -> Option<Drive> {
     if let Ok(law) = object.cast_exact::<PyCoupledLongitudinal>() {
         return Some(Drive::Coupled(law.get().law));
@@ -249,4 +254,54 @@ pub(crate) fn drive_of(object: &Bound<'_, PyAny>) -> Option<Drive> {
         .try_borrow()
         .ok()
         .map(|law| Drive::Speed(law.law))
+}
+
+/// The numbers of a `popsteer.sim.PedalMap`.
+#[derive(Clone, Copy, Debug, FromPyObject)]
+pub(crate) struct GivenPedals {
+    drive: f64,
+    braking: f64,
+    drag: f64,
+    air_drag: f64,
+}
+
+impl From<GivenPedals> for PedalMap {
+    fn from(given: GivenPedals) -> Self {
+        Self {
+            drive: given.drive,
+            braking: given.braking,
+            drag: given.drag,
+            air_drag: given.air_drag,
+        }
+    }
+}
+
+/// Any of the longitudinal controllers, for a plant; its pedals are those of `given`, or its own.
+/// Without a controller, the paper's.
+pub(crate) fn drive_for(
+    object: Option<&Bound<'_, PyAny>>,
+    plant: &dyn Plant,
+    given: Option<GivenPedals>,
+) -> PyResult<Drive> {
+    let Some(object) = object else {
+        return Ok(Drive::default());
+    };
+    let Ok(tracker) = object.cast_exact::<PySpeedTracker>() else {
+        return drive_of(object).ok_or_else(|| {
+            PyTypeError::new_err(
+                "longitudinal must be a CoupledLongitudinal, a SpeedPid or a SpeedTracker",
+            )
+        });
+    };
+    let Some(map) = given.map(PedalMap::from).or_else(|| plant.pedals()) else {
+        let required = format!("given, as {} has no drive, braking and drag", plant.name());
+        let py = object.py();
+        return Err(argument_error(
+            py,
+            "pedals",
+            py.None().into_bound(py),
+            &required,
+        ));
+    };
+    Ok(Drive::Tracked(Arc::new(tracker.try_borrow()?.tracked(map))))
 }

@@ -7,14 +7,14 @@ use std::time::Duration;
 use numpy::PyArray1;
 use popsteer_core::VehicleState;
 use popsteer_sim::many::{self, Run, Watch};
-use popsteer_sim::{Drive, Metrics, Perception, Settings};
+use popsteer_sim::{Metrics, Perception, Settings};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::{OrRaise, entry_error};
 use crate::lateral::law_of;
-use crate::longitudinal::drive_of;
+use crate::longitudinal::{GivenPedals, drive_for};
 use crate::metrics::figures;
 use crate::plants::plant_of;
 use crate::pool;
@@ -24,35 +24,39 @@ use crate::settings::{PyNoise, PySettings};
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// A controller, a plant, a start with its speed; how the controller sees the vehicle: the noise,
-/// its seed and the stream of that.
+/// its seed and the stream of that; and the longitudinal controller.
 type Asked<'py> = (
     Bound<'py, PyAny>,
     Bound<'py, PyAny>,
     [f64; 4],
     (Option<Py<PyNoise>>, u64, u64),
+    Option<Bound<'py, PyAny>>,
 );
 
 /// Drive many runs; as `popsteer.sim.run_many`, which prepares the arguments.
 #[pyfunction]
-#[pyo3(signature = (runs, *, longitudinal, settings, threads, progress))]
+#[pyo3(signature = (runs, *, pedals, settings, threads, progress))]
 pub(crate) fn run_many<'py>(
     py: Python<'py>,
     runs: Vec<Asked<'py>>,
-    longitudinal: Option<&Bound<'py, PyAny>>,
+    pedals: Option<GivenPedals>,
     settings: Option<Py<PySettings>>,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut prepared = Vec::with_capacity(runs.len());
-    for (index, (law, plant, start, (noise, seed, stream))) in runs.into_iter().enumerate() {
+    for (index, (law, plant, start, seen, longitudinal)) in runs.into_iter().enumerate() {
+        let (noise, seed, stream) = seen;
         let (law, path) = law_of(&law)
             .ok_or_else(|| PyTypeError::new_err("a run needs a controller of popsteer"))?;
         let [x, y, yaw, speed] = start;
         let start = VehicleState { x, y, yaw, speed };
+        let plant = plant_of(&plant)?;
         prepared.push(Run {
+            drive: drive_for(longitudinal.as_ref(), plant.as_ref(), pedals)?,
             law,
             path,
-            plant: plant_of(&plant)?,
+            plant,
             start: start
                 .checked()
                 .map_err(|error| entry_error(py, index, error))?,
@@ -61,12 +65,6 @@ pub(crate) fn run_many<'py>(
             }),
         });
     }
-    let drive = match longitudinal {
-        None => Drive::default(),
-        Some(longitudinal) => drive_of(longitudinal).ok_or_else(|| {
-            PyTypeError::new_err("longitudinal must be a CoupledLongitudinal or a SpeedPid")
-        })?,
-    };
     let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
     let pool = match threads {
         None => pool::shared()?,
@@ -74,7 +72,7 @@ pub(crate) fn run_many<'py>(
     };
     let watch = Watch::default();
     let work = || {
-        let drive_all = || many::run_many(&prepared, &drive, settings, &watch);
+        let drive_all = || many::run_many(&prepared, settings, &watch);
         pool.install(drive_all)
     };
     let metrics = watched(py, &watch, prepared.len(), progress, work)?.or_raise(py)?;

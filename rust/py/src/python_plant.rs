@@ -3,6 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use popsteer_core::{Vehicle, VehicleState};
+use popsteer_sim::plant::PedalMap;
 use popsteer_sim::{Control, Plant, PlantState};
 use pyo3::PyVisit;
 use pyo3::exceptions::PyRuntimeError;
@@ -19,6 +20,7 @@ pub(crate) struct PythonPlant {
     name: String,
     vehicle: Vehicle,
     reverses: bool,
+    pedals: Option<PedalMap>,
     /// What the object raised, until the closed loop takes it: the plant stands still from then on.
     fault: Mutex<Option<PyErr>>,
 }
@@ -46,6 +48,7 @@ impl PythonPlant {
             name: object.getattr("name")?.extract()?,
             vehicle,
             reverses,
+            pedals: pedals_of(object)?,
             fault: Mutex::new(None),
         }))
     }
@@ -122,6 +125,10 @@ impl Plant for PythonPlant {
         self.reverses
     }
 
+    fn pedals(&self) -> Option<PedalMap> {
+        self.pedals
+    }
+
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
         if locked(&self.fault).is_some() {
             return;
@@ -131,6 +138,27 @@ impl Plant for PythonPlant {
             Err(error) => *locked(&self.fault) = Some(error),
         }
     }
+}
+
+/// The map of a plant whose parameters, or those that it has as `params`, name `drive`, `braking` and
+/// `drag`.
+fn pedals_of(object: &Bound<'_, PyAny>) -> PyResult<Option<PedalMap>> {
+    let params = object.getattr_opt("params")?;
+    let params = params.as_ref().unwrap_or(object);
+    let number = |name: &str| match params.getattr_opt(name)? {
+        Some(value) => Ok::<_, PyErr>(value.extract::<f64>().ok()),
+        None => Ok(None),
+    };
+    let (drive, braking, drag) = (number("drive")?, number("braking")?, number("drag")?);
+    let (Some(drive), Some(braking), Some(drag)) = (drive, braking, drag) else {
+        return Ok(None);
+    };
+    Ok(Some(PedalMap {
+        drive,
+        braking,
+        drag,
+        air_drag: number("air_drag")?.unwrap_or(0.0),
+    }))
 }
 
 /// What a plant's limit says where the error is one, as `popsteer.errors.PlantLimit` is.

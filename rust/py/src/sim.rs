@@ -8,16 +8,15 @@ use popsteer_core::path::Follow;
 use popsteer_core::{InputError, Point, Status, VehicleState};
 use popsteer_sim::plant::CarlaIdentified;
 use popsteer_sim::{
-    Control, Controller, Drive, Perception, Plant, Record, Saved, Settings, Simulation, closed_loop,
+    Control, Controller, Perception, Plant, Record, Saved, Settings, Simulation, closed_loop,
 };
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyTuple};
 use pyo3::{PyTraverseError, PyVisit};
 
 use crate::errors::{OrRaise, argument_error};
 use crate::lateral::law_of;
-use crate::longitudinal::drive_of;
+use crate::longitudinal::{GivenPedals, drive_for};
 use crate::metrics::figures;
 use crate::path::PyPath;
 use crate::plants::{any_plant, plant_object};
@@ -341,22 +340,31 @@ impl PySimulation {
     ///     object with `steer` and, if it likes, `target`, `status` and `reverse`. If it has a
     ///     parameter `reverse`, it gets whether the path is driven backwards where the rear axle
     ///     is.
-    /// longitudinal : CoupledLongitudinal or SpeedPid, optional
-    ///     The pedals; by default the paper's controller.
+    /// longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker, optional
+    ///     The pedals, from a fresh state, too; by default the paper's controller.
     /// progress : callable, optional
     ///     Called ten times a second with the share of the path done, 0 to 1.
     /// noise : Noise, optional
     ///     Noise of pose and speed as the controllers get them; none by default.
     /// seed : int, default 0
     ///     Where the noise comes from.
+    /// pedals : PedalMap, optional
+    ///     Which pedals give the accelerations of a `SpeedTracker`; by default the plant's.
     ///
     /// Raises
     /// ------
     /// InputError
-    ///     If an angle is not finite or beyond its bound.
+    ///     If an angle is not finite or beyond its bound, or `pedals` is left out with a plant that
+    ///     has no `drive`, `braking` and `drag`.
     /// TypeError
     ///     If the object has no `step`, or that returns no angle. What `step` raises reaches you.
-    #[pyo3(signature = (controller, longitudinal=None, progress=None, *, noise=None, seed=0))]
+    #[pyo3(signature = (
+        controller, longitudinal=None, progress=None, *, noise=None, seed=0, pedals=None
+    ))]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is one thing that a run may have"
+    )]
     fn drive(
         &mut self,
         py: Python<'_>,
@@ -365,13 +373,9 @@ impl PySimulation {
         progress: Option<&Bound<'_, PyAny>>,
         noise: Option<Py<PyNoise>>,
         seed: u64,
+        pedals: Option<GivenPedals>,
     ) -> PyResult<()> {
-        let drive = match longitudinal {
-            None => Drive::default(),
-            Some(longitudinal) => drive_of(longitudinal).ok_or_else(|| {
-                PyTypeError::new_err("longitudinal must be a CoupledLongitudinal or a SpeedPid")
-            })?,
-        };
+        let drive = drive_for(longitudinal, self.simulation.plant().as_ref(), pedals)?;
         if self.limit.is_some() {
             return Ok(());
         }

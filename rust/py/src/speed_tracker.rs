@@ -9,6 +9,8 @@ use popsteer_core::longitudinal::{
     SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
 };
 use popsteer_core::vehicle::Vehicle;
+use popsteer_sim::drive::Tracked;
+use popsteer_sim::plant::PedalMap;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -33,6 +35,18 @@ params! {
         "Acceleration beyond that of the plan that may correct an error [m/s^2].";
     drive_delay: f64, "float, default 0.0",
         "Time from a command to its first effect on the drive [s].";
+}
+
+impl PySpeedTracker {
+    /// The controller as a run takes it, with the pedals of `map`.
+    pub(crate) fn tracked(&self, map: PedalMap) -> Tracked {
+        Tracked {
+            law: self.law,
+            path: Arc::clone(&self.path),
+            plan: Arc::clone(&self.plan),
+            pedals: map,
+        }
+    }
 }
 
 record! {
@@ -113,7 +127,8 @@ impl PySpeedCommand {
 ///
 /// The speeds are planned when it is made: as fast as the vehicle's limits allow, and at most the
 /// path's own. What the vehicle does not limit is limited to 25 m/s, 4 m/s^2 to the side, 2 m/s^2
-/// driving and 3 m/s^2 braking. A step takes the plan's acceleration where the vehicle will be when
+/// driving and 3 m/s^2 braking. Bends take 0.9 of the lateral acceleration: the rest is for the
+/// steering to correct errors. A step takes the plan's acceleration where the vehicle will be when
 /// the command takes effect, and corrects the error of the speed: ``command = a(s + v (drive_delay +
 /// drive_lag + dt / 2)) + kp e + integral of ki e`` with ``e = v(s) - v``. Before a stop it brakes by
 /// what remains of the way.
@@ -140,7 +155,7 @@ pub(crate) struct PySpeedTracker {
     law: SpeedTracker,
     state: SpeedTrackerState,
     path: Arc<Path>,
-    plan: Vec<f64>,
+    plan: Arc<[f64]>,
     vehicle: Vehicle,
     params: SpeedTrackerParams,
 }
@@ -161,7 +176,7 @@ impl PySpeedTracker {
         Ok(Self {
             law,
             state: SpeedTrackerState::default(),
-            plan: law.plan(&path.0.view()).or_raise(py)?,
+            plan: law.plan(&path.0.view()).or_raise(py)?.into(),
             path: path.0.clone(),
             vehicle,
             params,
@@ -211,6 +226,36 @@ impl PySpeedTracker {
         Ok(PySpeedCommand(command))
     }
 
+    /// Keep the speeds of another path from the next step on, planned at once.
+    ///
+    /// The command and the integral continue. So does the place, if the segment beside the vehicle
+    /// is the same; else the next step finds it on the whole of the new path.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : Path
+    ///     The new path; its speeds, where it has any, are the most that is driven.
+    ///
+    /// Raises
+    /// ------
+    /// ConfigError
+    ///     If a limit of the vehicle is out of the range of a plan; nothing has changed then.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(float(x), 0.0) for x in range(101)])
+    /// >>> tracker = popsteer.SpeedTracker(path)
+    /// >>> tracker.set_path(popsteer.Path([(float(x), 0.0) for x in range(51)]))
+    /// >>> tracker.step(20.0, 0.0, 0.0, 9.0, 0.05).distance_to_stop
+    /// 30.0
+    fn set_path(&mut self, py: Python<'_>, path: &PyPath) -> PyResult<()> {
+        let (old, new) = (self.path.view(), path.0.view());
+        self.plan = self.law.plan(&new).or_raise(py)?.into();
+        self.law.set_path(&mut self.state, &old, &new);
+        self.path = path.0.clone();
+        Ok(())
+    }
+
     /// Forget all steps taken so far.
     fn reset(&mut self) {
         self.state = SpeedTrackerState::default();
@@ -253,6 +298,22 @@ impl PySpeedTracker {
     #[getter]
     fn plan<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.plan)
+    }
+
+    fn __getnewargs__(&self) -> (PyPath, PyVehicle, PySpeedTrackerParams) {
+        (
+            self.path(),
+            PyVehicle(self.vehicle),
+            PySpeedTrackerParams(self.params),
+        )
+    }
+
+    fn __getstate__(&self) -> PySpeedTrackerState {
+        self.state()
+    }
+
+    fn __setstate__(&mut self, py: Python<'_>, state: &PySpeedTrackerState) -> PyResult<()> {
+        self.set_state(py, state)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -100,7 +100,7 @@ pub fn run(
         let Some(answer) = driver.answer(&path.view(), vehicle, dt, simulation.reverse())? else {
             break;
         };
-        let control = pedals.control(simulation, vehicle.speed, answer.steer, answer.reverse)?;
+        let control = pedals.control(simulation, vehicle, answer.steer, answer.reverse)?;
         simulation.step(control, answer.target, answer.status)?;
         if !go_on(simulation) {
             break;

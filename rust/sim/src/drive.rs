@@ -1,20 +1,60 @@
 //! Any of the core's longitudinal controllers, chosen at run time.
 
-use popsteer_core::InputError;
-use popsteer_core::longitudinal::{
-    CoupledLongitudinal, CoupledLongitudinalParams, Pedals, SpeedPid, SpeedPidState,
-};
+use std::sync::Arc;
 
-use crate::plant::Control;
+use popsteer_core::longitudinal::{
+    CoupledLongitudinal, CoupledLongitudinalParams, Pedals, SpeedPid, SpeedPidState, SpeedTracker,
+    SpeedTrackerState,
+};
+use popsteer_core::{InputError, Path, VehicleState};
+
+use crate::plant::{Control, PedalMap};
 use crate::simulation::Simulation;
 
 /// Who works the pedals.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Drive {
     /// The paper's controller, coupled with the steering.
     Coupled(CoupledLongitudinal),
     /// A PID on the path's reference speeds.
     Speed(SpeedPid),
+    /// A plan of the speeds, kept.
+    Tracked(Arc<Tracked>),
+}
+
+/// A [`SpeedTracker`] on its path, and the pedals for its accelerations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tracked {
+    /// The controller.
+    pub law: SpeedTracker,
+    /// The path that it plans on.
+    pub path: Arc<Path>,
+    /// Its plan: a speed for each waypoint [m/s].
+    pub plan: Arc<[f64]>,
+    /// What gives its accelerations.
+    pub pedals: PedalMap,
+}
+
+impl Tracked {
+    /// The control of a vehicle whose wheels are commanded to `steer` [rad].
+    fn control(
+        &self,
+        state: &mut SpeedTrackerState,
+        vehicle: VehicleState,
+        steer: f64,
+        dt: f64,
+    ) -> Result<Control, InputError> {
+        let path = self.path.view();
+        let command = self.law.step(&path, &self.plan, state, vehicle, dt)?;
+        let gear = if command.reverse { -1.0 } else { 1.0 };
+        let (throttle, brake) = self.pedals.of(command.acceleration, gear * vehicle.speed);
+        Ok(Control {
+            steer,
+            throttle,
+            brake,
+            reverse: command.reverse,
+        })
+    }
 }
 
 impl Default for Drive {
@@ -25,34 +65,14 @@ impl Default for Drive {
     }
 }
 
-impl Drive {
-    /// The pedals at `speed` [m/s], with the commanded angle `steer` [rad] and the path's
-    /// reference speed [m/s]; without one the PID holds the present speed.
-    pub(crate) fn step(
-        &self,
-        state: &mut SpeedPidState,
-        speed: f64,
-        steer: f64,
-        reference_speed: Option<f64>,
-        dt: f64,
-    ) -> Result<Pedals, InputError> {
-        match self {
-            Self::Coupled(law) => law.step(speed, steer),
-            Self::Speed(law) => law.step(state, speed, reference_speed.unwrap_or(speed), dt),
-        }
-    }
-
-    /// Whether the path has to carry reference speeds.
-    pub fn needs_reference_speed(&self) -> bool {
-        matches!(self, Self::Speed(_))
-    }
-}
+impl Drive {}
 
 /// A longitudinal law on a run, with what it remembers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Pedalling {
     drive: Drive,
     state: SpeedPidState,
+    tracked: SpeedTrackerState,
     backwards: bool,
 }
 
@@ -60,38 +80,43 @@ impl Pedalling {
     /// At the start of a run.
     pub(crate) fn new(drive: &Drive, simulation: &Simulation) -> Self {
         Self {
-            drive: *drive,
+            drive: drive.clone(),
             state: SpeedPidState::default(),
+            tracked: SpeedTrackerState::default(),
             backwards: simulation.reverse(),
         }
     }
 
-    /// What `simulation` is commanded at the measured `speed` [m/s] with the angle `steer` [rad],
-    /// in reverse gear or not.
+    /// What `simulation` is commanded for the measured `vehicle` with the angle `steer` [rad], in
+    /// reverse gear or not; a plan that is kept has the gear, too.
     pub(crate) fn control(
         &mut self,
         simulation: &Simulation,
-        speed: f64,
+        vehicle: VehicleState,
         steer: f64,
         reverse: bool,
     ) -> Result<Control, InputError> {
-        let reference_speed = if self.drive.needs_reference_speed() {
-            simulation.stopping_speed()
-        } else {
-            None
-        };
+        let dt = simulation.settings().dt;
         if reverse != self.backwards {
             self.backwards = reverse;
             self.state = SpeedPidState::default();
         }
-        let gear = if reverse { -1.0 } else { 1.0 };
-        let pedals = self.drive.step(
-            &mut self.state,
-            gear * speed,
-            steer,
-            reference_speed.map(f64::abs),
-            simulation.settings().dt,
-        )?;
+        let speed = if reverse {
+            -vehicle.speed
+        } else {
+            vehicle.speed
+        };
+        let pedals: Pedals = match &self.drive {
+            Drive::Coupled(law) => law.step(speed, steer)?,
+            Drive::Speed(law) => {
+                // Without a reference speed it holds the present one.
+                let wanted = simulation.stopping_speed().map_or(speed, f64::abs);
+                law.step(&mut self.state, speed, wanted, dt)?
+            }
+            Drive::Tracked(tracked) => {
+                return tracked.control(&mut self.tracked, vehicle, steer, dt);
+            }
+        };
         Ok(Control {
             steer,
             throttle: pedals.throttle,

@@ -28,6 +28,8 @@ pub struct Run {
     pub start: VehicleState,
     /// How it sees the vehicle.
     pub perception: Perception,
+    /// Who works the pedals.
+    pub drive: Drive,
 }
 
 /// The progress of [`run_many`], for another thread, and a way to stop it.
@@ -63,7 +65,6 @@ impl Watch {
 /// [`SimulationError`] of the first run that is refused.
 pub fn run_many(
     runs: &[Run],
-    drive: &Drive,
     settings: Settings,
     watch: &Watch,
 ) -> Result<Vec<Metrics>, SimulationError> {
@@ -83,7 +84,13 @@ pub fn run_many(
             if !watch.is_stopped() {
                 let mut controller = Controller::new(&run.law);
                 let perception = run.perception.clone();
-                closed_loop::run(&mut simulation, &mut controller, drive, perception, go_on)?;
+                closed_loop::run(
+                    &mut simulation,
+                    &mut controller,
+                    &run.drive,
+                    perception,
+                    go_on,
+                )?;
             }
             watch.done.fetch_add(1, Ordering::Relaxed);
             Ok(simulation.metrics())
@@ -119,6 +126,7 @@ mod tests {
                 plant: Arc::clone(&plant),
                 start: start(k),
                 perception: Perception::new(noise, seed, u64::from(k)),
+                drive: Drive::default(),
             })
             .collect()
     }
@@ -135,9 +143,9 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            let (drive, settings) = (Drive::default(), Settings::default());
+            let settings = Settings::default();
             let watch = Watch::default();
-            pool.install(|| run_many(&runs(20, noise, seed), &drive, settings, &watch))
+            pool.install(|| run_many(&runs(20, noise, seed), settings, &watch))
                 .unwrap()
         };
         let one = on(1, 7);
@@ -157,9 +165,9 @@ mod tests {
 
     #[test]
     fn test_runs_without_noise_are_single_runs() {
-        let (drive, settings) = (Drive::default(), Settings::default());
+        let settings = Settings::default();
         let watch = Watch::default();
-        let many = run_many(&runs(3, Noise::DEFAULT, 0), &drive, settings, &watch).unwrap();
+        let many = run_many(&runs(3, Noise::DEFAULT, 0), settings, &watch).unwrap();
         assert_eq!(watch.done(), 3);
         for (run, metrics) in runs(3, Noise::DEFAULT, 0).into_iter().zip(many) {
             let tracked = *run.law.follow();
@@ -167,7 +175,8 @@ mod tests {
                 Simulation::new(run.path, run.plant, run.start, tracked, settings).unwrap();
             let mut controller = Controller::new(&run.law);
             let exact = Perception::EXACT;
-            closed_loop::run(&mut simulation, &mut controller, &drive, exact, |_| true).unwrap();
+            let drive = &run.drive;
+            closed_loop::run(&mut simulation, &mut controller, drive, exact, |_| true).unwrap();
             assert_eq!(simulation.metrics(), metrics);
         }
     }
@@ -176,8 +185,8 @@ mod tests {
     fn test_runs_stopped_do_not_finish() {
         let watch = Watch::default();
         watch.stop();
-        let (drive, settings) = (Drive::default(), Settings::default());
-        let many = run_many(&runs(3, Noise::DEFAULT, 0), &drive, settings, &watch).unwrap();
+        let settings = Settings::default();
+        let many = run_many(&runs(3, Noise::DEFAULT, 0), settings, &watch).unwrap();
         assert!(
             many.iter()
                 .all(|metrics| !metrics.finished && metrics.steps == 0)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from popsteer.lab.common.theme import Theme
 
-__all__ = ["drawn"]
+__all__ = ["drawn", "logarithmic", "wrapped"]
 
 _DPI = 150
+_EM = 0.55  # mean width of a character, of the height of the font
 # Without the date, so that the same figure is the same file.
 _METADATA: dict[str, dict[str, str | None]] = {
     "png": {"Software": None},
@@ -57,3 +61,53 @@ def drawn(draw: Callable[[Theme], Figure], theme: Theme) -> dict[str, bytes]:
             figure.savefig(stream, format=kind, dpi=_DPI, metadata=metadata)
             content[kind] = stream.getvalue()
     return content
+
+
+def wrapped(text: str, figure: Figure, size: float) -> str:
+    """Break a line that is wider than a figure.
+
+    Parameters
+    ----------
+    text : str
+        The line.
+    figure : matplotlib.figure.Figure
+        Where it stands.
+    size : float
+        Size of the font [pt].
+
+    Returns
+    -------
+    str
+        As many lines as it takes.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> print(wrapped("one two three", Figure(figsize=(1, 1)), 12.0))
+    one two
+    three
+    """
+    return textwrap.fill(text, int(figure.get_figwidth() * 72.0 / (_EM * size)))
+
+
+def logarithmic(panel: Axes) -> None:
+    """Make the vertical axis logarithmic, with plain numbers at 1, 2 and 5 of each decade.
+
+    Parameters
+    ----------
+    panel : matplotlib.axes.Axes
+        Where it is.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> panel = Figure().subplots()
+    >>> logarithmic(panel)
+    >>> panel.get_yscale()
+    'log'
+    """
+    panel.set_yscale("log")
+    axis = panel.yaxis
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())

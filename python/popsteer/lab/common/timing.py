@@ -115,12 +115,15 @@ class Result:
         What nothing at all takes, timed like a single call [ns].
     loop_ns : float
         What one turn of the batches' loop takes without its call [ns]; net p50 is net of it.
+    singles : dict
+        Name of each call to what each single one took, as the clock read it [ns].
     """
 
     percentiles: dict[str, Percentiles]
     calls: dict[str, int]
     timer_floor_ns: float
     loop_ns: float
+    singles: Mapping[str, Sequence[int]]
 
 
 def time_calls(
@@ -176,6 +179,7 @@ def time_calls(
         calls={name: len(row.singles) for name, row in rows.items()},
         timer_floor_ns=float(np.median(nothing.singles)),
         loop_ns=round(loop, 2),
+        singles={name: row.singles for name, row in rows.items()},
     )
 
 

@@ -16,12 +16,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import Any
 
-    from popsteer._core import AdaptParams, CoupledLongitudinal, Path, Settings, SpeedPid, Vehicle
+    from popsteer._core import AdaptParams, Path, Settings, Vehicle
     from popsteer.controllers import Controller, Params
     from popsteer.lab.baselines import MpcParams
     from popsteer.sim import OwnSimpleController, Plant, Run
     from popsteer.sim.closed_loop import Pose
     from popsteer.sim.geometry import StartAt
+    from popsteer.sim.pedals import Longitudinal
 
 __all__ = ["DEFAULT_CONTROLLERS", "Comparison", "controller", "parameters", "run"]
 
@@ -52,6 +53,8 @@ class Comparison:
     """What the path is called; ``dataclasses.replace`` gives it a name."""
     step_times: Mapping[str, float] = field(default_factory=dict)
     """What a step of each controller takes [s], where that was measured: see `time_steps`."""
+    latencies: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    """What each of the timed steps took, as the clock read it [ns]; by controller."""
 
     @property
     def first(self) -> Run:
@@ -207,7 +210,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
     start_at: StartAt = "pose",
     speed: float | None = None,
     constant_speed: float | None = None,
-    longitudinal: CoupledLongitudinal | SpeedPid | None = None,
+    longitudinal: Longitudinal | None = None,
     settings: Settings | None = None,
     progress: Callable[[str, float], object] | None = None,
 ) -> Comparison:
@@ -235,7 +238,7 @@ def run(  # noqa: PLR0913 - as `popsteer.sim.run`
         Whose pose `start` is: the vehicle's point's, or that of an axle.
     speed, constant_speed : float, optional
         Speed at the start, and speed to be kept throughout [m/s]; as `popsteer.sim.run` has them.
-    longitudinal : CoupledLongitudinal or SpeedPid, optional
+    longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker, optional
         What works the pedals; the paper's coupled controller by default.
     settings : Settings, optional
         Control period, limits and the like.

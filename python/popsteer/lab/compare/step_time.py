@@ -14,7 +14,7 @@ from popsteer.lab.common.timing import Drive, Driver, time_calls
 from popsteer.lab.compare.runs import controller
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from popsteer._core import AdaptParams
     from popsteer.lab.compare.runs import Comparison
@@ -53,7 +53,7 @@ def time_steps(
     Returns
     -------
     Comparison
-        The same with its `step_times`: medians [s].
+        The same with its `step_times`, medians [s], and its `latencies`, all that were read [ns].
 
     Raises
     ------
@@ -75,7 +75,8 @@ def time_steps(
     """
     if build_profile == "debug":
         raise PopsteerError("step times of a debug build mean nothing: install a release build")
-    times = {}
+    times: dict[str, float] = {}
+    latencies: dict[str, Sequence[int]] = {}
     for name, run in comparison.runs.items():
 
         def advance(share: float, name: str = name) -> None:
@@ -83,8 +84,8 @@ def time_steps(
                 progress(f"time {name}", share)
 
         make = partial(controller, name, run.path, comparison.believed, params[name], adapt)
-        times[name] = _step_time(comparison, run, make, advance)
-    return replace(comparison, step_times=times)
+        times[name], latencies[name] = _step_time(comparison, run, make, advance)
+    return replace(comparison, step_times=times, latencies=latencies)
 
 
 def _step_time(
@@ -92,8 +93,8 @@ def _step_time(
     run: Run,
     make: Callable[[], Any],
     progress: Callable[[float], object],
-) -> float:
-    """Give the median of a run's controller [s]."""
+) -> tuple[float, Sequence[int]]:
+    """Give the median of a run's controller [s], and what each single step took [ns]."""
     records = run.records
     if not len(records["x"]):
         raise ConfigError("keep_records", value=False, requirement="true where steps are timed")
@@ -109,4 +110,5 @@ def _step_time(
     measured = time_calls({run.law: driver}, {run.law: _CALLS}, drive, run.dt, progress)
     percentiles = measured.percentiles[run.law]
     net = percentiles.net_p50
-    return 1e-9 * (percentiles.p50 if net is None else net)
+    median = 1e-9 * (percentiles.p50 if net is None else net)
+    return median, measured.singles[run.law]

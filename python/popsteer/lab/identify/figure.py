@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.draw import drawn, wrapped
 from popsteer.lab.common.theme import THEMES
 from popsteer.lab.identify.table import caption
 
@@ -28,7 +28,9 @@ _MOST_POINTS = 4000
 
 
 def identified_files(
-    found: Identification, progress: Callable[[str, float], object] | None = None
+    found: Identification,
+    stem: str = "identify",
+    progress: Callable[[str, float], object] | None = None,
 ) -> dict[str, bytes]:
     """Draw the figure for both backgrounds.
 
@@ -36,6 +38,8 @@ def identified_files(
     ----------
     found : Identification
         What was found.
+    stem : str, default "identify"
+        What the files are called.
     progress : callable, optional
         Called with what is being done and the share of it.
 
@@ -50,7 +54,7 @@ def identified_files(
             progress("figures", done / len(THEMES))
         dark = "" if name == "light" else f"-{name}"
         for kind, data in drawn(partial(identified_figure, found), theme).items():
-            content[f"identify{dark}.{kind}"] = data
+            content[f"{stem}{dark}.{kind}"] = data
     return content
 
 
@@ -92,7 +96,7 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     _draw(
         track,
         records["simulated_x"],
-        records["simulated_y"],
+        np.where(records["counts"], records["simulated_y"], np.nan),
         breaks,
         color=simulated,
         linewidth=1.2,
@@ -102,14 +106,15 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
     track.legend(loc="best", fontsize=8.5)
     width = _SMOOTHING / found.log.period
-    rate, model = records["yaw_rate"], records["simulated_yaw_rate"]
+    rate = records["yaw_rate"]
+    model = np.where(records["counts"], records["simulated_yaw_rate"], np.nan)
     _draw(rates, t, _smooth(rate, width), breaks, color=measured, linewidth=1.6, label="measured")
     _draw(
         rates, t, _smooth(model, width), breaks, color=simulated, linewidth=0.9, label="simulated"
     )
     rates.set(ylabel="yaw rate [rad/s]", title="Yaw rate, smoothed over 0.25 s")
     rates.legend(loc="upper right", fontsize=8.5, ncols=2)
-    difference = np.where(records["counts"], rate - model, np.nan)
+    difference = rate - model
     _draw(left, t, _smooth(difference, width), breaks, color=measured, linewidth=0.9)
     left.set(ylabel="left over [rad/s]")
     left.set_title(
@@ -137,7 +142,8 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     for panel in (rates, left, off):
         panel.axhline(0.0, color=theme.path, linewidth=0.8, zorder=0.5)
         panel.set_xlim(t[0], t[-1])
-    figure.suptitle(caption(found), fontsize=10, color=theme.faint)
+    title = wrapped(caption(found), figure, 10.0)
+    figure.suptitle(title, fontsize=10, color=theme.faint)
     return figure
 
 

@@ -16,10 +16,8 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
     from popsteer.identification import Identification
 
-__all__ = ["FILES", "caption", "identified_csv", "identified_json", "identified_table"]
+__all__ = ["caption", "identified_csv", "identified_json", "identified_table"]
 
-FILES = tuple(f"identify{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg"))
-"""The names of the files of the figure."""
 SCHEMA = 1
 """Version of the document's layout."""
 _LAGS = {

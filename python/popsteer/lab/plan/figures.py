@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.planning import SpeedProfile
 
-__all__ = ["plan_figures"]
+__all__ = ["plan_files"]
 
 # Limits that are alike share a colour of the theme's laws.
 _COLOURS = {
@@ -35,27 +35,34 @@ _COLOURS = {
 }
 
 
-def plan_figures(profile: SpeedProfile) -> list[bytes]:
-    """Draw a plan on a light and on a dark background.
+def plan_files(profile: SpeedProfile, stem: str) -> dict[str, bytes]:
+    """Draw a plan.
 
     Parameters
     ----------
     profile : SpeedProfile
         The plan.
+    stem : str
+        What the files are called.
 
     Returns
     -------
-    list of bytes
-        Two PNG files, the light one first.
+    dict
+        The content of each file by its name: PNG and SVG, on a light and on a dark background.
 
     Examples
     --------
     >>> import popsteer
     >>> path = popsteer.Path([(float(x), 0.0) for x in range(41)])
-    >>> [data[1:4] for data in plan_figures(popsteer.planning.speed_profile(path))]
-    [b'PNG', b'PNG']
+    >>> sorted(plan_files(popsteer.planning.speed_profile(path), "plan"))
+    ['plan-dark.png', 'plan-dark.svg', 'plan.png', 'plan.svg']
     """
-    return [drawn(partial(_figure, profile), theme)["png"] for theme in THEMES.values()]
+    content = {}
+    for name, theme in THEMES.items():
+        dark = "" if name == "light" else f"-{name}"
+        for kind, data in drawn(partial(_figure, profile), theme).items():
+            content[f"{stem}{dark}.{kind}"] = data
+    return content
 
 
 def _figure(profile: SpeedProfile, theme: Theme) -> Figure:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from popsteer import controllers
-from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.draw import drawn, wrapped
 from popsteer.lab.common.theme import THEMES
 from popsteer.lab.replay.table import caption
 from popsteer.status import Status
@@ -116,7 +116,8 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
         panel.tick_params(labelbottom=False)
     angles.set_xlim(t[0], t[-1])
     figure.align_ylabels([angles, *others])
-    figure.suptitle(caption(found), fontsize=10, color=theme.faint)
+    title = wrapped(caption(found), figure, 10.0)
+    figure.suptitle(title, fontsize=10, color=theme.faint)
     return figure
 
 

@@ -18,8 +18,12 @@ if TYPE_CHECKING:
 
 __all__ = ["FILES", "NOTE", "caption", "replay_csv", "replay_table", "summary_csv"]
 
-FILES = tuple(f"replay{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg"))
-"""The names of the files of the figure."""
+FILES = (
+    *(f"replay{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
+    "replay.csv",
+    "summary.csv",
+)
+"""The names of the files: the figure, a row for each row of the log, and the table."""
 NOTE = (
     "differs: the controller's angle less the driver's, mean absolute and largest; rate: of the"
     " angle, rms; error: the cross-track error of the controller's tracked point as the driver"

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.draw import drawn, logarithmic
 from popsteer.lab.common.theme import THEMES
-from popsteer.lab.sweep.summary import ERROR, caption, influence, success_rate
+from popsteer.lab.sweep.summary import ERROR, UNITS, caption, influence, success_rate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,23 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["sweep_figure", "sweep_files"]
 
-_UNITS = {
-    "steer_offset": "rad",
-    "steer_lag": "s",
-    "dead_time": "s",
-    "understeer": "s²/m",
-    "max_steer": "rad",
-    "max_steer_rate": "rad/s",
-    "steer_rate": "rad/s",
-    "noise_position": "m",
-    "noise_yaw": "rad",
-    "noise_speed": "m/s",
-    "start_offset": "m",
-    "start_yaw": "rad",
-    "start_speed": "m/s",
-    "wheelbase": "m",
-    "turning_wheelbase": "m",
-}
 _MOST = 9
 _BINS = 10
 
@@ -92,13 +75,13 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
                 rasterized=True,  # ten thousand points would make a file of megabytes
             )
         above.axhline(job.deviation, color=theme.faint, linestyle="--", linewidth=1.0)
-        above.set_yscale("log")
+        logarithmic(above)
         above.yaxis.set_major_formatter("{x:g}")
         above.tick_params(labelbottom=False)
         _rates(below, values, good, theme)
         above.set_xlim(below.get_xlim())
-        below.xaxis.set_major_locator(MaxNLocator(5))
-        below.set_xlabel(f"{name} [{_UNITS[name]}]" if name in _UNITS else name)
+        below.xaxis.set_major_locator(MaxNLocator(4))
+        below.set_xlabel(f"{name} [{UNITS[name]}]" if name in UNITS else name)
     for panel in grid[0::2, 0]:
         panel.set_ylabel("greatest |cross-track error|\nafter settling [m]")
     for panel in grid[1::2, 0]:

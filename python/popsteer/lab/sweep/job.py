@@ -19,15 +19,18 @@ from popsteer._core import (
     KinematicBicycle,
     Path,
     Settings,
+    SpeedTrackerParams,
     Vehicle,
     __version__,
 )
 from popsteer.errors import ConfigError, PopsteerError
 from popsteer.lab import baselines
+from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.varied import Varied, draws, run_seed, varied
 from popsteer.sim.closed_loop import at_constant_speed
 from popsteer.sim.geometry import plant_name
+from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,11 +39,13 @@ if TYPE_CHECKING:
 
     from popsteer.controllers import Params
     from popsteer.lab.baselines import MpcParams
+    from popsteer.lab.common.longitudinal import LongitudinalParams
     from popsteer.sim import Plant
+    from popsteer.sim.pedals import Longitudinal
 
 __all__ = ["SCHEMA", "Job", "from_text"]
 
-SCHEMA = "popsteer-sweep/1"
+SCHEMA = "popsteer-sweep/2"
 """What a file of a sweep says it is."""
 _MAX_RUNS = 10_000_000
 _CORE = {"carla-identified": CarlaIdentified, "kinematic-bicycle": KinematicBicycle}
@@ -77,6 +82,10 @@ class Job:
         A run succeeds where its cross-track error after settling stays within this [m].
     start_offset, speed, constant_speed : float, optional
         Start and speed, as `popsteer.sim.run` has them.
+    longitudinal : parameters, optional
+        Those of the controller of the pedals, `popsteer.lab.common.longitudinal.KINDS`; the paper's
+        by default. A `SpeedTracker` plans for `vehicle`, and its pedals are those of the plant
+        before it varies.
     settings : Settings, optional
         Control period, limits and the like.
     course, label : str, optional
@@ -110,6 +119,7 @@ class Job:
     start_offset: float | None = None
     speed: float | None = None
     constant_speed: float | None = None
+    longitudinal: LongitudinalParams | None = None
     settings: Settings | None = None
     course: str = ""
     label: str = ""
@@ -122,6 +132,8 @@ class Job:
         sim.closed_loop.check_seed(self.seed)
         middle = {name: each.quantile(0.5) for name, each in self.vary.items()}
         varied(self.whole, self.path, middle, self.start_offset)  # refuses what cannot vary
+        path, pedals = self.road
+        check_longitudinal(pedals, path, sim.vehicle_of(self.whole))
 
     @cached_property
     def whole(self) -> Any:  # noqa: ANN401 - any kind of plant
@@ -224,7 +236,7 @@ class Job:
             raise
 
     @cached_property
-    def road(self) -> tuple[Path, Any]:
+    def road(self) -> tuple[Path, Longitudinal | None]:
         """The path that is driven, and what works the pedals.
 
         Returns
@@ -233,8 +245,20 @@ class Job:
             None for the paper's pedals.
         """
         if self.constant_speed is None:
-            return self.path, None
+            return self.path, longitudinal.made(self.longitudinal, self.path, self.given)
         return at_constant_speed(self.path, self.constant_speed)
+
+    @property
+    def pedals(self) -> PedalMap | None:
+        """The pedals for accelerations, where they are commanded.
+
+        Returns
+        -------
+        PedalMap or None
+            That of the plant before it varies.
+        """
+        planned = isinstance(self.longitudinal, SpeedTrackerParams)
+        return PedalMap.of(self.whole) if planned and self.constant_speed is None else None
 
     @cached_property
     def text(self) -> str:
@@ -270,12 +294,19 @@ class Job:
             "start_offset": self.start_offset,
             "speed": self.speed,
             "constant_speed": self.constant_speed,
+            "longitudinal": self._longitudinal,
             "settings": (Settings() if self.settings is None else self.settings).as_dict(),
             "course": self.course,
             "closed": path.closed,
             "path": {k: _packed(column) for k, column in columns.items() if column is not None},
         }
         return json.dumps(document, separators=(",", ":"))
+
+    @property
+    def _longitudinal(self) -> dict[str, Any] | None:
+        """Name and parameters of the controller of the pedals."""
+        params = self.longitudinal
+        return params and {"name": longitudinal.name_of(params), "params": params.as_dict()}
 
     @property
     def key(self) -> str:
@@ -320,7 +351,7 @@ def from_text(text: str) -> Job:
     adapt = document["adapt"]
     columns = {name: _unpacked(each) for name, each in document["path"].items()}
     settings = {k: v for k, v in document["settings"].items() if k != "keep_records"}
-    name = document["controller"]
+    name, pedals = document["controller"], document["longitudinal"]
     kind: Any = controllers if name in controllers.names() else baselines
     return Job(
         path=Path(
@@ -341,6 +372,7 @@ def from_text(text: str) -> Job:
         start_offset=document["start_offset"],
         speed=document["speed"],
         constant_speed=document["constant_speed"],
+        longitudinal=pedals and longitudinal.KINDS[pedals["name"]](**pedals["params"]),
         settings=Settings(**settings),
         course=document["course"],
         label=document["label"],

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from popsteer.status import Status
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -14,10 +16,38 @@ if TYPE_CHECKING:
 
     from popsteer.lab.sweep.job import Job
 
-__all__ = ["ERROR", "Rate", "caption", "influence", "notes", "success_rate", "tables", "worst"]
+__all__ = [
+    "ERROR",
+    "UNITS",
+    "Rate",
+    "caption",
+    "influence",
+    "notes",
+    "success_rate",
+    "tables",
+    "worst",
+]
 
 ERROR = "settled_max_abs_cross_track_error"
 """What a run succeeds by."""
+UNITS = {
+    "steer_offset": "rad",
+    "steer_lag": "s",
+    "dead_time": "s",
+    "understeer": "s²/m",
+    "max_steer": "rad",
+    "max_steer_rate": "rad/s",
+    "steer_rate": "rad/s",
+    "noise_position": "m",
+    "noise_yaw": "rad",
+    "noise_speed": "m/s",
+    "start_offset": "m",
+    "start_yaw": "rad",
+    "start_speed": "m/s",
+    "wheelbase": "m",
+    "turning_wheelbase": "m",
+}
+"""Units of what varies, for axes."""
 _Z = 1.959963984540054  # 97.5 % of the normal distribution
 _SHOWN = (
     (ERROR, "greatest |cross-track error| [m]"),
@@ -191,14 +221,17 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     ]
     if stopped := sum(not row["finished"] for row in rows):
         said.append(f"{stopped} did not finish.")
-    if faulty := sum(row["faults"] != 0 for row in rows):
-        said.append(f"{faulty} said a fault.")
+    if faulty := [Status(row["faults"]) for row in rows if row["faults"]]:
+        names = dict.fromkeys(name for faults in faulty for name in faults.names)
+        said.append(f"{len(faulty)} said a fault: {', '.join(names)}.")
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
     told = influence(job, rows)
     if told and max(told.values()) > 0.0:
         first = ", ".join(f"{name} {value:.2f}" for name, value in list(told.items())[:3])
-        said.append(f"What failing has most to do with (0 nothing, 1 all): {first}.")
+        failed = any(not row["success"] for row in rows)
+        what = "failing has" if failed else "the greatest errors have"
+        said.append(f"What {what} most to do with (0 nothing, 1 all): {first}.")
     return said
 
 
@@ -235,13 +268,14 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
         bad.add_column(Text(head), justify="right", no_wrap=True)
     told = list(influence(job, rows))[:3]
     for name in told:
-        bad.add_column(name, justify="right", no_wrap=True)
+        # Three long names side by side are too wide for a terminal.
+        bad.add_column(Text(name.replace("_", "_\n")), justify="right", no_wrap=True)
     for row in worst(rows):
         error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         bad.add_row(
             str(row["run"]),
             "yes" if row["finished"] else "no",
-            str(row["faults"] or "–"),
+            "yes" if row["faults"] else "–",
             f"{error:.3f}",
             *(f"{row[name]:.4g}" for name in told),
         )

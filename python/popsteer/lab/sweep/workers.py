@@ -10,9 +10,11 @@ import logging
 import multiprocessing
 import os
 import signal
+import warnings
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
@@ -98,7 +100,8 @@ def on_processes(
             workers, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupt
         )
         try:
-            pending = {pool.submit(drive_text, job.text, chunk): chunk for chunk in remaining}
+            with _interrupts_held():
+                pending = {pool.submit(drive_text, job.text, chunk): chunk for chunk in remaining}
             while pending:
                 ready, _waiting = wait(pending, timeout=_LOOK, return_when=FIRST_COMPLETED)
                 for future in ready:
@@ -153,7 +156,8 @@ def on_dask(
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     # A worker that dies may take its task with it any number of times.
     dask.config.set({"distributed.scheduler.allowed-failures": 20})
-    cluster: Any = _cluster(where) if where.startswith("local:") else None
+    with _interrupts_held():
+        cluster: Any = _cluster(where) if where.startswith("local:") else None
     client = None
     try:
         try:
@@ -188,13 +192,16 @@ def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
     count = int(text) if text.isdecimal() else 0
     if not 1 <= count <= 1024:
         raise ConfigError("--dask", where, "local:N with N in [1, 1024], or an address")
-    return LocalCluster(
-        n_workers=count,
-        threads_per_worker=1,
-        processes=True,
-        dashboard_address=None,
-        silence_logs=logging.CRITICAL,
-    )
+    with warnings.catch_warnings():
+        # Nobody looks at its pages; another cluster may have their usual port.
+        warnings.filterwarnings("ignore", message="Port .* is already in use")
+        return LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+        )
 
 
 def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401
@@ -216,6 +223,20 @@ def _chunks(runs: Sequence[int], workers: int) -> list[Sequence[int]]:
     """Cut runs into chunks: many for each worker, so that none waits long for the last."""
     size = min(max(len(runs) // (16 * workers), 1), _CORE_CHUNK)
     return [runs[begin : begin + size] for begin in range(0, len(runs), size)]
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Start processes that leave Ctrl-C to this one from their first moment on."""
+    if not hasattr(signal, "pthread_sigmask"):  # not on Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # it unblocks them where it is started later
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _ignore_interrupt() -> None:

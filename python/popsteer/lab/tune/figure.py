@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from popsteer.lab.common.draw import drawn
+from popsteer.lab.common.draw import drawn, logarithmic
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.theme import THEMES
 
@@ -70,7 +70,7 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
             linestyle="",
             label="chosen",
         )
-    panel.set_yscale("log")
+    logarithmic(panel)
     panel.yaxis.set_major_formatter("{x:g}")
     right = max([usual.effort, limit, *(each.effort for each in front)])
     left = min([usual.effort, *(each.effort for each in shown)])

@@ -12,22 +12,32 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from popsteer import controllers, sim
-from popsteer._core import AdaptParams, CarlaIdentified, KinematicBicycle, Settings, __version__
+from popsteer._core import (
+    AdaptParams,
+    CarlaIdentified,
+    KinematicBicycle,
+    Settings,
+    SpeedTrackerParams,
+    __version__,
+)
 from popsteer.errors import ConfigError
+from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.varied import draws, run_seed, varied
 from popsteer.lab.compare.runs import controller
 from popsteer.sim.closed_loop import at_constant_speed
+from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from popsteer._core import Path, Vehicle
     from popsteer.controllers import Params
+    from popsteer.lab.common.longitudinal import LongitudinalParams
 
 __all__ = ["SCHEMA", "Problem", "Score", "usual_search"]
 
-SCHEMA = "popsteer-tune/1"
+SCHEMA = "popsteer-tune/2"
 """What a study says it is."""
 _UNFINISHED = 100.0  # m: worse than any error of a run that finished
 _MAX_CARS = 1000
@@ -115,6 +125,8 @@ class Problem:
         How the controller adapts; None: not at all. Left out: as it does by default.
     constant_speed : float, optional
         As `popsteer.sim.run` has it.
+    longitudinal : parameters, optional
+        Those of the controller of the pedals, as `popsteer.lab.sweep.Job` has them.
     settings : Settings, optional
         Control period, limits and the like.
 
@@ -135,6 +147,7 @@ class Problem:
     vehicle: Vehicle | None = None
     adapt: AdaptParams | Literal["auto"] | None = "auto"
     constant_speed: float | None = None
+    longitudinal: LongitudinalParams | None = None
     settings: Settings | None = None
 
     def __post_init__(self) -> None:
@@ -165,14 +178,21 @@ class Problem:
         drawn = draws(self.vary, self.cars, self.seed) if self.cars else {}
         found: list[tuple[str, Any, Any, int]] = []
         for name, path in self.paths.items():
-            road: Any = (path, None)
+            road: Any = (path, longitudinal.made(self.longitudinal, path, self.given))
             if self.constant_speed is not None:
                 road = at_constant_speed(path, self.constant_speed)
+            check_longitudinal(road[1], path, sim.vehicle_of(self.plant))
             for car in range(self.cars + 1):
                 values = {k: float(v[car - 1]) for k, v in drawn.items()} if car else {}
                 made = varied(self.plant, path, values)
                 found.append((name, road, made, run_seed(self.seed, car)))
         return found
+
+    @property
+    def pedals(self) -> PedalMap | None:
+        """The pedals for accelerations where they are commanded: of the plant before it varies."""
+        planned = isinstance(self.longitudinal, SpeedTrackerParams)
+        return PedalMap.of(self.plant) if planned and self.constant_speed is None else None
 
     def changed(self, values: Mapping[str, float]) -> Params:
         """Give the tuning with other values of what is searched.
@@ -231,7 +251,8 @@ class Problem:
                 [made.plant for _, _, made, _ in self.scenarios],
                 start=[made.start for _, _, made, _ in self.scenarios],
                 speed=[made.speed or speed for _, _, made, _ in self.scenarios],
-                longitudinal=self.scenarios[0][1][1],
+                longitudinal=[road[1] for _, road, _, _ in self.scenarios],
+                pedals=self.pedals,
                 settings=self.settings,
                 noise=[made.noise or sim.Noise() for _, _, made, _ in self.scenarios],
                 seed=[seed for _, _, _, seed in self.scenarios],
@@ -266,6 +287,7 @@ class Problem:
                 start=made.start,
                 speed=made.speed or speed,
                 longitudinal=road[1],
+                pedals=self.pedals,
                 settings=settings.replace(keep_records=False),
                 noise=made.noise,
                 seed=seed,
@@ -287,6 +309,7 @@ class Problem:
         plant = self.plant
         own = plant.as_dict() if hasattr(plant, "as_dict") else plant.params.as_dict()
         adapt = self.adapt.as_dict() if isinstance(self.adapt, AdaptParams) else self.adapt
+        pedals = self.longitudinal
         document = {
             "schema": SCHEMA,
             "version": __version__,
@@ -302,6 +325,7 @@ class Problem:
             "seed": self.seed,
             "adapt": adapt,
             "constant_speed": self.constant_speed,
+            "longitudinal": pedals and [longitudinal.name_of(pedals), pedals.as_dict()],
             "settings": (self.settings or Settings()).as_dict(),
         }
         plain: dict[str, Any] = json.loads(json.dumps(document))

@@ -6,8 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from popsteer import tracks
-from popsteer._core import Path
-from popsteer.errors import PathError
+from popsteer._core import Path, SpeedPidParams
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,16 +56,15 @@ def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) 
     }
     fresh = problem.seed + 1_000_003
     parts = [(problem, True), (replace(problem, seed=fresh), False)]
+    if isinstance(problem.longitudinal, SpeedPidParams):
+        others = {name: path for name, path in others.items() if path.speed is not None}
     if others:
         parts.append((replace(problem, paths=others, seed=fresh), False))
     found = []
     for done, (part, seen) in enumerate(parts):
         if progress is not None:
             progress("judging", done / len(parts))
-        try:
-            usual, chosen = part.score(problem.base), part.score(tuned.params)
-        except PathError:  # tracks without speeds, for pedals that need them
-            continue
+        usual, chosen = part.score(problem.base), part.score(tuned.params)
         found.append(Judged(part, usual, chosen, seen))
     return found
 
@@ -111,12 +109,12 @@ def tables(judged: list[Judged]) -> list[Table]:
 
     from popsteer.lab.common.layout import add_names, blank_table
 
-    table = blank_table()
+    table = blank_table(gap=1)
     add_names(table, "track", (name for part in judged for name in part.problem.paths))
-    heads = ("cars", "mean [m]\nbefore", "\nafter", "worst [m]\nbefore", "\nafter")
     table.add_column("seen", no_wrap=True)
-    for head in (*heads, "steering [rad/s]\nbefore", "\nafter"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    for head in ("mean\n[m]", "worst\n[m]", "steering\n[rad/s]"):
+        table.add_column(Text(f"{head}\nbefore"), justify="right", no_wrap=True)
+        table.add_column(Text("\n\nafter"), justify="right", no_wrap=True)
     for part in judged:
         for name in part.problem.paths:
             old, new = part.usual.errors[name], part.tuned.errors[name]
@@ -124,12 +122,9 @@ def tables(judged: list[Judged]) -> list[Table]:
             table.add_row(
                 name,
                 "yes" if part.seen else "cars no" if name in judged[0].problem.paths else "no",
-                str(len(old)),
-                f"{_mean(old):.4f}",
-                f"{_mean(new):.4f}",
-                f"{max(old):.4f}",
-                f"{max(new):.4f}",
-                *(f"{_mean(each):.4f}" for each in efforts),
+                *(_number(_mean(each)) for each in (old, new)),
+                *(_number(max(each)) for each in (old, new)),
+                *(_number(_mean(each)) for each in efforts),
             )
     return [table]
 
@@ -183,9 +178,9 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
     vary = ", ".join(f"{name} {each}" for name, each in tuned.problem.vary.items())
     said = [
         (
-            "Mean |cross-track error| after settling of each car; a run that does not finish counts"
-            " as 100 m. The first car is the vehicle itself; of the others vary"
-            f" {vary or 'nothing'}."
+            f"Mean |cross-track error| after settling of each of {tuned.problem.cars + 1} cars, and"
+            " their worst; a run that does not finish counts as 100 m. The first car is the vehicle"
+            f" itself; of the others vary {vary or 'nothing'}."
         ),
         (
             "Chosen: the least of (mean + worst) / 2 over the tracks and cars of the search with at"
@@ -199,6 +194,11 @@ def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
             if min(value - low, high - value) < 0.02 * (high - low) and low != 0.0:
                 said.append(f"{name} is at an end of {each}: search farther.")
     return said + losses(judged)
+
+
+def _number(value: float) -> str:
+    """At most six characters up to 9999."""
+    return f"{value:.4f}" if value < 10.0 else f"{value:.1f}"
 
 
 def _mean(values: tuple[float, ...]) -> float:

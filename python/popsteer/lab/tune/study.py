@@ -170,11 +170,34 @@ def run(
             study.enqueue_trial(values)
 
     if trials is None or len(_complete(study)) < trials:
-        study.optimize(objective, timeout=seconds, callbacks=[stop])
+        _optimize(study, objective, seconds, stop, storage)
     tried = _tried(study)
     within = [each for each in tried if each.ratio <= effort_limit and each.error < usual.error]
     chosen = min(within, key=lambda each: (each.error, each.number), default=None)
     return Tuned(problem, usual, tried, chosen, effort_limit)
+
+
+def _optimize(
+    study: Any,  # noqa: ANN401
+    objective: Any,  # noqa: ANN401
+    seconds: float | None,
+    stop: Any,  # noqa: ANN401
+    storage: str | Path | None,
+) -> None:
+    """Search; Ctrl-C and a full disk stay what they are."""
+    try:
+        study.optimize(objective, timeout=seconds, callbacks=[stop])
+    except Exception as error:
+        # Optuna trips over both in its own bookkeeping.
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, KeyboardInterrupt):
+                raise cause from None
+            if isinstance(cause, OSError):
+                where = cause.filename or str(storage)
+                raise OSError(cause.errno, cause.strerror, where) from None
+            cause = cause.__context__
+        raise
 
 
 def _tried(study: Any) -> list[Trial]:  # noqa: ANN401
@@ -242,7 +265,9 @@ def _study(
             file = Path(storage)
             file.parent.mkdir(parents=True, exist_ok=True)
             _check_journal(file)
-            backend = optuna.storages.journal.JournalFileBackend(str(file))
+            lock = optuna.storages.journal.JournalFileSymlinkLock(str(file))
+            _cut_half_line(file, lock)
+            backend = optuna.storages.journal.JournalFileBackend(str(file), lock_obj=lock)
             kept = optuna.storages.JournalStorage(backend)
         study = optuna.create_study(
             study_name=_NAME,
@@ -288,6 +313,19 @@ def _check_journal(file: Path) -> None:
             first = stream.readline()
         if first and not first.startswith(b'{"op_code"'):
             raise PopsteerError(f"{file}: is no journal of Optuna")
+
+
+def _cut_half_line(file: Path, lock: Any) -> None:  # noqa: ANN401
+    """Drop what a full disk left of the last line: the next one would be written onto it."""
+    if not file.exists():
+        return
+    lock.acquire()
+    try:
+        data = file.read_bytes()
+        if not data.endswith(b"\n"):
+            os.truncate(file, data.rfind(b"\n") + 1)
+    finally:
+        lock.release()
 
 
 def _complete(study: Any) -> list[Any]:  # noqa: ANN401

@@ -148,7 +148,7 @@ class Monitor:
         else:
             turn = wrap(now.vehicle.yaw - yaw)
             monitored = monitored.observed(turn, rate, excess, share, dt)
-            is_beyond = monitored.is_beyond(self._turn_tolerance, share)
+            is_beyond = monitored.is_beyond(self._turn_tolerance)
             if is_beyond and monitored.evidence.time >= LEAST_TIME:
                 monitored = monitored._replace(alarm=ALARM_TIME)
         last_step = monitored.last_step._replace(yaw=now.vehicle.yaw)

@@ -71,7 +71,7 @@ class Turns(NamedTuple):
     rate: float = 0.0
     """The turning rate of the slower response [rad/s]."""
     reach: float = 0.0
-    """Turns of a radian of steering offset."""
+    """Turn by a radian of steering offset [rad]: negative where the vehicle drove backwards."""
     excess: float = 0.0
     """How much more the commands would turn the vehicle than in proportion to their angle [rad]."""
 
@@ -169,7 +169,7 @@ class MonitorState(NamedTuple):
             expected=(self.turns.expected + expected) * kept,
             delayed=(self.turns.delayed + slower * dt) * kept,
             rate=slower,
-            reach=(self.turns.reach + abs(share) * dt) * kept,
+            reach=(self.turns.reach + share * dt) * kept,
             excess=(self.turns.excess + abs(excess) * dt) * kept,
         )
         evidence = self.evidence.with_noise(residual, self.last_step.residual, dt)
@@ -177,26 +177,23 @@ class MonitorState(NamedTuple):
         last_step = self.last_step._replace(residual=residual)
         return self._replace(last_step=last_step, turns=turns, evidence=evidence)
 
-    def is_beyond(self, tolerance: float, share: float) -> bool:
+    def is_beyond(self, tolerance: float) -> bool:
         """Tell whether the turns are beyond what is explained by more than `tolerance` [rad].
 
         What is expected of the commands is itself explained, so most steps are done with that.
         """
         turns = self.turns
         gap = abs(turns.measured - turns.expected)
-        return gap > tolerance and self.unexplained(share) > tolerance
+        return gap > tolerance and self.unexplained() > tolerance
 
-    def unexplained(self, share: float) -> float:
-        """Give how far the turns are beyond what is explained, noise taken off [rad].
-
-        A radian of steering offset turns the vehicle at `share` [1/s].
-        """
+    def unexplained(self) -> float:
+        """Give how far the turns are beyond what is explained, noise taken off [rad]."""
         turns, evidence = self.turns, self.evidence
         offset = evidence.offset_sum / (evidence.offset_square + OFFSET_PRIOR)
         doubt = OFFSET * OFFSET_DOUBT / (OFFSET_DOUBT + evidence.offset_square)
         right, left = (offset - doubt, doubt) if offset < 0.0 else (-doubt, offset + doubt)
-        if share < 0.0:
-            right, left = -left, -right
+        if turns.reach < 0.0:
+            right, left = left, right
         quicker = turns.expected + QUICKER * (turns.expected - turns.delayed)
         if quicker < turns.delayed:
             least, most = quicker, turns.delayed
@@ -234,7 +231,7 @@ class MonitorState(NamedTuple):
                 number(turns.expected),
                 number(turns.delayed),
                 number(turns.rate),
-                number(turns.reach, 0.0),
+                number(turns.reach),
                 number(turns.excess, 0.0),
             ),
             Evidence(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -26,6 +26,8 @@ __all__ = ["SpeedCommand", "SpeedTracker", "SpeedTrackerParams", "SpeedTrackerSt
 
 TOP_SPEED, LATERAL, DRIVING, BRAKING = 25.0, 4.0, 2.0, 3.0
 """What stands for a limit that the vehicle does not say [m/s, m/s²]."""
+BENDS = 0.9
+"""Share of the lateral acceleration that bends may take; the rest corrects the steering."""
 SMOOTHING = 2.0 / 3.0
 """Length over which the curvature is smoothed, in wheelbases."""
 CREEP = 0.1
@@ -42,8 +44,9 @@ STEEP = 0.8
 """From this share of the deceleration on, braking for a stop is by what remains of the way."""
 HOLD = 0.5
 """Share of the deceleration that holds a vehicle where it stands."""
-NEAR = 0.5
-"""Farther off the speed than this the integral rests, so that it does not wind up [m/s]."""
+NEAR = 1.0 / 6.0
+"""Farther off the speed than this the integral rests, so that it does not wind up, in wheelbases a
+second."""
 MOST_INTEGRAL = 1.0
 """Bound of the integral's share [m/s²]."""
 
@@ -210,6 +213,25 @@ class SpeedTracker:
         input_in_range("integral", state.integral, -MOST_INTEGRAL, MOST_INTEGRAL)
         self._state = state
 
+    def set_path(self, path: Path) -> None:
+        """Keep the speeds of another path from the next step on; they are planned at once.
+
+        The command and the integral continue. So does the place, if the segment beside the vehicle
+        is the same; else the next step finds it on the whole of the new path.
+        """
+        self._plan = _planned(path, self._vehicle, self._driving, self._braking)
+        last, old = self._state.waypoint, self._path
+        if last is not None:
+            segment = old.segment_at(last)
+            goes_on = (
+                segment < path.segments
+                and path.segment(segment) == old.segment(segment)
+                and path.is_reverse(segment) == old.is_reverse(segment)
+            )
+            if not goes_on:
+                self._state = replace(self._state, waypoint=None)
+        self._path = path
+
     def reset(self) -> None:
         """Forget all steps taken so far."""
         self._state = SpeedTrackerState()
@@ -255,7 +277,7 @@ class SpeedTracker:
         if standing:
             command, integral = -HOLD * self._braking, 0.0
         else:
-            if abs(error) <= NEAR:
+            if abs(error) <= NEAR * car.wheelbase:
                 integral += params.ki * error * dt
                 integral = saturate(integral, -MOST_INTEGRAL, MOST_INTEGRAL)
             command = wanted + params.kp * error + integral
@@ -330,7 +352,7 @@ def _planned(path: PathView, car: Vehicle, driving: float, braking: float) -> li
     )
     limits = Limits(
         most,
-        LATERAL if lateral is None else lateral,
+        BENDS * (LATERAL if lateral is None else lateral),
         OverSpeed((0.0,), (driving,)),
         OverSpeed((0.0,), (braking,)),
         None,

@@ -163,7 +163,7 @@ impl Monitor {
         if let Some(yaw) = monitored.yaw {
             let turn = wrap(now.vehicle.yaw - yaw);
             monitored.observe(turn, rate, excess, share, dt);
-            let is_beyond = monitored.is_beyond(self.params.turn_tolerance, share);
+            let is_beyond = monitored.is_beyond(self.params.turn_tolerance);
             if is_beyond && monitored.time >= MonitorState::LEAST_TIME {
                 monitored.alarm = MonitorState::ALARM_TIME;
             }

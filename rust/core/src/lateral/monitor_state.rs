@@ -23,7 +23,7 @@ pub struct MonitorState {
     pub delayed: f64,
     /// The turning rate of the slower response [rad/s].
     pub rate: f64,
-    /// Turns of a radian of steering offset.
+    /// Turn by a radian of steering offset [rad]: negative where the vehicle drove backwards.
     pub reach: f64,
     /// How much more the commands would turn the vehicle than in proportion to their angle [rad].
     pub excess: f64,
@@ -122,7 +122,7 @@ impl MonitorState {
         self.measured = (self.measured + turn) * kept;
         self.expected = (self.expected + expected) * kept;
         self.delayed = (self.delayed + self.rate * dt) * kept;
-        self.reach = (self.reach + share.abs() * dt) * kept;
+        self.reach = (self.reach + share * dt) * kept;
         self.excess = (self.excess + excess.abs() * dt) * kept;
         self.observe_noise(residual, dt);
         self.observe_offset(residual, share, dt);
@@ -132,13 +132,12 @@ impl MonitorState {
     ///
     /// What is expected of the commands is itself explained, so most steps are done with that.
     #[inline]
-    pub(super) fn is_beyond(&self, tolerance: f64, share: f64) -> bool {
-        (self.measured - self.expected).abs() > tolerance && self.unexplained(share) > tolerance
+    pub(super) fn is_beyond(&self, tolerance: f64) -> bool {
+        (self.measured - self.expected).abs() > tolerance && self.unexplained() > tolerance
     }
 
-    /// How far the turns are beyond what is explained, noise taken off [rad]; a radian of steering
-    /// offset turns the vehicle at `share` [1/s].
-    fn unexplained(&self, share: f64) -> f64 {
+    /// How far the turns are beyond what is explained, noise taken off [rad].
+    fn unexplained(&self) -> f64 {
         let offset = self.offset_sum / (self.offset_square + Self::OFFSET_PRIOR);
         let doubt = Self::OFFSET * Self::OFFSET_DOUBT / (Self::OFFSET_DOUBT + self.offset_square);
         let (right, left) = if offset < 0.0 {
@@ -146,8 +145,8 @@ impl MonitorState {
         } else {
             (-doubt, offset + doubt)
         };
-        let (right, left) = if share < 0.0 {
-            (-left, -right)
+        let (right, left) = if self.reach < 0.0 {
+            (left, right)
         } else {
             (right, left)
         };
@@ -202,7 +201,7 @@ impl MonitorState {
             (self.expected, -Self::MAX, Self::MAX),
             (self.delayed, -Self::MAX, Self::MAX),
             (self.rate, -Self::MAX, Self::MAX),
-            (self.reach, 0.0, Self::MAX),
+            (self.reach, -Self::MAX, Self::MAX),
             (self.excess, 0.0, Self::MAX),
             (self.time, 0.0, Self::NOISE_TIME),
             (self.noise, 0.0, Self::MAX),
@@ -227,8 +226,8 @@ mod tests {
         for k in 0..steps {
             let rate = 0.3 * crate::math::sin(0.1 * f64::from(k));
             state.observe(turn(k, rate * 0.05), rate, 0.0, 3.0, 0.05);
-            let beyond = state.unexplained(3.0);
-            assert_eq!(state.is_beyond(0.01, 3.0), beyond > 0.01, "{state:?}");
+            let beyond = state.unexplained();
+            assert_eq!(state.is_beyond(0.01), beyond > 0.01, "{state:?}");
             if state.time >= MonitorState::LEAST_TIME && beyond > most {
                 most = beyond;
             }
@@ -243,6 +242,19 @@ mod tests {
         }
         for gain in [-1.0, 0.0, 4.0] {
             assert!(beyond(200, |_, expected| gain * expected) > 0.02, "{gain}");
+        }
+    }
+
+    #[test]
+    fn test_a_steering_offset_is_explained_also_at_rest_after_driving_either_way() {
+        for share in [3.0, -3.0] {
+            let mut state = MonitorState::settled(0.0);
+            for _ in 0..100 {
+                state.observe(0.05 * share * 0.05, 0.0, 0.0, share, 0.05);
+            }
+            assert!(state.measured.abs() > 0.1);
+            state.observe(0.0, 0.0, 0.0, 0.0 * share, 0.05);
+            assert!(!state.is_beyond(0.01), "{share}: {state:?}");
         }
     }
 

@@ -13,7 +13,11 @@ const TOP_SPEED: f64 = 25.0;
 /// The same of the lateral acceleration [m/s^2].
 #[cfg(feature = "alloc")]
 const LATERAL: f64 = 4.0;
-/// The same of the driving acceleration [m/s^2].
+/// Share of the lateral acceleration that bends may take; the rest corrects the steering. More: a
+/// vehicle that is off in a bend is steered no tighter, and comes back behind it.
+#[cfg(feature = "alloc")]
+const BENDS: f64 = 0.9;
+/// What stands for a driving acceleration that the vehicle does not say [m/s^2].
 const DRIVING: f64 = 2.0;
 /// The same of the braking deceleration [m/s^2].
 const BRAKING: f64 = 3.0;
@@ -36,8 +40,9 @@ const MARGIN: f64 = 1.0 / 60.0;
 const STEEP: f64 = 0.8;
 /// Share of the deceleration that holds a vehicle where it stands.
 const HOLD: f64 = 0.5;
-/// Farther off the speed than this the integral rests, so that it does not wind up [m/s].
-const NEAR: f64 = 0.5;
+/// Farther off the speed than this the integral rests, so that it does not wind up, in wheelbases a
+/// second.
+const NEAR: f64 = 1.0 / 6.0;
 /// Bound of the integral's share [m/s^2].
 const MOST_INTEGRAL: f64 = 1.0;
 
@@ -159,7 +164,8 @@ impl SpeedTracker {
 
     /// The greatest speed at each waypoint of `path` within the vehicle's limits and at most the
     /// path's own [m/s], never negative. What the vehicle does not limit is limited to 25 m/s, 4 m/s^2
-    /// to the side, 2 m/s^2 driving and 3 m/s^2 braking.
+    /// to the side, 2 m/s^2 driving and 3 m/s^2 braking. Bends take 0.9 of the lateral acceleration:
+    /// the rest is for the steering to correct errors.
     ///
     /// # Errors
     ///
@@ -196,7 +202,7 @@ impl SpeedTracker {
         };
         let limits = Limits {
             max_speed: car.max_speed.unwrap_or(TOP_SPEED),
-            max_lateral_acceleration: car.max_lateral_acceleration.unwrap_or(LATERAL),
+            max_lateral_acceleration: BENDS * car.max_lateral_acceleration.unwrap_or(LATERAL),
             acceleration: OverSpeed {
                 speeds: &[0.0],
                 values: &[self.driving],
@@ -273,7 +279,7 @@ impl SpeedTracker {
             command = -HOLD * self.braking;
             integral = 0.0;
         } else {
-            if error.abs() <= NEAR {
+            if error.abs() <= NEAR * car.wheelbase {
                 integral += params.ki * error * dt;
                 integral = saturate(integral, -MOST_INTEGRAL, MOST_INTEGRAL);
             }
@@ -311,6 +317,20 @@ impl SpeedTracker {
             reverse: at.reverse,
             standing,
         })
+    }
+
+    /// The path `new` replaces `old`; its own plan replaces the old one.
+    ///
+    /// The command and the integral continue. So does the place, if the segment beside the vehicle
+    /// is the same; else the next step finds it on the whole of the new path.
+    pub fn set_path(&self, state: &mut SpeedTrackerState, old: &PathView<'_>, new: &PathView<'_>) {
+        let goes_on = |last: usize| {
+            let segment = old.segment_at(last);
+            segment < new.segments()
+                && new.segment(segment) == old.segment(segment)
+                && new.is_reverse(segment) == old.is_reverse(segment)
+        };
+        state.waypoint = state.waypoint.filter(|&last| goes_on(last));
     }
 
     /// Whether `state` is one that this controller could have on `path`.

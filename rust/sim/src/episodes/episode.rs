@@ -1,6 +1,6 @@
 //! One vehicle on one episode.
 
-use popsteer_core::math::wrap;
+use popsteer_core::math::{cos, sin, wrap};
 use popsteer_core::path::projection::reference_speed;
 use popsteer_core::{Point, Status};
 
@@ -54,7 +54,10 @@ pub struct Episode {
 impl Episode {
     pub(super) fn new(simulation: Simulation, terms: &Terms) -> Self {
         let mut episode = Self {
-            pedalling: terms.drive.map(|drive| Pedalling::new(&drive, &simulation)),
+            pedalling: terms
+                .drive
+                .as_ref()
+                .map(|drive| Pedalling::new(drive, &simulation)),
             simulation,
             previous_steer: 0.0,
             failed: false,
@@ -125,10 +128,10 @@ impl Episode {
     /// The command; none where a law refuses the vehicle, whose numbers are none any more.
     fn control(&mut self, steer: f64, pedal: f64) -> Option<Control> {
         let reverse = self.simulation.reverse();
-        let speed = self.simulation.vehicle().speed;
+        let vehicle = self.simulation.vehicle();
         match &mut self.pedalling {
             Some(pedalling) => pedalling
-                .control(&self.simulation, speed, steer, reverse)
+                .control(&self.simulation, vehicle, steer, reverse)
                 .ok(),
             None => Some(Control {
                 steer,
@@ -163,7 +166,7 @@ impl Episode {
             *head = narrowed(figure, bound);
         }
         let rear = state.vehicle.ahead(simulation.plant().vehicle().rear_axle);
-        let (cos, sin) = (rear.yaw.cos(), rear.yaw.sin());
+        let (cos, sin) = (cos(rear.yaw), sin(rear.yaw));
         let (pairs, _) = preview.as_chunks_mut::<2>();
         let mut segment = place.segment;
         for ([ahead, left], distance) in pairs.iter_mut().zip(&terms.preview) {

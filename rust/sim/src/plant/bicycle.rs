@@ -1,9 +1,9 @@
 //! The kinematic bicycle that does what its vehicle says.
 
-use super::{Control, Plant, PlantState, at_its_wheels};
+use super::{Control, PedalMap, Plant, PlantState, at_its_wheels};
 use popsteer_core::Vehicle;
 use popsteer_core::error::{ConfigError, config_in_range};
-use popsteer_core::math::decay;
+use popsteer_core::math::{decay, tan};
 use popsteer_core::vehicle::bicycle::advance;
 
 /// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag.
@@ -69,6 +69,15 @@ impl Plant for KinematicBicycle {
         &self.vehicle
     }
 
+    fn pedals(&self) -> Option<PedalMap> {
+        Some(PedalMap {
+            drive: self.drive,
+            braking: self.braking,
+            drag: self.drag,
+            air_drag: 0.0,
+        })
+    }
+
     fn reverses(&self) -> bool {
         true
     }
@@ -82,7 +91,7 @@ impl Plant for KinematicBicycle {
             let moved = car.move_wheel(state.wheel, control.steer, dt);
             state.wheel = moved.wheel;
             state.throttle = control.throttle + (state.throttle - control.throttle) * kept;
-            let curvature = moved.mean.tan() / car.turning_length(vehicle.speed);
+            let curvature = tan(moved.mean) / car.turning_length(vehicle.speed);
             state.yaw_rate = vehicle.speed * curvature;
             // Along the gear: a vehicle that still rolls the other way is below 0.
             let speed = gear * vehicle.speed;

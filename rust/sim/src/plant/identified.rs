@@ -1,8 +1,9 @@
 //! The vehicle identified from the authors' CARLA run.
 
-use super::{Control, Plant, PlantState, at_its_wheels};
+use super::{Control, PedalMap, Plant, PlantState, at_its_wheels};
 use popsteer_core::Vehicle;
 use popsteer_core::error::{ConfigError, config_in_range};
+use popsteer_core::math::{cos, sin, tan};
 
 /// Single-track steady-state yaw response with a lag, and a longitudinal model with throttle
 /// lag, drag and loss in bends, fitted to the run that the paper's authors recorded in CARLA.
@@ -95,6 +96,15 @@ impl Plant for CarlaIdentified {
         &self.vehicle
     }
 
+    fn pedals(&self) -> Option<PedalMap> {
+        Some(PedalMap {
+            drive: self.drive,
+            braking: self.braking,
+            drag: self.drag,
+            air_drag: self.air_drag,
+        })
+    }
+
     fn advance(&self, state: &mut PlantState, control: Control, dt: f64, substeps: usize) {
         let car = Vehicle {
             steer_lag: 0.0,
@@ -110,14 +120,14 @@ impl Plant for CarlaIdentified {
             let moved = car.move_wheel(state.wheel, control.steer, dt);
             state.wheel = moved.wheel;
             let speed = vehicle.speed;
-            let steady = speed * moved.mean.tan() / car.turning_length(speed);
+            let steady = speed * tan(moved.mean) / car.turning_length(speed);
             let acceleration = self.drive * throttle
                 - self.drag * speed
                 - self.air_drag * speed * speed
                 - self.bend_loss * yaw_rate.abs() * speed
                 - self.braking * control.brake;
-            vehicle.x += dt * speed * vehicle.yaw.cos();
-            vehicle.y += dt * speed * vehicle.yaw.sin();
+            vehicle.x += dt * speed * cos(vehicle.yaw);
+            vehicle.y += dt * speed * sin(vehicle.yaw);
             vehicle.yaw += dt * yaw_rate;
             vehicle.speed = (speed + dt * acceleration).max(0.0);
             state.yaw_rate += share * (steady - yaw_rate);

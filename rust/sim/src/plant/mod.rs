@@ -2,9 +2,11 @@
 
 mod bicycle;
 mod identified;
+mod pedals;
 
 pub use bicycle::KinematicBicycle;
 pub use identified::CarlaIdentified;
+pub use pedals::PedalMap;
 
 use std::any::Any;
 use std::fmt;
@@ -61,6 +63,11 @@ pub trait Plant: fmt::Debug + Send + Sync + Any {
     /// Whether it drives backwards when commanded to.
     fn reverses(&self) -> bool {
         false
+    }
+
+    /// Which pedals give it an acceleration, where that is known.
+    fn pedals(&self) -> Option<PedalMap> {
+        None
     }
 
     /// Moves `state` on by `substeps` steps of `dt` [s] under a constant `control`.

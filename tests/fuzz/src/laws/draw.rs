@@ -20,7 +20,7 @@ pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
         expected: symmetric(bytes, 0.5, most),
         delayed: symmetric(bytes, 0.5, most),
         rate: symmetric(bytes, 0.5, most),
-        reach: symmetric(bytes, 3.0, most).abs(),
+        reach: symmetric(bytes, 3.0, most),
         excess: symmetric(bytes, 0.1, most).abs(),
         time: bytes.within(0.0, MonitorState::NOISE_TIME),
         noise: symmetric(bytes, 1e-4, most).abs(),

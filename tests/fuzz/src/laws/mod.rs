@@ -374,7 +374,8 @@ impl<L: Subject> Life<L> {
             assert_eq!(self.state.steer.to_bits(), before.steer.to_bits());
             assert_eq!(self.state.estimator, before.estimator);
             assert_eq!(self.state.in_flight, before.in_flight);
-            let place = self.state.waypoint.is_none_or(|k| k < new.segments());
+            // A waypoint that was set, the last one too, stays where the path goes on.
+            let place = self.state.waypoint.is_none_or(|k| k < new.len());
             assert!(kind < 50 || place);
             if kind < 50 {
                 assert!(same::<L>(&self.state, &before) || before.waypoint.is_none());

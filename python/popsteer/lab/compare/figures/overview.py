@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 
+from popsteer.lab.common.draw import wrapped
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.figures.scale import limit, nice_limit
 from popsteer.lab.compare.paper import PAPER, is_authors_path
@@ -56,7 +57,8 @@ def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
         panels[place].set_title(label, fontsize=10.5)
     if is_authors_path(comparison.path):
         figure.supxlabel("\n".join(notes(comparison)[1:]), fontsize=8.5, color=theme.faint)
-    figure.suptitle(caption(comparison), fontsize=10, color=theme.faint)
+    title = wrapped(caption(comparison), figure, 10.0)
+    figure.suptitle(title, fontsize=10, color=theme.faint)
     return figure
 
 

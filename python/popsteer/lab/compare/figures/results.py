@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator
 
+from popsteer.lab.common.draw import wrapped
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.figures.scale import limit, nice_limit
 from popsteer.lab.compare.table import caption
@@ -111,7 +112,8 @@ def results_figure(comparison: Comparison, theme: Theme) -> Figure:
         else:
             axes[0, column].tick_params(labelleft=False)
     figure.align_ylabels(list(axes[:, 0]))
-    figure.suptitle(caption(comparison), fontsize=10, color=theme.faint)
+    title = wrapped(caption(comparison), figure, 10.0)
+    figure.suptitle(title, fontsize=10, color=theme.faint)
     return figure
 
 

@@ -1,0 +1,119 @@
+"""Builds the site into a folder, from nothing but the checkout and the installed packages.
+
+    python -m docs.site out/site
+
+The pages are Markdown as a forge reads it; `forge.py` prepares it for Zensical. The pages of the
+API are made of the docstrings. A playground that was built (`out/playground`) is taken along.
+"""
+
+from __future__ import annotations
+
+import argparse
+import posixpath
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from docs.site import forge, pages
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+PLAYGROUND = ROOT / "out" / "playground"
+
+
+def _title(text: str) -> str:
+    return text.partition("\n")[0].removeprefix("# ").strip()
+
+
+def _chapters(folder: Path, places: dict[str, str]) -> list[Any]:
+    """Write each page where it is to be, and give the navigation."""
+    navigation: list[Any] = []
+    titles = {
+        place: _title((ROOT / source).read_text(encoding="utf-8"))
+        for source, place in places.items()
+        if place.endswith(".md")
+    }
+    for title, sources in pages.CHAPTERS:
+        entries = []
+        for source in sources:
+            text = (ROOT / source).read_text(encoding="utf-8")
+            (folder / places[source]).write_text(
+                forge.staged(text, source, places.get, titles), encoding="utf-8"
+            )
+            entries.append({_title(text): places[source]})
+        navigation.append({title: entries if len(entries) > 1 else places[sources[0]]})
+    return navigation
+
+
+def _api(folder: Path) -> list[dict[str, str]]:
+    (folder / "api").mkdir()
+    entries = []
+    for module in pages.MODULES:
+        place = f"api/{module}.md"
+        (folder / place).write_text(pages.api_page(module), encoding="utf-8")
+        entries.append({module: place})
+    return entries
+
+
+def stage(folder: Path) -> None:
+    """Write the pages and the configuration into a folder; the site is built beside them."""
+    content = folder / "pages"
+    content.mkdir(parents=True)
+    places = dict(pages.ELSEWHERE)
+    for source in (source for _, sources in pages.CHAPTERS for source in sources):
+        places[source] = pages.name_of(source)
+    for figures in (ROOT / "docs" / "figures", ROOT / "benches" / "figures"):
+        for figure in figures.iterdir():
+            place = f"figures/{figure.name}"
+            places[posixpath.join(*figure.relative_to(ROOT).parts)] = place
+            (content / "figures").mkdir(exist_ok=True)
+            shutil.copy(figure, content / place)
+    shutil.copy(HERE / "site.css", content)
+
+    configuration = yaml.safe_load((HERE / "mkdocs.yml").read_text(encoding="utf-8"))
+    navigation = _chapters(content, places)
+    if PLAYGROUND.is_dir():
+        navigation.insert(1, {"Playground": "playground/index.html"})
+    development = navigation.pop()
+    configuration["nav"] = [*navigation, {"API": _api(content)}, development]
+    configuration["docs_dir"] = "pages"
+    configuration["site_dir"] = "site"
+    python = configuration["plugins"][1]["mkdocstrings"]["handlers"]["python"]
+    python["paths"] = [str(ROOT / "python")]
+    python["options"]["extensions"] = [str(HERE / "core_docs.py")]
+    (folder / "mkdocs.yml").write_text(yaml.safe_dump(configuration, sort_keys=False))
+
+
+def main() -> None:
+    """Stage the pages, build them, and put the site in its place as a whole."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("site", type=Path, help="folder of the site; replaced")
+    site: Path = parser.parse_args().site.resolve()
+    folder = site.with_name(f"{site.name}.part")
+    shutil.rmtree(folder, ignore_errors=True)
+    stage(folder)
+    built = subprocess.run(
+        [sys.executable, "-m", "zensical", "build", "--strict"],
+        cwd=folder,
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    said = built.stdout + built.stderr
+    if built.returncode != 0 or "No issues found" not in said:
+        sys.exit(f"the site was not built:\n{said}")
+    if PLAYGROUND.is_dir():
+        shutil.copytree(PLAYGROUND, folder / "site" / "playground")
+    shutil.rmtree(site, ignore_errors=True)
+    (folder / "site").rename(site)
+    shutil.rmtree(folder)
+    print(f"the site is in {site}: open index.html")
+    print(f"its search needs a server: python -m http.server --directory {site}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+"""Draws the figures of README and docs/ anew.
+
+    python -m docs.site.figures          # those of `popsteer compare` and `popsteer stability`
+
+The others are drawn by the commands that measure what they show; `MADE_BY` has all of them.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+FIGURES = Path(__file__).resolve().parents[1] / "figures"
+# The command that draws each figure, light and dark, by the beginning of its name.
+MADE_BY = {
+    "results": "popsteer compare",
+    "carrot-offset": "popsteer stability",
+    "preview-choice": "popsteer stability",
+    "stability-map": "popsteer stability",
+    "stability-margins": "popsteer stability",
+    "matrix": "make matrix",
+    "report": "python -m tests.pages.report",
+    "limits-map": "python -m benches.limits map --write",
+}
+
+
+def main() -> None:
+    """Run the two commands and copy what the pages show."""
+    for command in ("compare", "stability"):
+        with tempfile.TemporaryDirectory() as folder:
+            popsteer = [sys.executable, "-m", "popsteer", command, "--out", folder]
+            subprocess.run(popsteer, check=True, stdout=subprocess.DEVNULL)
+            for name, by in MADE_BY.items():
+                for suffix in ("", "-dark") if by == f"popsteer {command}" else ():
+                    shutil.copy(Path(folder) / f"{name}{suffix}.png", FIGURES)
+    print(f"drew {FIGURES}: {', '.join(name for name, by in MADE_BY.items() if 'pop' in by)}")
+
+
+if __name__ == "__main__":
+    main()

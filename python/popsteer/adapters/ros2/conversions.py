@@ -1,0 +1,394 @@
+"""Every conversion between the messages of ROS 2 and popsteer; units and signs are the same.
+
+ROS 2 has metres, seconds and radians, x forward, y to the left and angles counter-clockwise, as
+popsteer has (REP 103). What differs: headings are quaternions, times are seconds and nanoseconds,
+and the speed of an ``AckermannDrive`` is negative backwards while its acceleration is an amount.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from popsteer import Path, PathError, PopsteerError
+from popsteer.adapters.ros2.messages import ACKERMANN, CONTROL, ODOMETRY, PATH, TRAJECTORY, make
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = [
+    "Measured",
+    "MessageError",
+    "ackermann_message",
+    "control_message",
+    "measured_of",
+    "nanoseconds_of",
+    "odometry_message",
+    "path_message",
+    "path_of",
+    "time_message",
+    "yaw_of",
+]
+
+_SECOND = 10**9
+# A quaternion has norm 1, but for rounding; all zeros is one that nobody has set.
+_NORM = (0.9, 1.1)
+
+
+class MessageError(PopsteerError, ValueError):
+    """A message cannot be used; says what in it."""
+
+
+class Measured(NamedTuple):
+    """What an odometry message says."""
+
+    x: float
+    """Position [m]."""
+    y: float
+    """Position [m]."""
+    yaw: float
+    """Heading [rad]."""
+    speed: float
+    """Speed along the heading [m/s], negative backwards."""
+    stamp: int
+    """When it was measured [ns]; 0 where the message does not say."""
+    frame: str
+    """What the position is in."""
+    child_frame: str
+    """The vehicle's own."""
+
+
+def nanoseconds_of(time: Any) -> int:  # noqa: ANN401
+    """Give the time of a stamp.
+
+    Parameters
+    ----------
+    time : builtin_interfaces/msg/Time
+        The stamp.
+
+    Returns
+    -------
+    int
+        The time [ns].
+
+    Examples
+    --------
+    >>> nanoseconds_of(time_message(1_500_000_000))
+    1500000000
+    """
+    return int(time.sec) * _SECOND + int(time.nanosec)
+
+
+def time_message(nanoseconds: int) -> Any:  # noqa: ANN401
+    """Make a stamp.
+
+    Parameters
+    ----------
+    nanoseconds : int
+        The time [ns].
+
+    Returns
+    -------
+    builtin_interfaces/msg/Time
+        The stamp.
+
+    Examples
+    --------
+    >>> time_message(1_500_000_000).nanosec
+    500000000
+    """
+    seconds, rest = divmod(int(nanoseconds), _SECOND)
+    return make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
+
+
+def yaw_of(quaternion: Any) -> float:  # noqa: ANN401
+    """Give the heading of an orientation.
+
+    Parameters
+    ----------
+    quaternion : geometry_msgs/msg/Quaternion
+        The orientation.
+
+    Returns
+    -------
+    float
+        Its yaw [rad], counter-clockwise.
+
+    Raises
+    ------
+    MessageError
+        It is no rotation: a number is not finite, or its norm is not 1.
+
+    Examples
+    --------
+    >>> yaw_of(make("geometry_msgs/msg/Quaternion", z=1.0)) == math.pi
+    True
+    """
+    x, y, z, w = (float(getattr(quaternion, name)) for name in "xyzw")
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    if not _NORM[0] <= norm <= _NORM[1]:
+        raise MessageError(f"orientation is no rotation: its norm is {norm:.3g}")
+    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+
+
+def measured_of(odometry: Any) -> Measured:  # noqa: ANN401
+    """Give pose and speed of an odometry message.
+
+    Parameters
+    ----------
+    odometry : nav_msgs/msg/Odometry
+        The message.
+
+    Returns
+    -------
+    Measured
+        What it says.
+
+    Raises
+    ------
+    MessageError
+        A number is not finite, or the orientation is no rotation.
+
+    Examples
+    --------
+    >>> message = odometry_message(1.0, 2.0, 0.5, 3.0, 7, "map")
+    >>> measured_of(message)[:4]
+    (1.0, 2.0, 0.5, 3.0)
+    """
+    place = odometry.pose.pose.position
+    found = Measured(
+        float(place.x),
+        float(place.y),
+        yaw_of(odometry.pose.pose.orientation),
+        float(odometry.twist.twist.linear.x),
+        nanoseconds_of(odometry.header.stamp),
+        _frame(odometry.header.frame_id),
+        _frame(odometry.child_frame_id),
+    )
+    for name in ("x", "y", "speed"):
+        value = getattr(found, name)
+        if not math.isfinite(value):
+            raise MessageError(f"{name} is {value}")
+    return found
+
+
+def path_of(message: Any, *, closed: bool = False) -> tuple[Path, str]:  # noqa: ANN401
+    """Give the path of a path or trajectory message.
+
+    A ``nav_msgs/Path`` has no speeds and is driven forwards; its orientations do not count. The
+    speeds of a trajectory are negative where it is driven backwards. Points that coincide count
+    once.
+
+    Parameters
+    ----------
+    message : nav_msgs/msg/Path or autoware_planning_msgs/msg/Trajectory
+        The message.
+    closed : bool, default False
+        Whether the last point joins the first.
+
+    Returns
+    -------
+    tuple of Path and str
+        The path, and the frame it is in.
+
+    Raises
+    ------
+    MessageError
+        It makes no path: fewer than two points, or a number that is not finite.
+
+    Examples
+    --------
+    >>> message = path_message([0.0, 3.0], [0.0, 4.0], [0.0, 0.0], 0, "map")
+    >>> path, frame = path_of(message)
+    >>> path.length, frame
+    (5.0, 'map')
+    """
+    speed = None
+    if message.__msgtype__ == TRAJECTORY:
+        places = [point.pose.position for point in message.points]
+        speed = [float(point.longitudinal_velocity_mps) for point in message.points]
+    else:
+        places = [pose.pose.position for pose in message.poses]
+    xy = np.array([(place.x, place.y) for place in places], dtype=np.float64).reshape(-1, 2)
+    try:
+        path = Path(xy, speed=speed, closed=closed, drop_duplicates=True)
+    except PathError as error:
+        raise MessageError(str(error)) from error
+    return path, _frame(message.header.frame_id)
+
+
+def odometry_message(
+    x: float,
+    y: float,
+    yaw: float,
+    speed: float,
+    nanoseconds: int,
+    frame: str,
+    child_frame: str = "base_link",
+) -> Any:  # noqa: ANN401
+    """Make an odometry message.
+
+    Parameters
+    ----------
+    x, y : float
+        Position [m].
+    yaw : float
+        Heading [rad].
+    speed : float
+        Speed along the heading [m/s], negative backwards.
+    nanoseconds : int
+        When it was measured [ns].
+    frame : str
+        What the position is in.
+    child_frame : str, default "base_link"
+        The vehicle's own.
+
+    Returns
+    -------
+    nav_msgs/msg/Odometry
+        The message.
+
+    Examples
+    --------
+    >>> odometry_message(0.0, 0.0, 0.0, 3.0, 0, "map").twist.twist.linear.x
+    3.0
+    """
+    pose = make("geometry_msgs/msg/PoseWithCovariance", pose=_pose(x, y, yaw))
+    linear = make("geometry_msgs/msg/Vector3", x=float(speed))
+    twist = make("geometry_msgs/msg/Twist", linear=linear)
+    return make(
+        ODOMETRY,
+        header=_header(nanoseconds, frame),
+        child_frame_id=child_frame,
+        pose=pose,
+        twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist),
+    )
+
+
+def path_message(
+    x: Iterable[float], y: Iterable[float], yaw: Iterable[float], nanoseconds: int, frame: str
+) -> Any:  # noqa: ANN401
+    """Make a path message.
+
+    Parameters
+    ----------
+    x, y : iterable of float
+        Positions [m].
+    yaw : iterable of float
+        Headings [rad].
+    nanoseconds : int
+        Its time [ns].
+    frame : str
+        What the positions are in.
+
+    Returns
+    -------
+    nav_msgs/msg/Path
+        The message.
+
+    Examples
+    --------
+    >>> len(path_message([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0, "map").poses)
+    2
+    """
+    header = _header(nanoseconds, frame)
+    poses = [
+        make("geometry_msgs/msg/PoseStamped", header=header, pose=_pose(*each))
+        for each in zip(x, y, yaw, strict=True)
+    ]
+    return make(PATH, header=header, poses=poses)
+
+
+def ackermann_message(
+    steer: float, speed: float, acceleration: float, nanoseconds: int, frame: str
+) -> Any:  # noqa: ANN401
+    """Make a drive command.
+
+    Parameters
+    ----------
+    steer : float
+        Angle of the front wheels [rad], positive to the left.
+    speed : float
+        Speed [m/s], negative backwards.
+    acceleration : float
+        At most this change of the speed [m/s²], either way; its sign does not count.
+    nanoseconds : int
+        Its time [ns].
+    frame : str
+        The vehicle's own.
+
+    Returns
+    -------
+    ackermann_msgs/msg/AckermannDriveStamped
+        The message.
+
+    Examples
+    --------
+    >>> ackermann_message(0.1, 2.0, -3.0, 0, "base_link").drive.acceleration
+    3.0
+    """
+    drive = make(
+        "ackermann_msgs/msg/AckermannDrive",
+        steering_angle=steer,
+        speed=speed,
+        acceleration=abs(acceleration),
+    )
+    return make(ACKERMANN, header=_header(nanoseconds, frame), drive=drive)
+
+
+def control_message(steer: float, speed: float, acceleration: float, nanoseconds: int) -> Any:  # noqa: ANN401
+    """Make a control command of Autoware.
+
+    Parameters
+    ----------
+    steer : float
+        Angle of the front wheels [rad], positive to the left.
+    speed : float
+        Speed [m/s], negative backwards.
+    acceleration : float
+        Acceleration in the direction of driving [m/s²], as Autoware's own controllers and simulator
+        have it; negative brakes.
+    nanoseconds : int
+        Its time [ns].
+
+    Returns
+    -------
+    autoware_control_msgs/msg/Control
+        The message.
+
+    Examples
+    --------
+    >>> control_message(0.1, -2.0, -3.0, 0).longitudinal.acceleration
+    -3.0
+    """
+    stamp = time_message(nanoseconds)
+    lateral = make("autoware_control_msgs/msg/Lateral", stamp=stamp, steering_tire_angle=steer)
+    longitudinal = make(
+        "autoware_control_msgs/msg/Longitudinal",
+        stamp=stamp,
+        velocity=speed,
+        acceleration=acceleration,
+        is_defined_acceleration=True,
+    )
+    return make(CONTROL, stamp=stamp, lateral=lateral, longitudinal=longitudinal)
+
+
+def _pose(x: float, y: float, yaw: float) -> Any:  # noqa: ANN401
+    return make(
+        "geometry_msgs/msg/Pose",
+        position=make("geometry_msgs/msg/Point", x=float(x), y=float(y)),
+        orientation=make(
+            "geometry_msgs/msg/Quaternion", z=math.sin(0.5 * yaw), w=math.cos(0.5 * yaw)
+        ),
+    )
+
+
+def _header(nanoseconds: int, frame: str) -> Any:  # noqa: ANN401
+    return make("std_msgs/msg/Header", stamp=time_message(nanoseconds), frame_id=frame)
+
+
+def _frame(name: str) -> str:
+    """Leave out the slash that frames had in ROS 1."""
+    return name.lstrip("/")

@@ -1,0 +1,233 @@
+"""How it goes, as ``diagnostic_msgs`` has it: levels from those of the statuses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from popsteer import Status
+from popsteer.adapters.ros2.conversions import time_message
+from popsteer.adapters.ros2.messages import DIAGNOSTICS, make
+from popsteer.adapters.ros2.pilot import State
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from popsteer.adapters.ros2.intake import Intake
+    from popsteer.adapters.ros2.pilot import Drive, Pilot
+
+__all__ = ["ERROR", "OK", "WARN", "Loop", "message", "run_message"]
+
+OK, WARN, ERROR = 0, 1, 2
+_LEVELS = {"ok": OK, "degraded": WARN, "fault": ERROR}
+
+
+@dataclass
+class Loop:
+    """What the loop's clock has measured.
+
+    Examples
+    --------
+    >>> loop = Loop(0.02)
+    >>> loop.count(0.03, 0.001, 0)
+    >>> loop.longest_period, loop.missed
+    (0.03, 0)
+    """
+
+    period: float
+    """The period that is wanted [s]."""
+    cycles: int = 0
+    """How many there were."""
+    missed: int = 0
+    """How many were missed, because one before took too long."""
+    jumps: int = 0
+    """How often the time has jumped."""
+    mean_period: float = 0.0
+    """The mean since the last message [s]."""
+    longest_period: float = 0.0
+    """The longest since the last message [s]."""
+    longest_step: float = 0.0
+    """The longest time that a cycle has taken since the last message [s]."""
+    missed_lately: int = 0
+    """How many were missed since the last message."""
+    _since: int = 0
+
+    def count(self, period: float, taken: float, missed: int) -> None:
+        """Count a cycle.
+
+        Parameters
+        ----------
+        period : float
+            Time since the one before [s].
+        taken : float
+            How long it took itself [s].
+        missed : int
+            How many were missed before it.
+        """
+        self.cycles += 1
+        self.missed += missed
+        self.missed_lately += missed
+        self._since += 1
+        self.mean_period += (period - self.mean_period) / self._since
+        self.longest_period = max(self.longest_period, period)
+        self.longest_step = max(self.longest_step, taken)
+
+    def begin(self) -> None:
+        """Begin to measure anew, after a message."""
+        self._since = self.missed_lately = 0
+        self.mean_period = self.longest_period = self.longest_step = 0.0
+
+
+def message(
+    loop: Loop,
+    intake: Intake,
+    pilot: Pilot | None,
+    drive: Drive | None,
+    *,
+    waits: str,
+    deviation: float,
+    nanoseconds: int,
+) -> Any:  # noqa: ANN401
+    """Make the node's message.
+
+    Parameters
+    ----------
+    loop : Loop
+        What was measured.
+    intake : Intake
+        What came in.
+    pilot : Pilot or None
+        What drives; None before there is a path.
+    drive : Drive or None
+        What was commanded last.
+    waits : str
+        What it waits for before it can drive.
+    deviation : float
+        The largest distance from the path since the last message [m].
+    nanoseconds : int
+        The time [ns].
+
+    Returns
+    -------
+    diagnostic_msgs/msg/DiagnosticArray
+        Three statuses: steering, inputs, loop.
+    """
+    refused = intake.odometry.refused + intake.courses.refused
+    age = 1e-9 * nanoseconds - intake.measured_at if intake.measured is not None else None
+    inputs = {
+        "odometry_received": intake.odometry.received,
+        "odometry_refused": intake.odometry.refused,
+        "odometry_refused_because": intake.odometry.reason,
+        "odometry_age_s": "none" if age is None else age,
+        "path_received": intake.courses.received,
+        "path_refused": intake.courses.refused,
+        "path_refused_because": intake.courses.reason,
+    }
+    times = {
+        "wanted_period_s": loop.period,
+        "mean_period_s": loop.mean_period,
+        "longest_period_s": loop.longest_period,
+        "longest_step_s": loop.longest_step,
+        "cycles": loop.cycles,
+        "missed_cycles": loop.missed,
+        "time_jumps": loop.jumps,
+    }
+    late = loop.missed_lately > 0
+    statuses = [
+        _steering(pilot, drive, waits, deviation),
+        _status(
+            WARN if refused else OK,
+            "inputs",
+            f"{refused} messages refused" if refused else "all messages used",
+            inputs,
+        ),
+        _status(
+            WARN if late else OK,
+            "loop",
+            f"{loop.missed_lately} cycles missed" if late else "on time",
+            times,
+        ),
+    ]
+    return _array(statuses, nanoseconds)
+
+
+def run_message(row: Mapping[str, float], nanoseconds: int) -> Any:  # noqa: ANN401
+    """Make the message of a step of a simulated run.
+
+    Parameters
+    ----------
+    row : mapping of str to float
+        The step's records.
+    nanoseconds : int
+        The time [ns].
+
+    Returns
+    -------
+    diagnostic_msgs/msg/DiagnosticArray
+        One status: steering.
+
+    Examples
+    --------
+    >>> row = {"cross_track_error": 0.25, "heading_error": 0.0, "steer": 0.0, "status": 1}
+    >>> run_message(row, 0).status[0].message
+    'saturated'
+    """
+    status = Status(int(row["status"]))
+    values = {
+        "cross_track_error_m": row["cross_track_error"],
+        "heading_error_rad": row["heading_error"],
+        "steer_rad": row["steer"],
+    }
+    return _array([_status(_LEVELS[status.level], "steering", str(status), values)], nanoseconds)
+
+
+def _steering(pilot: Pilot | None, drive: Drive | None, waits: str, deviation: float) -> Any:  # noqa: ANN401
+    if pilot is None or pilot.command is None or drive is None:
+        return _status(WARN, "steering", f"waiting: {waits}", {"state": "waiting"})
+    command, estimate = pilot.command, pilot.controller.estimate
+    values = {
+        "state": pilot.state.value,
+        "reason": pilot.reason,
+        "status": str(command.status),
+        "cross_track_error_m": command.cross_track_error,
+        "heading_error_rad": command.heading_error,
+        "predicted_cross_track_error_m": command.predicted_cross_track_error,
+        "predicted_heading_error_rad": command.predicted_heading_error,
+        "deviation_m": deviation,
+        "distance_to_stop_m": command.distance_to_stop,
+        "steer_rad": drive.steer,
+        "speed_mps": drive.speed,
+        "estimated_dead_time_s": estimate.dead_time,
+        "estimated_steer_offset_rad": estimate.steer_offset,
+        "estimated_gain": estimate.gain,
+        "estimated_slip_rad": estimate.slip,
+    }
+    if pilot.state is State.DRIVING:
+        level, said = _LEVELS[command.status.level], str(command.status)
+        return _status(level, "steering", "driving" if said == "ok" else said, values)
+    level = WARN if pilot.state is State.HOLDING else ERROR
+    return _status(level, "steering", f"{pilot.state.value}: {pilot.reason}", values)
+
+
+def _status(level: int, name: str, said: str, values: Mapping[str, object]) -> Any:  # noqa: ANN401
+    pairs = [
+        make("diagnostic_msgs/msg/KeyValue", key=key, value=_worded(value))
+        for key, value in values.items()
+    ]
+    return make(
+        "diagnostic_msgs/msg/DiagnosticStatus",
+        level=level,
+        name=f"popsteer: {name}",
+        message=said,
+        hardware_id="popsteer",
+        values=pairs,
+    )
+
+
+def _array(statuses: list[Any], nanoseconds: int) -> Any:  # noqa: ANN401
+    header = make("std_msgs/msg/Header", stamp=time_message(nanoseconds))
+    return make(DIAGNOSTICS, header=header, status=statuses)
+
+
+def _worded(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,108 @@
+"""The same types as Cyclone DDS has them, made of the definitions that rosbags has."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from popsteer.adapters.ros2.messages import MISSING, store
+from popsteer.errors import PopsteerError
+
+__all__ = ["idl_type", "wire_type"]
+
+
+class _Bytes:
+    """What a reader gives and a writer takes: a message's bytes, as they are on the wire."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+
+    def serialize(self, **_: object) -> bytes:
+        return self.data
+
+
+@cache
+def idl_type(name: str) -> Any:  # noqa: ANN401 - cyclonedds is an extra
+    """Give the type that DDS knows a message by.
+
+    Parameters
+    ----------
+    name : str
+        The type, as ROS has it: ``nav_msgs/msg/Path``.
+
+    Returns
+    -------
+    type
+        A structure of ``cyclonedds.idl``; in DDS it is called ``nav_msgs::msg::dds_::Path_``.
+
+    Raises
+    ------
+    PopsteerError
+        The extra ``ros2`` is not installed.
+
+    Examples
+    --------
+    >>> idl_type("nav_msgs/msg/Path").__idl_typename__
+    'nav_msgs.msg.dds_.Path_'
+    """
+    return _made(name)
+
+
+@cache
+def wire_type(name: str) -> Any:  # noqa: ANN401
+    """Give the same type, whose samples are bytes.
+
+    The node converts messages by rosbags, and records the bytes that went over the wire. Cyclone
+    DDS has to know the type, to find its peers and to refuse what is no such message.
+
+    Parameters
+    ----------
+    name : str
+        The type, as ROS has it.
+
+    Returns
+    -------
+    type
+        A structure that is made of ``bytes``, and whose attribute ``data`` they are.
+
+    Raises
+    ------
+    PopsteerError
+        The extra ``ros2`` is not installed.
+
+    Examples
+    --------
+    >>> wire_type("std_msgs/msg/Header")(b"bytes").data
+    b'bytes'
+    """
+    # A class of its own, for its methods are others.
+    kind = _made(name)
+    kind.__init__ = _Bytes.__init__
+    kind.serialize = _Bytes.serialize
+    # Samples of a reader are given more attributes, so they are no plain bytes.
+    kind.deserialize = classmethod(lambda _, data, **__: _Bytes(bytes(data)))
+    kind.deserialize_key = kind.deserialize
+    return kind
+
+
+def _made(name: str) -> Any:  # noqa: ANN401
+    try:
+        from cyclonedds.idl import make_idl_struct
+    except ModuleNotFoundError as error:
+        raise PopsteerError(MISSING) from error
+    package, _, kind = name.partition("/msg/")
+    fields = {field: _field(*of) for field, of in store().get_msgdef(name).fields}
+    return make_idl_struct(f"{kind}_", f"{package}.msg.dds_.{kind}_", fields)
+
+
+def _field(kind: Any, detail: Any) -> Any:  # noqa: ANN401
+    from cyclonedds.idl import types
+
+    if kind.name == "NAME":
+        return idl_type(detail)
+    if kind.name == "BASE":
+        plain = {"bool": bool, "string": str, "char": types.uint8, "byte": types.byte}
+        return plain[detail[0]] if detail[0] in plain else getattr(types, detail[0])
+    (inner, of), count = detail
+    item = _field(inner, of)
+    return types.array[item, count] if kind.name == "ARRAY" else types.sequence[item]

@@ -1,0 +1,179 @@
+"""The message types of the node: their definitions, and their bytes as ROS 2 has them (CDR)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from popsteer import logs
+from popsteer.errors import PopsteerError
+
+__all__ = [
+    "ACKERMANN",
+    "CLOCK",
+    "CONTROL",
+    "DIAGNOSTICS",
+    "MISSING",
+    "ODOMETRY",
+    "PATH",
+    "TRAJECTORY",
+    "TYPES",
+    "decode",
+    "encode",
+    "make",
+    "store",
+]
+
+ODOMETRY = "nav_msgs/msg/Odometry"
+"""Pose and speed of the vehicle."""
+PATH = "nav_msgs/msg/Path"
+"""A path without speeds."""
+TRAJECTORY = "autoware_planning_msgs/msg/Trajectory"
+"""A path with speeds."""
+ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
+"""Angle and speed to drive with."""
+CONTROL = "autoware_control_msgs/msg/Control"
+"""Angle, speed and acceleration to drive with."""
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+"""How it goes."""
+CLOCK = "rosgraph_msgs/msg/Clock"
+"""The time of a simulation."""
+TYPES = (ODOMETRY, PATH, TRAJECTORY, ACKERMANN, CONTROL, DIAGNOSTICS, CLOCK)
+"""Every type that the node receives or sends."""
+MISSING = 'ROS 2 needs the extra "ros2": pip install "popsteer[ros2]"'
+"""What is said where the extra is missing."""
+
+# Those that neither rosbags nor `popsteer.logs` brings.
+_DEFINITIONS = {
+    "autoware_planning_msgs/msg/TrajectoryPoint": """\
+builtin_interfaces/Duration time_from_start
+geometry_msgs/Pose pose
+float32 longitudinal_velocity_mps
+float32 lateral_velocity_mps
+float32 acceleration_mps2
+float32 heading_rate_rps
+float32 front_wheel_angle_rad
+float32 rear_wheel_angle_rad
+""",
+    TRAJECTORY: "std_msgs/Header header\nautoware_planning_msgs/TrajectoryPoint[] points\n",
+}
+
+
+@lru_cache(maxsize=1)
+def store() -> Any:  # noqa: ANN401 - rosbags is an extra
+    """Give the types, as rosbags has them.
+
+    Returns
+    -------
+    rosbags.typesys.store.Typestore
+        The types of ROS 2, and those of steering.
+
+    Raises
+    ------
+    PopsteerError
+        The extra ``ros2`` is not installed.
+    """
+    try:
+        from rosbags.typesys import get_types_from_msg
+    except ModuleNotFoundError as error:
+        raise PopsteerError(MISSING) from error
+    found = logs.messages.typestore()
+    for name, text in _DEFINITIONS.items():
+        found.register(get_types_from_msg(text, name))
+    return found
+
+
+def make(name: str, /, **fields: Any) -> Any:  # noqa: ANN401
+    """Make a message; fields that are left out are zero, empty or made so.
+
+    Parameters
+    ----------
+    name : str
+        Its type, such as ``nav_msgs/msg/Path``.
+    **fields : object
+        Its fields.
+
+    Returns
+    -------
+    object
+        A message of rosbags' class.
+
+    Raises
+    ------
+    PopsteerError
+        The extra ``ros2`` is not installed.
+
+    Examples
+    --------
+    >>> make("geometry_msgs/msg/Point", x=2.0).x
+    2.0
+    """
+    types = store()
+    kinds = types.get_msgdef(name).fields
+    values = {field: fields[field] if field in fields else _zero(*kind) for field, kind in kinds}
+    return types.types[name](**values)
+
+
+def encode(message: Any) -> bytes:  # noqa: ANN401
+    """Give the bytes of a message.
+
+    Parameters
+    ----------
+    message : object
+        The message.
+
+    Returns
+    -------
+    bytes
+        Little-endian CDR, with its header.
+
+    Examples
+    --------
+    >>> encode(make("builtin_interfaces/msg/Time", sec=1)).hex(" ", 4)
+    '00010000 01000000 00000000'
+    """
+    return bytes(store().serialize_cdr(message, message.__msgtype__))
+
+
+def decode(name: str, data: bytes) -> Any:  # noqa: ANN401
+    """Give the message that bytes are.
+
+    Parameters
+    ----------
+    name : str
+        Its type.
+    data : bytes
+        CDR, with its header.
+
+    Returns
+    -------
+    object
+        A message of rosbags' class.
+
+    Raises
+    ------
+    Exception
+        The bytes are no such message: whatever rosbags stumbles over.
+
+    Examples
+    --------
+    >>> decode("builtin_interfaces/msg/Time", bytes.fromhex("000100000100000002000000")).nanosec
+    2
+    """
+    return store().deserialize_cdr(data, name)
+
+
+def _zero(kind: Any, detail: Any) -> Any:  # noqa: ANN401
+    """Give what an empty message has in a field."""
+    import numpy as np
+
+    if kind.name == "NAME":
+        return make(detail)
+    if kind.name == "BASE":
+        empty = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
+        return empty.get(detail[0], 0)
+    (inner, of), count = detail
+    if inner.name != "BASE" or of[0] == "string":
+        return [_zero(inner, of) for _ in range(count)] if kind.name == "ARRAY" else []
+    name = {"byte": "uint8", "char": "uint8"}.get(of[0], of[0])
+    return np.zeros(count if kind.name == "ARRAY" else 0, dtype=name)

@@ -1,0 +1,395 @@
+"""The node: at a fixed rate it takes what has come in, steers, and says how it goes."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from popsteer.adapters.ros2 import diagnostics
+from popsteer.adapters.ros2.conversions import (
+    ackermann_message,
+    control_message,
+    path_message,
+)
+from popsteer.adapters.ros2.intake import Intake
+from popsteer.adapters.ros2.messages import CONTROL, ODOMETRY, encode
+from popsteer.adapters.ros2.pilot import Drive, Pilot, State
+from popsteer.adapters.ros2.topics import Topics
+from popsteer.adapters.ros2.waiting import silence
+from popsteer.errors import ConfigError, InputError, PopsteerError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
+    from popsteer import Path
+    from popsteer.adapters.ros2.conversions import Measured
+    from popsteer.adapters.ros2.dds import Participant, Reader
+    from popsteer.adapters.ros2.recording import Recording
+    from popsteer.controllers import Controller
+
+__all__ = ["Node", "Options"]
+
+_SECOND = 10**9
+_AHEAD = 2.0  # the intended trajectory's length [s] ...
+_POSES = 40  # ... and its poses at most
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a node runs.
+
+    Raises
+    ------
+    ConfigError
+        A number is out of its range.
+
+    Examples
+    --------
+    >>> Options(rate=100.0).period
+    0.01
+    >>> Options(rate=0.0)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: rate must be in [1, 1000], got 0.0
+    """
+
+    rate: float = 50.0
+    """Control steps a second [Hz]."""
+    stale: float = 0.3
+    """Odometry older than this is not steered by [s]."""
+    hold: float = 0.2
+    """How long the last command is held before the node brakes [s]."""
+    timeout: float = 10.0
+    """How long it waits for the first odometry and the first path [s]."""
+    closed: bool = False
+    """Whether the last point of a path joins its first."""
+    sim_time: bool = False
+    """Whether time is that of the topic clock."""
+    topics: Topics = field(default_factory=Topics)
+    """The topics."""
+    report_rate: float = 10.0
+    """Diagnostics and intended trajectories a second [Hz]."""
+
+    def __post_init__(self) -> None:
+        ranges = {
+            "rate": (1.0, 1000.0),
+            "stale": (0.01, 1.0),
+            "hold": (0.0, 10.0),
+            "timeout": (0.0, 1e6),
+            "report_rate": (0.1, 1000.0),
+        }
+        for name, (low, high) in ranges.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise ConfigError(name, value, f"in [{low:g}, {high:g}]")
+
+    @property
+    def period(self) -> float:
+        """Time from one step to the next [s].
+
+        Returns
+        -------
+        float
+            The period.
+        """
+        return 1.0 / self.rate
+
+
+class Node:
+    """Steers a vehicle over the topics of a DDS domain.
+
+    Parameters
+    ----------
+    participant : Participant
+        The member of the domain.
+    make_controller : callable
+        Makes the controller of the first path.
+    options : Options, optional
+        How it runs.
+    recording : Recording, optional
+        Where all messages go that come in or go out.
+    say : callable, optional
+        Told in a line what changes.
+
+    Examples
+    --------
+    >>> from popsteer import Stanley
+    >>> from popsteer.adapters.ros2.dds import Participant
+    >>> node = Node(Participant(79, local=True), Stanley)
+    >>> node.cycle(1_000_000_000, 0.02), node.waits
+    (None, 'no odometry on /odom')
+    """
+
+    def __init__(
+        self,
+        participant: Participant,
+        make_controller: Callable[[Path], Controller],
+        options: Options | None = None,
+        *,
+        recording: Recording | None = None,
+        say: Callable[[str], object] | None = None,
+    ) -> None:
+        self.options = options = Options() if options is None else options
+        self.intake = Intake(options.topics.path_type, options.stale, closed=options.closed)
+        self.loop = diagnostics.Loop(options.period)
+        self.pilot: Pilot | None = None
+        self.drive: Drive | None = None
+        self.waits = ""
+        self._participant = participant
+        self._make = make_controller
+        self._recording = recording
+        self._say = say or (lambda _: None)
+        topics, types = options.topics, options.topics.types()
+        self._odometry = participant.reader(topics.odometry, ODOMETRY)
+        # One hears all publishers; those that keep their messages send the other the last one.
+        self._paths = [
+            participant.reader(topics.path, topics.path_type, reliable=True, latched=latched)
+            for latched in (False, True)
+        ]
+        # Autoware's controllers keep their last command, as its gate asks for.
+        latched = topics.command_type == CONTROL
+        self._writers = {
+            topics.command: participant.writer(
+                topics.command, topics.command_type, latched=latched
+            ),
+            topics.predicted: participant.writer(topics.predicted, types[topics.predicted]),
+            topics.diagnostics: participant.writer(
+                topics.diagnostics, types[topics.diagnostics], depth=10
+            ),
+        }
+        self._course_number = 0
+        self._jump = ""
+        self._deviation = 0.0
+        self._reported = 0
+        self._told = ""
+
+    @property
+    def odometry_reader(self) -> Reader:
+        """Where odometry comes in.
+
+        Returns
+        -------
+        Reader
+            The subscription.
+        """
+        return self._odometry
+
+    @property
+    def path_readers(self) -> list[Reader]:
+        """Where paths come in.
+
+        Returns
+        -------
+        list of Reader
+            The subscriptions: to all publishers, and to those that keep their last message.
+        """
+        return self._paths
+
+    def jumped(self, seconds: float) -> None:
+        """Take note that the clock has jumped: what was measured before does not count.
+
+        Parameters
+        ----------
+        seconds : float
+            How far [s].
+        """
+        self.loop.jumps += 1
+        self._jump = f"time jumped by {seconds:+.2f} s"
+        self._reported = 0
+        self.intake.forget_odometry()
+        if self.pilot is not None:
+            self.pilot.reset()
+
+    def cycle(self, now: int, dt: float, missed: int = 0) -> Drive | None:
+        """Do one cycle: take, steer, publish.
+
+        Parameters
+        ----------
+        now : int
+            The time of the node's clock [ns].
+        dt : float
+            Measured time since the last cycle [s].
+        missed : int, default 0
+            How many cycles were missed before it.
+
+        Returns
+        -------
+        Drive or None
+            What was commanded; None before there is odometry and a path.
+        """
+        began = time.perf_counter()
+        self._take(now)
+        self._renew()
+        self.drive = self._steer(now, dt)
+        if self.drive is not None:
+            self._publish_drive(self.drive, now)
+        changed = self._tell()
+        self.loop.count(dt, time.perf_counter() - began, missed)
+        if changed or now - self._reported >= _SECOND / self.options.report_rate:
+            self._report(now)
+        return self.drive
+
+    def finish(self, now: int) -> None:
+        """Command a stand, as the last thing.
+
+        Parameters
+        ----------
+        now : int
+            The time of the node's clock [ns].
+        """
+        if self.drive is not None:
+            limit = abs(self.drive.limit)
+            self._publish_drive(Drive(self.drive.steer, 0.0, -limit, limit), now)
+
+    def check_silence(self, waited: float) -> None:
+        """Give up where nothing has come in.
+
+        Parameters
+        ----------
+        waited : float
+            How long it has waited [s].
+
+        Raises
+        ------
+        PopsteerError
+            The time-out has passed; says what is missing and what is known about it.
+        """
+        if self.pilot is None and waited >= self.options.timeout:
+            raise PopsteerError(silence(self, self._participant))
+
+    def _take(self, now: int) -> None:
+        topics, seconds = self.options.topics, 1e-9 * now
+        for data in self._odometry.take():
+            self._record(topics.odometry, ODOMETRY, data, now)
+            self.intake.take_odometry(data, seconds)
+        for number, reader in enumerate(self._paths):
+            for data in reader.take():
+                if not self.intake.is_repeated(data, number):
+                    self._record(topics.path, topics.path_type, data, now)
+                    self.intake.take_course(data, seconds)
+
+    def _renew(self) -> None:
+        """Go over to the path that came last."""
+        course = self.intake.course
+        if course is None or self._course_number == self.intake.course_number:
+            return
+        if self.pilot is None:
+            if self.intake.measured is None:
+                return
+            self.pilot = Pilot(self._make(course.path), hold=self.options.hold)
+            self._say(f"path of {len(course.path)} points, {course.path.length:.1f} m")
+        else:
+            self.pilot.set_path(course.path)
+        self._course_number = self.intake.course_number
+
+    def _concern(self, now: int) -> tuple[str, Measured | None]:
+        """Say what is missing, and what can be steered by all the same."""
+        intake, topics = self.intake, self.options.topics
+        measured, course = intake.measured, intake.course
+        if measured is None or 1e-9 * now - intake.measured_at > self.options.stale:
+            since = "" if measured is None else f" for {self.options.stale:g} s"
+            missing = self._jump or f"no odometry on {topics.odometry}{since}"
+            return f"{missing}{_because(intake.odometry_refused)}", None
+        self._jump = ""
+        if course is None:
+            return f"no path on {topics.path}{_because(intake.course_refused)}", None
+        if intake.course_refused:
+            return f"path on {topics.path} refused: {intake.course_refused}", measured
+        if course.stands:
+            return f"path on {topics.path} says stand", measured
+        return "", measured
+
+    def _steer(self, now: int, dt: float) -> Drive | None:
+        concern, measured = self._concern(now)
+        if self.pilot is None:
+            self.waits = concern
+            return None
+        age = 1e-9 * now - self.intake.measured_at
+        drive = self.pilot.step(measured, age, dt, concern)
+        if self.pilot.command is None:  # it has not driven yet, so there is nothing to hold
+            self.waits = concern
+            return None
+        self._deviation = max(self._deviation, abs(self.pilot.command.cross_track_error))
+        return drive
+
+    def _publish_drive(self, drive: Drive, now: int) -> None:
+        topics = self.options.topics
+        message: Any
+        if topics.command_type == CONTROL:
+            message = control_message(drive.steer, drive.speed, drive.acceleration, now)
+        else:
+            measured = self.intake.measured
+            frame = "base_link" if measured is None else measured.child_frame
+            message = ackermann_message(drive.steer, drive.speed, drive.limit, now, frame)
+        self._publish(topics.command, message, now)
+
+    def _tell(self) -> bool:
+        """Say what has changed."""
+        if self.pilot is None or self.drive is None:
+            told = f"waiting: {self.waits}"
+        elif self.pilot.state is State.DRIVING:
+            told = "driving"
+        else:
+            told = f"{self.pilot.state.value}: {self.pilot.reason}"
+        return self.note(told)
+
+    def note(self, told: str) -> bool:
+        """Say what goes on, where that is news.
+
+        Parameters
+        ----------
+        told : str
+            What goes on.
+
+        Returns
+        -------
+        bool
+            Whether it is news: more than another number in the same words.
+        """
+        words = re.sub(r"[-+]?\d[\d.]*", "", told)
+        changed, self._told = words != self._told, words
+        if changed:
+            self._say(told)
+        return changed
+
+    def _report(self, now: int) -> None:
+        """Publish how it goes, and where it is to go."""
+        topics = self.options.topics
+        report = diagnostics.message(
+            self.loop,
+            self.intake,
+            self.pilot,
+            self.drive,
+            waits=self.waits,
+            deviation=self._deviation,
+            nanoseconds=now,
+        )
+        self._publish(topics.diagnostics, report, now)
+        self.loop.begin()
+        self._reported, self._deviation = now, 0.0
+        heard = self._recording is not None or self._writers[topics.predicted].peers > 0
+        driving = self.pilot is not None and self.pilot.state is State.DRIVING
+        if not (heard and driving and self.pilot is not None and self.intake.course is not None):
+            return
+        try:
+            ahead = self.pilot.controller.predict(_AHEAD, self.options.period)
+        except InputError:
+            return
+        every = -(-len(ahead.time) // _POSES)
+        x, y, yaw = (values[::every].tolist() for values in (ahead.x, ahead.y, ahead.yaw))
+        self._publish(topics.predicted, path_message(x, y, yaw, now, self.intake.course.frame), now)
+
+    def _publish(self, topic: str, message: Any, now: int) -> None:  # noqa: ANN401
+        data = encode(message)
+        self._writers[topic].write(data)
+        self._record(topic, message.__msgtype__, data, now)
+
+    def _record(self, topic: str, kind: str, data: bytes, now: int) -> None:
+        if self._recording is not None:
+            self._recording.add_bytes(topic, kind, data, now)
+
+
+def _because(reason: str) -> str:
+    return f"; the last one was refused: {reason}" if reason else ""

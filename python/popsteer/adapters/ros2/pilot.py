@@ -1,0 +1,259 @@
+"""From what is known to what is commanded: drives, holds, or brakes to a stand."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from popsteer import Path, SpeedTracker, SpeedTrackerParams, Status
+from popsteer.errors import InputError
+
+if TYPE_CHECKING:
+    from popsteer import Command, SpeedCommand, Vehicle
+    from popsteer.adapters.ros2.conversions import Measured
+    from popsteer.controllers import Controller
+
+__all__ = ["Drive", "Pilot", "State", "up_to_stand"]
+
+# What the vehicle does not limit, as `SpeedTracker` and the closed loop of `popsteer.sim` have it.
+_ACCELERATION = 2.0
+_DECELERATION = 3.0
+_STOP_DECELERATION = 2.0
+_SPEED = SpeedTrackerParams()
+# The commanded speed runs ahead of the measured one by this at most [m/s].
+_LAGGING = 1.0
+# Of the lateral acceleration that is allowed: the rest is for steering back to the path.
+_LATERAL_SHARE = 0.9
+# After a longer gap the controller begins anew: the vehicle may be elsewhere.
+_GAP = 1.0
+
+
+class State(Enum):
+    """What the node does."""
+
+    DRIVING = "driving"
+    """It steers along the path."""
+    HOLDING = "holding"
+    """Something is missing: the last command stays, for a moment."""
+    BRAKING = "braking"
+    """Something is missing for longer: it brakes to a stand."""
+    STANDING = "standing"
+    """It has braked to a stand, and waits for what is missing."""
+
+
+class Drive(NamedTuple):
+    """What is commanded."""
+
+    steer: float
+    """Angle of the front wheels [rad], positive to the left."""
+    speed: float
+    """Speed [m/s], negative backwards."""
+    acceleration: float
+    """Acceleration in the direction of driving [m/s²], negative brakes."""
+    limit: float
+    """How fast the speed may change [m/s²]."""
+
+
+class Pilot:
+    """A controller and a speed tracker, and the safe stop where they cannot go on.
+
+    Parameters
+    ----------
+    controller : Controller
+        What steers; its path is the first one.
+    hold : float, default 0.2
+        How long the last command is held before it brakes [s].
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.adapters.ros2.conversions import Measured
+    >>> path = popsteer.Path([(0.0, 0.0), (90.0, 0.0)], speed=[5.0, 0.0])
+    >>> pilot = Pilot(popsteer.Stanley(path))
+    >>> here = Measured(0.0, 0.0, 0.0, 5.0, 0, "map", "base_link")
+    >>> round(pilot.step(here, 0.0, 0.02).speed, 3), pilot.state.value
+    (4.997, 'driving')
+    >>> for _ in range(12):
+    ...     drive = pilot.step(None, 0.0, 0.02, "no odometry")
+    >>> drive.speed < 5.0, pilot.state.value, pilot.reason
+    (True, 'braking', 'no odometry')
+    """
+
+    def __init__(self, controller: Controller, *, hold: float = 0.2) -> None:
+        self.controller = controller
+        self.command: Command | None = None
+        self.state = State.STANDING
+        self.reason = ""
+        self._hold = hold
+        self._tracker = _tracker(controller.path, controller.vehicle)
+        self._speed: float | None = None
+        self._measured_speed = 0.0
+        self._steer = 0.0
+        self._passed = 0.0
+        self._concerned = 0.0
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """What is driven.
+
+        Returns
+        -------
+        Vehicle
+            The controller's.
+        """
+        return self.controller.vehicle
+
+    def set_path(self, path: Path) -> None:
+        """Go on along another path, without a jump.
+
+        Parameters
+        ----------
+        path : Path
+            The path.
+        """
+        self.controller.set_path(path)
+        before, self._tracker = self._tracker, _tracker(path, self.vehicle)
+        now, was = self._tracker.state, before.state
+        self._tracker.state = type(now)(acceleration=was.acceleration, integral=was.integral)
+
+    def reset(self) -> None:
+        """Begin anew from the angle as it is, after a jump of time or of place."""
+        limit = self.vehicle.max_steer
+        self.controller.reset(steer=max(-limit, min(self._steer, limit)))
+        self._tracker.reset()
+        self._speed = None
+        self._passed = 0.0
+
+    def step(self, measured: Measured | None, age: float, dt: float, concern: str = "") -> Drive:
+        """Take one step.
+
+        Parameters
+        ----------
+        measured : Measured or None
+            Where the vehicle is; None where that is not known.
+        age : float
+            How long ago that was measured [s].
+        dt : float
+            Time since the last step [s].
+        concern : str, optional
+            What is missing; where nothing is, it drives.
+
+        Returns
+        -------
+        Drive
+            What to command.
+        """
+        self._passed += dt
+        known = self._steer_along(measured, age, dt) if measured is not None else None
+        if known is None and not concern:
+            concern = "the controller refuses the odometry"
+        fault = ""
+        if not concern and self.command is not None:
+            status = self.command.status
+            fault = "|".join(
+                str(each) for each in Status if each & status and each.level == "fault"
+            )
+        self._concerned = self._concerned + dt if concern else 0.0
+        self.reason = concern or fault
+        if concern and self._concerned <= self._hold and self.state is not State.STANDING:
+            self.state = State.HOLDING
+            return Drive(self._steer, self._speed or 0.0, 0.0, self._limit(braking=True))
+        if self.reason or known is None:
+            return self._brake(dt)
+        self.state = State.DRIVING
+        return self._drive(known, dt)
+
+    def _steer_along(self, measured: Measured, age: float, dt: float) -> SpeedCommand | None:
+        """Steer; what the pedals are to do, None where the input is refused."""
+        if self._passed > _GAP:
+            self.reset()
+        passed = self._passed or min(dt, _GAP)
+        pose = measured.x, measured.y, measured.yaw
+        try:
+            command = self.controller.step(
+                *pose, measured.speed, passed, pose_age=min(max(age, 0.0), 1.0)
+            )
+            speed = self._tracker.step(*pose, measured.speed, passed)
+        except InputError:
+            return None
+        self._passed = 0.0
+        self.command, self._steer = command, command.steer
+        if self._speed is None:
+            self._speed = measured.speed
+        self._measured_speed = measured.speed
+        return speed
+
+    def _drive(self, wanted: SpeedCommand, dt: float) -> Drive:
+        """Make of the acceleration a speed, for vehicles that are given one."""
+        sign = -1.0 if wanted.reverse else 1.0
+        ahead, measured = sign * (self._speed or 0.0), sign * self._measured_speed
+        limit = self._limit(braking=wanted.acceleration < 0.0 or wanted.standing)
+        if wanted.standing:
+            ahead = max(ahead - limit * dt, 0.0)
+        elif ahead < 0.0:  # it rolls the other way
+            ahead = min(ahead + limit * dt, 0.0)
+        else:
+            # The drive may lag behind what it is given, but not for ever.
+            ahead += wanted.acceleration * dt
+            ahead = max(0.0, measured - _LAGGING, min(ahead, measured + _LAGGING))
+        self._speed = sign * ahead
+        return Drive(self._steer, self._speed, wanted.acceleration, limit)
+
+    def _brake(self, dt: float) -> Drive:
+        limit = self.vehicle.max_deceleration or _STOP_DECELERATION
+        speed = self._speed or 0.0
+        self._speed = math.copysign(max(abs(speed) - limit * dt, 0.0), speed)
+        self.state = State.BRAKING if self._speed else State.STANDING
+        return Drive(self._steer, self._speed, -limit, limit)
+
+    def _limit(self, *, braking: bool) -> float:
+        car = self.vehicle
+        most = car.max_deceleration if braking else car.max_acceleration
+        return (most or (_DECELERATION if braking else _ACCELERATION)) + _SPEED.reserve
+
+
+def up_to_stand(path: Path) -> Path:
+    """Give the part of a path up to where its speeds say stand.
+
+    A planner that wants the vehicle to stop sends speeds of 0 from there on. It may go on sending
+    the path beyond, which is steered along all the same. A speed of 0 at the start, or where the
+    vehicle changes direction, is passed.
+
+    Parameters
+    ----------
+    path : Path
+        The path.
+
+    Returns
+    -------
+    Path
+        The same where its speeds do not say so, or where it is closed.
+
+    Examples
+    --------
+    >>> from popsteer import Path
+    >>> points = [(0.0, 0.0), (9.0, 0.0), (18.0, 0.0), (27.0, 0.0)]
+    >>> up_to_stand(Path(points, speed=[0.0, 5.0, 0.0, 0.0])).length
+    18.0
+    """
+    speed = path.speed
+    if speed is None or path.closed:
+        return path
+    moving = np.flatnonzero(speed).tolist()
+    for before, after in zip(moving, [*moving[1:], None], strict=False):
+        ends = after is None or (after > before + 1 and speed[after] * speed[before] > 0.0)
+        if ends and before + 2 < len(path):
+            xy = np.column_stack((path.x, path.y))[: before + 2]
+            return Path(xy, speed=speed[: before + 2])
+    return path
+
+
+def _tracker(path: Path, vehicle: Vehicle) -> SpeedTracker:
+    most = vehicle.max_lateral_acceleration
+    if most is not None:
+        # At its limit a vehicle cannot steer back: what it has lost, it gets back after the bend.
+        vehicle = vehicle.replace(max_lateral_acceleration=_LATERAL_SHARE * most)
+    return SpeedTracker(up_to_stand(path), vehicle, _SPEED)

@@ -1,0 +1,210 @@
+"""MCAP files of messages, as Foxglove, Rerun and ``ros2 bag`` read them."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tempfile
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+from popsteer.adapters.ros2.conversions import (
+    ackermann_message,
+    odometry_message,
+    path_message,
+)
+from popsteer.adapters.ros2.diagnostics import run_message
+from popsteer.adapters.ros2.messages import encode, store
+from popsteer.adapters.ros2.topics import Topics
+from popsteer.errors import ConfigError
+from popsteer.files import check_files
+
+if TYPE_CHECKING:
+    import os
+    from types import TracebackType
+
+    from typing_extensions import Self
+
+    from popsteer.sim import Run
+
+__all__ = ["Recording", "record_run"]
+
+_FRAME = "map"
+
+
+class Recording:
+    """Writes messages to an MCAP file, which is there once it is closed.
+
+    Parameters
+    ----------
+    file : str or os.PathLike
+        The file, ``*.mcap``; what stood there is replaced.
+
+    Raises
+    ------
+    ConfigError
+        The file is not called ``*.mcap``.
+    OSError
+        Its folder cannot be written to.
+    PopsteerError
+        The extra ``ros2`` is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from popsteer import logs
+    >>> from popsteer.adapters.ros2 import ackermann_message, odometry_message
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> with Recording(f"{folder.name}/drive.mcap") as recording:
+    ...     for k in range(3):
+    ...         at = 1_000_000_000 + k * 20_000_000
+    ...         recording.add("/odom", odometry_message(0.1 * k, 0.0, 0.0, 5.0, at, "map"), at)
+    ...         recording.add("/drive", ackermann_message(0.1, 5.0, 0.0, at, "base_link"), at)
+    >>> logs.read(f"{folder.name}/drive.mcap").steer[0].round(6)
+    np.float64(0.1)
+    >>> folder.cleanup()
+    """
+
+    def __init__(self, file: str | os.PathLike[str]) -> None:
+        store()  # names the extra where it is missing
+        from rosbags.rosbag2 import StoragePlugin, Writer
+
+        self.file = FilePath(file)
+        if self.file.suffix != ".mcap":
+            raise ConfigError("--record", str(file), "a file *.mcap")
+        check_files([self.file])
+        self.file.parent.mkdir(parents=True, exist_ok=True)
+        # Beside the file, so that it is moved there whole.
+        self._folder = FilePath(
+            tempfile.mkdtemp(prefix=f".{self.file.name}.", dir=self.file.parent)
+        )
+        bag = self._folder / "bag"
+        self._writer = Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._writer.open()
+        self._connections: dict[tuple[str, str], Any] = {}
+        self.count = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        # What failed before anything came in leaves no file.
+        self.close(discard=kind is not None and self.count == 0)
+
+    def add(self, topic: str, message: Any, nanoseconds: int) -> None:  # noqa: ANN401
+        """Write a message.
+
+        Parameters
+        ----------
+        topic : str
+            Its topic.
+        message : object
+            The message.
+        nanoseconds : int
+            When it was sent or received [ns].
+        """
+        self.add_bytes(topic, message.__msgtype__, encode(message), nanoseconds)
+
+    def add_bytes(self, topic: str, kind: str, data: bytes, nanoseconds: int) -> None:
+        """Write the bytes of a message.
+
+        Parameters
+        ----------
+        topic : str
+            Its topic.
+        kind : str
+            Its type.
+        data : bytes
+            The message.
+        nanoseconds : int
+            When it was sent or received [ns].
+        """
+        if (topic, kind) not in self._connections:
+            self._connections[topic, kind] = self._writer.add_connection(
+                topic, kind, typestore=store()
+            )
+        self._writer.write(self._connections[topic, kind], nanoseconds, data)
+        self.count += 1
+
+    def close(self, *, discard: bool = False) -> None:
+        """Finish the file.
+
+        Parameters
+        ----------
+        discard : bool, default False
+            Whether to leave none.
+        """
+        if not self._folder.exists():
+            return
+        try:
+            self._writer.close()
+            (found,) = (self._folder / "bag").glob("*.mcap")
+            if not discard:
+                found.replace(self.file)
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def record_run(run: Run, file: str | os.PathLike[str]) -> int:
+    """Write a simulated run as the messages that a node would have exchanged.
+
+    Odometry, drive commands, diagnostics and the path, with stamps from 1 s on.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    file : str or os.PathLike
+        The file, ``*.mcap``.
+
+    Returns
+    -------
+    int
+        How many messages were written.
+
+    Raises
+    ------
+    ConfigError
+        The file is not called ``*.mcap``.
+    OSError
+        It cannot be written.
+    PopsteerError
+        The extra ``ros2`` is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from popsteer import Path, Stanley, sim
+    >>> run = sim.run(Stanley(Path([(0.0, 0.0), (90.0, 0.0)])), constant_speed=8.0)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     count = record_run(run, f"{folder}/run.mcap")
+    >>> count == 3 * len(run.records["time"]) + 1
+    True
+    """
+    topics = Topics()
+    records = {name: values.tolist() for name, values in run.records.items()}
+    x, y = run.path.x, run.path.y
+    steps = list(zip(x[:-1], y[:-1], x[1:], y[1:], strict=True))
+    headings = [math.atan2(d - b, c - a) for a, b, c, d in steps]
+    with Recording(file) as recording:
+        course = path_message(x, y, [*headings, headings[-1]], _time(0.0), _FRAME)
+        recording.add(topics.path, course, _time(0.0))
+        for k, time in enumerate(records["time"]):
+            row = {name: values[k] for name, values in records.items()}
+            at = _time(time)
+            pose = row["x"], row["y"], row["yaw"], row["speed"]
+            recording.add(topics.odometry, odometry_message(*pose, at, _FRAME), at)
+            drive = ackermann_message(row["steer"], row["speed"], 0.0, at, "base_link")
+            recording.add(topics.command, drive, at)
+            recording.add(topics.diagnostics, run_message(row, at), at)
+        return recording.count
+
+
+def _time(seconds: float) -> int:
+    """Give the stamp; 0 would mean that there is none."""
+    return 10**9 + round(seconds * 1e9)

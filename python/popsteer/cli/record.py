@@ -1,0 +1,76 @@
+"""``popsteer record``: what a node and its surroundings exchange, as an MCAP file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from popsteer.cli.ros2_options import (
+    Autoware,
+    CommandType,
+    Domain,
+    Localhost,
+    PathType,
+    Timeout,
+    Topic,
+    stop_on_signals,
+    topics_of,
+)
+
+__all__ = ["HELP", "record"]
+
+HELP = """\
+Record the topics of "popsteer ros2" as MCAP, without ROS: odometry, path, commands, the intended
+trajectory, diagnostics and the clock.
+
+Foxglove, Rerun and "ros2 bag" read the file; "popsteer identify" and "popsteer replay" take it as
+their log. Ctrl-C ends the recording; so does --seconds. Where nothing is heard within --timeout, it
+ends with one line and status 2.
+
+\b
+Examples:
+  popsteer record drive.mcap
+  popsteer record drive.mcap --topic odometry=/ego/odom --seconds 60
+  popsteer record drive.mcap --autoware --domain 7
+"""
+
+
+def record(
+    *,
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE.mcap", help="The file to write.", show_default=False)
+    ],
+    topic: Topic = None,
+    path_type: PathType = None,
+    command_type: CommandType = None,
+    autoware: Autoware = False,
+    seconds: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Record for so long.", show_default=False),
+    ] = None,
+    domain: Domain = None,
+    localhost: Localhost = False,
+    timeout: Timeout = 10.0,
+) -> None:
+    """Record the topics of the ROS 2 node."""
+    from popsteer.adapters.ros2.dds import Participant
+    from popsteer.adapters.ros2.recording import Recording
+    from popsteer.adapters.ros2.tap import tap
+
+    topics = topics_of(topic, path_type, command_type, autoware=autoware)
+    stopped = stop_on_signals()
+    participant = Participant(domain, local=True if localhost else None)
+    with Recording(file) as recording:
+        counts = tap(
+            participant,
+            topics.types(),
+            recording,
+            stopped,
+            timeout=timeout,
+            seconds=float("inf") if seconds is None else seconds,
+        )
+    for name, count in counts.items():
+        print(f"{count:7d}  {name}")
+    print(f"Written to {file}")

@@ -1,0 +1,88 @@
+"""What ``--report`` shares among the commands: the file is checked before, and written after."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import typer
+
+from popsteer.errors import ConfigError
+from popsteer.files import check_files, write_bytes_atomic
+
+__all__ = ["check", "command_line", "write"]
+
+_KINDS = (".html", ".htm")
+
+
+def check(file: Path | None) -> None:
+    """Refuse a page that cannot be written, before the work that it is to show.
+
+    Parameters
+    ----------
+    file : pathlib.Path or None
+        The file that ``--report`` names, if it was given.
+
+    Raises
+    ------
+    ConfigError
+        It is no HTML file by its name.
+    ModuleNotFoundError
+        Plotly is not installed.
+    OSError
+        It cannot be written.
+
+    Examples
+    --------
+    >>> check(Path("page.pdf"))
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: --report must be a file *.html, got 'page.pdf'
+    """
+    if file is None:
+        return
+    if file.suffix.lower() not in _KINDS:
+        raise ConfigError("--report", str(file), "a file *.html")
+    import plotly  # noqa: F401 - missed now rather than after the runs
+
+    check_files([file])
+
+
+def command_line(context: typer.Context) -> str:
+    """Give the command as it was typed, for a shell.
+
+    Parameters
+    ----------
+    context : typer.Context
+        Of the command.
+
+    Returns
+    -------
+    str
+        ``popsteer`` and its arguments, quoted where they need it; empty where it is not known.
+    """
+    arguments = context.obj
+    return shlex.join(["popsteer", *arguments]) if isinstance(arguments, list) else ""
+
+
+def write(file: Path, page: bytes) -> str:
+    """Write a page, whole or not at all.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        The file.
+    page : bytes
+        Its content.
+
+    Returns
+    -------
+    str
+        What was done, for a line at the end of the output.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    write_bytes_atomic(file, page)
+    return f"Written to {file}"

@@ -1,0 +1,181 @@
+"""``popsteer ros2``: a ROS 2 node that steers, without a ROS installation."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from popsteer import controllers
+from popsteer.cli import inputs, options
+from popsteer.cli.ros2_options import (
+    Autoware,
+    CommandType,
+    Domain,
+    Localhost,
+    PathType,
+    Timeout,
+    Topic,
+    stop_on_signals,
+    topics_of,
+)
+from popsteer.errors import ConfigError
+
+if TYPE_CHECKING:
+    from popsteer import Path, Vehicle
+    from popsteer.controllers import Controller
+
+__all__ = ["HELP", "ros2"]
+
+HELP = """\
+Run a ROS 2 node that steers along the paths that a planner publishes. It needs no ROS: DDS and the
+messages come with the extra 'ros2'.
+
+It takes odometry and a path, and publishes drive commands, the intended trajectory and diagnostics.
+It steers from the first path on, at a fixed rate, and counts with the time that has really passed.
+Where odometry is missing or too old, a path is in another frame, or time jumps, it holds the last
+command for --hold, then brakes to a stand, says why, and goes on when it can. The same where a
+status says fault. Ctrl-C ends it; its last command is to stand.
+
+\b
+Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
+  odometry     /odom                     nav_msgs/Odometry
+  path         /path                     nav_msgs/Path, or with --path-type trajectory
+                                         autoware_planning_msgs/Trajectory
+  command      /drive                    ackermann_msgs/AckermannDriveStamped, or with
+                                         --command-type control autoware_control_msgs/Control
+  predicted    /popsteer/predicted_path  nav_msgs/Path: the trajectory that is intended
+  diagnostics  /diagnostics              diagnostic_msgs/DiagnosticArray
+  clock        /clock                    rosgraph_msgs/Clock, with --sim-time
+
+\b
+Examples:
+  popsteer ros2 --vehicle car.toml
+  popsteer ros2 --vehicle car.toml --max-speed 3 --topic odometry=/ego/odom --topic path=/plan
+  popsteer ros2 --vehicle car.toml --params tuned.toml --controller pop --rate 100
+  popsteer ros2 --vehicle car.toml --autoware --record drive.mcap
+  ROS_DOMAIN_ID=7 popsteer ros2 --vehicle car.toml --sim-time
+
+The pose of the odometry has to be that of the vehicle's point, from which its rear_axle is
+measured. Where nothing is heard within --timeout, it ends with one line and status 2.
+"""
+
+
+def ros2(
+    *,
+    vehicle: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FILE",
+            help="The vehicle: a file *.toml as popsteer.Vehicle.save and popsteer identify write"
+            " it, or a name.",
+        ),
+    ],
+    set_vehicle: options.SetVehicle = None,
+    controller: Annotated[
+        str,
+        typer.Option(metavar="NAME", help=f"The controller: {', '.join(inputs.OWN_CONTROLLERS)}."),
+    ] = "preview-pop",
+    preset: options.Preset = "default",
+    params: options.Params = None,
+    set_: options.Set = None,
+    no_adapt: options.NoAdapt = False,
+    max_speed: Annotated[
+        float,
+        typer.Option(
+            metavar="M/S",
+            help="Go no faster than this, whatever the path and the vehicle allow. A nav_msgs/Path"
+            " has no speeds: it is driven as fast as this and the vehicle's limits allow.",
+        ),
+    ] = 5.0,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Control steps a second.")] = 50.0,
+    stale: Annotated[
+        float,
+        typer.Option(metavar="SECONDS", help="Odometry older than this is not steered by."),
+    ] = 0.3,
+    hold: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            help="How long the last command is held before the node brakes to a stand.",
+        ),
+    ] = 0.2,
+    topic: Topic = None,
+    path_type: PathType = None,
+    command_type: CommandType = None,
+    autoware: Autoware = False,
+    sim_time: Annotated[
+        bool, typer.Option("--sim-time", help="Time is that of the topic clock.")
+    ] = False,
+    closed: Annotated[
+        bool, typer.Option("--closed", help="The last point of each path joins its first.")
+    ] = False,
+    domain: Domain = None,
+    localhost: Localhost = False,
+    timeout: Timeout = 10.0,
+    record: options.Record = None,
+) -> None:
+    """Run a ROS 2 node that steers, without ROS."""
+    from popsteer.adapters.ros2.dds import Participant
+    from popsteer.adapters.ros2.node import Node, Options
+    from popsteer.adapters.ros2.pacing import spin
+    from popsteer.adapters.ros2.recording import Recording
+
+    given = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
+    tuning = inputs.tuned(
+        [controller],
+        preset,
+        set_,
+        no_adapt=no_adapt,
+        params=params,
+        known=inputs.OWN_CONTROLLERS,
+    )
+    topics = topics_of(topic, path_type, command_type, autoware=autoware)
+    settings = Options(
+        rate=rate,
+        stale=stale,
+        hold=hold,
+        timeout=timeout,
+        closed=closed,
+        sim_time=sim_time,
+        topics=topics,
+    )
+    make = partial(_make, controller, _limited(given, max_speed), tuning)
+    stopped = stop_on_signals()
+    with ExitStack() as stack:
+        # First, so that it names the extra that is missing before a file is made.
+        participant = Participant(domain, local=True if localhost else None)
+        recording = None if record is None else stack.enter_context(Recording(record))
+        node = Node(participant, make, settings, recording=recording, say=_say)
+        _say(
+            f"domain {participant.domain}: {topics.odometry}, {topics.path} -> {topics.command}"
+            f" at {rate:g} Hz"
+        )
+        spin(node, participant, stopped)
+    loop, intake = node.loop, node.intake
+    print(
+        f"{loop.cycles} cycles, {loop.missed} missed; odometry: {intake.odometry.received}"
+        f" messages, {intake.odometry.refused} refused; path: {intake.courses.received},"
+        f" {intake.courses.refused} refused"
+    )
+    if recording is not None:
+        print(f"Written to {record}: {recording.count} messages")
+
+
+def _make(name: str, vehicle: Vehicle, tuning: inputs.Tuning, path: Path) -> Controller:
+    kind: Any = controllers.get(name).controller
+    made: Controller = kind(path, vehicle, tuning.params[name], adapt=tuning.adapt)
+    return made
+
+
+def _limited(vehicle: Vehicle, max_speed: float) -> Vehicle:
+    if not 0.0 < max_speed <= 1e4:
+        raise ConfigError("--max-speed", max_speed, "in (0, 10000]")
+    most = max_speed if vehicle.max_speed is None else min(vehicle.max_speed, max_speed)
+    return vehicle.replace(max_speed=most)
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)

@@ -1,0 +1,109 @@
+"""Who works the pedals in an experiment, by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from popsteer._core import (
+    CoupledLongitudinal,
+    CoupledLongitudinalParams,
+    SpeedPid,
+    SpeedPidParams,
+    SpeedTracker,
+    SpeedTrackerParams,
+)
+from popsteer.errors import ConfigError
+
+if TYPE_CHECKING:
+    from popsteer._core import Path, Vehicle
+    from popsteer.sim.pedals import Longitudinal
+
+__all__ = ["KINDS", "LongitudinalParams", "made", "name_of", "params_of"]
+
+LongitudinalParams: TypeAlias = CoupledLongitudinalParams | SpeedPidParams | SpeedTrackerParams
+"""Parameters of a longitudinal controller, of one class each."""
+KINDS: dict[str, type[LongitudinalParams]] = {
+    "coupled": CoupledLongitudinalParams,
+    "speed-pid": SpeedPidParams,
+    "speed-tracker": SpeedTrackerParams,
+}
+"""The parameters of each longitudinal controller by its name."""
+
+
+def params_of(name: str) -> LongitudinalParams:
+    """Give the default parameters of a longitudinal controller.
+
+    Parameters
+    ----------
+    name : str
+        Of `KINDS`.
+
+    Returns
+    -------
+    parameters
+        Those of the controller.
+
+    Raises
+    ------
+    ConfigError
+        No longitudinal controller has this name.
+
+    Examples
+    --------
+    >>> params_of("speed-pid")
+    SpeedPidParams(kp=0.5, ki=0.1, kd=0.0)
+    """
+    if name not in KINDS:
+        raise ConfigError.unknown("longitudinal controller", name, KINDS)
+    return KINDS[name]()
+
+
+def name_of(params: LongitudinalParams) -> str:
+    """Give the name of the longitudinal controller that has these parameters.
+
+    Parameters
+    ----------
+    params : parameters
+        Of `KINDS`.
+
+    Returns
+    -------
+    str
+        Its name.
+
+    Examples
+    --------
+    >>> name_of(SpeedTrackerParams())
+    'speed-tracker'
+    """
+    return next(name for name, kind in KINDS.items() if isinstance(params, kind))
+
+
+def made(params: LongitudinalParams | None, path: Path, vehicle: Vehicle) -> Longitudinal | None:
+    """Make the longitudinal controller of a run.
+
+    Parameters
+    ----------
+    params : parameters or None
+        Of `KINDS`; None for the paper's controller.
+    path : Path
+        What is driven along.
+    vehicle : Vehicle
+        What a `SpeedTracker` plans for.
+
+    Returns
+    -------
+    CoupledLongitudinal or SpeedPid or SpeedTracker or None
+        As `popsteer.sim.run` takes it.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> made(SpeedTrackerParams(), popsteer.Path([(0.0, 0.0), (9.0, 0.0)]), popsteer.Vehicle())
+    SpeedTracker(SpeedTrackerParams(kp=1.5, ki=0.2, max_jerk=20.0, reserve=0.4, drive_delay=0.0))
+    """
+    if params is None:
+        return None
+    if isinstance(params, SpeedTrackerParams):
+        return SpeedTracker(path, vehicle, params)
+    return SpeedPid(params) if isinstance(params, SpeedPidParams) else CoupledLongitudinal(params)

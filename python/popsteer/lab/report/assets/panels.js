@@ -1,0 +1,157 @@
+// Quantities over time or distance, one below the other, under one cursor.
+const GAP = 0.045;
+const NARROW = 480; // pixels
+
+class Panels {
+  constructor(element, onPick) {
+    this.element = element;
+    this.onPick = onPick;
+    this.line = document.createElement("div");
+    this.line.className = "line";
+    this.dots = document.createElementNS(SVG, "svg");
+    this.dots.setAttribute("class", "dots");
+    this.dots.setAttribute("aria-hidden", "true");
+    const pick = (event, clicked) => {
+      if (!this.scene || event.buttons) return;
+      const { xaxis } = element._fullLayout;
+      const pixel = event.clientX - element.getBoundingClientRect().left - xaxis._offset;
+      if (pixel < 0 || pixel > xaxis._length) return;
+      this.onPick(xaxis.p2l(pixel), clicked);
+    };
+    element.addEventListener("pointermove", (event) => pick(event, false));
+    element.addEventListener("click", (event) => pick(event, true));
+  }
+
+  async show(scene, axis) {
+    this.scene = scene;
+    this.axis = axis;
+    await this.draw();
+    this.element.removeAllListeners?.("plotly_afterplot");
+    this.element.on("plotly_afterplot", () => this.place());
+    this.place();
+  }
+
+  draw() {
+    const { scene, axis } = this;
+    const panels = scene.panels;
+    const weights = panels.map((panel) => (panel.column === "status" ? 0.16 + 0.08 * scene.actors.length : 1));
+    const unit = (1 - GAP * (panels.length - 1)) / weights.reduce((sum, each) => sum + each, 0);
+    const traces = [], shapes = [], notes = [];
+    const last = panels.length === 1 ? "y" : `y${panels.length}`;
+    const layout = layoutStyle({
+      uirevision: `${scene.title} ${axis}`, // a zoom outlives a change of colours
+      showlegend: false, hovermode: false, dragmode: coarse ? false : "zoom", shapes, annotations: notes,
+      margin: { l: 8, r: 12, t: 1.9 * letterSize(), b: 8 },
+      xaxis: axisStyle({
+        title: { text: axis === "time" ? "time [s]" : scene.distanceTitle, standoff: 6 },
+        anchor: last, zeroline: false,
+      }),
+    });
+    let top = 1;
+    panels.forEach((panel, place) => {
+      const name = place ? `y${place + 1}` : "y", full = place ? `yaxis${place + 1}` : "yaxis";
+      const bottom = Math.max(0, top - unit * weights[place]);
+      layout[full] = axisStyle({ domain: [bottom, top], fixedrange: true, nticks: 5 });
+      notes.push({
+        text: `<b>${this.fits(panel.title) ? panel.title : panel.short}</b>`, xref: "paper", yref: "paper", x: 0, y: top, xanchor: "left",
+        yanchor: "bottom", showarrow: false, font: { color: role("text") },
+      });
+      top = bottom - GAP;
+      if (panel.column === "status") this.addStatuses(traces, name, layout[full]);
+      else this.addLines(traces, shapes, panel, name);
+    });
+    return Plotly.react(this.element, traces, layout, plotConfig);
+  }
+
+  // Whether a title, beside the marks of the axis, is not cut off.
+  fits(title) {
+    return 0.62 * letterSize() * title.length < this.element.clientWidth - 6 * letterSize();
+  }
+
+  addLines(traces, shapes, panel, name) {
+    for (const actor of this.scene.actors) {
+      const values = actor.columns[panel.column];
+      if (!values) continue;
+      traces.push({
+        x: actor.columns[this.axis], y: values, yaxis: name, mode: "lines", connectgaps: false,
+        line: { color: shade(actor.colour), width: actor.width }, hoverinfo: "skip", visible: !actor.hidden,
+        actor: actor.name,
+      });
+    }
+    for (const sign of panel.limit ? [-1, 1] : []) {
+      shapes.push({
+        type: "line", xref: "paper", x0: 0, x1: 1, yref: name, y0: sign * panel.limit,
+        y1: sign * panel.limit, line: { color: role("faint"), dash: "dash", width: 1 },
+      });
+    }
+  }
+
+  // A row for each controller: thin where it was degraded, thick where it was at fault.
+  addStatuses(traces, name, axis) {
+    const actors = this.scene.actors.filter((actor) => actor.columns.status);
+    Object.assign(axis, {
+      range: [actors.length - 0.4, -0.6], tickvals: actors.map((_, k) => k),
+      ticktext: actors.map(({ title }) => (title.length > 13 && this.element.clientWidth < NARROW
+        ? `${title.slice(0, 12)}…` : title)),
+      zeroline: false, showgrid: false,
+    });
+    actors.forEach((actor, row) => {
+      const along = actor.columns[this.axis], bits = actor.columns.status;
+      const drawn = { ok: [[], []], degraded: [[], []], fault: [[], []] };
+      for (let k = 0; k < bits.length; k++) {
+        const [x, y] = drawn[this.scene.statuses[bits[k]][0]];
+        if (k && bits[k] !== bits[k - 1]) { x.push(NaN); y.push(NaN); }
+        x.push(along[k], along[Math.min(k + 1, bits.length - 1)]);
+        y.push(row, row);
+        if (k + 1 < bits.length && bits[k] !== bits[k + 1]) { x.push(NaN); y.push(NaN); }
+      }
+      for (const [level, width] of [["ok", 1], ["degraded", 4], ["fault", 11]]) {
+        traces.push({
+          x: drawn[level][0], y: drawn[level][1], yaxis: name, mode: "lines", connectgaps: false,
+          line: { color: shade(actor.colour), width, simplify: true }, opacity: level === "ok" ? 0.5 : 1,
+          hoverinfo: "skip", visible: !actor.hidden, actor: actor.name,
+        });
+      }
+    });
+  }
+
+  place() {
+    for (const part of [this.dots, this.line]) {
+      if (part.parentNode !== this.element) this.element.append(part);
+    }
+    if (this.last !== undefined) this.move(this.last);
+  }
+
+  // Puts the cursor, and a dot on each line.
+  move(value) {
+    this.last = value;
+    const layout = this.element._fullLayout;
+    if (!layout || !this.scene) return;
+    const { xaxis } = layout;
+    const pixel = xaxis._offset + xaxis.l2p(value);
+    const visible = pixel >= xaxis._offset - 1 && pixel <= xaxis._offset + xaxis._length + 1;
+    const first = layout.yaxis;
+    const end = layout[this.scene.panels.length > 1 ? `yaxis${this.scene.panels.length}` : "yaxis"];
+    Object.assign(this.line.style, {
+      display: visible ? "" : "none", left: `${pixel}px`, top: `${first._offset}px`,
+      height: `${end._offset + end._length - first._offset}px`,
+    });
+    let used = 0;
+    const dots = this.dots.children;
+    this.scene.panels.forEach((panel, place) => {
+      const axis = layout[place ? `yaxis${place + 1}` : "yaxis"];
+      for (const actor of panel.column === "status" ? [] : this.scene.actors) {
+        const along = actor.columns[this.axis];
+        const here = between(actor.columns[panel.column], sampleAt(along, value));
+        if (actor.hidden || !visible || !Number.isFinite(here) || value > along.at(-1)) continue;
+        const dot = dots[used] ?? svgPart("circle", { r: 3.5, "stroke-width": 1 }, this.dots);
+        used += 1;
+        dot.setAttribute("cx", pixel);
+        dot.setAttribute("cy", axis._offset + axis.l2p(here));
+        dot.setAttribute("fill", shade(actor.colour));
+        dot.setAttribute("stroke", role("background"));
+      }
+    });
+    while (dots.length > used) dots[dots.length - 1].remove();
+  }
+}

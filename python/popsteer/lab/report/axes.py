@@ -1,0 +1,40 @@
+"""Logarithmic axes whose marks are read at once."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+__all__ = ["log_axis"]
+
+_MANY = 2.5  # decades from which on 2 and 5 are left out
+
+
+def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
+    """Describe a logarithmic axis.
+
+    Parameters
+    ----------
+    title : str
+        Its title.
+    low, high : float
+        The least and the greatest value on it.
+
+    Returns
+    -------
+    dict
+        For plotly: marks at 1, 2 and 5 of each decade, or at 1 alone where there are many.
+
+    Examples
+    --------
+    >>> log_axis("t", 0.2, 3.0)["ticktext"]
+    ['0.2', '0.5', '1', '2']
+    """
+    steps = (1,) if math.log10(high / low) > _MANY else (1, 2, 5)
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    marks = [step * 10.0**power for power in range(first, last + 1) for step in steps]
+    marks = [float(f"{mark:.1g}") for mark in marks if 0.999 * low <= mark <= 1.001 * high]
+    axis: dict[str, Any] = {"type": "log", "title": {"text": title}}
+    if len(marks) > 1:
+        axis |= {"tickvals": marks, "ticktext": [f"{mark:g}" for mark in marks]}
+    return axis

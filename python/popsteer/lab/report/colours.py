@@ -1,0 +1,103 @@
+"""The colours of a page: each a pair, for a light and for a dark background."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from popsteer.lab.common.theme import THEMES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = ["Colour", "colours_of", "named", "ranked", "style"]
+
+Colour = list[str]
+"""On light, on dark."""
+
+_SURFACE = {"light": "#f6f8fa", "dark": "#151b23"}
+_ACCENT = {"light": "#0969da", "dark": "#4493f8"}
+_RANKED = {
+    "light": ("#d55e00", "#0072b2", "#009e73", "#b5589a", "#8a6d00", "#5b21e6", "#882255"),
+    "dark": ("#ff8c42", "#56b4e9", "#2fd0a0", "#e79ccb", "#f0e442", "#8163ff", "#ff9da7"),
+}
+
+
+def colours_of(names: Iterable[str]) -> dict[str, Colour]:
+    """Give each controller its colours.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names of controllers.
+
+    Returns
+    -------
+    dict
+        The same as in the figures that are files.
+    """
+    names = list(names)
+    light, dark = (THEMES[name].colours(names) for name in ("light", "dark"))
+    return {name: [light[name], dark[name]] for name in names}
+
+
+def named(role: str) -> Colour:
+    """Give the colours of a role.
+
+    Parameters
+    ----------
+    role : str
+        A field of `popsteer.lab.common.theme.Theme`, or a controller.
+
+    Returns
+    -------
+    list of str
+        On light, on dark.
+    """
+    return [
+        theme.laws[role] if role in theme.laws else str(getattr(theme, role))
+        for theme in (THEMES["light"], THEMES["dark"])
+    ]
+
+
+def ranked(place: int) -> Colour:
+    """Give the colours of what has no name but a place, such as the worst run.
+
+    Parameters
+    ----------
+    place : int
+        Its place, from 0.
+
+    Returns
+    -------
+    list of str
+        On light, on dark.
+    """
+    return [_RANKED[name][place % len(_RANKED[name])] for name in ("light", "dark")]
+
+
+def style() -> str:
+    """Give the colours as custom properties of CSS, which change with the system's setting.
+
+    Returns
+    -------
+    str
+        Rules for the head of a page.
+    """
+
+    def rules(name: str) -> str:
+        theme = THEMES[name]
+        values = {
+            "background": theme.background,
+            "surface": _SURFACE[name],
+            "text": theme.text,
+            "faint": theme.faint,
+            "grid": theme.grid,
+            "path": theme.path,
+            "accent": _ACCENT[name],
+        }
+        return " ".join(f"--{key}: {value};" for key, value in values.items())
+
+    return (
+        f":root {{ color-scheme: light dark; {rules('light')} }}\n"
+        f"@media (prefers-color-scheme: dark) {{ :root {{ {rules('dark')} }} }}\n"
+    )

@@ -1,0 +1,168 @@
+"""The page of an identification: the measured car beside the simulated one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer import vehicle_file
+from popsteer.lab.identify.table import caption, identified_table
+from popsteer.lab.report.colours import named
+from popsteer.lab.report.markup import block, paragraphs, table
+from popsteer.lab.report.origin import Origin
+from popsteer.lab.report.page import Page, Section, page_bytes
+from popsteer.lab.report.replay import broken
+from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from popsteer._core import Vehicle
+    from popsteer.identification import Identification
+
+__all__ = ["of_identification"]
+
+_SMOOTHING = 0.25  # s
+_PANELS = (
+    Panel("yaw_rate", "Yaw rate, smoothed over 0.25 s [rad/s]", "yaw rate [rad/s]", 3),
+    Panel("yaw_rate_residual", "Yaw rate, measured less simulated [rad/s]", "residual [rad/s]", 4),
+    Panel("position_error", "Position, measured less simulated, to the left [m]", "off [m]", 3),
+    ANGLES,
+    Panel("speed", "Speed [m/s]", "v [m/s]", 2),
+)
+
+
+def of_identification(
+    found: Identification, told: Vehicle | None = None, origin: Origin | None = None
+) -> bytes:
+    """Make the page of an identification.
+
+    Parameters
+    ----------
+    found : Identification
+        What was found.
+    told : Vehicle, optional
+        What was known before.
+    origin : Origin, optional
+        The command that made it.
+
+    Returns
+    -------
+    bytes
+        One HTML file, which needs nothing from the network.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Plotly is not installed; the extra ``lab`` brings it.
+    """
+    origin = Origin() if origin is None else origin
+    vehicle = block("The vehicle as found, for --vehicle", vehicle_file.as_toml(found.vehicle))
+    if told is not None:
+        vehicle += block("The vehicle as given before", vehicle_file.as_toml(told))
+    return page_bytes(
+        Page(
+            title=f"The vehicle of {found.log.name}",
+            lead=caption(found),
+            command=origin.command,
+            results=table(identified_table(found, told), "What was found, with standard errors")
+            + paragraphs(found.notes),
+            scenes=[_scene(found)],
+            roles={"measured": named("pop"), "simulated": named("pid")},
+            figures=_histograms(found),
+            sections=[Section("vehicle", "Vehicle", vehicle)],
+        )
+    )
+
+
+def _scene(found: Identification) -> Scene:
+    log, records = found.log, found.records
+    time = records["t"] - records["t"][0]
+    counts = np.asarray(records["counts"], dtype=np.bool_)
+    residual = np.where(counts, records["yaw_rate"] - records["simulated_yaw_rate"], np.nan)
+    common = {"time": time, "distance": travelled(time, log.speed)}
+    measured = {
+        **common,
+        "x": broken(records["x"], log.gaps),
+        "y": records["y"],
+        "yaw": log.yaw,
+        "speed": broken(log.speed, log.gaps),
+        "steer_deg": broken(np.degrees(log.steer), log.gaps),
+        "yaw_rate": _smooth(broken(records["yaw_rate"], log.gaps), log.period),
+        "yaw_rate_residual": _smooth(broken(residual, log.gaps), log.period),
+        "position_error": broken(np.where(counts, records["position_error"], np.nan), log.gaps),
+    }
+    # The simulated car begins anew now and then: the line breaks where it jumps.
+    x, y = records["simulated_x"], records["simulated_y"]
+    jumps = np.hypot(np.diff(x), np.diff(y)) > 2.0 * np.abs(log.speed[1:]) * np.diff(time) + 0.05
+    simulated = {
+        **common,
+        "x": broken(x, [*log.gaps, *(np.flatnonzero(jumps) + 1).tolist()]),
+        "y": y,
+        "yaw_rate": _smooth(broken(records["simulated_yaw_rate"], log.gaps), log.period),
+    }
+    return Scene(
+        title=log.name,
+        actors=[
+            Actor("measured", "measured", named("pop"), measured),
+            Actor("simulated", "simulated, anew every 10 s", named("pid"), simulated, body="dot"),
+        ],
+        panels=_PANELS,
+        vehicle=found.vehicle,
+        distance_title="distance driven [m]",
+    )
+
+
+def _smooth(values: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    """Take noise out of a line, and leave the holes in it."""
+    size = max(1, round(_SMOOTHING / period))
+    kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
+    if len(kernel) > len(values):
+        return values
+    whole = np.isfinite(values)
+    weight = np.convolve(whole.astype(np.float64), kernel, mode="same")
+    smooth = np.convolve(np.where(whole, values, 0.0), kernel, mode="same")
+    return np.where(whole, smooth / np.maximum(weight, 1e-12), np.nan)
+
+
+def _histograms(found: Identification) -> list[dict[str, Any]]:
+    """Draw how large what is unexplained is."""
+    records = found.records
+    counts = np.asarray(records["counts"], dtype=np.bool_)
+    rate = (records["yaw_rate"] - records["simulated_yaw_rate"])[counts]
+    return [
+        _histogram("Yaw rate, measured less simulated", "[rad/s]", rate),
+        _histogram(
+            "Position, measured less simulated, to the left",
+            "[m]",
+            records["position_error"][counts],
+        ),
+    ]
+
+
+def _histogram(title: str, unit: str, values: NDArray[Any]) -> dict[str, Any]:
+    values = np.asarray(values, dtype=np.float64)
+    values = values[np.isfinite(values)]
+    counts, edges = np.histogram(values, 60) if len(values) else (np.zeros(1), np.zeros(2))
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    return {
+        "title": title,
+        "note": f"{len(values)} samples, unsmoothed; root mean square"
+        f" {float(np.sqrt(np.mean(values**2))) if len(values) else 0.0:.4f} {unit[1:-1]}.",
+        "traces": [
+            {
+                "type": "bar",
+                "x": [float(f"{middle:.5g}") for middle in middles],
+                "y": [int(count) for count in counts],
+                "marker": {"color": "@measured"},
+                "hovertemplate": "%{y} samples around %{x:.3g}<extra></extra>",
+            }
+        ],
+        "layout": {
+            "xaxis": {"title": {"text": f"residual {unit}"}},
+            "yaxis": {"title": {"text": "samples"}},
+            "bargap": 0.02,
+            "showlegend": False,
+        },
+    }

@@ -1,0 +1,196 @@
+"""From tables and texts to HTML, every character of them escaped."""
+
+from __future__ import annotations
+
+import html
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from rich.table import Table
+
+__all__ = ["block", "escape", "json_for_script", "paragraphs", "plain_table", "table"]
+
+
+def escape(text: str) -> str:
+    """Escape a text for HTML.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+
+    Returns
+    -------
+    str
+        For between tags and for attributes in quotes.
+
+    Examples
+    --------
+    >>> escape('a<b & "c"')
+    'a&lt;b &amp; &quot;c&quot;'
+    """
+    return html.escape(text, quote=True)
+
+
+def json_for_script(document: object) -> str:
+    r"""Write a document as JSON that may stand in a script element.
+
+    Parameters
+    ----------
+    document : object
+        What it says; finite numbers alone.
+
+    Returns
+    -------
+    str
+        JSON without ``<``, ``>`` and ``&``, so that nothing in it ends the element.
+
+    Examples
+    --------
+    >>> json_for_script({"name": "</script>"})
+    '{"name":"\\u003c/script\\u003e"}'
+    """
+    text = json.dumps(document, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    for sign in "<>&":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return text
+
+
+def table(shown: Table, label: str) -> str:
+    """Set out a table of the terminal as one of HTML.
+
+    Parameters
+    ----------
+    shown : rich.table.Table
+        The table; cells of text.
+    label : str
+        What it shows, for readers that see no picture of it.
+
+    Returns
+    -------
+    str
+        The same heads and cells, bold ones bold; in a box that scrolls where it is too wide.
+
+    Examples
+    --------
+    >>> from popsteer.lab.common.layout import blank_table
+    >>> shown = blank_table()
+    >>> shown.add_column("name")
+    >>> shown.add_row("pop")
+    >>> '<th scope="row">pop</th>' in table(shown, "names")
+    True
+    """
+    heads = [_text(column.header)[0] for column in shown.columns]
+    columns = [[_text(cell) for cell in column.cells] for column in shown.columns]
+    right = [column.justify == "right" for column in shown.columns]
+    title = str(shown.title) if shown.title else label
+    rows = list(zip(*columns, strict=True))
+    return _table(title, heads, rows, right, visible=bool(shown.title))
+
+
+def plain_table(
+    label: str, heads: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1
+) -> str:
+    """Set out a table of plain cells.
+
+    Parameters
+    ----------
+    label : str
+        What it shows; stands above it.
+    heads : sequence of str
+        The head of each column.
+    rows : iterable of sequences of str
+        The cells.
+    left : int, default 1
+        How many columns hold names rather than numbers.
+
+    Returns
+    -------
+    str
+        The table.
+    """
+    cells = [[(cell, False) for cell in row] for row in rows]
+    right = [place >= left for place in range(len(heads))]
+    return _table(label, heads, cells, right, visible=True)
+
+
+def _table(
+    label: str,
+    heads: Sequence[str],
+    rows: Sequence[Sequence[tuple[str, bool]]],
+    right: Sequence[bool],
+    *,
+    visible: bool,
+) -> str:
+    shown = "" if visible else ' class="hidden"'
+    lines = [
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(label)}">',
+        f"<table><caption{shown}>{escape(label)}</caption>",
+        "<thead><tr>",
+    ]
+    for head, number in zip(heads, right, strict=True):
+        # A head that is broken into lines for the terminal is one line again.
+        whole = " ".join(head.replace("-\n", "").split())
+        lines.append(f'<th scope="col"{_aligned(number=number)}>{escape(whole)}</th>')
+    lines.append("</tr></thead><tbody>")
+    for row in rows:
+        lines.append("<tr>")
+        for place, ((text, bold), number) in enumerate(zip(row, right, strict=True)):
+            inner = f"<strong>{escape(text)}</strong>" if bold else escape(text)
+            tag, scope = ("th", ' scope="row"') if place == 0 and not number else ("td", "")
+            lines.append(f"<{tag}{scope}{_aligned(number=number)}>{inner}</{tag}>")
+        lines.append("</tr>")
+    lines.append("</tbody></table></div>")
+    return "".join(lines)
+
+
+def _aligned(*, number: bool) -> str:
+    return ' class="number"' if number else ""
+
+
+def _text(cell: Any) -> tuple[str, bool]:  # noqa: ANN401 - rich takes anything that it can show
+    """Give what stands in a cell, and whether it is bold."""
+    return str(cell), "bold" in str(getattr(cell, "style", ""))
+
+
+def paragraphs(lines: Iterable[str]) -> str:
+    """Set out sentences, one paragraph each.
+
+    Parameters
+    ----------
+    lines : iterable of str
+        The sentences.
+
+    Returns
+    -------
+    str
+        Small paragraphs.
+    """
+    return "".join(f'<p class="note">{escape(line)}</p>' for line in lines)
+
+
+def block(title: str, text: str, *, is_open: bool = False) -> str:
+    """Set out a file or a command: a line that opens it, and a button that copies it.
+
+    Parameters
+    ----------
+    title : str
+        What it is.
+    text : str
+        Its content.
+    is_open : bool, default False
+        Whether it is open from the start.
+
+    Returns
+    -------
+    str
+        The block.
+    """
+    return (
+        f"<details{' open' if is_open else ''}><summary>{escape(title)}</summary>"
+        f'<div class="code"><button type="button" class="copy">Copy</button>'
+        f'<pre tabindex="0"><code>{escape(text)}</code></pre></div></details>'
+    )

@@ -1,0 +1,136 @@
+"""What made a page: vehicles, parameters and the run's settings, as TOML."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from popsteer import controllers, params_file, vehicle_file
+from popsteer.lab.common.vehicle import differences
+from popsteer.lab.report.markup import block, paragraphs
+from popsteer.lab.report.page import Section
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from popsteer._core import Settings, Vehicle
+
+__all__ = ["Origin", "settings_block", "tuning", "vehicles"]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What the command was, and what the runs do not say themselves."""
+
+    command: str = ""
+    """The command line."""
+    params: Mapping[str, Any] = field(default_factory=dict)
+    """Parameters of the controllers by name."""
+    adapt: Any = "auto"
+    """How they adapt: AdaptParams, ``"auto"`` or None."""
+    plants: Mapping[str, Any] = field(default_factory=dict)
+    """The plants by what they are called."""
+
+
+def vehicles(whole: Mapping[str, Vehicle], believed: Mapping[str, Vehicle]) -> Section:
+    """Show what was driven, and what the controllers were given of it.
+
+    Parameters
+    ----------
+    whole : mapping of str to Vehicle
+        The vehicles by name of the plant.
+    believed : mapping of str to Vehicle
+        What the controllers were given, by the same names.
+
+    Returns
+    -------
+    Section
+        A block for each that differs.
+    """
+    blocks = []
+    for name, vehicle in whole.items():
+        blocks.append(block(f"{name}: the vehicle", vehicle_file.as_toml(vehicle)))
+        told = believed.get(name, vehicle)
+        if told != vehicle:
+            said = differences(told, vehicle).removeprefix(", believed ")
+            title = f"{name}: the vehicle that the controllers were given ({said})"
+            blocks.append(block(title, vehicle_file.as_toml(told)))
+    return Section("vehicle", "Vehicle", "".join(blocks))
+
+
+def tuning(origin: Origin, *others: str) -> Section:
+    """Show the parameters.
+
+    Parameters
+    ----------
+    origin : Origin
+        What made the page.
+    *others : str
+        Blocks to show after them.
+
+    Returns
+    -------
+    Section
+        The tuning of each controller as ``--params`` reads it, how they adapt, and of each plant
+        what is not of its vehicle.
+    """
+    blocks = []
+    for name, params in origin.params.items():
+        if name in controllers.names():
+            blocks.append(block(f"{name}: parameters", params_file.as_toml(params)))
+        else:
+            blocks.append(block(f"{name}: parameters", _toml(name, params.as_dict())))
+    if origin.adapt is None:
+        blocks.append(paragraphs(["The controllers estimated nothing (--no-adapt)."]))
+    elif hasattr(origin.adapt, "as_dict"):
+        blocks.append(block("How the controllers adapt", _toml("adapt", origin.adapt.as_dict())))
+    for name, plant in origin.plants.items():
+        blocks += _plant(name, plant)
+    return Section("parameters", "Parameters", "".join([*blocks, *others]))
+
+
+def settings_block(settings: Settings) -> str:
+    """Show the settings of the runs.
+
+    Parameters
+    ----------
+    settings : Settings
+        How the runs went.
+
+    Returns
+    -------
+    str
+        A block.
+    """
+    values = settings.as_dict()
+    values.pop("keep_records", None)
+    return block("The run: settings, as --set-run takes them", _toml("run", values))
+
+
+def _plant(name: str, plant: Any) -> list[str]:  # noqa: ANN401 - any kind of plant
+    """Show the parameters of a plant, if it has any of its own."""
+    owner = getattr(plant, "params", plant)
+    if not hasattr(owner, "as_dict"):
+        return []
+    values = {key: value for key, value in owner.as_dict().items() if key != "vehicle"}
+    return [block(f"{name}: parameters of the plant", _toml(name, values))] if values else []
+
+
+def _toml(head: str, values: Mapping[str, Any]) -> str:
+    """Word values as TOML; what is None, as a comment."""
+    # A name with a dot or a space is quoted.
+    plain = head.replace("-", "").replace("_", "").isalnum() and head.isascii()
+    lines = [f"[{head.replace('-', '_')}]" if plain else f'["{head}"]']
+    for key, value in values.items():
+        if value is None:
+            lines.append(f"# {key} =")
+        elif isinstance(value, bool):
+            lines.append(f"{key} = {str(value).lower()}")
+        elif isinstance(value, str):
+            lines.append(f'{key} = "{value}"')
+        elif hasattr(value, "as_dict"):
+            inner = ", ".join(f"{k} = {v!r}" for k, v in value.as_dict().items() if v is not None)
+            lines.append(f"{key} = {{ {inner} }}")
+        else:
+            lines.append(f"{key} = {value!r}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,180 @@
+"""A page: its parts put together into one file that needs nothing else."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+from popsteer._core import __version__
+from popsteer.errors import PopsteerError
+from popsteer.lab.report.colours import named, style
+from popsteer.lab.report.markup import block, escape, json_for_script
+from popsteer.lab.report.pack import Pack
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from popsteer.lab.report.scene import Scene
+
+__all__ = ["LARGEST", "Page", "Section", "page_bytes"]
+
+LARGEST = 6_000_000
+"""Bytes of a page, at most."""
+_ASSETS = (
+    "numbers",
+    "theme",
+    "interpolate",
+    "map",
+    "panels",
+    "readout",
+    "player",
+    "figures",
+    "main",
+)
+_MOST_POINTS = 250_000  # of a scene: more take seconds to draw
+_STRIDES = tuple(2**k for k in range(16))
+_ROLES = ("background", "text", "faint", "grid", "path")
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page under a heading of its own."""
+
+    name: str
+    """What its link calls it."""
+    title: str
+    """Its heading."""
+    body: str
+    """Its content, HTML."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a page shows."""
+
+    title: str
+    """What was done."""
+    lead: str
+    """With what, in a line."""
+    command: str
+    """How to repeat it on the command line; empty where it was not from there."""
+    results: str
+    """Tables and notes, HTML."""
+    scenes: Sequence[Scene]
+    """What drives on the map; one of them is shown at a time."""
+    figures: Sequence[dict[str, Any]] = ()
+    """Figures for plotly: `title`, `traces`, `layout`; ``@name`` stands for a colour of `roles`."""
+    roles: dict[str, list[str]] = field(default_factory=dict)
+    """Colours by name, on light and on dark."""
+    below: str = ""
+    """Tables that belong to the figures, HTML."""
+    sections: Sequence[Section] = ()
+    """What made it: vehicles, parameters."""
+    choice: str = "Run"
+    """What the scenes are."""
+
+
+def page_bytes(page: Page, library: Callable[[], str] | None = None) -> bytes:
+    """Put a page together.
+
+    Parameters
+    ----------
+    page : Page
+        What it shows.
+    library : callable, optional
+        Gives the source of plotly; that of the installed package by default.
+
+    Returns
+    -------
+    bytes
+        HTML in UTF-8, at most `LARGEST` bytes. Where all samples are too many to draw or to carry,
+        every second one is kept, or every fourth and so on, and the page says so.
+
+    Raises
+    ------
+    PopsteerError
+        It is too large even so.
+    ModuleNotFoundError
+        Plotly, which the extra ``lab`` brings, is not installed.
+    """
+    plotly = (_plotly if library is None else library)()
+    points = max((scene.points for scene in page.scenes), default=0)
+    for stride in _STRIDES:
+        if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:
+            continue
+        # A name of a file need not be text.
+        content = _assembled(page, plotly, stride).encode("utf-8", "replace")
+        if len(content) <= LARGEST:
+            return content
+    raise PopsteerError(f"a report of {len(content)} bytes, where at most {LARGEST} are allowed")
+
+
+def _plotly() -> str:
+    from plotly.offline import get_plotlyjs
+
+    return str(get_plotlyjs())
+
+
+def _assembled(page: Page, plotly: str, stride: int) -> str:
+    pack = Pack()
+    scenes = [scene.document(pack, stride) for scene in page.scenes]
+    document = {
+        "scenes": scenes,
+        "figures": list(page.figures),
+        "roles": {role: named(role) for role in _ROLES} | page.roles,
+        "numbers": pack.text(),
+    }
+    samples = max((scene.samples for scene in page.scenes), default=0)
+    kept = (
+        f" Of {samples} samples one in {stride} is drawn, and besides those with the largest values"
+        " and with a change of status; tables and figures count all."
+        if stride > 1
+        else ""
+    )
+    values = {
+        "title": escape(page.title),
+        "lead": escape(page.lead),
+        "version": escape(__version__),
+        "style": style() + _asset("page.css"),
+        "links": _links(page),
+        "command": block("The command that repeats this", page.command, is_open=True)
+        if page.command
+        else "",
+        "results": page.results,
+        "choice": _choice(page),
+        "precision": "Drawn are positions to 1 mm, errors to 0.1 mm, angles to 0.001°." + kept,
+        "below": page.below,
+        "sections": "".join(
+            f'<section id="{escape(each.name)}"><h2>{escape(each.title)}</h2>{each.body}</section>'
+            for each in page.sections
+        ),
+        "plotly": plotly,
+        "data": json_for_script(document),
+        "code": "".join(_asset(f"{name}.js") for name in _ASSETS),
+    }
+    # In one go: what is put in is not looked at again.
+    return re.sub(r"{{([a-z]+)}}", lambda found: values[found[1]], _asset("page.html"))
+
+
+def _links(page: Page) -> str:
+    links = [("results", "Results"), ("drive", "Drive")]
+    if page.figures or any(scene.figures for scene in page.scenes):
+        links.append(("figures", "Figures"))
+    links += [(each.name, each.title) for each in page.sections]
+    return "".join(f'<a href="#{escape(name)}">{escape(title)}</a>' for name, title in links)
+
+
+def _choice(page: Page) -> str:
+    """Let one choose the scene, where there are several."""
+    hidden = "" if len(page.scenes) > 1 else " hidden"
+    options = "".join(
+        f'<option value="{place}">{escape(scene.title)}</option>'
+        for place, scene in enumerate(page.scenes)
+    )
+    return f'<label{hidden}>{escape(page.choice)} <select id="scene">{options}</select></label>'
+
+
+def _asset(name: str) -> str:
+    return (resources.files(__package__) / "assets" / name).read_text(encoding="utf-8")

@@ -1,0 +1,171 @@
+"""The page of a replay: the recorded drive, and what each controller would have commanded."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer.lab.common.names import title_of
+from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
+from popsteer.lab.report.colours import colours_of, named
+from popsteer.lab.report.markup import paragraphs, table
+from popsteer.lab.report.origin import Origin, tuning, vehicles
+from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.scene import ANGLES, Actor, Panel, Scene, travelled
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from popsteer.lab.replay import Replay
+
+__all__ = ["of_replay"]
+
+_DRIVER = "driver"
+_PANELS = (
+    ANGLES,
+    Panel("difference_deg", "Angle less the driver's [deg]", "less driver's [deg]", 2),
+    Panel("cross_track_error", "Cross-track error [m]", "e [m]", 3),
+    Panel("heading_error_deg", "Heading error [deg]", "ψe [deg]", 2),
+    Panel("speed", "Speed [m/s]", "v [m/s]", 2),
+    Panel("status", "Status (thin: degraded, thick: fault)", "status"),
+)
+
+
+def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
+    """Make the page of a replay.
+
+    Parameters
+    ----------
+    found : Replay
+        What each controller would have done.
+    origin : Origin, optional
+        The command and the parameters that made it.
+
+    Returns
+    -------
+    bytes
+        One HTML file, which needs nothing from the network.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Plotly is not installed; the extra ``lab`` brings it.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab import replay
+    >>> from popsteer.logs import Log
+    >>> t = np.arange(0.0, 10.0, 0.05)
+    >>> log = Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.0 * t)
+    >>> page = of_replay(replay.run(log, {"stanley": None}, popsteer.Vehicle()))
+    >>> page.startswith(b"<!doctype html>")
+    True
+    """
+    origin = Origin() if origin is None else origin
+    titles = ", ".join(map(title_of, found.shadows))
+    said = [*statuses(found), *found.log.remarks, NOTE]
+    return page_bytes(
+        Page(
+            title=f"{titles} beside the driver of {found.log.name}",
+            lead=caption(found),
+            command=origin.command,
+            results=table(replay_table(found), "Angles beside the driver's") + paragraphs(said),
+            scenes=[_scene(found)],
+            roles=colours_of(found.shadows) | {_DRIVER: named("faint")},
+            figures=[_histogram(found)],
+            sections=[vehicles({"given": found.vehicle}, {}), tuning(origin)],
+        )
+    )
+
+
+def _scene(found: Replay) -> Scene:
+    log = found.log
+    colours = colours_of(found.shadows)
+    time = log.t - log.t[0]
+    common: dict[str, NDArray[Any]] = {
+        "time": time,
+        "distance": travelled(time, log.speed),
+        "x": broken(log.x, log.gaps),
+        "y": log.y,
+        "yaw": log.yaw,
+    }
+    driven = {
+        **common,
+        "speed": broken(log.speed, log.gaps),
+        "steer_deg": broken(np.degrees(log.steer), log.gaps),
+    }
+    actors = [Actor(_DRIVER, "driver", named("faint"), driven, width=3.0)]
+    for name, shadow in found.shadows.items():
+        columns = {
+            **common,
+            "steer_deg": broken(np.degrees(shadow.steer), log.gaps),
+            "difference_deg": broken(np.degrees(shadow.steer - log.steer), log.gaps),
+            "cross_track_error": broken(shadow.cross_track_error, log.gaps),
+            "heading_error_deg": broken(np.degrees(shadow.heading_error), log.gaps),
+            "status": shadow.status,
+        }
+        actors.append(Actor(name, title_of(name), colours[name], columns, body="ray"))
+    return Scene(
+        title=log.name,
+        actors=actors,
+        panels=_PANELS,
+        vehicle=found.vehicle,
+        paths=[next(iter(found.shadows.values())).path],
+        distance_title="distance driven [m]",
+    )
+
+
+def broken(values: NDArray[Any], gaps: Sequence[int]) -> NDArray[np.float64]:
+    """Break a line at the gaps of a log.
+
+    Parameters
+    ----------
+    values : (N,) array
+        A column.
+    gaps : sequence of int
+        The first row after each gap.
+
+    Returns
+    -------
+    (N,) ndarray of float64
+        With NaN there.
+    """
+    column = np.array(values, dtype=np.float64)
+    column[list(gaps)] = np.nan
+    return column
+
+
+def _histogram(found: Replay) -> dict[str, Any]:
+    """Draw how often the angles differ by how much."""
+    differences = {
+        name: np.degrees(shadow.steer - found.log.steer) for name, shadow in found.shadows.items()
+    }
+    largest = max(float(np.max(np.abs(each))) for each in differences.values())
+    edges = np.linspace(-largest, largest, 62) if largest > 0.0 else np.linspace(-1.0, 1.0, 62)
+    traces = []
+    for name, each in differences.items():
+        counts, _ = np.histogram(each, edges)
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "name": title_of(name),
+                "x": [float(f"{edge:.4g}") for edge in edges],
+                "y": [round(100.0 * count / len(each), 3) for count in (*counts.tolist(), 0)],
+                "line": {"color": f"@{name}", "shape": "hv", "width": 1.6},
+                "hovertemplate": "%{y:.2f} % of the rows from %{x:.2f}°",
+            }
+        )
+    return {
+        "title": "Angle less the driver's",
+        "note": "Share of the log's rows.",
+        "traces": traces,
+        "layout": {
+            "xaxis": {"title": {"text": "difference [deg]"}},
+            "yaxis": {"title": {"text": "rows [%]"}, "rangemode": "tozero"},
+        },
+    }

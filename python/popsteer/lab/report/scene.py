@@ -1,0 +1,266 @@
+"""What drives on the map of a page, and what is drawn below it over time and distance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from popsteer._core import Path, Vehicle
+    from popsteer.lab.report.colours import Colour
+    from popsteer.lab.report.pack import Pack
+
+    Array = NDArray[Any]
+
+__all__ = ["ANGLES", "Actor", "Panel", "Scene", "distances", "travelled"]
+
+# What each column is rounded to: positions [m], errors [m], angles [deg], speeds [m/s], times [s].
+_RESOLUTION = {"time": 1e-4, "distance": 1e-3, "x": 1e-3, "y": 1e-3, "speed": 1e-3, "status": 1.0}
+_OTHERS = 1e-4
+_FINE = 1e-3
+_REACH = 10.0  # m of path, either way, in which the next place is looked for
+_MARGIN = 0.2  # of a car's wheelbase, before and behind the axles
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A quantity over time or distance."""
+
+    column: str
+    """What it shows, a column of the actors."""
+    title: str
+    """Name and unit."""
+    short: str
+    """The head of its column beside the map."""
+    decimals: int = 2
+    """How many decimals its values are read with."""
+    limit: float | None = None
+    """Where a dashed line is drawn, either way."""
+
+
+ANGLES = Panel("steer_deg", "Steering angle [deg]", "δ [deg]", 2)
+"""The angle that was commanded."""
+
+
+@dataclass(frozen=True)
+class Actor:
+    """Who drives, or would have."""
+
+    name: str
+    title: str
+    colour: Colour
+    columns: Mapping[str, Array]
+    """`time` [s] and `distance` [m], both ascending; what is drawn besides, as long as they."""
+    width: float = 1.4
+    """Of its lines, in pixels."""
+    body: str = "car"
+    """What moves on the map: ``car``; ``dot``, which has no heading; or ``ray``, a direction of the
+    front wheels on somebody else's car."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Actors along one path."""
+
+    title: str
+    actors: Sequence[Actor]
+    panels: Sequence[Panel]
+    vehicle: Vehicle
+    """What is drawn of the cars."""
+    paths: Sequence[Path] = ()
+    marks: Sequence[tuple[float, float, str]] = ()
+    """Places to mark on the map: x, y [m] and what is there."""
+    distance_title: str = "distance along the path [m]"
+    figures: Sequence[dict[str, Any]] = field(default=())
+    """Figures of this scene alone."""
+
+    @property
+    def samples(self) -> int:
+        """How many samples the longest of its columns has.
+
+        Returns
+        -------
+        int
+            Before any is left out.
+        """
+        return max((len(each.columns["time"]) for each in self.actors), default=0)
+
+    @property
+    def points(self) -> int:
+        """How many points its plots have.
+
+        Returns
+        -------
+        int
+            Before any is left out.
+        """
+        drawn = [panel.column for panel in self.panels]
+        return sum(
+            len(actor.columns["time"]) * (1 + sum(name in actor.columns for name in drawn))
+            for actor in self.actors
+        )
+
+    def document(self, pack: Pack, stride: int = 1) -> dict[str, Any]:
+        """Give the scene as a page carries it.
+
+        Parameters
+        ----------
+        pack : Pack
+            Takes its numbers.
+        stride : int, default 1
+            Of how many samples one is kept.
+
+        Returns
+        -------
+        dict
+            For JSON.
+        """
+        statuses: set[int] = set()
+        actors = []
+        for actor in self.actors:
+            keep = self._kept(actor, stride)
+            columns = {}
+            for name, values in actor.columns.items():
+                if name == "status":
+                    statuses |= {int(bits) for bits in np.unique(values)}
+                fine = _FINE if name.endswith("_deg") else _OTHERS
+                kept = np.asarray(values, dtype=np.float64)[keep]
+                columns[name] = pack.add(kept, _RESOLUTION.get(name, fine))
+            actors.append(
+                {
+                    "name": actor.name,
+                    "title": actor.title,
+                    "colour": actor.colour,
+                    "width": actor.width,
+                    "body": actor.body,
+                    "columns": columns,
+                }
+            )
+        return {
+            "title": self.title,
+            "actors": actors,
+            "panels": [
+                {
+                    "column": panel.column,
+                    "title": panel.title,
+                    "short": panel.short,
+                    "decimals": panel.decimals,
+                    "limit": panel.limit,
+                }
+                for panel in self.panels
+            ],
+            "paths": [_path(path, pack) for path in self.paths],
+            "marks": [[float(x), float(y), text] for x, y, text in self.marks],
+            "car": _car(self.vehicle),
+            "statuses": {bits: [Status(bits).level, str(Status(bits))] for bits in statuses},
+            "distanceTitle": self.distance_title,
+            "figures": list(self.figures),
+        }
+
+    def _kept(self, actor: Actor, stride: int) -> NDArray[np.int64]:
+        """Choose samples: one in so many, and those that tell most."""
+        count = len(actor.columns["time"])
+        if stride == 1 or not count:
+            return np.arange(count)
+        # The last sample is where it came to.
+        chosen = [np.arange(0, count, stride), np.array([count - 1])]
+        if "status" in actor.columns:
+            change = np.flatnonzero(np.diff(actor.columns["status"].astype(np.int64)))
+            chosen += [change, change + 1]
+        for panel in self.panels:
+            values = np.abs(np.asarray(actor.columns.get(panel.column, []), dtype=np.float64))
+            if np.isfinite(values).any():
+                chosen.append(np.array([np.nanargmax(values)]))
+        return np.unique(np.concatenate(chosen))
+
+
+def _path(path: Path, pack: Pack) -> list[list[float]]:
+    x, y = np.asarray(path.x), np.asarray(path.y)
+    if path.closed:
+        x, y = np.append(x, x[0]), np.append(y, y[0])
+    return [pack.add(x, _RESOLUTION["x"]), pack.add(y, _RESOLUTION["y"])]
+
+
+def _car(vehicle: Vehicle) -> dict[str, float]:
+    """Give the shape of a car, in metres ahead of the point whose pose it has."""
+    rear, base = vehicle.rear_axle, vehicle.wheelbase
+    return {
+        "rear": rear,
+        "front": rear + base,
+        "tail": rear - _MARGIN * 1.6 * base,
+        "nose": rear + base + _MARGIN * 1.5 * base,
+        "half": 0.32 * base,
+    }
+
+
+def distances(path: Path, x: Array, y: Array, yaw: Array, speed: Array) -> NDArray[np.float64]:
+    """Tell how far along a path a vehicle was.
+
+    Parameters
+    ----------
+    path : Path
+        The path.
+    x, y, yaw, speed : (N,) array
+        Where the vehicle was, and how fast [m, m, rad, m/s].
+
+    Returns
+    -------
+    (N,) ndarray of float64
+        Arc lengths of the closest points, from sample to sample [m]; never less than before.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
+    >>> row = np.array([1.0, 3.0])
+    >>> distances(path, row, 0.0 * row, 0.0 * row, row).tolist()
+    [1.0, 3.0]
+    """
+    found = np.empty(len(x))
+    laps = 0.0
+    last = math.nan
+    waypoint = 0
+    for k, (px, py, heading, v) in enumerate(
+        zip(x.tolist(), y.tolist(), yaw.tolist(), speed.tolist(), strict=True)
+    ):
+        if k == 0:
+            waypoint = path.relocalise(px, py, heading)
+        driving = heading + math.pi if v < 0.0 else heading
+        place = path.locate(px, py, driving, waypoint, _REACH)
+        waypoint = place.segment
+        if path.closed and last - place.arc_length > 0.5 * path.length:
+            laps += path.length
+        last = place.arc_length
+        found[k] = laps + last
+    return np.maximum.accumulate(found) if len(found) else found
+
+
+def travelled(time: Array, speed: Array) -> NDArray[np.float64]:
+    """Tell how far a vehicle has driven, by its speed.
+
+    Parameters
+    ----------
+    time, speed : (N,) array
+        In [s] and [m/s].
+
+    Returns
+    -------
+    (N,) ndarray of float64
+        In [m], from 0.
+
+    Examples
+    --------
+    >>> travelled(np.array([0.0, 1.0, 2.0]), np.array([1.0, 1.0, 3.0])).tolist()
+    [0.0, 1.0, 3.0]
+    """
+    middle = 0.5 * np.abs(np.asarray(speed)[1:] + np.asarray(speed)[:-1])
+    return np.concatenate(([0.0], np.cumsum(middle * np.diff(time))))

@@ -1,0 +1,190 @@
+"""The page of a sweep: how often it succeeds, where it fails, and the worst runs on the map."""
+
+from __future__ import annotations
+
+import shlex
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from popsteer import sim
+from popsteer.lab.common.names import title_of
+from popsteer.lab.report.colours import named, ranked
+from popsteer.lab.report.compare import PANELS, actor_of
+from popsteer.lab.report.markup import block, escape, paragraphs, plain_table, table
+from popsteer.lab.report.origin import Origin, settings_block, tuning, vehicles
+from popsteer.lab.report.page import Page, Section, page_bytes
+from popsteer.lab.report.scene import Panel, Scene
+from popsteer.lab.report.shares import error_figure, quantity_figures, start_figure
+from popsteer.lab.sweep.driving import repeat
+from popsteer.lab.sweep.summary import ERROR, caption, notes, success_rate, tables, worst
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from popsteer.lab.sweep import Job
+
+__all__ = ["of_sweep"]
+
+_WORST = 6
+_TABLE = 10
+
+
+def of_sweep(
+    job: Job,
+    rows: Sequence[dict[str, Any]],
+    file: str = "",
+    origin: Origin | None = None,
+    progress: Callable[[str, float], object] | None = None,
+) -> bytes:
+    """Make the page of a sweep; its worst runs and its median one are driven again for it.
+
+    Parameters
+    ----------
+    job : Job
+        The sweep.
+    rows : sequence of dict
+        All its rows.
+    file : str, optional
+        Where the rows were written, to name the commands that repeat a run.
+    origin : Origin, optional
+        The command that made it.
+    progress : callable, optional
+        Called with what is being done and the share of it that is done.
+
+    Returns
+    -------
+    bytes
+        One HTML file, which needs nothing from the network.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Plotly is not installed; the extra ``lab`` brings it.
+
+    Examples
+    --------
+    >>> import popsteer
+    >>> from popsteer.lab import sweep
+    >>> path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    >>> job = sweep.Job(path, "pop", popsteer.PopParams(), "kinematic-bicycle", {}, runs=3)
+    >>> of_sweep(job, sweep.run(job)).startswith(b"<!doctype html>")
+    True
+    """
+    if origin is None:
+        origin = Origin()
+    chosen = worst(rows, _WORST)
+    runs = [row["run"] for row in chosen]
+    median = [worst(rows, len(rows))[len(rows) // 2]["run"]] if len(rows) > len(runs) else []
+    drawn = "".join(f'{name} = "{each}"\n' for name, each in job.vary.items())
+    return page_bytes(
+        Page(
+            title=f"{title_of(job.controller)}: {len(rows)} runs that differ",
+            lead=caption(job, rows),
+            command=origin.command,
+            results=_rate(rows)
+            + "".join(table(each, "Percentiles and worst runs") for each in tables(job, rows)[:1])
+            + _worst_table(job, rows, file)
+            + paragraphs(notes(job, rows)),
+            scenes=[_scene(job, median, runs, progress)],
+            figures=[
+                error_figure(job, rows),
+                *start_figure(job, rows),
+                *quantity_figures(job, rows),
+            ],
+            roles={"good": named("pop"), "bad": named("pid")},
+            sections=[
+                vehicles(
+                    {job.label or "plant": sim.vehicle_of(job.whole)},
+                    {job.label or "plant": job.given},
+                ),
+                tuning(
+                    Origin(
+                        params={job.controller: job.params},
+                        adapt=job.adapt,
+                        plants={job.label or "plant": job.whole},
+                    ),
+                    settings_block(sim.Settings() if job.settings is None else job.settings),
+                ),
+                Section(
+                    "drawn",
+                    "What varies",
+                    block("Distributions, as --distributions reads them", drawn, is_open=True)
+                    if drawn
+                    else paragraphs(["Nothing varies."]),
+                ),
+            ],
+        )
+    )
+
+
+def _rate(rows: Sequence[dict[str, Any]]) -> str:
+    good = sum(bool(row["success"]) for row in rows)
+    rate = success_rate(good, len(rows))
+    return (
+        f'<p class="figure"><strong>{100 * rate.share:.2f} %</strong> of the runs succeed'
+        f" <span>{escape(f'{good} of {len(rows)}; 95 % confidence:')}"
+        f" {100 * rate.low:.2f} to {100 * rate.high:.2f} %</span></p>"
+    )
+
+
+def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
+    """List the worst runs with their seeds, and how to drive each again."""
+    again = f"popsteer simulate --replay-run {shlex.quote(file)}:" if file else ""
+    heads = ["run", "seed", "finished", "faults", "greatest error [m]"]
+    lines = []
+    for row in worst(rows, _TABLE):
+        error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
+        cells = [str(row["run"]), str(row["seed"]), "yes" if row["finished"] else "no"]
+        cells += [_fault_names(row["faults"]), f"{error:.3f}"]
+        cells += [f"{row[name]:.4g}" for name in job.vary]
+        lines.append(cells)
+    shown = plain_table("The worst runs", [*heads, *job.vary], lines, left=0)
+    if again:
+        first = worst(rows, 1)[0]["run"]
+        shown += block("Drive a run again, to the last bit", f"{again}{first}\n")
+    else:
+        shown += paragraphs(["--out FILE keeps the rows, so that any run can be driven again."])
+    return shown
+
+
+def _fault_names(bits: int) -> str:
+    """Name faults; a dash for none."""
+    return str(Status(bits)) if bits else "–"
+
+
+def _scene(
+    job: Job,
+    median: Sequence[int],
+    bad: Sequence[int],
+    progress: Callable[[str, float], object] | None,
+) -> Scene:
+    """Let the worst runs and the median one drive again."""
+    actors, marks = [], []
+    for place, run in enumerate((*median, *bad)):
+        if progress is not None:
+            progress("worst runs", place / (len(median) + len(bad)))
+        found = repeat(job, run)
+        if place < len(median):
+            actors.append(actor_of(found, f"run-{run}", f"median, run {run}", named("text")))
+            continue
+        colour = ranked(place - len(median))
+        actors.append(actor_of(found, f"run-{run}", f"run {run}", colour))
+        settling = found.settings.settling_time
+        error = np.abs(found.records["cross_track_error"])
+        settled = np.where(found.records["time"] >= settling, error, -1.0)
+        if len(settled):
+            at = int(np.argmax(settled if settled.max() >= 0.0 else error))
+            where = (float(found.records["x"][at]), float(found.records["y"][at]))
+            marks.append((*where, f"run {run}: {error[at]:.2f} m"))
+    first, *others = PANELS
+    limited = Panel(first.column, first.title, first.short, first.decimals, limit=job.deviation)
+    return Scene(
+        title="the worst runs",
+        actors=actors,
+        panels=[limited, *others],
+        vehicle=sim.vehicle_of(job.whole),
+        paths=[job.path],
+        marks=marks,
+    )

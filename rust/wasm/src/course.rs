@@ -1,0 +1,117 @@
+//! From waypoints and settings to a run.
+
+use std::sync::Arc;
+
+use popsteer_core::error::ConfigError;
+use popsteer_core::longitudinal::{SpeedPid, SpeedPidParams};
+use popsteer_core::math::{atan2, cos, sin};
+use popsteer_core::path::PathView;
+use popsteer_core::planning::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
+use popsteer_core::{Path, Tracker, VehicleState};
+use popsteer_sim::{
+    Controller, Drive, Law, Perception, Settings as Running, Simulation, closed_loop,
+};
+
+use crate::refusal::Refusal;
+use crate::settings::Settings;
+
+/// What keeps the speed: as `popsteer.sim.run` keeps a constant one.
+const KEEPING: SpeedPidParams = SpeedPidParams {
+    kp: 1.0,
+    ki: 0.5,
+    kd: 0.0,
+};
+/// Largest lateral acceleration where bends are taken slower [m/s^2]; like the two below that of the
+/// embedded tracks.
+const LATERAL: f64 = 4.0;
+/// Largest driving acceleration there [m/s^2].
+const DRIVING: OverSpeed<'static> = OverSpeed {
+    speeds: &[0.0],
+    values: &[2.0],
+};
+/// Largest braking deceleration there [m/s^2].
+const BRAKING: OverSpeed<'static> = OverSpeed {
+    speeds: &[0.0],
+    values: &[3.0],
+};
+/// Length over which the curvature is taken there, in wheelbases: as `popsteer.planning` does.
+const SMOOTHING: f64 = 2.0 / 3.0;
+
+/// Lets `law` drive along `track` as `settings` say.
+pub(crate) fn drive(
+    track: &Path,
+    law: &Tracker<Law>,
+    settings: &Settings,
+) -> Result<Simulation, Refusal> {
+    let view = track.view();
+    let speeds = speeds(&view, settings)?;
+    let path = Path::new(view.x(), view.y(), Some(&speeds), view.is_closed())?;
+    let start = VehicleState {
+        speed: speeds.first().copied().unwrap_or(0.0),
+        ..start(&view, settings)
+    };
+    let plant = Arc::new(settings.plant);
+    let mut simulation = Simulation::new(
+        Arc::new(path),
+        plant,
+        start,
+        *law.follow(),
+        Running::DEFAULT,
+    )?;
+    let drive = Drive::Speed(SpeedPid::new(KEEPING)?);
+    let mut controller = Controller::new(law);
+    let exact = Perception::EXACT;
+    closed_loop::run(&mut simulation, &mut controller, &drive, exact, |_| true)?;
+    Ok(simulation)
+}
+
+/// The speed at each waypoint [m/s].
+fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigError> {
+    let mut speed = vec![settings.speed; view.len()];
+    if !settings.slow_in_bends {
+        return Ok(speed);
+    }
+    let vehicle = settings.plant.vehicle;
+    let curvature = path_curvature(view, SMOOTHING * vehicle.wheelbase);
+    let mut spacing: Vec<f64> = view.s().windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if view.is_closed() {
+        spacing.push(view.length() - view.s().last().copied().unwrap_or(0.0));
+    }
+    let limits = Limits {
+        max_speed: settings.speed,
+        max_lateral_acceleration: LATERAL,
+        acceleration: DRIVING,
+        deceleration: BRAKING,
+        longitudinal_grip: None,
+        exponent: f64::INFINITY,
+        vehicle,
+    };
+    let course = Course {
+        curvature: &curvature,
+        spacing: &spacing,
+        closed: view.is_closed(),
+        cusps: None,
+        speed_limits: None,
+        start_speed: None,
+        end_speed: None,
+    };
+    let mut limit = vec![Limit::default(); speed.len()];
+    plan_speeds(&course, &limits, &mut speed, &mut limit)?;
+    Ok(speed)
+}
+
+/// The pose from which the front axle stands beside the first waypoint and looks along the first
+/// segment: that of `popsteer.sim.closed_loop.default_start`, operation by operation.
+fn start(view: &PathView<'_>, settings: &Settings) -> VehicleState {
+    let at = |values: &[f64], index: usize| values.get(index).copied().unwrap_or(0.0);
+    let (x, y) = (at(view.x(), 0), at(view.y(), 0));
+    let yaw = atan2(at(view.y(), 1) - y, at(view.x(), 1) - x);
+    let (offset, ahead) = (settings.start_offset, settings.plant.vehicle.front_axle());
+    let (x, y) = (x - offset * sin(yaw), y + offset * cos(yaw));
+    VehicleState {
+        x: x - ahead * cos(yaw),
+        y: y - ahead * sin(yaw),
+        yaw,
+        speed: 0.0,
+    }
+}

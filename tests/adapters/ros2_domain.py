@@ -1,0 +1,138 @@
+"""A domain of one's own, and a node in it that the test steps itself."""
+
+from __future__ import annotations
+
+import fcntl
+import itertools
+import tempfile
+import time
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import popsteer
+from popsteer.adapters import ros2
+from popsteer.adapters.ros2 import messages
+from popsteer.adapters.ros2.dds import Participant
+from popsteer.adapters.ros2.node import Node, Options
+from tests.adapters.ros2_plant import CAR
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_NUMBERS = itertools.count()
+_BLOCK = 9
+PERIOD = 20_000_000
+START = 1_700_000_000 * 10**9
+
+
+def domain() -> int:
+    """A domain that no other process of tests on this machine is in."""
+    return 1 + _BLOCK * _block() + next(_NUMBERS) % _BLOCK
+
+
+@cache
+def _block() -> int:
+    """Which of eight blocks of domains is this process's, for as long as it lives."""
+    folder = Path(tempfile.gettempdir()) / "popsteer-domains"
+    folder.mkdir(exist_ok=True)
+    until = time.monotonic() + 300.0
+    while time.monotonic() < until:
+        for number in range(8):
+            lock = (folder / str(number)).open("w")
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                lock.close()
+                continue
+            _HELD.append(lock)
+            return number
+        time.sleep(0.5)
+    raise TimeoutError("all blocks of domains are taken")
+
+
+_HELD: list[Any] = []
+
+
+class Bench:
+    """A node, its surroundings in the same process, and a clock that the test moves."""
+
+    def __init__(self, make: Any = None, **options: Any) -> None:
+        self.member = Participant(domain(), local=True)
+        self.lines: list[str] = []
+        made = make or (lambda path: popsteer.Stanley(path, CAR))
+        self.node = Node(self.member, made, Options(**options), say=self.lines.append)
+        topics = self.node.options.topics
+        self.odometry = self.member.writer(topics.odometry, messages.ODOMETRY)
+        self.path = self.member.writer(topics.path, topics.path_type)
+        self.drive = self.member.reader(topics.command, topics.command_type, reliable=True)
+        self.reports = self.member.reader(topics.diagnostics, messages.DIAGNOSTICS, reliable=True)
+        self.now = START
+        self.x = 0.0
+
+    def send(self, writer: Any, message: Any) -> None:
+        writer.write(messages.encode(message))
+        time.sleep(0.002)
+
+    def send_path(self, frame: str = "map", length: float = 400.0, y: float = 0.0) -> None:
+        xs = [float(x) for x in range(0, int(length) + 1, 5)]
+        count = len(xs)
+        message = ros2.path_message(xs, [y] * count, [0.0] * count, self.now, frame)
+        self.send(self.path, message)
+
+    def send_pose(self, speed: float = 4.0, frame: str = "map", at: int | None = None) -> None:
+        stamp = self.now if at is None else at
+        self.send(self.odometry, ros2.odometry_message(self.x, 0.1, 0.0, speed, stamp, frame))
+
+    def cycle(self) -> ros2.Drive | None:
+        self.now += PERIOD
+        return self.node.cycle(self.now, 0.02)
+
+    def until(self, wanted: Callable[[], bool], at: int | None = None) -> bool:
+        """Send poses and cycle until something holds: what is sent takes a moment."""
+        until = time.monotonic() + 5.0
+        while time.monotonic() < until:
+            self.send_pose(at=at)
+            self.cycle()
+            if wanted():
+                return True
+            time.sleep(0.001)
+        return False
+
+    def begin(self) -> None:
+        """Drive."""
+        self.send_pose()
+        self.send_path()
+        for _ in range(100):
+            self.send_pose()
+            if self.cycle() is not None and self.state == "driving":
+                return
+        raise AssertionError(self.lines)
+
+    def run(self, cycles: int, **pose: Any) -> None:
+        """Drive on, with odometry."""
+        for _ in range(cycles):
+            self.x += 0.08
+            self.send_pose(**pose)
+            self.cycle()
+
+    @property
+    def state(self) -> str:
+        return "waiting" if self.node.pilot is None else self.node.pilot.state.value
+
+    @property
+    def reason(self) -> str:
+        return self.node.waits if self.node.pilot is None else self.node.pilot.reason
+
+    def report(self) -> dict[str, Any]:
+        """The last diagnostics: statuses by name, and all values."""
+        self.node._reported = 0
+        self.cycle()
+        found: list[bytes] = []
+        until = time.monotonic() + 2.0
+        while not found and time.monotonic() < until:
+            time.sleep(0.002)
+            found = self.reports.take()
+        statuses = messages.decode(messages.DIAGNOSTICS, found[-1]).status
+        values = {each.key: each.value for status in statuses for each in status.values}
+        return {status.name: status for status in statuses} | {"values": values}

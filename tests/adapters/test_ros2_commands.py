@@ -1,0 +1,212 @@
+"""The commands where something is not there: an extra, a domain, a publisher, a fitting QoS."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tests.cli import command
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+MESSAGE = 'ROS 2 needs the extra "ros2": pip install "popsteer[ros2]"'
+
+
+def _without(missing: str, code: str) -> subprocess.CompletedProcess[str]:
+    hidden = f"import sys; sys.modules[{missing!r}] = None\n"
+    return subprocess.run(
+        [sys.executable, "-c", hidden + code], check=False, capture_output=True, text=True
+    )
+
+
+@pytest.mark.parametrize(
+    ("missing", "arguments"),
+    [
+        ("cyclonedds", ["ros2", "--vehicle", "paper"]),
+        ("rosbags", ["ros2", "--vehicle", "paper", "--record", "FILE"]),
+        ("cyclonedds", ["record", "FILE"]),
+        ("rosbags", ["simulate", "--track", "straight", "--record", "FILE"]),
+    ],
+)
+def test_command_without_the_extra_names_it(
+    tmp_path: Path, missing: str, arguments: list[str]
+) -> None:
+    given = [str(tmp_path / "new.mcap") if each == "FILE" else each for each in arguments]
+    ended = _without(missing, f"from popsteer.cli import main\nmain({given!r})")
+    assert (ended.returncode, ended.stderr) == (2, f"popsteer: {MESSAGE}\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_each_entry_names_the_extra_that_is_missing() -> None:
+    code = """
+import popsteer
+from popsteer.adapters import ros2
+for call in (
+    lambda: ros2.odometry_message(0.0, 0.0, 0.0, 0.0, 0, "map"),
+    lambda: ros2.path_message([], [], [], 0, "map"),
+    lambda: ros2.ackermann_message(0.0, 0.0, 0.0, 0, "base_link"),
+    lambda: ros2.control_message(0.0, 0.0, 0.0, 0),
+    lambda: ros2.Recording("new.mcap"),
+    lambda: ros2.Participant(1).reader("/odom", "nav_msgs/msg/Odometry"),
+):
+    try:
+        call()
+    except popsteer.PopsteerError as error:
+        print(error)
+"""
+    ended = _without("rosbags", code)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout == 6 * f"{MESSAGE}\n"
+
+
+def test_popsteer_imports_neither_adapter_nor_dds() -> None:
+    code = """
+import sys, popsteer
+parts = ("popsteer.adapters", "cyclonedds", "rosbags")
+sys.exit(any(name.startswith(parts) for name in sys.modules))
+"""
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--domain", "233"], "domain must be a whole number from 0 to 232, got '233'"),
+        (["--topic", "odometry"], "--topic must be written NAME=VALUE, got 'odometry'"),
+        (["--topic", "odom=/odom"], "unknown topic 'odom'; known: odometry, path, command"),
+        (["--topic", "path=plan"], "topic path must be a name that begins with /, got 'plan'"),
+        (["--path-type", "points"], "unknown --path-type 'points'; known: path, trajectory"),
+        (["--rate", "0"], "rate must be in [1, 1000], got 0"),
+        (["--max-speed", "0"], "--max-speed must be in (0, 10000], got 0"),
+        (["--record", "run.bag"], "--record must be a file *.mcap, got 'run.bag'"),
+        (["--controller", "mpc"], "unknown controller 'mpc'; known: bang-bang, pid"),
+        (["--params", "nowhere.toml"], "nowhere.toml: No such file or directory"),
+        (["--timeout", "nan"], "timeout must be in [0, 1e+06], got nan"),
+    ],
+)
+def test_option_that_cannot_be_is_refused_by_name(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], said: str
+) -> None:
+    pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+    outcome = command.call(capsys, "ros2", "--vehicle", "paper", *arguments)
+    assert outcome.status == 2
+    assert outcome.err.startswith(f"popsteer: {said}"), outcome.err
+    assert outcome.out == ""
+
+
+def _number() -> str:
+    pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+    from tests.adapters.ros2_domain import domain
+
+    return str(domain())
+
+
+@pytest.mark.parametrize(
+    ("options", "topic"),
+    [
+        ((), "nav_msgs/msg/Odometry that can be used on /odom"),
+        (("--sim-time",), "rosgraph_msgs/msg/Clock on /clock"),
+    ],
+)
+def test_silent_domain_ends_the_node_with_one_line_and_status_2(
+    tmp_path: Path, options: tuple[str, ...], topic: str
+) -> None:
+    number, file = _number(), tmp_path / "run.mcap"
+    there = ("--domain", number, "--localhost", "--timeout", "0.3", "--record", str(file))
+    outcome = command.run("ros2", "--vehicle", "paper", *there, *options)
+    assert outcome.status == 2
+    assert outcome.err == (
+        f"popsteer: no {topic} in domain {number} within 0.3 s: nobody publishes it\n"
+    )
+
+
+def test_silent_domain_ends_the_recorder_with_one_line_and_status_2(tmp_path: Path) -> None:
+    number, file = _number(), tmp_path / "run.mcap"
+    there = ("--domain", number, "--localhost", "--timeout", "0.3")
+    outcome = command.run("record", str(file), *there)
+    assert outcome.status == 2
+    assert outcome.err.startswith(
+        f"popsteer: no message in domain {number} within 0.3 s: /odom: nobody publishes it; /path: "
+    )
+    assert outcome.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def _within(wanted: Callable[[], bool], seconds: float = 10.0) -> bool:
+    """Whether something holds before long: what is discovered takes a moment."""
+    until = time.monotonic() + seconds
+    while not wanted():
+        if time.monotonic() > until:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def _qos(*, reliable: bool, latched: bool) -> Any:
+    """What a ROS node offers: rclcpp's `QoS(5)`, `SensorDataQoS` or `.transient_local()`."""
+    from cyclonedds.core import Policy, Qos
+
+    return Qos(
+        Policy.Reliability.Reliable(10**8) if reliable else Policy.Reliability.BestEffort,
+        Policy.Durability.TransientLocal if latched else Policy.Durability.Volatile,
+        Policy.History.KeepLast(5),
+    )
+
+
+@pytest.mark.parametrize("latched", [False, True])
+@pytest.mark.parametrize("reliable", [False, True])
+def test_publishers_of_each_qos_are_heard_where_ros_would_hear_them(
+    reliable: bool, latched: bool
+) -> None:
+    number = int(_number())
+    from cyclonedds.pub import DataWriter
+
+    from popsteer import Stanley
+    from popsteer.adapters.ros2 import messages
+    from popsteer.adapters.ros2.dds import Participant
+    from popsteer.adapters.ros2.node import Node
+
+    ros = Participant(number, local=True)
+    qos = _qos(reliable=reliable, latched=latched)
+    writers = {
+        kind: DataWriter(ros._participant, ros._topic(name, kind), qos=qos)
+        for name, kind in (("/odom", messages.ODOMETRY), ("/path", messages.PATH))
+    }
+    node = Node(Participant(number, local=True), Stanley)
+    wanted = (1, int(reliable), int(reliable and latched))
+    readers = [node.odometry_reader, *node.path_readers]
+    assert _within(lambda: tuple(reader.peers for reader in readers) == wanted)
+    if not reliable:
+        from popsteer.adapters.ros2.waiting import why_silent
+
+        assert _within(lambda: all(reader.refused for reader in node.path_readers))
+        why = why_silent("/path", messages.PATH, node.path_readers, ros)
+        assert why.startswith("its publisher has a QoS that does not fit")
+    assert len(writers) == 2
+
+
+def test_path_published_before_the_node_is_there_is_heard_once() -> None:
+    pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+    from popsteer import Stanley
+    from popsteer.adapters import ros2
+    from popsteer.adapters.ros2 import messages
+    from popsteer.adapters.ros2.dds import Participant
+    from popsteer.adapters.ros2.node import Node
+
+    member = Participant(int(_number()), local=True)
+    writer = member.writer("/path", messages.PATH, latched=True)
+    writer.write(messages.encode(ros2.path_message([0.0, 9.0], [0.0, 0.0], [0.0, 0.0], 1, "map")))
+    node = Node(member, Stanley)
+    time.sleep(0.05)
+    node.cycle(10**9, 0.02)
+    assert (node.intake.courses.received, node.intake.course_number) == (1, 1)
+    writer.write(messages.encode(ros2.path_message([0.0, 8.0], [0.0, 0.0], [0.0, 0.0], 2, "map")))
+    time.sleep(0.05)
+    node.cycle(2 * 10**9, 0.02)
+    assert (node.intake.courses.received, node.intake.course_number) == (2, 2)

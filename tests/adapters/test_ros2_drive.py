@@ -1,0 +1,227 @@
+"""Processes on the loopback: a plant, the node and a recorder; `ros2_plant` is the vehicle."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
+pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+
+from popsteer import logs
+from popsteer.adapters import ros2
+from popsteer.adapters.ros2 import messages
+from popsteer.adapters.ros2.dds import Participant
+from popsteer.adapters.ros2.topics import Topics
+from tests.adapters.ros2_domain import domain
+from tests.adapters.ros2_plant import CAR, stamp_of
+from tests.cli import command
+from tests.helpers import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+PLANT = (sys.executable, "-m", "tests.adapters.ros2_plant")
+
+
+@contextmanager
+def process(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    with subprocess.Popen(
+        arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT
+    ) as found:
+        try:
+            yield found
+        finally:
+            found.kill()
+
+
+def node(folder: Path, number: int, *options: str) -> Any:
+    """The command, as a process."""
+    CAR.save(folder / "car.toml")
+    there = ("--domain", str(number), "--localhost", "--timeout", "30")
+    return process(
+        *(command.script(), "ros2", "--vehicle", str(folder / "car.toml")), *there, *options
+    )
+
+
+def ended(of: subprocess.Popen[str], kind: signal.Signals = signal.SIGINT) -> str:
+    """End a process in order; what it has printed."""
+    of.send_signal(kind)
+    out, err = of.communicate(timeout=30)
+    assert (of.returncode, err) == (0, "")
+    return out
+
+
+def driven(plant: subprocess.Popen[str]) -> dict[str, Any]:
+    out, err = plant.communicate(timeout=60)
+    assert plant.returncode == 0, err
+    found: dict[str, Any] = json.loads(out)
+    return found
+
+
+def recorded(file: Path, kind: str) -> list[Any]:
+    from rosbags.highlevel import AnyReader
+
+    with AnyReader([file], default_typestore=messages.store()) as reader:
+        return [
+            messages.decode(kind, bytes(data))
+            for connection, _, data in reader.messages()
+            if connection.msgtype == kind
+        ]
+
+
+def values(report: Any) -> dict[str, str]:
+    return {each.key: each.value for status in report.status for each in status.values}
+
+
+def test_plant_and_node_finish_the_racetrack_at_50_hz(tmp_path: Path) -> None:
+    """In the plant's time, which waits for the command of each tick: 80 s of it take less."""
+    number = domain()
+    file = tmp_path / "lap.mcap"
+    options = ("--sim-time", "--max-speed", "25", "--record", str(file))
+    with node(tmp_path, number, *options) as steering:
+        with process(*PLANT, "--domain", str(number), "--lockstep") as plant:
+            found = driven(plant)
+        out = ended(steering)
+    assert found["finished"], (found, out)
+    assert found["late"] == 0
+    assert found["steps"] > 3500
+    assert found["largest"] < 0.02
+    assert found["mean"] < 0.003
+    assert abs(found["remaining"]) < 0.05
+    assert "\ndriving\n" in out
+    assert " 0 missed;" in out
+    reports = recorded(file, messages.DIAGNOSTICS)
+    assert {report.status[0].level for report in reports[5:-5]} == {0}
+    assert values(reports[-5])["wanted_period_s"] == "0.02"
+    assert float(values(reports[-5])["mean_period_s"]) == pytest.approx(0.02)
+    _check_recording(file)
+
+
+def _check_recording(file: Path) -> None:
+    """Others read it: the logs of popsteer, and Rerun where that is installed."""
+    log = logs.read(file)
+    assert len(log) > 3500
+    assert log.remarks == ()
+    assert abs(log.steer).max() > 0.05
+    rerun = shutil.which("rerun", path=str(Path(sys.executable).parent))
+    if rerun is not None:
+        checked = subprocess.run(
+            [rerun, "mcap", "check", str(file)], capture_output=True, text=True, check=False
+        )
+        assert checked.returncode == 0, checked.stdout + checked.stderr
+        assert checked.stdout.count("\nok ") == 5
+
+
+def test_plant_killed_in_mid_drive_is_stopped_for_and_gone_on_with(tmp_path: Path) -> None:
+    """In real time, with Autoware's messages."""
+    number, topics = domain(), Topics.of_autoware()
+    file = tmp_path / "tap.mcap"
+    options = ("--autoware", "--max-speed", "8", "--set-vehicle", "max_deceleration=5")
+    track = ("--domain", str(number), "--autoware", "--track", "slalom", "--metres", "60")
+    tap = (command.script(), "record", str(file), "--autoware", "--domain", str(number))
+    member = Participant(number, local=True)
+    odometry = member.reader(topics.odometry, messages.ODOMETRY)
+    commands = member.reader(topics.command, messages.CONTROL, reliable=True)
+    with process(*tap, "--localhost", "--timeout", "30") as recorder:
+        with node(tmp_path, number, *options) as steering:
+            with process(*PLANT, *track) as plant:
+                pose = _until_fast(odometry)
+                plant.kill()
+            pose = _last(odometry) or pose
+            stopped = _until_stand(commands)
+            start = ",".join(map(repr, pose[:3]))
+            with process(*PLANT, *track, f"--start={start}") as plant:
+                found = driven(plant)
+            out = ended(steering, signal.SIGTERM)
+        tapped = ended(recorder)
+    assert found["finished"], (found, out)
+    assert found["largest"] < 0.5
+    lines = out.splitlines()
+    why = f"no odometry on {topics.odometry} for 0.3 s"
+    told = [lines.index(f"{state}: {why}") for state in ("holding", "braking", "standing")]
+    assert told == sorted(told)
+    assert "driving" in lines[: told[0]]
+    assert "driving" in lines[told[-1] :]
+    # Held, then less and less, at the vehicle's deceleration, with the wheels as they were.
+    speeds = [message.longitudinal.velocity for message in stopped]
+    assert speeds[0] > 1.0
+    assert speeds[-1] == 0.0
+    times = [1e-9 * stamp_of(message) for message in stopped]
+    assert speeds == sorted(speeds, reverse=True)
+    moving = speeds.index(0.0)
+    slope = (speeds[0] - speeds[moving - 1]) / (times[moving - 1] - times[0])
+    assert slope == pytest.approx(5.0, rel=0.05)
+    assert {message.lateral.steering_tire_angle for message in stopped[1:]} == {
+        stopped[-1].lateral.steering_tire_angle
+    }
+    assert f"Written to {file}" in tapped
+    _check_cycles(file)
+
+
+def _check_cycles(file: Path) -> None:
+    """The cycles that were and those that were missed fill the time."""
+    reports = recorded(file, messages.DIAGNOSTICS)
+    first, last = reports[3], reports[-3]
+    times = [each.header.stamp.sec + 1e-9 * each.header.stamp.nanosec for each in (first, last)]
+    counts = [
+        int(values(each)["cycles"]) + int(values(each)["missed_cycles"]) for each in (first, last)
+    ]
+    passed, counted = times[1] - times[0], 0.02 * (counts[1] - counts[0])
+    assert counted == pytest.approx(passed, abs=0.1 + 0.02 * passed)
+    levels = {report.status[0].level for report in reports}
+    assert levels >= {0, 2}
+
+
+def _last(reader: Any) -> tuple[float, ...] | None:
+    poses = [ros2.measured_of(messages.decode(messages.ODOMETRY, data)) for data in reader.take()]
+    return poses[-1][:4] if poses else None
+
+
+def _until_fast(reader: Any) -> tuple[float, ...]:
+    """The pose of the plant once it goes at 4 m/s."""
+    until = time.monotonic() + 30.0
+    while time.monotonic() < until:
+        found = _last(reader)
+        if found is not None and found[3] > 4.0:
+            return found
+        time.sleep(0.02)
+    raise AssertionError("the plant does not drive")
+
+
+def _until_stand(reader: Any) -> list[Any]:
+    """The commands from the last drive on, until they say stand."""
+    reader.take()
+    found: list[Any] = []
+    until = time.monotonic() + 30.0
+    while time.monotonic() < until:
+        found += [messages.decode(messages.CONTROL, data) for data in reader.take()]
+        held = [message for message in found if message.longitudinal.acceleration == -5.0]
+        if held and held[-1].longitudinal.velocity == 0.0:
+            return held
+        time.sleep(0.01)
+    raise AssertionError("the node does not stop")
+
+
+def test_simulated_run_is_recorded_as_its_messages(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    options = ("--track", "slalom", "--controller", "preview-pop", "--record", str(file))
+    outcome = command.run("simulate", *options)
+    assert outcome.status == 0, outcome.err
+    log = logs.read(file)
+    assert f"Written to {file}: {3 * len(log) + 1} messages" in outcome.out
+    assert math.hypot(log.x[-1] - log.x[0], log.y[-1] - log.y[0]) > 100.0
+    assert {str(report.status[0].name) for report in recorded(file, messages.DIAGNOSTICS)} == {
+        "popsteer: steering"
+    }
+    assert list(tmp_path.iterdir()) == [file]

@@ -1,0 +1,380 @@
+"""What the node does where something is missing, wrong or late; it is stepped by the test."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+import popsteer
+
+pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
+pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+
+from popsteer.adapters import ros2
+from popsteer.adapters.ros2 import messages
+from popsteer.adapters.ros2.dds import Participant
+from popsteer.adapters.ros2.node import Node, Options
+from popsteer.adapters.ros2.topics import Topics
+from tests.adapters.ros2_domain import PERIOD, Bench, domain
+from tests.adapters.ros2_plant import CAR
+
+
+@pytest.fixture
+def bench() -> Bench:
+    found = Bench()
+    found.begin()
+    return found
+
+
+def _stop(bench: Bench) -> list[tuple[str, float]]:
+    """Cycle without odometry until it stands: states and speeds."""
+    found = []
+    for _ in range(400):
+        drive = bench.cycle()
+        assert drive is not None
+        found.append((bench.state, drive.speed))
+        if bench.state == "standing":
+            break
+    return found
+
+
+def test_node_without_anything_waits_and_says_for_what() -> None:
+    bench = Bench()
+    assert bench.cycle() is None
+    assert bench.lines == ["waiting: no odometry on /odom"]
+    assert bench.until(lambda: bench.reason == "no path on /path")
+    report = bench.report()
+    assert report["popsteer: steering"].level == 1
+    assert report["popsteer: steering"].message == "waiting: no path on /path"
+
+
+def test_node_publishes_commands_that_are_the_controllers(bench: Bench) -> None:
+    bench.drive.take()
+    bench.run(1)
+    assert bench.drive.wait(1.0)
+    message = messages.decode(messages.ACKERMANN, bench.drive.take()[-1])
+    assert bench.node.pilot is not None
+    command = bench.node.pilot.command
+    assert command is not None
+    assert message.drive.steering_angle == pytest.approx(command.steer, rel=1e-6)
+    assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == bench.now
+    assert message.header.frame_id == "base_link"
+
+
+def test_stale_odometry_is_held_then_braked_to_a_stand_and_said() -> None:
+    bench = Bench(stale=0.31, hold=0.21)
+    bench.begin()
+    bench.run(20)
+    before = bench.node.drive
+    assert before is not None
+    states = _stop(bench)
+    order = [state for state, _ in itertools.groupby(states, key=lambda each: each[0])]
+    assert order == ["driving", "holding", "braking", "standing"]
+    counts = {state: sum(1 for each in states if each[0] == state) for state in order}
+    # The last pose was 20 ms old when it came.
+    assert (counts["driving"], counts["holding"]) == (14, 10)
+    held = [speed for state, speed in states if state == "holding"]
+    assert len(set(held)) == 1
+    braked = [speed for state, speed in states if state in ("braking", "standing")]
+    steps = -np.diff([held[-1], *braked])
+    assert steps[:-1] == pytest.approx(0.04)  # 2 m/s²
+    assert braked[-1] == 0.0
+    report = bench.report()
+    assert report["popsteer: steering"].level == 2
+    said = "standing: no odometry on /odom for 0.31 s"
+    assert report["popsteer: steering"].message == said
+    assert bench.lines[-1] == said
+    bench.run(5)
+    assert (bench.state, bench.lines[-1]) == ("driving", "driving")
+
+
+def test_node_steers_on_from_the_angle_that_it_held(bench: Bench) -> None:
+    bench.run(20)
+    _stop(bench)
+    assert bench.node.drive is not None
+    held = bench.node.drive.steer
+    bench.send_pose(speed=0.0)
+    drive = bench.cycle()
+    assert drive is not None
+    assert drive.steer == pytest.approx(held, abs=0.03)
+    assert 0.0 <= drive.speed <= 0.05
+
+
+def test_path_in_another_frame_is_refused_counted_and_stopped_for(bench: Bench) -> None:
+    bench.send_path(frame="odom")
+    for _ in range(300):
+        bench.run(1)
+        if bench.state == "standing":
+            break
+    assert bench.state == "standing"
+    said = "frame is 'odom', that of the odometry is 'map'"
+    assert bench.reason == f"path on /path refused: {said}"
+    values = bench.report()["values"]
+    assert (values["path_refused"], values["path_refused_because"]) == ("1", said)
+    bench.send_path()
+    bench.run(5)
+    assert bench.state == "driving"
+
+
+def test_odometry_in_another_frame_is_refused_and_stopped_for(bench: Bench) -> None:
+    bench.run(100, frame="odom")
+    assert bench.state == "braking"
+    assert "frame is 'odom', that of the path is 'map'" in bench.reason
+    assert int(bench.report()["values"]["odometry_refused"]) > 50
+    bench.run(3)
+    assert bench.state == "driving"
+
+
+def test_frame_that_both_have_changed_to_is_taken(bench: Bench) -> None:
+    for _ in range(60):
+        bench.cycle()
+    bench.send_path(frame="odom")
+    bench.run(5, frame="odom")
+    assert bench.state == "driving"
+
+
+def test_numbers_that_are_not_finite_are_refused_and_counted(bench: Bench) -> None:
+    bench.x = float("nan")
+    bench.send_pose()
+    bench.x = 1.0
+    points = ros2.path_message([0.0, 9.0], [0.0, float("inf")], [0.0, 0.0], 0, "map")
+    bench.send(bench.path, points)
+    bench.run(3)
+    values = bench.report()["values"]
+    assert values["odometry_refused_because"] == "x is nan"
+    assert "got inf" in values["path_refused_because"]
+    assert bench.state == "holding"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [(-0.5, "stamp is 0.50 s old"), (0.2, "stamp is 0.20 s in the future")],
+)
+def test_stamp_of_another_clock_is_refused(bench: Bench, seconds: float, said: str) -> None:
+    bench.run(5)
+    for _ in range(30):
+        bench.send_pose(at=bench.now + PERIOD + round(seconds * 1e9))
+        bench.cycle()
+    assert bench.state == "braking"
+    assert bench.node.intake.odometry.reason == said
+
+
+def test_stamps_in_another_order_are_refused(bench: Bench) -> None:
+    bench.run(3)
+    bench.send_pose(at=bench.now - 2 * PERIOD)
+    bench.cycle()
+    assert bench.node.intake.odometry.reason == "stamp is 0.020 s before the last one"
+    assert bench.state == "driving"
+
+
+def test_stamp_of_zero_counts_as_now() -> None:
+    bench = Bench()
+    bench.send_path()
+    assert bench.until(lambda: bench.state == "driving", at=0)
+
+
+@pytest.mark.parametrize("seconds", [-3600.0, 3600.0])
+def test_time_that_jumps_is_said_held_through_and_gone_on_from(
+    bench: Bench, seconds: float
+) -> None:
+    bench.run(10)
+    bench.node.jumped(seconds)
+    bench.now += round(seconds * 1e9)
+    bench.cycle()
+    assert bench.state == "holding"
+    assert bench.lines[-1] == f"holding: time jumped by {seconds:+.2f} s"
+    assert bench.report()["values"]["time_jumps"] == "1"
+    bench.run(3)
+    assert bench.state == "driving"
+
+
+def test_new_path_is_gone_over_to(bench: Bench) -> None:
+    bench.run(10)
+    bench.send_path(y=1.0)
+    bench.run(3)
+    assert bench.node.pilot is not None
+    command = bench.node.pilot.command
+    assert command is not None
+    assert command.cross_track_error == pytest.approx(-0.9, abs=0.05)
+    assert (bench.state, bench.node.intake.course_number) == ("driving", 2)
+
+
+def test_fault_of_the_controller_brakes_while_it_lasts() -> None:
+    def make(path: popsteer.Path) -> popsteer.Stanley:
+        return popsteer.Stanley(path, CAR, monitor=popsteer.MonitorParams(deviation_limit=0.5))
+
+    bench = Bench(make)
+    bench.begin()
+    bench.run(10)
+    # Two metres beside a path that it was on: as if the road were ice.
+    for _ in range(20):
+        message = ros2.odometry_message(bench.x, 2.0, 0.0, 4.0, bench.now + PERIOD, "map")
+        bench.send(bench.odometry, message)
+        bench.cycle()
+    assert (bench.state, bench.reason) == ("braking", "deviating")
+    assert bench.report()["popsteer: steering"].level == 2
+    bench.run(3)
+    assert bench.state == "driving"
+
+
+def test_trajectory_without_any_speed_says_stand() -> None:
+    bench = Bench(topics=Topics.of_autoware())
+    place = [messages.make("geometry_msgs/msg/Point", x=x) for x in (0.0, 50.0)]
+    points = [
+        messages.make(
+            "autoware_planning_msgs/msg/TrajectoryPoint",
+            pose=messages.make("geometry_msgs/msg/Pose", position=at),
+        )
+        for at in place
+    ]
+    header = messages.make("std_msgs/msg/Header", frame_id="map")
+    bench.send_pose()
+    bench.send(bench.path, messages.make(messages.TRAJECTORY, header=header, points=points))
+    assert bench.until(lambda: bench.state == "standing")
+    assert bench.reason == "path on /planning/trajectory says stand"
+    bench.cycle()
+    assert bench.drive.wait(1.0)
+    control = messages.decode(messages.CONTROL, bench.drive.take()[-1])
+    assert (control.longitudinal.velocity, control.longitudinal.acceleration) == (0.0, -2.0)
+
+
+def test_late_cycles_are_counted_and_reported(bench: Bench) -> None:
+    bench.report()
+    bench.now += 3 * PERIOD
+    bench.node.cycle(bench.now, 0.06, 2)
+    report = bench.report()
+    assert report["popsteer: loop"].level == 1
+    assert report["popsteer: loop"].message == "2 cycles missed"
+    assert report["values"]["longest_period_s"] == "0.06"
+
+
+def test_report_has_errors_deviation_and_estimates(bench: Bench) -> None:
+    bench.run(30)
+    report = bench.report()
+    assert report["popsteer: steering"].level == 0
+    assert report["popsteer: steering"].message == "driving"
+    values = {name: float(report["values"][name]) for name in report["values"] if "_rad" in name}
+    assert set(values) >= {"heading_error_rad", "estimated_steer_offset_rad"}
+    assert float(report["values"]["cross_track_error_m"]) == pytest.approx(0.1, abs=0.01)
+    assert float(report["values"]["deviation_m"]) == pytest.approx(0.1, abs=0.01)
+    assert float(report["values"]["estimated_dead_time_s"]) == pytest.approx(0.1, abs=0.06)
+
+
+def test_intended_trajectory_begins_at_the_vehicle(bench: Bench) -> None:
+    topic = bench.node.options.topics.predicted
+    reader = bench.member.reader(topic, messages.PATH, reliable=True)
+    for _ in range(200):
+        bench.run(6)
+        if found := reader.take():
+            break
+    message = messages.decode(messages.PATH, found[-1])
+    assert message.header.frame_id == "map"
+    xs = [pose.pose.position.x for pose in message.poses]
+    assert xs[0] == pytest.approx(bench.x, abs=1.0)
+    assert 5.0 < xs[-1] - xs[0] < 10.0  # 2 s at 4 m/s
+
+
+def test_last_command_is_to_stand(bench: Bench) -> None:
+    bench.run(5)
+    bench.drive.take()
+    bench.node.finish(bench.now)
+    assert bench.drive.wait(1.0)
+    assert messages.decode(messages.ACKERMANN, bench.drive.take()[-1]).drive.speed == 0.0
+
+
+def _altered(random: np.random.Generator, data: bytes) -> bytes:
+    """The message cut, or with bytes that are others."""
+    if random.random() < 0.3:
+        return data[: int(random.integers(0, len(data)))]
+    changed = bytearray(data)
+    for _ in range(int(random.integers(1, 30))):
+        changed[int(random.integers(0, len(data)))] = int(random.integers(0, 256))
+    return bytes(changed)
+
+
+def test_thousand_messages_cut_or_altered_do_not_end_the_node(bench: Bench) -> None:
+    random = np.random.default_rng(0)
+    topics = bench.node.options.topics
+    arrived, handed = 0, 0
+    for k in range(1000):
+        if k % 2:
+            message: Any = ros2.odometry_message(bench.x, 0.1, 0.0, 4.0, bench.now, "map")
+            writer, take = bench.odometry, bench.node.intake.take_odometry
+        else:
+            message = ros2.path_message([0.0, 90.0], [0.0, 0.0], [0.0, 0.0], k, "map")
+            writer, take = bench.path, bench.node.intake.take_course
+        data = _altered(random, messages.encode(message))
+        try:  # over the wire, where DDS lets it through ...
+            writer.write(data)
+            arrived += 1
+        except ValueError:  # ... and past it, where it does not
+            take(data, 1e-9 * bench.now)
+            handed += 1
+        bench.now += PERIOD
+        bench.node.cycle(bench.now, 0.02)
+    assert arrived > 200
+    assert handed > 200
+    intake = bench.node.intake
+    # The last few of a topic count where they came faster than they were taken.
+    assert intake.odometry.received + intake.courses.received > 900
+    assert intake.odometry.refused > 200
+    assert intake.courses.refused > 100
+    bench.send_path()
+    assert bench.until(lambda: bench.state == "driving")
+    assert topics.path in "".join(bench.lines)
+
+
+def test_refused_bytes_are_named_by_their_type(bench: Bench) -> None:
+    assert not bench.node.intake.take_odometry(b"\x00\x01\x00\x00", 1.0)
+    assert bench.node.intake.odometry.reason.startswith("is no nav_msgs/msg/Odometry")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"rate": 0.5}, "rate must be in"),
+        ({"stale": 2.0}, "stale must be in"),
+        ({"hold": -1.0}, "hold must be in"),
+        ({"timeout": float("nan")}, "timeout must be in"),
+    ],
+)
+def test_option_out_of_its_range_is_refused(options: dict[str, float], said: str) -> None:
+    with pytest.raises(popsteer.ConfigError, match=said):
+        Options(**options)  # type: ignore[arg-type]
+
+
+def test_wait_for_a_path_is_over_in_time_and_says_why() -> None:
+    bench = Bench(timeout=0.5)
+    assert bench.until(lambda: bench.reason == "no path on /path")
+    wanted = r"^no nav_msgs/msg/Path that can be used on /path .*: its publisher sends nothing$"
+    with pytest.raises(popsteer.PopsteerError, match=wanted):
+        bench.node.check_silence(0.5)
+    bench.send_path(frame="odom")
+    assert bench.until(lambda: bench.node.intake.courses.refused == 1)
+    with pytest.raises(popsteer.PopsteerError, match="1 of 1 messages refused, the last: frame is"):
+        bench.node.check_silence(0.5)
+
+
+def test_wait_is_over_in_time_and_says_what_is_known() -> None:
+    member = Participant(domain(), local=True)
+    alone = Node(member, popsteer.Stanley, Options(timeout=0.5))
+    alone.check_silence(0.4)
+    with pytest.raises(
+        popsteer.PopsteerError, match=r"on /odom in domain \d+ .*: nobody publishes"
+    ):
+        alone.check_silence(0.5)
+    other = Participant(member.domain, local=True).writer("/odom", messages.PATH)
+    until = time.monotonic() + 10.0
+    while not member.types_of("/odom") and time.monotonic() < until:
+        time.sleep(0.01)
+    with pytest.raises(popsteer.PopsteerError, match="it is published as nav_msgs/msg/Path"):
+        alone.check_silence(0.5)
+    assert other.peers == 0
+    bench = Bench(timeout=0.5)
+    assert bench.until(lambda: bench.node.intake.odometry.refused > 0, at=1)
+    with pytest.raises(popsteer.PopsteerError, match="simulated time needs --sim-time"):
+        bench.node.check_silence(0.5)

@@ -1,0 +1,178 @@
+"""The node's clock: measured periods, cycles that are missed, time that jumps or stands still."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason='the extra "ros2" is not installed')
+pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+
+from popsteer.adapters.ros2 import messages, pacing
+from popsteer.adapters.ros2.conversions import time_message
+from tests.adapters.ros2_domain import PERIOD, START, Bench
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class Clocks:
+    """In the place of the module `time`: nothing waits, and the test moves both clocks."""
+
+    def __init__(self) -> None:
+        self.steady, self.wall = 5 * 10**9, START
+
+    def monotonic_ns(self) -> int:
+        return self.steady
+
+    def time_ns(self) -> int:
+        return self.wall
+
+    def sleep(self, seconds: float) -> None:
+        self.pass_by(seconds)
+
+    def pass_by(self, seconds: float) -> None:
+        self.steady += round(seconds * 1e9)
+        self.wall += round(seconds * 1e9)
+
+
+def spun(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, each: Callable[[int, Clocks], None], count: int
+) -> list[tuple[float, int]]:
+    """Run in real time that is not: periods and missed cycles, and `each` before each cycle."""
+    clocks, found, turns = Clocks(), [], iter(range(count + 1))
+    monkeypatch.setattr(pacing, "time", clocks)
+    cycle = bench.node.cycle
+
+    def counted(now: int, dt: float, missed: int = 0) -> Any:
+        found.append((dt, missed))
+        return cycle(now, dt, missed)
+
+    def stopped() -> bool:
+        turn = next(turns)
+        bench.now = clocks.wall
+        each(turn, clocks)
+        return turn == count
+
+    monkeypatch.setattr(bench.node, "cycle", counted)
+    pacing.spin(bench.node, bench.member, stopped)
+    return found
+
+
+def test_period_is_measured_and_late_cycles_are_not_caught_up_with(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench = Bench()
+
+    def each(turn: int, clocks: Clocks) -> None:
+        if turn == 5:
+            clocks.pass_by(0.07)  # something took three periods and a half
+
+    found = spun(bench, monkeypatch, each, 8)
+    assert [missed for _, missed in found] == [0, 0, 0, 0, 0, 2, 0, 0]
+    # The late one is 10 ms late; the next is on time again.
+    periods = [0.02, 0.02, 0.02, 0.02, 0.02, 0.07, 0.01, 0.02]
+    assert [dt for dt, _ in found] == pytest.approx(periods)
+    assert bench.node.loop.missed == 2
+
+
+@pytest.mark.parametrize("seconds", [-40.0, 40.0])
+def test_wall_clock_that_is_set_is_noticed_and_no_period(
+    monkeypatch: pytest.MonkeyPatch, seconds: float
+) -> None:
+    bench = Bench()
+    states = []
+
+    def each(turn: int, clocks: Clocks) -> None:
+        if turn == 20:
+            clocks.wall += round(seconds * 1e9)
+            bench.now = clocks.wall
+        elif turn == 1:
+            bench.send_path()
+        if turn != 21:
+            bench.send_pose()
+        states.append(bench.state)
+
+    found = spun(bench, monkeypatch, each, 30)
+    assert [dt for dt, _ in found] == pytest.approx([0.02] * 30)
+    assert bench.node.loop.jumps == 1
+    assert "driving" in states[:20]
+    assert any(f"time jumped by {seconds:+.2f} s" in line for line in bench.lines) or (
+        states[21] == "driving"  # a pose of the new time has come in the same cycle
+    )
+    assert states[-1] == "driving"
+
+
+def test_slewed_clock_is_no_jump(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench()
+
+    def each(turn: int, clocks: Clocks) -> None:
+        clocks.wall += 10**6  # 50 ms a second, far more than NTP does
+
+    spun(bench, monkeypatch, each, 50)
+    assert bench.node.loop.jumps == 0
+
+
+def ticking(bench: Bench, times: list[int], pause: float = 0.0) -> None:
+    """Run on the clock's topic; poses come with the ticks."""
+    clock = bench.member.writer("/clock", messages.CLOCK, latched=True)
+    left = iter(times)
+
+    def stopped() -> bool:
+        at = next(left, None)
+        if at is None:
+            return True
+        bench.now = at
+        if at:
+            bench.send_pose()
+            clock.write(messages.encode(messages.make(messages.CLOCK, clock=time_message(at))))
+        else:
+            time.sleep(pause)
+        return False
+
+    bench.send_path()
+    pacing.spin(bench.node, bench.member, stopped)
+
+
+def test_simulated_time_gives_periods_and_misses() -> None:
+    bench = Bench(sim_time=True)
+    start = 10**9
+    ticking(bench, [start + k * PERIOD for k in (0, 1, 2, 3, 3, 6, 7, 8)])
+    assert bench.node.loop.cycles == 7
+    assert bench.node.loop.missed == 2
+    assert bench.state == "driving"
+
+
+def test_simulation_that_begins_anew_is_a_jump_and_gone_on_with() -> None:
+    bench = Bench(sim_time=True)
+    one = [10**9 + k * PERIOD for k in range(10)]
+    ticking(bench, [*one, *one])
+    assert bench.node.loop.jumps == 1
+    assert bench.node.loop.missed == 0
+    assert bench.state == "driving"
+
+
+def test_simulated_time_that_stands_still_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pacing, "_STILL", 0.1)
+    bench = Bench(sim_time=True)
+    ticking(bench, [10**9, 10**9 + PERIOD, 0, 0, 0], pause=0.1)
+    assert bench.lines[-1] == "paused: time stands still on /clock"
+
+
+def test_altered_ticks_do_not_end_the_node() -> None:
+    bench = Bench(sim_time=True)
+    clock = bench.member.writer("/clock", messages.CLOCK)
+    seconds = iter([2**31 - 1, -(2**31), 0, -1, 5])
+    turns = iter(range(6))
+
+    def stopped() -> bool:
+        stamp = messages.make(
+            "builtin_interfaces/msg/Time", sec=next(seconds, 6), nanosec=2**32 - 1
+        )
+        clock.write(messages.encode(messages.make(messages.CLOCK, clock=stamp)))
+        return next(turns) == 5
+
+    pacing.spin(bench.node, bench.member, stopped)
+    assert bench.node.loop.cycles >= 2

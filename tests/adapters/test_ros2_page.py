@@ -1,0 +1,76 @@
+"""docs/ros2.md says what the commands and the code say."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import subprocess
+import sys
+
+import pytest
+
+from tests.helpers import ROOT
+
+PAGE = (ROOT / "docs" / "ros2.md").read_text(encoding="utf-8")
+BLOCKS = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def test_ros2_page_code_prints_what_the_page_says() -> None:
+    pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+    blocks = BLOCKS.findall(PAGE)
+    shown = [index for index, (kind, _) in enumerate(blocks) if kind == "text"]
+    assert len(shown) == 1
+    (_, code), (_, wanted) = blocks[shown[0] - 1 : shown[0] + 1]
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(code, "ros2.md", "exec"), {})
+    assert out.getvalue() == wanted
+
+
+def test_ros2_page_names_the_topics_and_times_that_are_the_defaults() -> None:
+    from popsteer.adapters.ros2.node import Options
+    from popsteer.adapters.ros2.topics import Topics
+
+    plain, autoware, options = Topics(), Topics.of_autoware(), Options()
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", PAGE, re.MULTILINE))
+    for name in ("odometry", "path", "command", "predicted", "diagnostics", "clock"):
+        _, default, other = rows[name].split(" | ")
+        assert default.split(",")[0] == f"`{getattr(plain, name)}`"
+        if getattr(autoware, name) != getattr(plain, name):
+            assert other.split(",")[0] == f"`{getattr(autoware, name)}`"
+    assert f"`--stale`, {options.stale:g} s" in PAGE
+    assert f"`--hold`, {options.hold:g} s" in PAGE
+    assert f"`--timeout`, {options.timeout:g} s" in PAGE
+
+
+def test_ros2_example_without_a_node_ends_with_one_line_and_status_2() -> None:
+    pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+    from tests.adapters.ros2_domain import domain
+
+    options = ("--domain", str(domain()), "--timeout", "0.3")
+    ended = subprocess.run(
+        [sys.executable, "examples/ros2_vehicle.py", *options],
+        check=False,
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
+    assert ended.returncode == 2
+    assert ended.stderr == "ros2_vehicle: no command on /drive for 0.3 s\n"
+
+
+def test_ros2_example_without_the_extra_ends_with_one_line_and_status_2() -> None:
+    code = (
+        "import runpy, sys; sys.modules['cyclonedds'] = None\n"
+        "runpy.run_path(sys.argv.pop(), run_name='__main__')"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", code, "examples/ros2_vehicle.py"],
+        check=False,
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
+    message = 'ROS 2 needs the extra "ros2": pip install "popsteer[ros2]"'
+    assert (ended.returncode, ended.stderr) == (2, f"ros2_vehicle: {message}\n")

@@ -1,0 +1,103 @@
+"""What the pilot makes of a path's speeds; a drive that obeys carries them out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer.adapters import ros2
+from popsteer.adapters.ros2.pilot import up_to_stand
+
+DT = 0.02
+
+
+def straight(speeds: list[float], spacing: float = 5.0) -> popsteer.Path:
+    """A path along x, forth where the speeds are positive and back where they are not."""
+    x, points = 0.0, []
+    for speed in speeds:
+        points.append((x, 0.0))
+        x += spacing if speed > 0.0 or (speed == 0.0 and min(speeds) >= 0.0) else -spacing
+    return popsteer.Path(points, speed=speeds)
+
+
+def driven(
+    path: popsteer.Path, seconds: float, *, lag: float = 0.0, share: float = 1.0
+) -> tuple[list[float], list[float], ros2.Pilot]:
+    """Places and speeds of a vehicle that obeys, with a lag, a share of what it is told."""
+    pilot = ros2.Pilot(popsteer.PreviewPop(path))
+    x, speed = float(path.x[0]), 0.0
+    places, speeds = [x], [speed]
+    for _ in range(round(seconds / DT)):
+        here = ros2.Measured(x, 0.0, 0.0, speed, 0, "map", "base_link")
+        drive = pilot.step(here, 0.0, DT)
+        wanted = share * drive.speed
+        speed = wanted if lag == 0.0 else speed + (wanted - speed) * DT / lag
+        x += speed * DT
+        places.append(x)
+        speeds.append(speed)
+    return places, speeds, pilot
+
+
+@pytest.mark.parametrize(
+    ("speeds", "kept"),
+    [
+        ([1, 1, 0, 0, 0], 3),
+        ([1, 1, 0, 1, 1], 3),
+        ([0, 0, 1, 1, 0], 5),
+        ([1, 1, 1, 1, 1], 5),
+        ([1, 0, -1, -1, 0], 5),
+        ([1, 0, -1, 0, -1], 4),
+        ([0, 0, 0, 0, 0], 5),
+    ],
+)
+def test_path_is_driven_up_to_where_its_speeds_say_stand(speeds: list[float], kept: int) -> None:
+    path = straight([float(speed) for speed in speeds])
+    assert len(up_to_stand(path)) == kept
+
+
+def test_path_that_is_closed_or_has_no_speeds_is_driven_whole() -> None:
+    points = [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)]
+    for path in (
+        popsteer.Path(points),
+        popsteer.Path(points, speed=[1.0, 0.0, 0.0, 1.0], closed=True),
+    ):
+        assert up_to_stand(path) is path
+
+
+def test_vehicle_stands_before_speeds_of_zero_and_stays() -> None:
+    places, speeds, pilot = driven(straight([5.0] * 10 + [0.0] * 11), 40.0)
+    assert places[-1] == pytest.approx(50.0, abs=0.05)
+    assert max(places) < 50.05
+    assert speeds[-1] == 0.0
+    assert pilot.state is ros2.State.DRIVING
+
+
+@pytest.mark.parametrize(
+    ("path", "end"),
+    [
+        (straight([0.0] + [5.0] * 9 + [0.0]), 50.0),
+        (straight([-3.0] * 10 + [0.0]), -50.0),
+        (straight([3.0] * 4 + [0.0] + [-3.0] * 3 + [0.0]), 0.0),
+    ],
+)
+def test_vehicle_stops_at_the_end_forth_back_and_after_a_cusp(
+    path: popsteer.Path, end: float
+) -> None:
+    places, speeds, _ = driven(path, 45.0)
+    assert places[-1] == pytest.approx(end, abs=0.05)
+    assert abs(speeds[-1]) < 0.01
+    assert np.abs(np.diff(speeds)).max() < 3.5 * DT + 1e-9
+
+
+def test_drive_that_is_slow_and_gives_less_is_led_to_the_speed_of_the_path() -> None:
+    _, speeds, _ = driven(straight([5.0] * 60), 30.0, lag=0.4, share=0.95)
+    assert speeds[-1] == pytest.approx(5.0, abs=0.05)
+    assert max(speeds) < 5.3
+
+
+def test_drive_that_does_not_move_is_not_told_ever_more() -> None:
+    pilot = ros2.Pilot(popsteer.PreviewPop(straight([5.0] * 60)))
+    here = ros2.Measured(0.0, 0.0, 0.0, 0.0, 0, "map", "base_link")
+    told = [pilot.step(here, 0.0, DT).speed for _ in range(500)]
+    assert told[-1] == max(told) == 1.0

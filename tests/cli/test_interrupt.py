@@ -1,0 +1,129 @@
+"""Ctrl-C in the long commands: a bar until then, at most one line after, no half-written file."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from popsteer.lab.sweep import rows
+from tests.cli import command, logs
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytest.importorskip("optuna")
+pytest.importorskip("scipy")
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs a terminal and signals")
+
+LONG = 100.0  # s: none of the commands takes as long
+KEPT = "popsteer: stopped; the same command goes on with what is in "
+SWEEP = ("sweep", "--track", "racetrack", "--out", "sweep.csv")
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Half an hour of S-bends, without a simulation: nobody looks at what comes out."""
+    t = 0.05 * np.arange(36_000)
+    yaw = 0.5 * np.sin(0.2 * t)
+    speed = 8.0 + 2.0 * np.sin(0.05 * t)
+    columns: dict[str, Any] = {
+        "t": t,
+        "x": np.cumsum(0.05 * speed * np.cos(yaw)),
+        "y": np.cumsum(0.05 * speed * np.sin(yaw)),
+        "yaw": yaw,
+        "speed": speed,
+        "steer": np.arctan(2.7 * 0.1 * np.cos(0.2 * t) / speed),
+    }
+    return logs.write_csv(tmp_path_factory.mktemp("log") / "drive.csv", columns)
+
+
+@pytest.fixture(scope="module")
+def waypoints(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """8 km of bends, which take a while within a limit of the jerk."""
+    x = np.arange(8_000.0)
+    file = tmp_path_factory.mktemp("course") / "waypoints.csv"
+    np.savetxt(file, np.column_stack((x, 20.0 * np.sin(x / 40.0))), delimiter=",", fmt="%.4f")
+    return file
+
+
+def _interrupted(folder: Path, arguments: tuple[str, ...], shown: str) -> str:
+    """Interrupt a command once its bar shows `shown`; what it says after that."""
+    reading, writing = os.openpty()
+    environment = {**os.environ, "COLUMNS": "80", "LINES": "40", "TERM": "xterm"}
+    process = subprocess.Popen(
+        [command.script(), *arguments],
+        stdout=subprocess.DEVNULL,
+        stderr=writing,
+        cwd=folder,
+        env=environment,
+        start_new_session=True,
+    )
+    os.close(writing)
+    sent, begin, interrupted = b"", time.monotonic(), None
+    while time.monotonic() - begin < LONG:
+        try:
+            part = os.read(reading, 65536)
+        except OSError:  # Linux says so where the other end is closed
+            break
+        if not part:
+            break
+        sent += part
+        if interrupted is None and re.search(shown.encode(), sent):
+            interrupted = len(sent)
+            # To all of its processes, as a terminal does.
+            os.killpg(process.pid, signal.SIGINT)
+    os.close(reading)
+    assert process.wait(10.0) == 130, sent
+    assert interrupted is not None
+    plain = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", sent[interrupted:]).decode()
+    lines = [line.strip() for line in re.split(r"[\r\n]+", plain)]
+    return "\n".join(line for line in lines if line and "\u2501" not in line)
+
+
+def test_identify_interrupted_says_and_writes_nothing(tmp_path: Path, log: Path) -> None:
+    said = _interrupted(tmp_path, ("identify", str(log), "--out", "car.toml"), "identify")
+    assert said == ""
+    assert not any(tmp_path.iterdir())
+
+
+def test_plan_interrupted_says_and_writes_nothing(tmp_path: Path, waypoints: Path) -> None:
+    arguments = ("plan", str(waypoints), "--set", "max_jerk=1", "--out", "course.csv")
+    assert _interrupted(tmp_path, arguments, "plan") == ""
+    assert not any(tmp_path.iterdir())
+
+
+def test_replay_interrupted_says_and_writes_nothing(tmp_path: Path, log: Path) -> None:
+    said = _interrupted(tmp_path, ("replay", str(log), "--out", "replay"), "stanley|pop|figures")
+    assert said == ""
+    assert not any(tmp_path.iterdir())
+
+
+def test_tune_interrupted_keeps_its_trials(tmp_path: Path) -> None:
+    arguments = ("tune", "--controller", "pop", "--cars", "1", "--out", "tuned.toml")
+    assert _interrupted(tmp_path, arguments, "trial [2-9]") == f"{KEPT}tuned.journal"
+    assert {file.name for file in tmp_path.iterdir()} == {"tuned.journal"}
+
+
+@pytest.mark.parametrize(
+    "who",
+    [(), ("--plant", "commonroad-st-2", "--workers", "2"), ("--dask", "local:2")],
+    ids=["threads", "processes", "dask"],
+)
+def test_sweep_interrupted_keeps_its_rows(tmp_path: Path, who: tuple[str, ...]) -> None:
+    if "--dask" in who:
+        pytest.importorskip("distributed")
+    if "--plant" in who:
+        pytest.importorskip("vehiclemodels")
+    arguments = (*SWEEP, "--runs", "3000", "--workers", "2") if not who else (*SWEEP, *who)
+    said = _interrupted(tmp_path, arguments, "[0-9]+ of [0-9]+ runs")
+    assert said == f"{KEPT}sweep.csv.part"
+    assert {file.name for file in tmp_path.iterdir()} == {"sweep.csv.part"}
+    _, kept = rows.read(tmp_path / "sweep.csv.part")
+    assert len({row["run"] for row in kept}) == len(kept)

@@ -1,0 +1,109 @@
+"""`popsteer new`: a project that runs, written completely or not at all."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+import popsteer
+from tests.cli import command
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILES = {"README.md", "car.py", "drive.py", "test_drive.py", "vehicle.toml", "waypoints.csv"}
+
+
+def _python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    program = [sys.executable, "-W", "error", *arguments]
+    return subprocess.run(program, cwd=folder, check=False, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("new") / "deep" / "my-car"
+    outcome = command.run("new", str(folder))
+    assert (outcome.status, outcome.err) == (0, "")
+    assert f"Next: cd {folder} && python drive.py\n" in outcome.out
+    assert {file.name for file in folder.iterdir()} == FILES
+    assert {each.name for each in folder.parent.iterdir()} == {"my-car"}
+    return folder
+
+
+def test_project_drives_to_its_end(project: Path) -> None:
+    ran = _python(project, "drive.py")
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert ran.stdout.startswith("arrived after ")
+    settled = re.search(r"at most ([\d.]+) m off", ran.stdout)
+    assert settled is not None
+    assert float(settled[1]) < 0.1
+
+
+def test_tests_of_the_project_pass(project: Path) -> None:
+    ran = _python(project, "test_drive.py")
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert ran.stdout.count(": passed\n") == 3
+
+
+def test_test_of_the_project_fails_where_its_loop_is_broken(project: Path, tmp_path: Path) -> None:
+    for file in FILES:
+        text = (project / file).read_text(encoding="utf-8")
+        text = text.replace("car.actuate(command.steer, pedals", "car.actuate(0.0, pedals")
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    assert _python(tmp_path, "test_drive.py").returncode == 1
+
+
+def test_files_of_the_project_are_what_popsteer_reads(project: Path) -> None:
+    vehicle = popsteer.Vehicle.load(project / "vehicle.toml")
+    path = popsteer.Path.from_csv(project / "waypoints.csv")
+    assert (vehicle.wheelbase, vehicle.rear_axle) == (2.7, -1.35)
+    assert path.length > 200.0
+    readme = (project / "README.md").read_text(encoding="utf-8")
+    assert readme.startswith("# my-car\n")
+    assert {name for name in FILES if name in readme} >= FILES - {"README.md"}
+    for file in project.glob("*.py"):
+        ast.parse(file.read_text(encoding="utf-8"), feature_version=(3, 10))
+
+
+def test_empty_folder_is_filled(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert command.call(capsys, "new", str(tmp_path)).status == 0
+    assert {file.name for file in tmp_path.iterdir()} == FILES
+
+
+@pytest.mark.parametrize("kind", ["folder", "file", "link"])
+def test_what_is_there_is_refused_and_kept(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, kind: str
+) -> None:
+    target = tmp_path / "mine"
+    if kind == "folder":
+        target.mkdir()
+        (target / "note.txt").write_text("mine")
+    elif kind == "file":
+        target.write_text("mine")
+    else:
+        target.symlink_to(tmp_path / "nowhere")
+    outcome = command.call(capsys, "new", str(target))
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err.startswith("popsteer: DIR must be a new or an empty folder")
+    assert [each.name for each in tmp_path.iterdir()] == ["mine"]
+    if kind == "folder":
+        assert [each.name for each in target.iterdir()] == ["note.txt"]
+
+
+def test_failure_leaves_nothing(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device", "vehicle.toml")
+
+    monkeypatch.setattr("popsteer.cli.new._write", full)
+    outcome = command.call(capsys, "new", str(tmp_path / "mine"))
+    assert outcome.status == 2
+    assert "No space left" in outcome.err
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,387 @@
+"""A report as a browser shows it: driven by keys and pointer, at three widths, in both schemes."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import tracks
+from popsteer.lab import compare, matrix, replay, report
+from popsteer.logs import Log
+from tests.browser import Browser
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="the pipe to the browser is POSIX's")
+
+NAMES = ["pure-pursuit", "stanley", "pop"]
+SIZES = [(360, 740), (1280, 900), (2560, 1400)]
+READY = "document.documentElement.dataset.ready"
+
+
+def _path(name: str) -> popsteer.Path:
+    track = tracks.get(name)
+    return popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
+
+
+@pytest.fixture(scope="module")
+def comparison() -> compare.Comparison:
+    params = compare.parameters(NAMES, "reproduction")
+    found = replace(compare.run(_path("slalom"), params), track="slalom")
+    times = dict.fromkeys(NAMES, 1e-6)
+    return replace(found, step_times=times, latencies={name: [900, 1000, 1100] for name in NAMES})
+
+
+@pytest.fixture(scope="module")
+def file(comparison: compare.Comparison, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("page") / "report.html"
+    file.write_bytes(report.of_comparison(comparison, report.Origin("popsteer compare")))
+    return file
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with Browser(tmp_path_factory.mktemp("profile")) as found:
+        yield found
+
+
+@pytest.fixture
+def page(browser: Browser, file: Path) -> Browser:
+    """The page, open at a usual width."""
+    browser.look(1280, 900)
+    browser.open(file.as_uri())
+    browser.wait(READY)
+    browser.run("document.getElementById('drive').scrollIntoView({behavior: 'instant'})")
+    return browser
+
+
+def _value(page: Browser) -> float:
+    """Where the cursor is."""
+    return float(page.run("Number(document.getElementById('cursor').value)"))
+
+
+def _set(page: Browser, value: float) -> None:
+    page.run(
+        "(() => { const s = document.getElementById('cursor');"
+        f" s.value = {value}; s.dispatchEvent(new Event('input')); }})()"
+    )
+
+
+def _cars(page: Browser) -> dict[str, tuple[float, float]]:
+    """Where the cars are on the map [m]."""
+    found: dict[str, Any] = page.run(
+        """(() => {
+          const {xaxis, yaxis} = document.getElementById('map')._fullLayout;
+          const cars = [...document.querySelectorAll('#map [data-actor]')];
+          return Object.fromEntries(cars.map((car) => {
+            const m = car.transform.baseVal.consolidate().matrix;
+            return [car.dataset.actor, [xaxis.p2l(m.e), yaxis.p2l(m.f)]];
+          }));
+        })()"""
+    )
+    return {name: (float(x), float(y)) for name, (x, y) in found.items()}
+
+
+def _box(page: Browser, selector: str) -> dict[str, float]:
+    found: dict[str, float] = page.run(
+        f"(({{x, y, width, height}}) => ({{x, y, width, height}}))"
+        f"(document.querySelector('{selector}').getBoundingClientRect())"
+    )
+    return found
+
+
+def _near(places: dict[str, tuple[float, float]], runs: compare.Comparison, at: float) -> None:
+    """Hold that each car is where its record has it at a time."""
+    for name, (x, y) in places.items():
+        records = runs.runs[name].records
+        there = [np.interp(at, records["time"], records[axis]) for axis in ("x", "y")]
+        assert np.hypot(there[0] - x, there[1] - y) < 0.05, name
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: str(size[0]))
+def test_page_fits_its_window_and_asks_the_network_for_nothing(
+    browser: Browser, file: Path, size: tuple[int, int], dark: bool
+) -> None:
+    width, height = size
+    browser.look(width, height, dark=dark, mobile=width < 500)
+    browser.open(file.as_uri())
+    browser.wait(READY)
+    browser.wait("document.querySelector('#gallery .plot .main-svg')")
+    assert browser.errors == []
+    assert browser.requests == [file.as_uri()]
+    assert browser.run("document.documentElement.scrollWidth") == width
+    # What is not in a box that scrolls by itself lies within the window.
+    outside = browser.run(
+        f"""[...document.querySelectorAll('body *')].filter((each) => {{
+          const box = each.getBoundingClientRect();
+          return box.width && box.right > {width} + 1
+            && !each.closest('.scroll, pre, .hidden, svg');
+        }}).map((each) => each.outerHTML.slice(0, 80))"""
+    )
+    assert outside == []
+    background = browser.run("getComputedStyle(document.body).backgroundColor")
+    assert background == ("rgb(13, 17, 23)" if dark else "rgb(255, 255, 255)")
+    picture = browser.screenshot()
+    assert picture.startswith(b"\x89PNG")
+    assert len(picture) > 10_000  # a blank one is smaller
+
+
+def test_letters_of_the_plots_follow_the_scheme_when_it_changes(page: Browser) -> None:
+    colour = "getComputedStyle(document.querySelector('#panels .annotation-text')).fill"
+    light = page.run(colour)
+    swatch = "document.querySelector('#readout .swatch').style.background"
+    before = page.run(swatch)
+    page.look(1280, 900, dark=True)
+    page.wait(f"{colour} !== '{light}'")
+    assert (light, page.run(colour)) == ("rgb(31, 35, 40)", "rgb(230, 237, 243)")
+    page.wait(f"{swatch} !== '{before}'")
+    page.wait(
+        "document.querySelector('#map [data-actor=pop] rect').getAttribute('fill') === '#56b4e9'"
+    )
+    assert page.errors == []
+
+
+def test_pointer_over_a_plot_moves_cursor_cars_and_values(
+    page: Browser, comparison: compare.Comparison
+) -> None:
+    box = _box(page, "#panels .nsewdrag")
+    x = box["x"] + 0.4 * box["width"]
+    page.point(x, box["y"] + 20.0)
+    at = _value(page)
+    first, last = page.run("document.getElementById('panels')._fullLayout.xaxis.range")
+    assert abs(at - (first + 0.4 * (last - first))) < 0.1
+    line = _box(page, "#panels .line")
+    assert abs(line["x"] - x) < 2.0
+    assert line["height"] > 300.0  # over all plots
+    _near(_cars(page), comparison, at)
+    cells = page.run("[...document.querySelectorAll('#readout tbody tr')].map((r) => r.innerText)")
+    for name, text in zip(NAMES, cells, strict=True):
+        error = comparison.runs[name].records["cross_track_error"]
+        shown = float(text.split("\t")[1].replace("\u2212", "-"))
+        assert abs(shown - np.interp(at, np.arange(len(error)) * 0.05, error)) < 2e-3
+
+
+def test_cars_look_and_steer_as_their_records_have_it(
+    page: Browser, comparison: compare.Comparison
+) -> None:
+    _set(page, 6.0)
+    shown = page.run(
+        """Object.fromEntries([...document.querySelectorAll('#map [data-actor]')].map((car) => {
+          const m = car.transform.baseVal.consolidate().matrix;
+          const turns = [...car.querySelectorAll('g')].map((wheel) =>
+            wheel.getAttribute('transform').match(/rotate\\(([-.e\\d]+)\\)/)?.[1] ?? 0);
+          return [car.dataset.actor, [Math.atan2(-m.b, m.a), Math.hypot(m.a, m.b), turns]];
+        }))"""
+    )
+    for name, (yaw, scale, turns) in shown.items():
+        records = comparison.runs[name].records
+        k = int(np.searchsorted(records["time"], 6.0 - 1e-6))
+        assert abs(np.angle(np.exp(1j * (records["yaw"][k] - yaw)))) < 1e-3, name
+        assert scale > 0.0
+        steer = np.degrees(records["steer"][k])
+        assert np.allclose(list(map(float, turns)), [0.0, 0.0, steer, steer], atol=2e-3), name
+
+
+def test_statuses_are_read_and_drawn(page: Browser, comparison: compare.Comparison) -> None:
+    status = comparison.runs["stanley"].records["status"]
+    k = int(np.flatnonzero(status)[0])
+    _set(page, 0.05 * k + 1e-4)
+    cell = "document.querySelectorAll('#readout tbody tr')[1].lastElementChild"
+    said = popsteer.Status(int(status[k]))
+    assert page.run(f"[{cell}.textContent, {cell}.className]") == [
+        str(said).replace("|", ", "),
+        said.level,
+    ]
+    drawn = page.run(
+        "document.getElementById('panels').data.filter((t) => t.actor === 'stanley'"
+        f" && t.line.width === {4 if said.level == 'degraded' else 11}"
+        " && t.yaxis === 'y5').map((t) => [...t.x])[0]"
+    )
+    assert any(x is not None and abs(x - 0.05 * k) < 1e-3 for x in drawn)
+
+
+def test_pointer_on_the_map_moves_the_cursor_to_that_place(
+    page: Browser, comparison: compare.Comparison
+) -> None:
+    records = comparison.runs["pop"].records
+    k = len(records["x"]) // 2
+    place = page.run(
+        f"""(() => {{
+          const map = document.getElementById('map'), box = map.getBoundingClientRect();
+          const {{xaxis, yaxis}} = map._fullLayout;
+          return [box.x + xaxis._offset + xaxis.l2p({records["x"][k]}),
+                  box.y + yaxis._offset + yaxis.l2p({records["y"][k]})];
+        }})()"""
+    )
+    page.point(*place)
+    # The nearest of three cars that go the same way, one pixel of map beside it at most.
+    places = _cars(page)
+    assert min(abs(x - records["x"][k]) for x, _ in places.values()) < 1.5
+    assert abs(_value(page) - 0.05 * k) < 1.5
+
+
+def test_space_plays_and_pauses_and_cars_drive(
+    page: Browser, comparison: compare.Comparison
+) -> None:
+    before = _cars(page)
+    page.press(" ")
+    assert page.run("document.getElementById('play').getAttribute('aria-label')") == "Pause"
+    page.wait("Number(document.getElementById('cursor').value) > 3")
+    page.press(" ")
+    at = _value(page)
+    after = _cars(page)
+    assert page.run("document.getElementById('play').getAttribute('aria-label')") == "Play"
+    assert all(np.hypot(after[n][0] - before[n][0], after[n][1] - before[n][1]) > 3 for n in NAMES)
+    _near(after, comparison, at)
+    assert _value(page) == at
+    assert page.errors == []
+
+
+def test_playing_stops_at_the_end_and_begins_anew(page: Browser) -> None:
+    page.press("End")
+    end = _value(page)
+    page.press("ArrowLeft", shift=True)
+    assert 0.3 < end - _value(page) < 0.7
+    page.press(" ")
+    page.wait("document.getElementById('play').getAttribute('aria-label') === 'Play'")
+    assert _value(page) == end
+    page.press(" ")
+    page.wait(f"Number(document.getElementById('cursor').value) < {end} / 2")
+    page.press(" ")
+
+
+def test_arrows_move_the_cursor_by_a_step(page: Browser) -> None:
+    _set(page, 5.0)
+    page.run("document.activeElement.blur()")
+    page.press("ArrowRight")
+    assert abs(_value(page) - 5.05) < 1e-3
+    page.press("ArrowLeft")
+    page.press("ArrowLeft", shift=True)
+    assert abs(_value(page) - 4.5) < 1e-3
+    page.press("Home")
+    assert _value(page) == 0.0
+    text = page.run("document.getElementById('cursor').getAttribute('aria-valuetext')")
+    assert text == "0.00 s"
+
+
+def test_keyboard_reaches_every_control(page: Browser) -> None:
+    page.run("document.activeElement.blur(); window.scrollTo(0, 0)")
+    seen = set()
+    for _ in range(60):
+        page.press("Tab")
+        seen.add(page.run("document.activeElement.id || document.activeElement.className"))
+    assert {"view", "play", "cursor", "rate", "copy", "skip"} <= seen
+
+
+def test_distance_puts_the_cars_side_by_side_under_the_same_cursor(page: Browser) -> None:
+    _set(page, 12.0)
+    apart = {name: x for name, (x, _) in _cars(page).items()}
+    page.run("document.querySelector('input[value=distance]').click()")
+    page.wait("document.getElementById('now').textContent.endsWith(' m')")
+    together = {name: x for name, (x, _) in _cars(page).items()}
+    assert max(together.values()) - min(together.values()) < 2.5
+    assert max(apart.values()) - min(apart.values()) > max(together.values()) - min(
+        together.values()
+    )
+    # The first car stays where it was.
+    assert abs(together[NAMES[0]] - apart[NAMES[0]]) < 0.2
+    title = page.run("document.getElementById('panels')._fullLayout.xaxis.title.text")
+    assert title == "distance along the path [m]"
+    page.run("document.querySelector('input[value=time]').click()")
+    page.wait("document.getElementById('now').textContent.endsWith(' s')")
+    assert abs(_value(page) - 12.0) < 0.05
+
+
+def test_hidden_controller_leaves_map_and_plots(page: Browser) -> None:
+    _set(page, 6.0)
+    page.run("document.querySelector('#readout tbody input').click()")
+    page.wait("document.querySelector('#map [data-actor=pure-pursuit]').style.display === 'none'")
+    shown = page.run(
+        "document.getElementById('panels').data.filter((t) => t.visible).map((t) => t.actor)"
+    )
+    assert set(shown) == {"stanley", "pop"}
+    page.run("document.querySelector('#readout tbody input').click()")
+    page.wait("document.querySelector('#map [data-actor=pure-pursuit]').style.display === ''")
+
+
+def test_map_follows_the_car_that_is_chosen(page: Browser) -> None:
+    page.run(
+        "(() => { const v = document.getElementById('view'); v.value = 2;"
+        " v.dispatchEvent(new Event('change')); })()"
+    )
+    _set(page, 10.0)
+    middle = "((r) => (r[0] + r[1]) / 2)(document.getElementById('map')._fullLayout.xaxis.range)"
+    for _ in range(100):
+        _set(page, 10.0)
+        if abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5:
+            break
+    assert abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5
+    width = "((r) => r[1] - r[0])(document.getElementById('map')._fullLayout.xaxis.range)"
+    near = page.run(width)
+    page.look(1280, 900, dark=True)
+    page.wait("getComputedStyle(document.body).backgroundColor === 'rgb(13, 17, 23)'")
+    page.wait(f"Math.abs({width} - {near}) < 1")  # the change of colours keeps it there
+    assert abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5
+    assert page.errors == []
+
+
+def test_choice_of_plant_and_track_shows_its_map(browser: Browser, tmp_path: Path) -> None:
+    found = matrix.run(
+        {name: _path(name) for name in ("straight", "slalom")}, ["pop"], ["kinematic-bicycle"]
+    )
+    file = tmp_path / "matrix.html"
+    file.write_bytes(report.of_matrix(found))
+    browser.look(1280, 900)
+    browser.open(file.as_uri())
+    browser.wait(READY)
+    high = "Math.max(...document.getElementById('map').data.at(-1).y)"
+    assert browser.run(high) < 0.5  # along the straight
+    browser.run("document.querySelector('[data-scene=\"1\"]').click()")
+    browser.wait(f"{high} > 1")
+    assert browser.run("document.getElementById('scene').value") == "1"
+    browser.wait("document.querySelectorAll('#gallery .main-svg').length >= 2")
+    assert browser.errors == []
+
+
+def test_command_is_copied_or_else_selected(page: Browser) -> None:
+    button = "document.querySelector('#command .copy')"
+    page.run(f"{button}.click()")
+    page.wait(f"{button}.textContent !== 'Copy'")
+    if page.run(f"{button}.textContent") == "Selected":
+        assert page.run("getSelection().toString()") == "popsteer compare"
+    page.wait(f"{button}.textContent === 'Copy'")
+    assert page.errors == []
+
+
+def test_log_with_a_gap_is_drawn_with_a_gap_and_driven_by_the_driver(
+    browser: Browser, tmp_path: Path
+) -> None:
+    t = np.arange(0.0, 20.0, 0.05)
+    t[200:] += 5.0
+    log = Log(t, 8.0 * t, 0.0 * t, 0.0 * t, 8.0 + 0.0 * t, 0.01 + 0.0 * t)
+    assert log.gaps == (200,)
+    found = replay.run(log, {"stanley": None, "pop": None}, popsteer.Vehicle())
+    file = tmp_path / "replay.html"
+    file.write_bytes(report.of_replay(found))
+    browser.look(360, 740, mobile=True)
+    browser.open(file.as_uri())
+    browser.wait(READY)
+    for plot, axis in (("map", "x"), ("panels", "y")):
+        driver = f"document.getElementById('{plot}').data.find((t) => t.actor === 'driver').{axis}"
+        broken = browser.run(f"[...{driver}].flatMap((v, k) => Number.isFinite(v) ? [] : [k])")
+        assert broken == [200], plot
+    _set(browser, 5.0)
+    places = _cars(browser)
+    assert abs(places["driver"][0] - 40.0) < 0.05
+    # The others are rays on the driver's car.
+    assert places["stanley"] == places["pop"] == places["driver"]
+    assert browser.run("document.documentElement.scrollWidth") == 360
+    assert browser.errors == []

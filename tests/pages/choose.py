@@ -1,0 +1,91 @@
+"""The tables of docs/choose.md and docs/paper.md."""
+
+from __future__ import annotations
+
+import re
+import statistics
+
+import popsteer
+from popsteer import controllers, lab
+from popsteer.lab.common.names import title_of
+from tests.helpers import ROOT, authors_data
+from tests.pages.layout import line, table
+
+CHOICES = ("preview-pop", "pure-pursuit", "stanley", "pop", "pid", "mpc")
+# Its wheels turn at once, which is not every controller's case.
+BICYCLE = "kinematic-bicycle"
+START = (-183.8, 78.7, -1.574)
+# Bounds of what counts as reproduced; tests/closed_loop/test_acceptance.py has them, too.
+CROSS_TRACK, HEADING = 0.05, 0.10
+
+
+def _cells(row: str) -> list[str]:
+    return [cell.strip() for cell in row.split("|")[1:-1]]
+
+
+def matrix() -> dict[str, dict[tuple[str, str], float]]:
+    """The record of `make matrix` in README: by title the errors by plant and track."""
+    block = (ROOT / "README.md").read_text(encoding="utf-8").partition("<!-- matrix: begin")[2]
+    head, _, *rows = re.findall(r"^\|.*\|$", block.partition("<!-- matrix: end")[0], re.MULTILINE)
+    found: dict[str, dict[tuple[str, str], float]] = {}
+    for column, title in enumerate(_cells(head)[2:], start=2):
+        cells = [_cells(row) for row in rows]
+        found[title] = {(row[0], row[1]): float(row[column]) for row in cells}
+    return found
+
+
+def _loop(title: str, row: str) -> str:
+    page = (ROOT / "docs" / "loop.md").read_text(encoding="utf-8")
+    head = page.partition("<!-- table: cars loop -->\n")[2].partition("\n")[0]
+    titles = [each.lower() for each in _cells(head)]
+    if title.lower() not in titles:
+        return "-"
+    cells = next(_cells(each) for each in table("loop.md", "cars loop") if row in each)
+    return cells[titles.index(title.lower())].partition(" / ")[0]
+
+
+def _margins(title: str) -> list[str]:
+    rows = {each[0]: each for each in map(_cells, table("theory.md", "margins"))}
+    # Each speed has two columns; the first is computed.
+    return [f"{float(rows[title][at]):.0f}" for at in (3, 7)] if title in rows else ["-", "-"]
+
+
+def choose_lines() -> list[str]:
+    """What each controller does on the records of other pages."""
+    record = matrix()
+    lines = []
+    for name in CHOICES:
+        title = title_of(name)
+        errors = dict(record[title])
+        step = errors.pop(("step, median [µs]", ""))
+        of_bicycle = [error for (plant, _), error in errors.items() if plant == BICYCLE]
+        others = [error for (plant, _), error in errors.items() if plant != BICYCLE]
+        lines.append(
+            line(
+                title,
+                f"{statistics.median(errors.values()):.3f}",
+                f"{max(others):.3f}",
+                f"{max(of_bicycle):.3f}",
+                _loop(title, "as it is"),
+                _loop(title, "localisation noise"),
+                *_margins(title),
+                f"{step:.2f}",
+            )
+        )
+    return lines
+
+
+def paper_lines() -> list[str]:
+    """The paper's table, driven anew on the authors' track."""
+    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+    driven = lab.compare.run(path, start=START, start_at="front")
+    lines = []
+    for name, run in driven.runs.items():
+        paper, metrics = lab.compare.paper.PAPER[name], run.metrics
+        found = (metrics.mean_abs_cross_track_error, metrics.mean_abs_heading_error)
+        wanted = (paper.mean_abs_cross_track_error, paper.mean_abs_heading_error)
+        apart = [abs(a / b - 1.0) for a, b in zip(found, wanted, strict=True)]
+        reproduced = apart[0] <= CROSS_TRACK and apart[1] <= HEADING
+        shown = [f"{cell:.4f}" for pair in zip(found, wanted, strict=True) for cell in pair]
+        lines.append(line(controllers.get(name).title, *shown, "yes" if reproduced else "no"))
+    return lines

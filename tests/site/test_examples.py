@@ -1,0 +1,66 @@
+"""The programs of examples/ run as a user runs them."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.helpers import ROOT
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+EXAMPLES = ROOT / "examples"
+# Run by the tests of what they drive, with the options that a simulator of others needs.
+ELSEWHERE = {
+    "carla_drive.py": "tests/adapters/test_carla_missing.py",
+    "highway_env.py": "tests/adapters/test_highway_env.py",
+    "ros2_vehicle.py": "tests/adapters/test_ros2_page.py",
+    "embedded": "tests/core/test_embedded.py",
+}
+HERE = ("compare_controllers.py", "own_loop.py")
+LONGEST = 60  # lines
+MOST = 8
+
+
+def _run(name: str, folder: Path) -> str:
+    program = [sys.executable, "-W", "error", str(EXAMPLES / name)]
+    ran = subprocess.run(program, cwd=folder, check=False, capture_output=True, text=True)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert not list(folder.iterdir())
+    return ran.stdout
+
+
+def test_own_loop_stays_on_paths_that_are_new_each_step(tmp_path: Path) -> None:
+    found = re.fullmatch(
+        r"(\d+) steps, as many paths; after 5 s at most ([\d.]+) m off\n",
+        _run("own_loop.py", tmp_path),
+    )
+    assert found is not None
+    assert int(found[1]) > 500
+    assert float(found[2]) < 0.05
+
+
+def test_compared_controllers_have_the_order_that_the_pages_give(tmp_path: Path) -> None:
+    _, *rows = _run("compare_controllers.py", tmp_path).splitlines()
+    errors = {row.split()[0]: float(row.split()[1]) for row in rows}
+    assert sorted(errors, key=errors.__getitem__) == ["PreviewPop", "Stanley", "PurePursuit", "Pop"]
+    assert all(row.split()[-1] == "0" for row in rows)
+
+
+@pytest.mark.parametrize("name", HERE)
+def test_example_is_short(name: str) -> None:
+    assert len((EXAMPLES / name).read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def test_every_example_is_run_and_on_the_page() -> None:
+    page = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    found = {file.name for file in EXAMPLES.iterdir() if file.name != "__pycache__"}
+    assert found <= {*re.findall(r"^\| `([\w.]+)/?` \|", page, re.MULTILINE)}
+    assert len(found) <= MOST
+    for name, test in ELSEWHERE.items():
+        assert name in (ROOT / test).read_text(encoding="utf-8")

@@ -1,0 +1,117 @@
+"""The site builds, its links lead somewhere, and it loads nothing from elsewhere."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from html.parser import HTMLParser
+from typing import TYPE_CHECKING
+from urllib.parse import unquote
+
+import pytest
+
+from tests.helpers import ROOT
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+for extra in ("zensical", "mkdocstrings", "latex2mathml"):
+    pytest.importorskip(extra, reason='the extra "site" is not installed')
+
+# Elements that make a browser load what their attribute names.
+LOADS = {"img": "src", "script": "src", "link": "href", "source": "srcset", "iframe": "src"}
+
+
+class Page(HTMLParser):
+    """What a page links to, what it loads, and its anchors."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.loads: list[str] = []
+        self.ids: set[str] = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {name: value or "" for name, value in attrs}
+        if "id" in given:
+            self.ids.add(given["id"])
+        if tag == "a" and "href" in given:
+            self.links.append(given["href"])
+        if LOADS.get(tag, "") in given and given.get("rel") not in ("canonical", "next", "prev"):
+            self.loads.append(given[LOADS[tag]])
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("site") / "site"
+    built = subprocess.run(
+        [sys.executable, "-m", "docs.site", str(folder)],
+        cwd=ROOT,
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def read(site: Path) -> dict[Path, Page]:
+    return {
+        file: Page(file.read_text(encoding="utf-8"))
+        for file in site.rglob("*.html")
+        if "playground" not in file.relative_to(site).parts
+    }
+
+
+def faults(site: Path, read: dict[Path, Page]) -> list[str]:
+    """Links within the site that lead nowhere."""
+    found = []
+    for file, page in read.items():
+        # A server shows this one at any address.
+        for link in [] if file.name == "404.html" else page.links + page.loads:
+            if "://" in link or link.startswith(("mailto:", "data:")):
+                continue
+            name, _, anchor = unquote(link).partition("#")
+            target = (file.parent / name).resolve() if name else file
+            if target.is_dir():
+                target /= "index.html"
+            if not target.is_relative_to(site.resolve()) or not target.exists():
+                found.append(f"{file.name}: {link}: no such file")
+            elif anchor and target in read and anchor not in read[target].ids:
+                found.append(f"{file.name}: {link}: no such anchor")
+    return found
+
+
+def test_links_of_the_site_lead_to_pages_and_anchors(site: Path, read: dict[Path, Page]) -> None:
+    assert len(read) > 30
+    assert sum(len(page.links) for page in read.values()) > 1000
+    assert not faults(site.resolve(), {file.resolve(): page for file, page in read.items()})
+
+
+def test_link_of_the_site_that_leads_nowhere_is_found(tmp_path: Path) -> None:
+    page = Page('<h1 id="a"><a href="#a"></a><a href="#b"></a><a href="c.html"></a></h1>')
+    (tmp_path / "index.html").touch()
+    found = faults(tmp_path, {tmp_path / "index.html": page})
+    assert found == ["index.html: #b: no such anchor", "index.html: c.html: no such file"]
+
+
+def test_pages_load_nothing_from_elsewhere(read: dict[Path, Page]) -> None:
+    outside = {each for page in read.values() for each in page.loads if "//" in each}
+    assert not outside
+
+
+def test_api_pages_show_docstrings_of_the_compiled_module(site: Path) -> None:
+    page = (site / "api" / "popsteer.html").read_text(encoding="utf-8")
+    for part in ("popsteer.PreviewPop.step", "popsteer.Vehicle", "popsteer.Status", "Returns"):
+        assert part in page
+    assert "the vehicle's point" in page.replace("&#39;", "'")
+    assert "&gt;&gt;&gt; " in page.replace('<span class="gp">&gt;&gt;&gt; </span>', "&gt;&gt;&gt; ")
+
+
+def test_mathematics_is_in_the_page_itself(site: Path) -> None:
+    page = (site / "theory.html").read_text(encoding="utf-8")
+    assert page.count("<math") > 50
+    assert "$" not in page.partition("<article")[2].partition("</article")[0]

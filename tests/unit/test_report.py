@@ -1,0 +1,200 @@
+"""What a report carries: its numbers, its markup, and what it leaves out."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.text import Text
+
+import popsteer
+from popsteer import sim, tracks
+from popsteer.errors import ConfigError, PopsteerError
+from popsteer.lab import compare
+from popsteer.lab.common.layout import blank_table
+from popsteer.lab.report import of_comparison
+from popsteer.lab.report import page as page_module
+from popsteer.lab.report.axes import log_axis
+from popsteer.lab.report.colours import style
+from popsteer.lab.report.compare import scene_of
+from popsteer.lab.report.markup import json_for_script, table
+from popsteer.lab.report.pack import Pack
+from popsteer.lab.report.page import Page, page_bytes
+from popsteer.lab.report.scene import distances
+from tests.pages_of_html import Html, columns
+
+NUMBERS = st.one_of(
+    st.floats(-1e9, 1e9), st.sampled_from([float("nan"), float("inf"), 0.0, -0.0, 1e9])
+)
+
+
+@pytest.fixture(scope="module")
+def comparison() -> compare.Comparison:
+    track = tracks.get("slalom")
+    return compare.run(popsteer.Path(track.xy), ["stanley", "pop"])
+
+
+def _read(pack: Pack, refs: list[list[float]]) -> list[Any]:
+    actor = {"columns": {str(k): ref for k, ref in enumerate(refs)}}
+    return list(columns({"numbers": pack.text()}, actor).values())
+
+
+@given(st.lists(st.lists(NUMBERS, max_size=30), min_size=1, max_size=4))
+def test_packed_numbers_read_back_within_their_resolution(rows: list[list[float]]) -> None:
+    pack = Pack()
+    refs = [pack.add(row, 1e-3) for row in rows]
+    for row, ref, found in zip(rows, refs, _read(pack, refs), strict=True):
+        wanted = np.array(row)
+        whole = np.isfinite(wanted)
+        assert np.array_equal(np.isfinite(found), whole)
+        # Half a step, and what float64 leaves of numbers as large as these.
+        assert np.all(np.abs(found[whole] - wanted[whole]) <= 0.5 * ref[2] + 1e-6)
+
+
+def test_packed_numbers_of_a_car_are_rounded_to_what_the_page_says(
+    comparison: compare.Comparison,
+) -> None:
+    pack = Pack()
+    (stanley, _) = scene_of(comparison).document(pack)["actors"]
+    found = columns({"numbers": pack.text()}, stanley)
+    records = comparison.runs["stanley"].records
+    for name, bound in (("x", 1e-3), ("y", 1e-3), ("cross_track_error", 1e-4), ("time", 1e-4)):
+        assert np.max(np.abs(found[name] - records[name])) <= 0.51 * bound
+    assert np.max(np.abs(np.radians(found["steer_deg"]) - records["steer"])) <= np.radians(0.51e-3)
+    assert np.array_equal(found["status"], records["status"])
+
+
+def test_page_of_too_many_samples_leaves_some_out_and_says_so(
+    comparison: compare.Comparison, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of(comparison)
+    page = Page("t", "l", "", "", [scene])
+    whole = page_bytes(page, lambda: "")
+    monkeypatch.setattr(page_module, "LARGEST", len(whole) - 1)
+    part = page_bytes(page, lambda: "")
+    assert len(part) < len(whole)
+    found = Html(part.decode())
+    said = f"Of {scene.samples} samples one in 2 is drawn"
+    assert any(said in text for text in found.texts["p"])
+    assert not any("one in" in text for text in Html(whole.decode()).texts["p"])
+    document = found.document()
+    kept = columns(document, document["scenes"][0]["actors"][0])
+    records = comparison.runs["stanley"].records
+    count = len(records["time"])
+    assert 0.45 * count < len(kept["time"]) < 0.6 * count
+
+
+def test_samples_that_tell_most_are_never_left_out(comparison: compare.Comparison) -> None:
+    pack = Pack()
+    actors = scene_of(comparison).document(pack, 64)["actors"]
+    text = pack.text()
+    for actor in actors:
+        kept = columns({"numbers": text}, actor)
+        records = comparison.runs[actor["name"]].records
+        assert len(kept["time"]) < 0.1 * len(records["time"])
+        largest = [int(np.argmax(np.abs(records[n]))) for n in ("heading_error", "steer", "speed")]
+        changes = np.flatnonzero(np.diff(records["status"].astype(int))).tolist()
+        assert changes
+        wanted = {0, len(records["time"]) - 1, *largest, *changes, *(k + 1 for k in changes)}
+        found = np.rint(kept["time"] / 0.05).astype(int)
+        assert wanted <= set(found.tolist()), actor["name"]
+
+
+def test_page_that_cannot_be_small_enough_is_refused() -> None:
+    with pytest.raises(PopsteerError, match=r"a report of [0-9]+ bytes, where at most 6000000"):
+        page_bytes(Page("t", "l", "", "", []), lambda: "x" * 6_000_000)
+
+
+def test_page_of_many_points_is_thinned_so_that_it_opens_quickly(
+    comparison: compare.Comparison, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of(comparison)
+    monkeypatch.setattr(page_module, "_MOST_POINTS", scene.points // 3)
+    text = page_bytes(Page("t", "l", "", "", [scene]), lambda: "").decode()
+    assert "one in 4 is drawn" in text
+
+
+def test_markup_of_a_name_ends_nothing() -> None:
+    evil = '</script><img src="https://example.org/x" onerror=1>&amp;\u2028 {{plotly}}'
+    assert json.loads(json_for_script({"name": evil})) == {"name": evil}
+    assert not set("<>&\u2028") & set(json_for_script({"name": evil}))
+    text = page_bytes(Page(evil, evil, evil, "", []), lambda: "the library").decode()
+    assert text.count("the library") == 1
+    found = Html(text)
+    assert not [name for name, _ in found.elements if name == "img"]
+    assert evil in found.texts["h1"]
+    assert evil in found.texts["code"]
+    assert found.loads == ["data:,"]
+
+
+def test_table_of_the_terminal_keeps_heads_cells_and_what_is_bold() -> None:
+    shown = blank_table()
+    shown.add_column("controller")
+    shown.add_column("fin-\nished\n", justify="right")
+    shown.add_row(Text("a<b"), Text("0.5", style="bold"))
+    found = Html(table(shown, "label"))
+    assert found.texts["th"] == ["controller", "finished", "a<b"]
+    assert found.texts["strong"] == found.texts["td"] == ["0.5"]
+
+
+def test_page_tells_the_plant_from_what_the_controllers_were_given() -> None:
+    path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    car = popsteer.Vehicle(wheelbase=2.7, dead_time=0.2)
+    found = compare.run(
+        path, ["pop"], sim.KinematicBicycle(car), vehicle=car.replace(dead_time=0.1)
+    )
+    page = Html(of_comparison(found).decode())
+    titles = [text for text in page.texts["summary"] if "the vehicle" in text]
+    assert titles == [
+        "kinematic-bicycle: the vehicle",
+        "kinematic-bicycle: the vehicle that the controllers were given (dead_time 0.1)",
+    ]
+    whole, given_one = (text for text in page.texts["code"] if "\nwheelbase = " in text)
+    assert "\ndead_time = 0.2\n" in whole
+    assert "\ndead_time = 0.1\n" in given_one
+
+
+def test_runs_without_records_make_no_report() -> None:
+    path = popsteer.Path([(float(x), 0.0) for x in range(81)])
+    bare = compare.run(path, ["pop"], settings=sim.Settings(keep_records=False))
+    with pytest.raises(ConfigError, match="keep_records"):
+        of_comparison(bare)
+
+
+def test_distances_count_the_laps_of_a_closed_path() -> None:
+    angle = np.linspace(0.0, 4.0 * np.pi, 400)
+    circle = np.column_stack((np.cos(angle[:200:2]), np.sin(angle[:200:2])))
+    path = popsteer.Path(20.0 * circle[:-1], closed=True)
+    x, y = 20.0 * np.cos(angle), 20.0 * np.sin(angle)
+    found = distances(path, x, y, angle + 0.5 * np.pi, np.ones(400))
+    assert abs(found[-1] - found[0] - 2.0 * path.length) < 1.0
+    assert np.all(np.diff(found) >= 0.0)
+
+
+def test_distances_go_on_along_a_path_that_is_driven_backwards() -> None:
+    x = np.concatenate((np.arange(0.0, 30.5, 0.5), np.arange(29.5, -0.5, -0.5)))
+    speed = np.where(np.arange(len(x)) < 61, 3.0, -3.0)
+    path = popsteer.Path(np.column_stack((x, 0.0 * x)), speed=speed)
+    run = sim.run(popsteer.Stanley(path), "kinematic-bicycle", longitudinal=popsteer.SpeedPid())
+    assert run.records["speed"].min() < -1.0
+    records = run.records
+    found = distances(path, records["x"], records["y"], records["yaw"], records["speed"])
+    assert np.all(np.diff(found) >= 0.0)
+    assert found[-1] > 0.5 * path.length
+
+
+def test_log_axis_has_marks_that_are_read_at_once() -> None:
+    assert log_axis("t", 0.011, 0.3)["ticktext"] == ["0.02", "0.05", "0.1", "0.2"]
+    assert log_axis("t", 0.001, 20.0)["ticktext"] == ["0.001", "0.01", "0.1", "1", "10"]
+    assert "tickvals" not in log_axis("t", 3.0, 4.0)
+
+
+def test_style_has_both_schemes_and_loads_nothing() -> None:
+    assert "prefers-color-scheme: dark" in style()
+    whole = style() + page_module._asset("page.css")
+    assert "url(" not in whole
+    assert "@import" not in whole
