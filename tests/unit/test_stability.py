@@ -11,7 +11,8 @@ from popsteer import AdaptParams, Vehicle, controllers, presets, vehicles
 from popsteer.errors import ConfigError
 from popsteer.lab import stability
 from popsteer.lab.stability import margins
-from popsteer.lab.stability.linear import LinearLaw, Loop, linearised, lookahead, no_slip
+from popsteer.lab.stability.linear import LinearLaw, linearised, lookahead, no_slip
+from popsteer.lab.stability.loop import Loop
 from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 
 if TYPE_CHECKING:

@@ -1,11 +1,16 @@
-"""The controllers once more in plain Python, file for file the mirror of the Rust core.
+"""The controllers once more in plain Python and numpy, file for file beside the Rust core.
 
 Written to be read beside the paper, C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal
 Predictive Control Algorithm for Path Tracking of Self-Driving Cars*: Algorithm 1 is
 `lateral.pop`, Equations 1 to 3 are `lateral.pid`, `lateral.pure_pursuit` and `lateral.stanley`,
 Equations 4 to 6 `geometry`, `path.lookahead` and `vehicle.bicycle`, Equation 7
-`longitudinal.coupled`. Names and signatures are those of `popsteer` itself, and on one machine
-the answers are the same to the last bit: the same operations in the same order.
+`longitudinal.coupled`. Names and signatures are those of `popsteer` itself.
+
+On one machine the answers are those of `popsteer`: to the last bit, by the same operations in the
+same order, for paths, for all that decides between branches, and for POP, PID, pure pursuit,
+Stanley and bang-bang; within 1e-9 where linear algebra is written as in a textbook. That is preview
+POP (`lateral.cost_to_go`, `lateral.limited`), and what `vehicle.estimator` finds for a controller
+that adapts, by default one of a vehicle with a dead time.
 
 One control step passes through the modules once, always in this order::
 

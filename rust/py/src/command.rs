@@ -6,6 +6,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::record::{Part, record};
+
 /// Combinations of the conditions of a [`Status`].
 const COMBINATIONS: usize = 1 << Status::NAMES.len();
 
@@ -59,187 +61,79 @@ impl PyStatus {
     }
 }
 
-/// What one step of a controller answers.
-///
-/// Parameters
-/// ----------
-/// steer : float
-///     Angle to command [rad], positive to the left.
-/// cross_track_error : float
-///     Offset of the tracked point of the measured vehicle from the path [m], positive left of it.
-/// heading_error : float
-///     Yaw of the measured vehicle less direction of the path [rad], in [-pi, pi].
-/// predicted_cross_track_error : float
-///     Cross-track error of the vehicle as it will be when the command reaches the wheels [m]; that
-///     of the measured one without a dead time.
-/// predicted_heading_error : float
-///     Heading error of that vehicle [rad].
-/// target : tuple of float
-///     The point aimed at, (x, y) [m]: the lookahead point, or the projection onto the path.
-/// reverse : bool
-///     Whether the path is driven backwards here.
-/// reference_speed : float or None
-///     The path's speed beside the rear axle [m/s], negative where it is driven backwards; None
-///     where the path has no speeds. Its square is linear between waypoints; a speed of 0 at a cusp
-///     or at an end counts as a tenth of the wheelbase a second, so that no vehicle stands still
-///     before it: where to stop is what `distance_to_stop` says.
-/// distance_to_stop : float
-///     Distance that the rear axle has to go along the path to the next cusp, or to the end [m];
-///     negative past the end, ``inf`` on a closed path without cusps.
-/// status : Status
-///     How the step went.
-///
-/// Examples
-/// --------
-/// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
-/// >>> command = popsteer.Stanley(path).step(5.0, 0.5, 0.0, 5.0, 0.05)
-/// >>> command.cross_track_error, command.status.level
-/// (0.5, 'ok')
-#[pyclass(frozen, eq, name = "Command", module = "popsteer")]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PyCommand(pub(crate) Command);
+impl Part for Status {
+    type Shown = PyStatus;
 
-#[pymethods]
-impl PyCommand {
-    #[new]
-    #[pyo3(signature = (
-        *, steer, cross_track_error, heading_error, predicted_cross_track_error,
-        predicted_heading_error, target, reverse, reference_speed, distance_to_stop, status
-    ))]
-    fn new(
-        steer: f64,
-        cross_track_error: f64,
-        heading_error: f64,
-        predicted_cross_track_error: f64,
-        predicted_heading_error: f64,
-        target: (f64, f64),
-        reverse: bool,
-        reference_speed: Option<f64>,
-        distance_to_stop: f64,
-        status: PyStatus,
-    ) -> Self {
-        Self(Command {
-            steer,
-            cross_track_error,
-            heading_error,
-            predicted_cross_track_error,
-            predicted_heading_error,
-            target: Point::new(target.0, target.1),
-            reverse,
-            reference_speed,
-            distance_to_stop,
-            status: status.0,
-        })
+    fn shown(self) -> PyStatus {
+        PyStatus(self)
     }
 
+    fn taken(shown: PyStatus) -> Self {
+        shown.0
+    }
+
+    fn written(value: &Bound<'_, PyAny>) -> PyResult<String> {
+        Ok(value.extract::<PyStatus>()?.written())
+    }
+}
+
+record! {
+    /// What one step of a controller answers.
+    ///
+    /// Parameters
+    /// ----------
+    /// steer : float
+    ///     Angle to command [rad], positive to the left.
+    /// cross_track_error : float
+    ///     Offset of the tracked point of the measured vehicle from the path [m], positive left of it.
+    /// heading_error : float
+    ///     Yaw of the measured vehicle less direction of the path [rad], in [-pi, pi].
+    /// predicted_cross_track_error : float
+    ///     Cross-track error of the vehicle as it will be when the command reaches the wheels [m]; that
+    ///     of the measured one without a dead time.
+    /// predicted_heading_error : float
+    ///     Heading error of that vehicle [rad].
+    /// target : tuple of float
+    ///     The point aimed at, (x, y) [m]: the lookahead point, or the projection onto the path.
+    /// reverse : bool
+    ///     Whether the path is driven backwards here.
+    /// reference_speed : float or None
+    ///     The path's speed beside the rear axle [m/s], negative where it is driven backwards; None
+    ///     where the path has no speeds. Its square is linear between waypoints; a speed of 0 at a cusp
+    ///     or at an end counts as a tenth of the wheelbase a second, so that no vehicle stands still
+    ///     before it: where to stop is what `distance_to_stop` says.
+    /// distance_to_stop : float
+    ///     Distance that the rear axle has to go along the path to the next cusp, or to the end [m];
+    ///     negative past the end, ``inf`` on a closed path without cusps.
+    /// status : Status
+    ///     How the step went.
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+    /// >>> command = popsteer.Stanley(path).step(5.0, 0.5, 0.0, 5.0, 0.05)
+    /// >>> command.cross_track_error, command.status.level
+    /// (0.5, 'ok')
+    PyCommand(Command) named "Command",
     /// Angle to command [rad], positive to the left.
-    #[getter]
-    fn steer(&self) -> f64 {
-        self.0.steer
-    }
-
+    steer: f64;
     /// Offset of the tracked point of the measured vehicle from the path [m], positive left of it.
-    #[getter]
-    fn cross_track_error(&self) -> f64 {
-        self.0.cross_track_error
-    }
-
+    cross_track_error: f64;
     /// Yaw of the measured vehicle less direction of the path [rad], in [-pi, pi].
-    #[getter]
-    fn heading_error(&self) -> f64 {
-        self.0.heading_error
-    }
-
+    heading_error: f64;
     /// Cross-track error of the vehicle as it will be when the command reaches the wheels [m].
-    #[getter]
-    fn predicted_cross_track_error(&self) -> f64 {
-        self.0.predicted_cross_track_error
-    }
-
+    predicted_cross_track_error: f64;
     /// Heading error of that vehicle [rad].
-    #[getter]
-    fn predicted_heading_error(&self) -> f64 {
-        self.0.predicted_heading_error
-    }
-
+    predicted_heading_error: f64;
     /// The point aimed at, (x, y) [m].
-    #[getter]
-    fn target(&self) -> (f64, f64) {
-        (self.0.target.x, self.0.target.y)
-    }
-
+    target: Point;
     /// Whether the path is driven backwards here.
-    #[getter]
-    fn reverse(&self) -> bool {
-        self.0.reverse
-    }
-
+    reverse: bool;
     /// The path's speed beside the rear axle [m/s], negative where it is driven backwards; None
     /// where the path has no speeds.
-    #[getter]
-    fn reference_speed(&self) -> Option<f64> {
-        self.0.reference_speed
-    }
-
+    reference_speed: Option<f64>;
     /// Distance along the path to the next cusp, or to the end [m]; inf where there is neither.
-    #[getter]
-    fn distance_to_stop(&self) -> f64 {
-        self.0.distance_to_stop
-    }
-
+    distance_to_stop: f64;
     /// How the step went.
-    #[getter]
-    fn status(&self) -> PyStatus {
-        PyStatus(self.0.status)
-    }
-
-    fn __repr__(&self) -> String {
-        let Command {
-            steer,
-            cross_track_error,
-            heading_error,
-            predicted_cross_track_error,
-            predicted_heading_error,
-            target,
-            reverse,
-            reference_speed,
-            distance_to_stop,
-            status,
-        } = self.0;
-        let reference_speed =
-            reference_speed.map_or_else(|| String::from("None"), |speed| format!("{speed:?}"));
-        format!(
-            "Command(steer={steer:?}, cross_track_error={cross_track_error:?}, \
-             heading_error={heading_error:?}, \
-             predicted_cross_track_error={predicted_cross_track_error:?}, \
-             predicted_heading_error={predicted_heading_error:?}, target=({:?}, {:?}), \
-             reverse={}, reference_speed={reference_speed}, \
-             distance_to_stop={distance_to_stop:?}, status={})",
-            target.x,
-            target.y,
-            if reverse { "True" } else { "False" },
-            PyStatus(status).written()
-        )
-    }
-
-    fn __getnewargs_ex__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-        let fields = PyDict::new(py);
-        fields.set_item("steer", self.steer())?;
-        fields.set_item("cross_track_error", self.cross_track_error())?;
-        fields.set_item("heading_error", self.heading_error())?;
-        fields.set_item(
-            "predicted_cross_track_error",
-            self.predicted_cross_track_error(),
-        )?;
-        fields.set_item("predicted_heading_error", self.predicted_heading_error())?;
-        fields.set_item("target", self.target())?;
-        fields.set_item("reverse", self.reverse())?;
-        fields.set_item("reference_speed", self.reference_speed())?;
-        fields.set_item("distance_to_stop", self.distance_to_stop())?;
-        fields.set_item("status", self.status())?;
-        Ok((PyTuple::empty(py), fields))
-    }
+    status: Status;
 }

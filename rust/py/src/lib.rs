@@ -30,6 +30,7 @@ mod pool;
 mod projection;
 mod python_driver;
 mod python_plant;
+mod record;
 mod records;
 mod settings;
 mod sim;

@@ -13,6 +13,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::errors::{OrRaise, argument_error};
 use crate::params::params;
+use crate::record::record;
 use crate::speed_tracker::PySpeedTracker;
 
 params! {
@@ -118,58 +119,25 @@ impl PyCoupledLongitudinal {
     }
 }
 
-/// What `SpeedPid` remembers from one step to the next.
-///
-/// Parameters
-/// ----------
-/// integral : float, default 0.0
-///     The integral's share of the command, within -1 to 1.
-/// previous_error : float, optional
-///     The last speed error [m/s]; None before the first step.
-#[pyclass(frozen, eq, name = "SpeedPidState", module = "popsteer")]
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PySpeedPidState(SpeedPidState);
-
-#[pymethods]
-impl PySpeedPidState {
-    #[new]
-    #[pyo3(signature = (*, integral=0.0, previous_error=None))]
-    fn new(integral: f64, previous_error: Option<f64>) -> Self {
-        Self(SpeedPidState {
-            integral,
-            previous_error,
-        })
-    }
-
+record! {
+    /// What `SpeedPid` remembers from one step to the next.
+    ///
+    /// Parameters
+    /// ----------
+    /// integral : float, default 0.0
+    ///     The integral's share of the command, within -1 to 1.
+    /// previous_error : float, optional
+    ///     The last speed error [m/s]; None before the first step.
+    PySpeedPidState(SpeedPidState) named "SpeedPidState",
     /// The integral's share of the command, within -1 to 1.
-    #[getter]
-    fn integral(&self) -> f64 {
-        self.0.integral
-    }
-
+    integral: f64 = 0.0;
     /// The last speed error [m/s]; None before the first step.
-    #[getter]
-    fn previous_error(&self) -> Option<f64> {
-        self.0.previous_error
-    }
-
-    /// The fields by name, as a new ``dict``.
-    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let fields = PyDict::new(py);
-        fields.set_item("integral", self.0.integral)?;
-        fields.set_item("previous_error", self.0.previous_error)?;
-        Ok(fields)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        crate::params::repr("SpeedPidState", &self.as_dict(py)?)
-    }
-
-    fn __getnewargs_ex__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-        Ok((PyTuple::empty(py), self.as_dict(py)?))
+    previous_error: Option<f64> = None;
+    @extra {
+        /// The fields by name, as a new ``dict``.
+        fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+            self.fields(py)
+        }
     }
 }
 

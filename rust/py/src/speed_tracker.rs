@@ -15,8 +15,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::errors::OrRaise;
-use crate::params::{Count, Number, params, repr};
+use crate::params::{Number, params, repr};
 use crate::path::PyPath;
+use crate::record::record;
 use crate::vehicle::PyVehicle;
 
 params! {
@@ -48,68 +49,29 @@ impl PySpeedTracker {
     }
 }
 
-/// What `SpeedTracker` remembers from one step to the next.
-///
-/// Parameters
-/// ----------
-/// waypoint : int, optional
-///     Where the segment beside the rear axle starts; None before the first step.
-/// acceleration : float, default 0.0
-///     The last command [m/s^2].
-/// integral : float, default 0.0
-///     The integral's share of the command [m/s^2].
-#[pyclass(frozen, eq, name = "SpeedTrackerState", module = "popsteer")]
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PySpeedTrackerState(SpeedTrackerState);
-
-#[pymethods]
-impl PySpeedTrackerState {
-    #[new]
-    #[pyo3(signature = (*, waypoint=None, acceleration=0.0, integral=0.0))]
-    fn new(waypoint: Option<Count>, acceleration: f64, integral: f64) -> Self {
-        Self(SpeedTrackerState {
-            waypoint: waypoint.map(|count| usize::try_from(count.0).unwrap_or(usize::MAX)),
-            acceleration,
-            integral,
-        })
-    }
-
+record! {
+    /// What `SpeedTracker` remembers from one step to the next.
+    ///
+    /// Parameters
+    /// ----------
+    /// waypoint : int, optional
+    ///     Where the segment beside the rear axle starts; None before the first step.
+    /// acceleration : float, default 0.0
+    ///     The last command [m/s^2].
+    /// integral : float, default 0.0
+    ///     The integral's share of the command [m/s^2].
+    PySpeedTrackerState(SpeedTrackerState) named "SpeedTrackerState",
     /// Where the segment beside the rear axle starts; None before the first step.
-    #[getter]
-    fn waypoint(&self) -> Option<usize> {
-        self.0.waypoint
-    }
-
+    waypoint: Option<usize> = None;
     /// The last command [m/s^2].
-    #[getter]
-    fn acceleration(&self) -> f64 {
-        self.0.acceleration
-    }
-
+    acceleration: f64 = 0.0;
     /// The integral's share of the command [m/s^2].
-    #[getter]
-    fn integral(&self) -> f64 {
-        self.0.integral
-    }
-
-    /// The fields by name, as a new ``dict``.
-    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let fields = PyDict::new(py);
-        fields.set_item("waypoint", self.0.waypoint)?;
-        fields.set_item("acceleration", self.0.acceleration)?;
-        fields.set_item("integral", self.0.integral)?;
-        Ok(fields)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        repr("SpeedTrackerState", &self.as_dict(py)?)
-    }
-
-    fn __getnewargs_ex__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-        Ok((PyTuple::empty(py), self.as_dict(py)?))
+    integral: f64 = 0.0;
+    @extra {
+        /// The fields by name, as a new ``dict``.
+        fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+            self.fields(py)
+        }
     }
 }
 

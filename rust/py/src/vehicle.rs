@@ -11,7 +11,8 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::choice::{Choice, Chosen};
 use crate::errors::OrRaise;
-use crate::params::{Number, params, repr};
+use crate::params::{Number, params};
+use crate::record::record;
 
 params! {
     /// All parameters of a car-like vehicle, in one immutable value.
@@ -232,34 +233,56 @@ impl Chosen for PyAdaptParams {
 /// How a controller adapts.
 pub(crate) type Adapt = Choice<PyAdaptParams>;
 
-/// The estimated vehicle: the given parameters, corrected by what its motion has shown.
-///
-/// Parameters
-/// ----------
-/// gain : float, default 1.0
-///     Ratio of the measured turning to that of the given vehicle. Controllers use it where the
-///     vehicle has a dead time; elsewhere it is only shown, and left to the feedback.
-/// steer_offset : float, default 0.0
-///     Angle of the wheels at the command 0 [rad].
-/// dead_time : float, default 0.0
-///     Time from a command to its first effect on the wheels [s].
-/// slip : float, default 0.0
-///     Angle of the motion of the no-slip point to the heading, straight on [rad].
-/// slip_length : float, default 0.0
-///     How much that angle grows with the curvature [m].
-/// acceleration : float, default 0.0
-///     Acceleration [m/s^2].
-///
-/// Examples
-/// --------
-/// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
-/// >>> car = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
-/// >>> estimate = popsteer.Pop(path, car).estimate
-/// >>> estimate.dead_time, estimate.steer_offset, estimate.gain
-/// (0.2, 0.01, 1.0)
-#[pyclass(frozen, eq, name = "Estimate", module = "popsteer")]
+record! {
+    /// The estimated vehicle: the given parameters, corrected by what its motion has shown.
+    ///
+    /// Parameters
+    /// ----------
+    /// gain : float, default 1.0
+    ///     Ratio of the measured turning to that of the given vehicle. Controllers use it where the
+    ///     vehicle has a dead time; elsewhere it is only shown, and left to the feedback.
+    /// steer_offset : float, default 0.0
+    ///     Angle of the wheels at the command 0 [rad].
+    /// dead_time : float, default 0.0
+    ///     Time from a command to its first effect on the wheels [s].
+    /// slip : float, default 0.0
+    ///     Angle of the motion of the no-slip point to the heading, straight on [rad].
+    /// slip_length : float, default 0.0
+    ///     How much that angle grows with the curvature [m].
+    /// acceleration : float, default 0.0
+    ///     Acceleration [m/s^2].
+    ///
+    /// Examples
+    /// --------
+    /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+    /// >>> car = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
+    /// >>> estimate = popsteer.Pop(path, car).estimate
+    /// >>> estimate.dead_time, estimate.steer_offset, estimate.gain
+    /// (0.2, 0.01, 1.0)
+    PyEstimate(Estimate) named "Estimate",
+    /// Ratio of the measured turning to that of the given vehicle.
+    gain: f64 = 1.0;
+    /// Angle of the wheels at the command 0 [rad].
+    steer_offset: f64 = 0.0;
+    /// Time from a command to its first effect on the wheels [s].
+    dead_time: f64 = 0.0;
+    /// Angle of the motion of the no-slip point to the heading, straight on [rad].
+    slip: f64 = 0.0;
+    /// How much that angle grows with the curvature [m].
+    slip_length: f64 = 0.0;
+    /// Acceleration [m/s^2].
+    acceleration: f64 = 0.0;
+    @extra {
+        /// The fields by name, as a new ``dict``.
+        fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+            self.fields(py)
+        }
+    }
+}
+
+/// The estimated vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PyEstimate {
+pub(crate) struct Estimate {
     gain: f64,
     steer_offset: f64,
     dead_time: f64,
@@ -271,97 +294,13 @@ pub(crate) struct PyEstimate {
 impl PyEstimate {
     /// What is known of `vehicle` by an estimate of the core.
     pub(crate) fn of(vehicle: &Vehicle, estimate: vehicle::Estimate) -> Self {
-        Self {
+        Self(Estimate {
             gain: estimate.gain,
             steer_offset: vehicle.steer_offset + estimate.steer_offset,
             dead_time: vehicle.dead_time + estimate.longer_dead_time,
             slip: estimate.slip,
             slip_length: estimate.slip_length,
             acceleration: estimate.acceleration,
-        }
-    }
-}
-
-#[pymethods]
-impl PyEstimate {
-    #[new]
-    #[pyo3(signature = (
-        *, gain=1.0, steer_offset=0.0, dead_time=0.0, slip=0.0, slip_length=0.0, acceleration=0.0
-    ))]
-    fn new(
-        gain: f64,
-        steer_offset: f64,
-        dead_time: f64,
-        slip: f64,
-        slip_length: f64,
-        acceleration: f64,
-    ) -> Self {
-        Self {
-            gain,
-            steer_offset,
-            dead_time,
-            slip,
-            slip_length,
-            acceleration,
-        }
-    }
-
-    /// Ratio of the measured turning to that of the given vehicle.
-    #[getter]
-    fn gain(&self) -> f64 {
-        self.gain
-    }
-
-    /// Angle of the wheels at the command 0 [rad].
-    #[getter]
-    fn steer_offset(&self) -> f64 {
-        self.steer_offset
-    }
-
-    /// Time from a command to its first effect on the wheels [s].
-    #[getter]
-    fn dead_time(&self) -> f64 {
-        self.dead_time
-    }
-
-    /// Angle of the motion of the no-slip point to the heading, straight on [rad].
-    #[getter]
-    fn slip(&self) -> f64 {
-        self.slip
-    }
-
-    /// How much that angle grows with the curvature [m].
-    #[getter]
-    fn slip_length(&self) -> f64 {
-        self.slip_length
-    }
-
-    /// Acceleration [m/s^2].
-    #[getter]
-    fn acceleration(&self) -> f64 {
-        self.acceleration
-    }
-
-    /// The fields by name, as a new ``dict``.
-    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let fields = PyDict::new(py);
-        fields.set_item("gain", self.gain)?;
-        fields.set_item("steer_offset", self.steer_offset)?;
-        fields.set_item("dead_time", self.dead_time)?;
-        fields.set_item("slip", self.slip)?;
-        fields.set_item("slip_length", self.slip_length)?;
-        fields.set_item("acceleration", self.acceleration)?;
-        Ok(fields)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        repr("Estimate", &self.as_dict(py)?)
-    }
-
-    fn __getnewargs_ex__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-        Ok((PyTuple::empty(py), self.as_dict(py)?))
+        })
     }
 }

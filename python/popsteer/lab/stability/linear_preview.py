@@ -15,14 +15,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
 from numpy.polynomial import Polynomial
 
+from popsteer.reference.lateral.cost_to_go import regulator, stage, transition
 from popsteer.reference.math import decay
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from popsteer._core import PreviewPopParams, Vehicle
 
 __all__ = ["PreviewGains", "preview_gains", "preview_pop"]
@@ -124,45 +122,16 @@ def preview_gains(
     period = max(params.horizon / count, dt)
     step = max(speed, pace) * period
     move_cost = (rate_cost * vehicle.turning_length(speed) / period) ** 2
-    cost, linear = _cost_to_go(step, vehicle.steer_lag * speed, heading_cost, move_cost, count)
-    error, heading, driven, commanded = (dt / period / (move_cost + cost[3, 3]) * cost[3]).tolist()
+    lag = vehicle.steer_lag * speed
+    # A slip of 1 is a drift of a step in each.
+    model = transition(step, lag, decay(step, lag), offset=0.0, drift=step)
+    best = regulator([model] * count, stage(heading_cost, offset=0.0), move_cost)
+    error, heading, driven, commanded, slip = (dt / period * best.gains[0]).tolist()
     return PreviewGains(
         # An error counts as far as a heading does, so not at all where that does not.
         error=error if heading > 0.0 else 0.0,
         heading=heading,
         driven=driven,
         commanded=commanded,
-        slip=float(dt / period / (move_cost + cost[3, 3]) * linear[3]),
+        slip=slip,
     )
-
-
-def _cost_to_go(
-    step: float, lag: float, heading_cost: float, move_cost: float, count: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the cost xᵀ P x + 2 pᵀ x before the first step: P, and p for a unit of slip.
-
-    The state holds the cross-track error e, the heading error p, the curvature a that is driven and
-    the curvature c that is commanded; a step of travel is `step` long, and a follows c over the
-    distance `lag`: e' = p + slip, p' = a, a' = (c - a) / lag.
-    """
-    kept = decay(step, lag)
-    turned = lag * (1.0 - kept)  # by an a of 1 before it has died out
-    rest = step - turned
-    model = np.array(
-        [
-            [1.0, step, lag * rest, 0.5 * step * step - lag * rest],
-            [0.0, 1.0, turned, rest],
-            [0.0, 0.0, kept, 1.0 - kept],
-            [0.0, 0.0, 0.0, 1.0],
-        ]
-    )
-    drift = np.array([step, 0.0, 0.0, 0.0])
-    stage = np.diag([1.0, heading_cost * heading_cost, 0.0, 0.0])
-    after, after_linear = stage, np.zeros(4)
-    cost, linear = stage, after_linear
-    for _ in range(count):
-        cost, linear = model.T @ after @ model, model.T @ (after @ drift + after_linear)
-        # The best move u of c: the least of move_cost u² + (x + u)ᵀ P (x + u) + 2 pᵀ (x + u).
-        share = cost[:, 3] / (move_cost + cost[3, 3])
-        after, after_linear = stage + cost - np.outer(share, cost[3]), linear - share * linear[3]
-    return cost, linear

@@ -11,7 +11,8 @@ import numpy as np
 
 from popsteer import presets
 from popsteer._core import AdaptParams, PreviewPopParams, Vehicle
-from popsteer.lab.stability.linear import Loop, linearised
+from popsteer.lab.stability.linear import linearised
+from popsteer.lab.stability.loop import Loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

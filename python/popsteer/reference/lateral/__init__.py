@@ -108,9 +108,8 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         """The parameters, as given."""
         return self._params
 
-    @abstractmethod
-    def initial_state(self) -> StateT:
-        """Return the state before the first step, with nothing remembered."""
+    def prepare(self) -> None:
+        """Work out what every step needs of the parameters; nothing, unless overridden."""
 
     def predicts(self) -> bool:
         """Tell whether the controller reads the `Belief`: every step then models the wheels."""
@@ -130,7 +129,6 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         """
         return state
 
-    @abstractmethod
     def check_law_state(self, state: StateT) -> StateT:
         """Return `state` if this controller could be in it.
 
@@ -139,6 +137,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         InputError
             Naming the field that is not.
         """
+        return state
 
     def forget_path(self, state: StateT) -> StateT:
         """Forget what was measured against the path: it leads another way from now on."""

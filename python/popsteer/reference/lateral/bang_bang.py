@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range
 from popsteer.reference.lateral import (
@@ -18,11 +18,8 @@ from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 
 if TYPE_CHECKING:
-    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["BangBang", "BangBangParams", "BangBangState"]
 
@@ -120,23 +117,8 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
     """
 
     TRACKED = Tracked.FRONT_AXLE
-
-    def __init__(
-        self,
-        path: PathView,
-        vehicle: Vehicle | None = None,
-        params: BangBangParams | None = None,
-        *,
-        adapt: AdaptParams | Literal["auto"] | None = "auto",
-        monitor: MonitorParams | Literal["auto"] | None = "auto",
-    ) -> None:
-        super().__init__(
-            path, vehicle, BangBangParams() if params is None else params, adapt, monitor
-        )
-
-    def initial_state(self) -> BangBangState:
-        """Return the state before the first step, with nothing remembered."""
-        return BangBangState()
+    PARAMS = BangBangParams
+    STATE = BangBangState
 
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
@@ -149,7 +131,3 @@ class BangBang(Tracker[BangBangParams, BangBangState]):
             wanted = 0.0
         steer, status = limit_steer(self.vehicle, wanted)
         return Decision(steer, at.closest.point, status)
-
-    def check_law_state(self, state: BangBangState) -> BangBangState:
-        """Return `state`: there is nothing of its own in it."""
-        return state

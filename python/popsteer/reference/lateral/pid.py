@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_count, config_optional, input_in_range
 from popsteer.reference.lateral import (
@@ -24,11 +24,8 @@ from popsteer.reference.path.preview import Preview
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["Pid", "PidParams", "PidState"]
 
@@ -174,25 +171,15 @@ class Pid(Tracker[PidParams, PidState]):
     """
 
     TRACKED = Tracked.FRONT_AXLE
+    PARAMS = PidParams
+    STATE = PidState
 
-    def __init__(
-        self,
-        path: PathView,
-        vehicle: Vehicle | None = None,
-        params: PidParams | None = None,
-        *,
-        adapt: AdaptParams | Literal["auto"] | None = "auto",
-        monitor: MonitorParams | Literal["auto"] | None = "auto",
-    ) -> None:
-        super().__init__(path, vehicle, PidParams() if params is None else params, adapt, monitor)
+    def prepare(self) -> None:
+        """Work out what every step needs."""
         self._kp = resolved(self._resolved.kp)
         self._ki = resolved(self._resolved.ki)
         self._kd = resolved(self._resolved.kd)
         self._smoothing_length = resolved(self._resolved.smoothing_length)
-
-    def initial_state(self) -> PidState:
-        """Return the state before the first step, with nothing remembered."""
-        return PidState()
 
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_odd
 from popsteer.reference.geometry import get_distance
@@ -25,11 +25,8 @@ from popsteer.status import Status
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["Pop", "PopParams", "PopState"]
 
@@ -173,22 +170,12 @@ class Pop(Tracker[PopParams, PopState]):
     """
 
     TRACKED = Tracked.FRONT_AXLE
+    PARAMS = PopParams
+    STATE = PopState
 
-    def __init__(
-        self,
-        path: PathView,
-        vehicle: Vehicle | None = None,
-        params: PopParams | None = None,
-        *,
-        adapt: AdaptParams | Literal["auto"] | None = "auto",
-        monitor: MonitorParams | Literal["auto"] | None = "auto",
-    ) -> None:
-        super().__init__(path, vehicle, PopParams() if params is None else params, adapt, monitor)
+    def prepare(self) -> None:
+        """Work out what every step needs."""
         self._search = Search.of(self._resolved)
-
-    def initial_state(self) -> PopState:
-        """Return the state before the first step, with nothing remembered."""
-        return PopState()
 
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Run Algorithm 1; the numbers are those of its lines."""

@@ -1,7 +1,6 @@
 """Preview POP: of the angles near the last one, the one with the least predicted cost.
 
-`PreviewPop._choose` predicts without limits and finds the best angle in closed form. Only if that
-plan breaks a limit, the best plan within the limits replaces it.
+`PreviewPop._choose` predicts, and takes the first move of the best plan within the limits.
 """
 
 from __future__ import annotations
@@ -9,7 +8,9 @@ from __future__ import annotations
 import operator
 from dataclasses import dataclass, replace
 from math import inf
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from popsteer.reference.lateral import (
     Belief,
@@ -20,8 +21,9 @@ from popsteer.reference.lateral import (
     resolved,
 )
 from popsteer.reference.lateral.approach import Straightening
-from popsteer.reference.lateral.cost_to_go import CostToGo, Predicted, Travel
-from popsteer.reference.lateral.limited import Horizon, Limits, Reached, later, limited
+from popsteer.reference.lateral.cost_to_go import COMMANDED, regulator, stage, transition
+from popsteer.reference.lateral.limited import limited
+from popsteer.reference.lateral.plan import Horizon, Limits, Reached
 from popsteer.reference.lateral.preview_params import PreviewPopParams
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
@@ -31,11 +33,9 @@ from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.lateral.monitor import MonitorParams
+    from collections.abc import Sequence
+
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["PreviewPop", "PreviewPopState"]
 
@@ -109,19 +109,11 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     """
 
     TRACKED = Tracked.NO_SLIP_POINT
+    PARAMS = PreviewPopParams
+    STATE = PreviewPopState
 
-    def __init__(
-        self,
-        path: PathView,
-        vehicle: Vehicle | None = None,
-        params: PreviewPopParams | None = None,
-        *,
-        adapt: AdaptParams | Literal["auto"] | None = "auto",
-        monitor: MonitorParams | Literal["auto"] | None = "auto",
-    ) -> None:
-        super().__init__(
-            path, vehicle, PreviewPopParams() if params is None else params, adapt, monitor
-        )
+    def prepare(self) -> None:
+        """Work out what every step needs."""
         span_rate = resolved(self._resolved.steer_span_rate)
         rate = self.vehicle.max_steer_rate
         # Largest rate of the commanded angle: the lesser of the parameter's and the vehicle's.
@@ -131,10 +123,6 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         self._steer_rate_cost = resolved(self._resolved.steer_rate_cost)
         self._min_speed = resolved(self._resolved.min_speed)
         self._smoothing_length = resolved(self._resolved.smoothing_length)
-
-    def initial_state(self) -> PreviewPopState:
-        """Return the state before the first step, with nothing remembered."""
-        return PreviewPopState()
 
     def predicts(self) -> bool:
         """Tell whether the controller reads the `Belief`: it does."""
@@ -151,112 +139,96 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         """Take note of the angle; the next neighbourhood is its own."""
         return replace(state, previous_steer=steer), True
 
-    def _choose(  # noqa: PLR0915 - one formula after the other, as in the twin
-        self, previous_steer: float, at: Located, belief: Belief
-    ) -> tuple[float, Status]:
+    def _choose(self, previous_steer: float, at: Located, belief: Belief) -> tuple[float, Status]:
         """Find the best angle in the neighbourhood; both angles are of the mirrored vehicle."""
-        vehicle, estimate, closest = self.vehicle, belief.estimate, at.closest
+        vehicle, estimate = self.vehicle, belief.estimate
         speed = at.vehicle.forward_speed()
         pace = speed if speed > self._min_speed else self._min_speed
-        count, period = steps(self._horizon_at(pace), at.dt)
-        step = pace * period
-        lag = vehicle.steer_lag * speed
-        kept = decay(step, lag)
-        # A slip that grows with the curvature shifts the no-slip point along the vehicle.
-        offset = at.mirror(estimate.slip_length)
-        travel = Travel.over(step, lag, kept, offset)
         length = vehicle.turning_length(speed) / estimate.gain
-        move_cost = self._steer_rate_cost * length / period
-        move_cost = move_cost * move_cost
-
-        arc_length = closest.arc_length(self.path)
-        distance = count * step
-        preview = Preview(self.path, self._smoothing_length, closest.segment, arc_length, distance)
-        path_yaw, turns = preview.turns(arc_length, step, count)
-        horizon = Horizon(
-            travel=travel,
-            stage=CostToGo.stage(self._heading_cost, offset),
-            move_cost=move_cost,
-            turns=list(turns),
-            drift=step * estimate.slip,
-        )
-        moves, cost = horizon.unlimited()
+        count, period = steps(self._horizon_at(pace), at.dt)
+        horizon, path_yaw = self._predict(at, belief, pace * period, count, length / period)
 
         rate, span = self._rate_and_span(speed, at.dt)
-        # The pull of a large error is limited: to that of the approach angle, or of the steepest
-        # heading that the vehicle can still straighten before the path.
+        tangent = tan(previous_steer)
+        commanded = tangent / length
+        wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
         heading_error = wrap(at.vehicle.yaw - path_yaw)
-        error = closest.cross_track_error()
+        # A large error counts as the one whose pull is that of the approach angle, or of the
+        # steepest heading that the vehicle can still straighten before the path.
+        by_error, by_heading = horizon.best.cost[COMMANDED, :2].tolist()
+        error = at.closest.cross_track_error()
         straightening = Straightening(
             curvature=self._widest(pace, length),
             rate=rate / (length * pace),
-            lag=lag,
-            unlimited=divide(cost.pc, cost.ec),
+            lag=vehicle.steer_lag * speed,
+            unlimited=divide(by_heading, by_error),
         )
-        most = self._approach_angle_at(error, straightening) * cost.pc
-        most = most if most > 0.0 else 0.0
-        wanted_pull = error * cost.ec
-        pull = saturate(wanted_pull, -most, most)
-        wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
+        pull = self._approach_angle_at(error, straightening) * by_heading
+        largest = divide(pull if pull > 0.0 else 0.0, abs(by_error))
         driven = tan(at.mirror(wheel)) / length
-        tangent = tan(previous_steer)
-        commanded = tangent / length
-        slope = pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c
-        # The minimum of the parabola is a move per step of the horizon; a control period may be
-        # shorter, and makes its share of the move.
-        share = at.dt / period
-        wanted = commanded - slope / (move_cost + cost.cc) * share
-
-        low, high = previous_steer - span, previous_steer + span
-        unlimited = atan(wanted * length)
-        start = Predicted(
-            error=pull / cost.ec if abs(wanted_pull) > most else error,
-            heading=heading_error,
-            driven=driven,
-            commanded=commanded,
+        start = np.array(
+            [saturate(error, -largest, largest), heading_error, driven, commanded, 1.0]
         )
+
+        # The plan has a move per step of the horizon; a control period may be shorter, and makes
+        # its share of the move.
+        share = at.dt / period
+        low, high = previous_steer - span, previous_steer + span
+
+        def first(angle: float) -> float:
+            return (tan(angle) / length - commanded) / share
+
         # At a constant rate of the angle, its tangent changes faster at large angles. With the
         # vehicle's own rate that is not relied on: the wheels have to be straight again in time.
         steepness = 1.0 if self._rate_is_the_vehicles else 1.0 + tangent * tangent
         most_later = rate * period * steepness / length
         least, greatest = self._curvatures(at, belief, length)
-        limits = Limits((-most_later, most_later), most_later, least, greatest)
-        if low <= unlimited <= high and horizon.keeps(moves, start, limits):
-            self._state = replace(self.state, reached_limits=0)
-            return unlimited, Status.OK
-        # At rest the wheels do not turn.
         if span <= 0.0:
-            return previous_steer, Status.OK
-
-        def first(angle: float) -> float:
-            return (tan(angle) / length - commanded) / share
-
+            return previous_steer, Status.OK  # at rest the wheels do not turn
         # An angle beyond `max_steer` is excluded by the limits of the curvature already.
-        limits = limits._replace(
-            first=(
-                first(low) if low > -vehicle.max_steer else -inf,
-                first(high) if high < vehicle.max_steer else inf,
-            )
+        ends = (
+            first(low) if low > -vehicle.max_steer else -inf,
+            first(high) if high < vehicle.max_steer else inf,
         )
-        plan = limited(horizon, start, limits, self.state.reached_limits)
-        reached = later(plan.limits) if share > 0.5 else plan.limits
-        self._state = replace(self.state, reached_limits=reached)
+        plan = limited(horizon, start, Limits(ends, most_later, least, greatest))
+        self._remember(plan.reached[1:] if share > 0.5 else plan.reached)
         # A move that ends at a limit of the curvature is commanded at once: by its share in each
         # control period the wheels would come there too late.
-        made = 1.0 if plan.reached is Reached.CURVATURE else share
-        angle = atan((commanded + (plan.curvatures[0] - commanded) * made) * length)
+        reached = plan.reached[0]
+        made = 1.0 if reached.of_curvature() else share
+        angle = atan((commanded + (plan.curvature - commanded) * made) * length)
         # SATURATED means that the vehicle limits the angle. To be held back by `steer_span_rate`,
         # which is a choice, does not count; to arrive at a limit of the curvature does.
-        arrives = low - 1e-10 <= angle <= high + 1e-10
-        status = Status.OK
+        arrives = reached.of_curvature() and low - 1e-10 <= angle <= high + 1e-10
         is_the_vehicles = self._rate_is_the_vehicles and speed >= _FULL_RATE * self._min_speed
-        if plan.reached is Reached.CURVATURE and (arrives or is_the_vehicles):
-            status |= Status.SATURATED
-        if plan.reached is Reached.RATE and is_the_vehicles:
-            status |= Status.SATURATED
-        if plan.cut_short:
-            status |= Status.PLAN_CUT_SHORT
-        return saturate(angle, low, high), status
+        limits = arrives or (reached is not Reached.NOTHING and is_the_vehicles)
+        return saturate(angle, low, high), Status.SATURATED if limits else Status.OK
+
+    def _predict(
+        self, at: Located, belief: Belief, step: float, count: int, length_per_time: float
+    ) -> tuple[Horizon, float]:
+        """Return the prediction over `count` steps of `step` [m], and the path's heading here.
+
+        `length_per_time` is the turning length over the time of a step [m/s].
+        """
+        lag = self.vehicle.steer_lag * at.vehicle.forward_speed()
+        kept = decay(step, lag)
+        # A slip that grows with the curvature shifts the no-slip point along the vehicle.
+        offset = at.mirror(belief.estimate.slip_length)
+        drift = step * belief.estimate.slip
+        here = at.closest.arc_length(self.path)
+        segment, smoothing = at.closest.segment, self._smoothing_length
+        preview = Preview(self.path, smoothing, segment, here, count * step)
+        path_yaw, turns = preview.turns(here, step, count)
+        models = [transition(step, lag, kept, offset, turn, drift) for turn in turns]
+        move_cost = (self._steer_rate_cost * length_per_time) ** 2
+        best = regulator(models, stage(self._heading_cost, offset), move_cost)
+        return Horizon(models, best), path_yaw
+
+    def _remember(self, reached: Sequence[Reached]) -> None:
+        """Keep the limits that the plan reached: three bits a step, the first the lowest."""
+        code = sum(limit << 3 * k for k, limit in enumerate(reached))
+        self._state = replace(self.state, reached_limits=code)
 
     def _horizon_at(self, pace: float) -> float:
         """Return the horizon at a speed [s].

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import copysign
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from popsteer.reference.geometry import get_distance
 from popsteer.reference.lateral import (
@@ -23,11 +23,8 @@ from popsteer.reference.math import PI, acos, atan2, divide, sin
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["PurePursuit", "PurePursuitParams", "PurePursuitState"]
 
@@ -161,24 +158,12 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
     """
 
     TRACKED = Tracked.REAR_AXLE
+    PARAMS = PurePursuitParams
+    STATE = PurePursuitState
 
-    def __init__(
-        self,
-        path: PathView,
-        vehicle: Vehicle | None = None,
-        params: PurePursuitParams | None = None,
-        *,
-        adapt: AdaptParams | Literal["auto"] | None = "auto",
-        monitor: MonitorParams | Literal["auto"] | None = "auto",
-    ) -> None:
-        super().__init__(
-            path, vehicle, PurePursuitParams() if params is None else params, adapt, monitor
-        )
+    def prepare(self) -> None:
+        """Work out what every step needs."""
         self._search = Search.of(self._resolved)
-
-    def initial_state(self) -> PurePursuitState:
-        """Return the state before the first step, with nothing remembered."""
-        return PurePursuitState()
 
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""

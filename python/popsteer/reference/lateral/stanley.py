@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_optional
 from popsteer.reference.lateral import (
@@ -22,11 +22,8 @@ from popsteer.reference.path.preview import Preview
 from popsteer.reference.path.projection import path_yaw_behind
 
 if TYPE_CHECKING:
-    from popsteer.reference.lateral.monitor import MonitorParams
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import AdaptParams
 
 __all__ = ["Stanley", "StanleyParams", "StanleyState"]
 
@@ -144,25 +141,13 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     """
 
     TRACKED = Tracked.FRONT_AXLE
+    PARAMS = StanleyParams
+    STATE = StanleyState
 
-    def __init__(
-        self,
-        path: PathView,
-        vehicle: Vehicle | None = None,
-        params: StanleyParams | None = None,
-        *,
-        adapt: AdaptParams | Literal["auto"] | None = "auto",
-        monitor: MonitorParams | Literal["auto"] | None = "auto",
-    ) -> None:
-        super().__init__(
-            path, vehicle, StanleyParams() if params is None else params, adapt, monitor
-        )
+    def prepare(self) -> None:
+        """Work out what every step needs."""
         self._softening = resolved(self._resolved.softening)
         self._smoothing_length = resolved(self._resolved.smoothing_length)
-
-    def initial_state(self) -> StanleyState:
-        """Return the state before the first step, with nothing remembered."""
-        return StanleyState()
 
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
@@ -179,7 +164,3 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
         heading_error = wrap(at.vehicle.yaw - path_yaw)
         steer, status = limit_steer(self.vehicle, -(heading_error + pull))
         return Decision(steer, at.closest.point, status)
-
-    def check_law_state(self, state: StanleyState) -> StanleyState:
-        """Return `state`: there is nothing of its own in it."""
-        return state

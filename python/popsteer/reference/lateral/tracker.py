@@ -58,6 +58,8 @@ from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle.estimator import AdaptParams, Estimate
 
@@ -80,16 +82,21 @@ class Tracker(
     """
 
     TRACKED: ClassVar[Tracked]
+    PARAMS: Callable[[], ParamsT]
+    STATE: Callable[[], StateT]
 
     def __init__(
         self,
         path: PathView,
-        vehicle: Vehicle | None,
-        params: ParamsT,
-        adapt: AdaptParams | Literal["auto"] | None,
-        monitor: MonitorParams | Literal["auto"] | None,
+        vehicle: Vehicle | None = None,
+        params: ParamsT | None = None,
+        *,
+        adapt: AdaptParams | Literal["auto"] | None = "auto",
+        monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
+        params = self.PARAMS() if params is None else params
         super().__init__(path, Vehicle() if vehicle is None else vehicle, params)
+        self.prepare()
         self._vehicle_given = vehicle is not None
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
         self._adapt = self.default_adapt() if adapt == "auto" else adapt
@@ -292,7 +299,7 @@ class Tracker(
 
     def _before_first_step(self, steer: float = 0.0) -> StateT:
         """Return the state before the first step, with the wheels at the angle `steer` [rad]."""
-        state = self.initial_state()
+        state = self.STATE()
         if self._models:
             return with_in_flight(state, InFlight.settled(self._vehicle, steer))
         return state

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
+import numpy as np
+
 from popsteer.reference.error import input_below, input_in_range
 from popsteer.reference.lateral.command import Command
 from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
@@ -310,11 +312,10 @@ def estimator_of(state: TrackerState) -> Estimator:
     """Return what the motion of the vehicle has shown."""
     return Estimator(
         last_measured=None if state.last_measured is None else VehicleState(*state.last_measured),
-        turn_turn=state.turn_turn,
-        turn_offset=state.turn_offset,
-        offset_offset=state.offset_offset,
-        turn_measured=state.turn_measured,
-        offset_measured=state.offset_measured,
+        information=np.array(
+            [[state.turn_turn, state.turn_offset], [state.turn_offset, state.offset_offset]]
+        ),
+        moment=np.array([state.turn_measured, state.offset_measured]),
         turn=state.turn,
         change=state.change,
         estimate=Corrections(
@@ -331,16 +332,18 @@ def estimator_of(state: TrackerState) -> Estimator:
 def with_estimator(state: StateT, estimator: Estimator) -> StateT:
     """Return the state with what the motion of the vehicle has shown."""
     last_measured, estimate = estimator.last_measured, estimator.estimate
+    (turn_turn, turn_offset), (_, offset_offset) = estimator.information.tolist()
+    turn_measured, offset_measured = estimator.moment.tolist()
     return replace(
         state,
         last_measured=None
         if last_measured is None
         else (last_measured.x, last_measured.y, last_measured.yaw, last_measured.speed),
-        turn_turn=estimator.turn_turn,
-        turn_offset=estimator.turn_offset,
-        offset_offset=estimator.offset_offset,
-        turn_measured=estimator.turn_measured,
-        offset_measured=estimator.offset_measured,
+        turn_turn=turn_turn,
+        turn_offset=turn_offset,
+        offset_offset=offset_offset,
+        turn_measured=turn_measured,
+        offset_measured=offset_measured,
         turn=estimator.turn,
         change=estimator.change,
         gain=estimate.gain,

@@ -1,9 +1,14 @@
 """Estimates what the vehicle's parameters do not say, from its motion. All controllers share it.
 
 - Turning gain and steering offset by recursive least squares with exponential forgetting. The
-  model of the turn in one period is gain (a + steer_offset b): a is the turn that the vehicle's
-  parameters predict, b its derivative by the steering offset. It is linear in gain and
-  gain steer_offset.
+  model of the turn y in one period is gain (a + steer_offset b): a is the turn that the vehicle's
+  parameters predict, b its derivative by the steering offset. It is linear in the parameters
+  θ = (gain, gain steer_offset), with φ = (a, b) for its regressors::
+
+      y = φᵀ θ,    M = λ M + φ φᵀ,    m = λ m + φ y,    (M + W) θ = m + W θ₀
+
+  as in Åström and Wittenmark, *Adaptive Control*, section 2.2, written with the information matrix
+  M. The prior θ₀ = (1, 0) has the weights W and is not forgotten.
 - Dead time by a normalised gradient step. A dead time that is too short by t leaves the residual
   -t da/dt in the turn, so residual and rate of change of a give t.
 - Slip, the angle from the heading to the direction of motion, by normalised least mean squares
@@ -12,8 +17,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from popsteer.reference.error import config_in_range, config_optional, input_in_range
 from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
@@ -23,6 +30,8 @@ from popsteer.reference.vehicle.state import VehicleState
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.wheels import Reached
 
@@ -30,16 +39,11 @@ __all__ = ["AdaptParams", "Corrections", "Estimate", "Estimator"]
 
 ACCELERATION_TIME = 0.1
 """Time constant of the estimated acceleration [s]."""
-GAIN_PRIOR = 1e-4
-"""Weight of the vehicle's own gain, 1, in the least squares [rad²].
+PRIOR = np.diag([1e-4, 0.1])
+"""W: weights of the vehicle's own gain, 1 [rad²], and of its own steering offset.
 
-It is not forgotten. Larger values make the estimate slower and steadier; 1e-4 is one turn of 0.6°.
-"""
-OFFSET_PRIOR = 0.1
-"""Weight of the vehicle's own steering offset in the least squares.
-
-It is not forgotten. Larger values make the estimate slower and steadier; 0.1 are three periods with
-b = 0.18.
+Larger values make the estimate slower and steadier; 1e-4 is one turn of 0.6°, 0.1 are three periods
+with b = 0.18.
 """
 CHANGE_PRIOR = 1e-2
 """Weight of the vehicle's own dead time [rad²/s²]. Larger values make its estimate slower."""
@@ -197,23 +201,17 @@ class Corrections:
 class Estimator:
     """The estimator's state: sums with exponential forgetting, and the estimates they give.
 
-    a and b are those of the module's model: expected turn, and its derivative by the offset.
+    The symbols are those of the module.
 
     Attributes
     ----------
     last_measured : VehicleState or None
         State of the no-slip point when it was last measured; None if the motion since then must
         not be used.
-    turn_turn : float
-        Sum of a² [rad²].
-    turn_offset : float
-        Sum of a b [rad].
-    offset_offset : float
-        Sum of b².
-    turn_measured : float
-        Sum of a times the measured turn [rad²].
-    offset_measured : float
-        Sum of b times the measured turn [rad].
+    information : array, shape (2, 2)
+        M: forgotten sums of a² [rad²], a b [rad] and b².
+    moment : array, shape (2,)
+        m: forgotten sums of a y [rad²] and b y [rad].
     turn : float
         a of the last period [rad].
     change : float
@@ -238,11 +236,8 @@ class Estimator:
     """
 
     last_measured: VehicleState | None = None
-    turn_turn: float = 0.0
-    turn_offset: float = 0.0
-    offset_offset: float = 0.0
-    turn_measured: float = 0.0
-    offset_measured: float = 0.0
+    information: NDArray[np.float64] = field(default_factory=lambda: np.zeros((2, 2)))
+    moment: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
     turn: float = 0.0
     change: float = 0.0
     estimate: Corrections = Corrections()
@@ -263,30 +258,29 @@ class Estimator:
         if before is None:
             return replace(self, turn=0.0)
         speed = 0.5 * (before.speed + now.speed)
-        share = speed / vehicle.turning_length(speed)
-        turn, by_offset = share * reached.turn, share * reached.slope
+        regressors = speed / vehicle.turning_length(speed) * np.array(reached)
         acceleration = _acceleration(vehicle, self.estimate, before, now, dt)
         after = self
         if params.turn_time > 0.0:
             measured = wrap(now.yaw - before.yaw)
-            after = self._fit_turning(params.turn_time, vehicle, turn, by_offset, measured, dt)
+            after = self._fit_turning(params.turn_time, vehicle, regressors, measured, dt)
         estimate = replace(after.estimate, acceleration=acceleration)
-        return replace(after, turn=turn, estimate=estimate)
+        return replace(after, turn=float(regressors[0]), estimate=estimate)
 
     def _fit_turning(
         self,
         time: float,
         vehicle: Vehicle,
-        turn: float,
-        by_offset: float,
+        regressors: NDArray[np.float64],
         measured: float,
         dt: float,
     ) -> Estimator:
-        """Update gain, steering offset and dead time from one `measured` turn.
+        """Update gain, steering offset and dead time from one `measured` turn y; φ = `regressors`.
 
         A measured turn counts as at most 2 (|a| + MAX_STEER_OFFSET |b|) away from the estimated
-        one, so a jump of the localisation changes little. `turn` is a, `by_offset` is b.
+        one, so a jump of the localisation changes little.
         """
+        turn, by_offset = float(regressors[0]), float(regressors[1])
 
         def expected(estimate: Corrections) -> float:
             return estimate.gain * (turn + estimate.steer_offset * by_offset)
@@ -297,11 +291,8 @@ class Estimator:
         kept = exp(-dt / time)
         after = replace(
             self,
-            turn_turn=self.turn_turn * kept + turn * turn,
-            turn_offset=self.turn_offset * kept + turn * by_offset,
-            offset_offset=self.offset_offset * kept + by_offset * by_offset,
-            turn_measured=self.turn_measured * kept + turn * measured,
-            offset_measured=self.offset_measured * kept + by_offset * measured,
+            information=kept * self.information + np.outer(regressors, regressors),
+            moment=kept * self.moment + regressors * measured,
         )
         estimate = self.estimate
         fitted = after.fitted_gain()
@@ -309,9 +300,9 @@ class Estimator:
             # Without a dead time nothing is predicted and feedback corrects the gain. An estimate
             # that is disturbed by a wrong lag would only cost gain margin.
             gain = fitted if vehicle.dead_time > 0.0 else 1.0
-            # The best offset for this gain, which may be 1 or clamped.
-            offset_turn = after.offset_measured - after.turn_offset * gain
-            offset = offset_turn / (after.offset_offset + OFFSET_PRIOR) / gain
+            # The best offset for this gain, which may be 1 or clamped: the second equation.
+            (_, moment), (_, (ab, bb)) = after.moment.tolist(), (after.information + PRIOR).tolist()
+            offset = (moment - ab * gain) / bb / gain
             offset = saturate(offset, -MAX_STEER_OFFSET, MAX_STEER_OFFSET)
             estimate = replace(estimate, gain=gain, steer_offset=offset)
 
@@ -327,14 +318,12 @@ class Estimator:
         return replace(after, change=changes, estimate=estimate)
 
     def fitted_gain(self) -> float | None:
-        """Return the gain from the normal equations of gain and gain times steering offset."""
-        aa, ab = self.turn_turn + GAIN_PRIOR, self.turn_offset
-        bb = self.offset_offset + OFFSET_PRIOR
-        ay, by = self.turn_measured + GAIN_PRIOR, self.offset_measured
-        determinant = aa * bb - ab * ab
-        if not determinant > 0.0:
+        """Return the gain of the least squares; None where rounding leaves no equations."""
+        normal = self.information + PRIOR
+        if not normal[0, 0] * normal[1, 1] - normal[0, 1] * normal[0, 1] > 0.0:
             return None
-        return saturate((ay * bb - ab * by) / determinant, MIN_GAIN, MAX_GAIN)
+        parameters = np.linalg.solve(normal, self.moment + PRIOR @ np.array([1.0, 0.0]))
+        return saturate(float(parameters[0]), MIN_GAIN, MAX_GAIN)
 
     def known(self) -> Corrections:
         """Return the present estimates, with the fitted gain even if controllers use 1."""
@@ -396,17 +385,14 @@ class Estimator:
                 yaw=input_in_range("last_measured", last_measured.yaw, -MAX_YAW, MAX_YAW),
                 speed=input_in_range("last_measured", last_measured.speed, -MAX_SPEED, MAX_SPEED),
             )
-        sums = {
-            field: input_in_range(field, getattr(self, field), low, MAX_SUM)
-            for field, low in (
-                ("turn_turn", 0.0),
-                ("turn_offset", -MAX_SUM),
-                ("offset_offset", 0.0),
-                ("turn_measured", -MAX_SUM),
-                ("offset_measured", -MAX_SUM),
-                ("change", 0.0),
-            )
-        }
+        (aa, ab), (_, bb) = self.information.tolist()
+        ay, by = self.moment.tolist()
+        aa = input_in_range("turn_turn", aa, 0.0, MAX_SUM)
+        ab = input_in_range("turn_offset", ab, -MAX_SUM, MAX_SUM)
+        bb = input_in_range("offset_offset", bb, 0.0, MAX_SUM)
+        ay = input_in_range("turn_measured", ay, -MAX_SUM, MAX_SUM)
+        by = input_in_range("offset_measured", by, -MAX_SUM, MAX_SUM)
+        change = input_in_range("change", self.change, 0.0, MAX_SUM)
         turn = input_in_range("turn", self.turn, -MAX_TURN, MAX_TURN)
         estimate = self.estimate
         gain = input_in_range("gain", estimate.gain, MIN_GAIN, MAX_GAIN)
@@ -421,7 +407,8 @@ class Estimator:
             )
         }
         estimate = Corrections(gain=gain, **others)
-        return Estimator(last_measured=last_measured, turn=turn, estimate=estimate, **sums)
+        sums = np.array([[aa, ab], [ab, bb]]), np.array([ay, by])
+        return Estimator(last_measured, *sums, turn=turn, change=change, estimate=estimate)
 
 
 def _most_longer(vehicle: Vehicle) -> float:

@@ -12,7 +12,7 @@ use crate::params::params;
 use crate::vehicle::PyVehicle;
 
 /// [`params!`] of a controller: lengths, speeds and gains per metre that are not given scale with
-/// the vehicle, and `resolved` gives their values.
+/// the vehicle, and `resolved` gives their values. Two distances are parameters of each.
 macro_rules! tuning {
     (
         $(#[doc = $about:literal])+
@@ -30,6 +30,10 @@ macro_rules! tuning {
             shown as $shown,
             defaults $core::DEFAULT, checked by (|params| $law::new(Vehicle::DEFAULT, params)),
             $($field: $kind, $words, $text;)+
+            search_distance: Option<f64>, "float, optional",
+                "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
+            lost_distance: Option<f64>, "float, optional",
+                "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
             @examples { $(#[doc = $example])+ }
             @extra {
                 /// The same with the defaults that scale with a vehicle filled in.
@@ -71,10 +75,6 @@ tuning! {
         "Arc ahead of the vehicle that the paper's search looks at [m]; 20/3 wheelbases by default.";
     grid_spacing: Option<f64>, "float, optional",
         "Greatest distance of neighbours on the path as the paper's search re-discretises it [m]; 1/300 of the wheelbase by default.";
-    search_distance: Option<f64>, "float, optional",
-        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
-    lost_distance: Option<f64>, "float, optional",
-        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.PopParams().resolved(popsteer.Vehicle(wheelbase=0.5)).min_lookahead
         /// 1.0
@@ -99,10 +99,6 @@ tuning! {
         "Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the prediction looks as far as at this speed; at rest they keep their angle. Where the vehicle's max_steer_rate is given, they turn at all of it down to half this speed. By default 5/3 wheelbases a second.";
     smoothing_length: Option<f64>, "float, optional",
         "Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default. More: less of the waypoints' noise is steered, and bends shorter than this are cut.";
-    search_distance: Option<f64>, "float, optional",
-        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
-    lost_distance: Option<f64>, "float, optional",
-        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.PreviewPopParams().resolved(popsteer.Vehicle(wheelbase=2.7)).heading_cost
         /// 2.7
@@ -125,10 +121,6 @@ tuning! {
         "Whether the integral weighs each error with its dt; the paper's equation does not.";
     smoothing_length: Option<f64>, "float, optional",
         "Length of path over which its heading is taken [m]; two wheelbases by default. The derivative is then how fast the front axle moves across that heading, which noise of the waypoints hardly reaches. 0: that of the error, as printed.";
-    search_distance: Option<f64>, "float, optional",
-        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
-    lost_distance: Option<f64>, "float, optional",
-        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.PidParams().resolved(popsteer.Vehicle(wheelbase=0.3)).kp
         /// 2.5
@@ -154,10 +146,6 @@ tuning! {
         "Arc ahead of the vehicle that the paper's search looks at [m]; 20/3 wheelbases by default.";
     grid_spacing: Option<f64>, "float, optional",
         "Greatest distance of neighbours on the path as the paper's search re-discretises it [m]; 1/300 of the wheelbase by default.";
-    search_distance: Option<f64>, "float, optional",
-        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
-    lost_distance: Option<f64>, "float, optional",
-        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.PurePursuitParams().resolved(popsteer.Vehicle(wheelbase=0.3)).min_lookahead
         /// 1.0
@@ -178,10 +166,6 @@ tuning! {
         "Whether the path's heading is that of the segment behind the nearest waypoint, as in the published code.";
     smoothing_length: Option<f64>, "float, optional",
         "Length of path over which its heading is taken [m]; a wheelbase by default. More: less of the waypoints' noise is steered, and bends shorter than this are cut. 0, or heading_behind: the heading of one segment, as printed.";
-    search_distance: Option<f64>, "float, optional",
-        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
-    lost_distance: Option<f64>, "float, optional",
-        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.StanleyParams().resolved(popsteer.Vehicle(wheelbase=3.0)).lost_distance
         /// 30.0
@@ -196,10 +180,6 @@ tuning! {
         "The angle that is switched [rad]; at most the vehicle's `max_steer` of it is used.";
     deadband: f64, "float, default 0.0",
         "Cross-track errors up to this leave the wheels straight [m].";
-    search_distance: Option<f64>, "float, optional",
-        "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
-    lost_distance: Option<f64>, "float, optional",
-        "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
     @examples {
         /// >>> popsteer.BangBangParams().resolved(popsteer.Vehicle(wheelbase=0.3)).search_distance
         /// 0.6

@@ -1,0 +1,165 @@
+use super::*;
+use crate::math::{sin, tan};
+use crate::vehicle::InFlight;
+use crate::vehicle::bicycle::advance;
+
+fn car(wheelbase: f64, dead_time: f64, steer_offset: f64) -> Vehicle {
+    Vehicle {
+        wheelbase,
+        steer_offset,
+        dead_time,
+        ..Vehicle::DEFAULT
+    }
+}
+
+/// What is estimated of a vehicle with a wheelbase of 3 m, 0.2 s of dead time and a lag of
+/// 0.1 s in 60 s of bends at 10 m/s and more, where `given` is believed.
+fn estimated(given: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) -> Estimator {
+    let real = car(3.0, 0.2, steer_offset);
+    let (mut there, mut known) = (
+        InFlight::settled(&real, 0.0),
+        InFlight::settled(&given, 0.0),
+    );
+    let mut estimator = Estimator::default();
+    let mut vehicle = VehicleState {
+        x: 0.0,
+        y: 0.0,
+        yaw: 0.0,
+        speed: 10.0,
+    };
+    for step in 0..1200 {
+        let command = 0.1 * sin(0.05 * f64::from(step));
+        for _ in 0..10 {
+            there.elapse(&real, command, 0.005, 0.0);
+            let curvature = tan(there.wheel()) / 3.0;
+            vehicle = advance(vehicle, vehicle.speed * 0.005, curvature, 0.0);
+            vehicle.speed += acceleration * 0.005;
+        }
+        if step == 900 {
+            vehicle.yaw += jump;
+        }
+        let reached = known.reaching(&given, command, 0.05);
+        let before = estimator.estimate.longer_dead_time;
+        estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, 0.05);
+        let longer = estimator.estimate.longer_dead_time - before;
+        estimator.last_measured = Some(vehicle);
+        known.elapse(&given, command, 0.05, longer);
+    }
+    estimator
+}
+
+#[test]
+fn test_slip_of_a_vehicle_that_hardly_moves_is_a_number() {
+    let given = car(3.0, 0.0, 0.0);
+    let params = AdaptParams {
+        min_speed: Some(0.0),
+        ..AdaptParams::DEFAULT
+    };
+    for speed in [5e-324, 1e-320, 1e-300, 1e-9, -1e-308] {
+        let state = |y| VehicleState {
+            x: 0.0,
+            y,
+            yaw: 0.0,
+            speed,
+        };
+        let mut estimator = Estimator {
+            last_measured: Some(state(0.0)),
+            ..Estimator::default()
+        };
+        estimator.observe_slip(&params, &given, state(0.1), |travel| 1e-16 / travel, 0.05);
+        assert!(estimator.checked(&given).is_ok(), "{estimator:?}");
+    }
+}
+
+#[test]
+fn test_estimator_finds_gain_dead_time_offset_and_acceleration() {
+    for (wheelbase, dead_time) in [(3.0, 0.2), (2.55, 0.2), (3.45, 0.15), (3.0, 0.25)] {
+        for offset in [0.0, 0.0175] {
+            let found = estimated(car(wheelbase, dead_time, 0.0), offset, 0.2, 0.0).estimate;
+            assert!((found.gain - wheelbase / 3.0).abs() < 0.012, "{found:?}");
+            assert!((found.steer_offset - offset).abs() < 0.0006, "{found:?}");
+            let known = dead_time + found.longer_dead_time;
+            assert!((known - 0.2).abs() < 0.011, "{found:?}");
+            assert!((found.acceleration - 0.2).abs() < 1e-6, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn test_estimator_takes_little_of_a_jump_of_the_heading() {
+    let given = car(2.55, 0.25, 0.0);
+    let calm = estimated(given, 0.0, 0.0, 0.0).estimate;
+    let jumped = estimated(given, 0.0, 0.0, 2.0).estimate;
+    assert!((calm.gain - jumped.gain).abs() < 0.03, "{jumped:?}");
+    assert!(
+        (calm.steer_offset - jumped.steer_offset).abs() < 0.003,
+        "{jumped:?}"
+    );
+    assert!((calm.longer_dead_time - jumped.longer_dead_time).abs() < 0.02);
+}
+
+#[test]
+fn test_estimator_keeps_within_its_bounds() {
+    assert_eq!(
+        estimated(car(9.0, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
+        2.5
+    );
+    assert_eq!(
+        estimated(car(0.9, 0.2, 0.0), 0.0, 0.0, 0.0).estimate.gain,
+        0.4
+    );
+    let given = car(3.0, 0.1, 0.0);
+    let found = estimated(given, 0.0, 0.0, 0.0);
+    assert_eq!(found.estimate.longer_dead_time, 0.05);
+    assert!(found.checked(&given).is_ok());
+    let refused = found.checked(&car(3.0, 0.09, 0.0)).unwrap_err();
+    assert_eq!(refused.field, "longer_dead_time");
+    let turned = Estimator {
+        turn: 1e31,
+        ..found
+    };
+    assert_eq!(turned.checked(&given).unwrap_err().value, 1e31);
+}
+
+#[test]
+fn test_slip_is_found_from_the_position_whichever_way_the_vehicle_drives() {
+    let given = Vehicle::DEFAULT;
+    for speed in [10.0, -10.0] {
+        let mut estimator = Estimator::default();
+        let mut vehicle = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.3,
+            speed,
+        };
+        for step in 0..2000 {
+            estimator.last_measured = Some(vehicle);
+            let curvature = match step / 20 % 3 {
+                0 => 0.03,
+                1 => 0.0,
+                _ => -0.02,
+            };
+            let slip = 0.01 - 0.4 * curvature;
+            vehicle = advance(vehicle, speed * 0.05, curvature, slip);
+            let params = AdaptParams::DEFAULT;
+            estimator.observe_slip(&params, &given, vehicle, |_| curvature, 0.05);
+        }
+        let found = estimator.estimate;
+        assert!((found.slip - 0.01).abs() < 1e-3, "{found:?}");
+        assert!((found.slip_length + 0.4).abs() < 1e-2, "{found:?}");
+    }
+}
+
+#[test]
+fn test_speed_after_braking_stops() {
+    let braking = |acceleration| Estimate {
+        acceleration,
+        ..Estimate::DEFAULT
+    };
+    assert_eq!(braking(-5.0).speed_after(1.0, 0.1), 0.5);
+    assert_eq!(braking(-5.0).speed_after(1.0, 0.3), 0.0);
+    assert_eq!(braking(5.0).speed_after(-1.0, 0.3), 0.0);
+    assert_eq!(braking(-5.0).speed_after(-1.0, 0.2), -2.0);
+    assert_eq!(braking(5.0).speed_after(MAX_SPEED, 1.0), MAX_SPEED);
+    assert_eq!(braking(-5.0).speed_after(-MAX_SPEED, 1.0), -MAX_SPEED);
+}

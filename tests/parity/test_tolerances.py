@@ -1,0 +1,178 @@
+"""The table of tolerances lets nothing through: faults planted in the reference are seen."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import popsteer
+from popsteer import Status
+from popsteer.reference.lateral import limited, preview_pop
+from popsteer.reference.lateral.plan import Reached
+from popsteer.reference.vehicle import estimator
+from tests.parity.checks import Drive, check_rollout
+from tests.parity.compare import Apart, Pair, make
+from tests.parity.laws import POP, PREVIEW_POP, STANLEY, Law
+from tests.parity.strategies import Shape, Spot
+from tests.parity.tolerances import TABLE, agree, tolerance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+CAR: dict[str, Any] = {
+    "dead_time": 0.2,
+    "steer_lag": 0.2,
+    "max_steer_rate": 0.8,
+    "max_lateral_acceleration": 3.0,
+    "understeer": 0.001,
+}
+DRIVE = Drive(Shape("smooth", 100, seed=3), Spot(0.0, 1.5), steps=200, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [
+        (1.0, 1.0 + 2e-9),
+        (0.0, 2e-9),
+        (1e6, 1e6 + 2e-3),
+        (math.nan, 1.0),
+        (1.0, math.inf),
+        (-math.inf, math.inf),
+        (1, 2),
+        (1, 1.0),
+        (0.0, None),
+        (True, False),
+        (Status.OK, Status.SATURATED),
+        ((1.0, 2.0), (1.0,)),
+        ({"a": (1.0, "x")}, {"a": (1.0, "y")}),
+        ({"a": 1.0}, {"b": 1.0}),
+    ],
+    ids=str,
+)
+def test_agree_names_what_differs(ours: Any, theirs: Any) -> None:
+    assert agree(ours, theirs, 1e-9)
+    assert agree(theirs, ours, 1e-9)
+    assert not agree(ours, ours, 1e-9)
+
+
+def test_table_ends_with_bits_for_all_else() -> None:
+    assert [line.within for line in TABLE] == [1e-9, 1e-9, 1e-9, 0.0]
+    path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
+    late = popsteer.Vehicle(dead_time=0.1)
+    assert tolerance(path) == tolerance(popsteer.Pop(path)) == 0.0
+    assert tolerance(popsteer.Stanley(path, late, adapt=None)) == 0.0
+    assert tolerance(popsteer.Stanley(path, late)) == 1e-9
+    assert tolerance(popsteer.PreviewPop(path, adapt=None)) == 1e-9
+
+
+def test_zeros_of_other_signs_differ_where_bits_are_compared() -> None:
+    with pytest.raises(Apart):
+        Pair("x", complex(0.0, 0.0), complex(-0.0, 0.0)).get("real")
+
+
+def _of(name: str, change: Callable[..., Any]) -> tuple[Any, str, Callable[..., Any]]:
+    """A function of the reference's controller whose answer is changed."""
+    plain = getattr(preview_pop, name)
+    return preview_pop, name, lambda *args: change(plain(*args), *args)
+
+
+def _with(array: Any, place: Any, change: Callable[[Any], Any]) -> Any:
+    changed = np.array(array)
+    changed[place] = change(changed[place])
+    return changed
+
+
+def _negative_gains(best: Any, *_: Any) -> Any:
+    return best._replace(gains=best.gains * [1.0, 1.0, -1.0, 1.0, 1.0])
+
+
+PLANTED: dict[str, tuple[Law, Any]] = {
+    "turn of the path of the other sign": (
+        PREVIEW_POP,
+        _of("transition", lambda a, *_: _with(a, (1, 4), lambda turn: -turn)),
+    ),
+    "lag in the wrong place": (
+        PREVIEW_POP,
+        _of("transition", lambda a, *_: _with(a, (2, [2, 3]), lambda pair: pair[::-1])),
+    ),
+    "model off by 1e-6": (
+        PREVIEW_POP,
+        _of("transition", lambda a, *_: _with(a, (0, 3), lambda x: x * (1.0 + 1e-6))),
+    ),
+    "stage cost off by 1e-6": (
+        PREVIEW_POP,
+        _of("stage", lambda q, *_: _with(q, (1, 1), lambda x: x * (1.0 + 1e-6))),
+    ),
+    "feedback of a wrong sign within the limits": (PREVIEW_POP, _of("regulator", _negative_gains)),
+    "limit of the moves off by 1e-6": (
+        PREVIEW_POP,
+        (
+            preview_pop,
+            "limited",
+            lambda horizon, start, limits: limited.limited(
+                horizon, start, limits._replace(later=limits.later * (1.0 + 1e-6))
+            ),
+        ),
+    ),
+    "no limit ever released": (
+        PREVIEW_POP,
+        (limited, "least_norm", lambda rows, room, _: _never_released(rows, room)),
+    ),
+    "forgetting off by 1e-6": (
+        STANLEY,
+        (estimator, "exp", lambda x: math.exp(x * (1.0 + 1e-6))),
+    ),
+    "prior of the gain off by 1e-6": (POP, (estimator, "PRIOR", np.diag([1e-4 * (1 + 1e-6), 0.1]))),
+    "dead time learnt with the other sign": (
+        STANLEY,
+        (estimator, "CHANGE_PRIOR", -estimator.CHANGE_PRIOR),
+    ),
+}
+
+
+def _never_released(rows: Any, room: Any) -> tuple[Any, list[int]]:
+    """Hold each exceeded limit for ever."""
+    held: list[int] = []
+    x = np.zeros(rows.shape[1])
+    while np.max(excess := rows @ x - room) > 1e-9 and len(held) < rows.shape[1]:
+        held.append(int(np.argmax(excess)))
+        x = np.linalg.lstsq(rows[held], room[held])[0]
+    return x, held
+
+
+@pytest.mark.parametrize("fault", PLANTED)
+def test_fault_planted_in_the_reference_is_seen(
+    fault: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    law, planted = PLANTED[fault]
+    monkeypatch.setattr(*planted)
+    with pytest.raises(AssertionError, match="Rust first, then reference"):
+        check_rollout(law, DRIVE, {}, vehicle=CAR)
+
+
+def test_drive_without_a_fault_agrees() -> None:
+    for law in (PREVIEW_POP, STANLEY, POP):
+        check_rollout(law, DRIVE, {}, vehicle=CAR)
+
+
+def test_limits_that_hold_another_plan_differ() -> None:
+    path = make("Path", [(float(k), 0.0) for k in range(60)])
+    pair = make("PreviewPop", path, make("Vehicle", max_steer_rate=0.2))
+    pair.call("step", 5.0, 1.0, 0.0, 10.0, 0.05)
+    state = pair.get("state")
+    assert state.rust.reached_limits != 0
+    rng = random.Random(1)
+    for _ in range(20):
+        code = sum(rng.choice(list(Reached)) << 3 * k for k in range(19))
+        pair.twin.state = popsteer.reference.PreviewPopState(
+            **{**state.rust.as_dict(), "reached_limits": code}
+        )
+        pair.rust.state = popsteer.PreviewPopState(
+            **{**state.rust.as_dict(), "reached_limits": code ^ 1}
+        )
+        with pytest.raises(Apart, match="reached_limits"):
+            pair.get("state")
