@@ -665,7 +665,7 @@ extern "C" {
 uint32_t popsteer_abi_version(void);
 
 /**
- * The version of popsteer, such as "0.2.0".
+ * The version of popsteer, such as "0.3.0".
  */
 const char *popsteer_version(void);
 

@@ -53,7 +53,7 @@ inline constexpr std::uint32_t plan_cut_short = POPSTEER_STATUS_PLAN_CUT_SHORT;
 inline constexpr std::uint32_t faults = POPSTEER_STATUS_FAULTS;
 }  // namespace status
 
-/// The version of the library, such as "0.2.0".
+/// The version of the library, such as "0.3.0".
 [[nodiscard]] inline const char* version() noexcept { return popsteer_version(); }
 
 /// Whether the library that is linked has the binary interface of this header.

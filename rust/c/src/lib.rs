@@ -35,7 +35,7 @@ pub extern "C" fn popsteer_abi_version() -> u32 {
     POPSTEER_ABI_VERSION
 }
 
-/// The version of popsteer, such as "0.2.0".
+/// The version of popsteer, such as "0.3.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn popsteer_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
