@@ -1,7 +1,7 @@
 """Drive a car along its lane in a running CARLA simulator for a minute, and say how well.
 
-pip install "popsteer[carla]"
-python examples/carla_drive.py --host 127.0.0.1 --port 2000
+Install: pip install "popsteer[carla]"
+Run: python examples/carla_drive.py --host 127.0.0.1 --port 2000
 """
 
 from __future__ import annotations

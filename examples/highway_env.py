@@ -1,7 +1,7 @@
 """Drive ten laps of highway-env's racetrack, and draw them where a file is named.
 
-pip install popsteer highway-env matplotlib
-python examples/highway_env.py [lap.png]
+Install: pip install popsteer highway-env matplotlib
+Run: python examples/highway_env.py [lap.png]
 """
 
 import sys

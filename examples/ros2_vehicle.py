@@ -1,7 +1,7 @@
 """A vehicle for `popsteer ros2`, for want of a real one: it drives in real time over ROS 2 topics.
 
-popsteer ros2 --vehicle paper --localhost     # the node, in one terminal
-python examples/ros2_vehicle.py               # the vehicle, in another
+In one terminal: popsteer ros2 --vehicle paper --localhost --max-speed 12
+In another: python examples/ros2_vehicle.py
 """
 
 from __future__ import annotations
