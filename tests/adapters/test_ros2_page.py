@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import subprocess
 import sys
@@ -48,16 +49,49 @@ def test_ros2_example_without_a_node_ends_with_one_line_and_status_2() -> None:
     pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
     from tests.adapters.ros2_domain import domain
 
-    options = ("--domain", str(domain()), "--timeout", "0.3")
     ended = subprocess.run(
-        [sys.executable, "examples/ros2_vehicle.py", *options],
+        [sys.executable, "examples/ros2_vehicle.py", "--timeout", "0.3"],
         check=False,
         capture_output=True,
         text=True,
         cwd=ROOT,
+        env={**os.environ, "ROS_DOMAIN_ID": str(domain())},
     )
     assert ended.returncode == 2
     assert ended.stderr == "ros2_vehicle: no command on /drive for 0.3 s\n"
+
+
+def test_ros2_example_is_driven_to_the_end_of_its_path_by_the_node() -> None:
+    pytest.importorskip("cyclonedds", reason='the extra "ros2" is not installed')
+    from tests.adapters.ros2_domain import domain
+
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain())}
+    node_options = ("--vehicle", "paper", "--localhost", "--max-speed", "25")
+    with subprocess.Popen(
+        [sys.executable, "-m", "popsteer", "ros2", *node_options],
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as node:
+        try:
+            ended = subprocess.run(
+                [sys.executable, "examples/ros2_vehicle.py", "--track", "obstacle-avoidance"],
+                check=False,
+                capture_output=True,
+                text=True,
+                cwd=ROOT,
+                env=environment,
+                timeout=120,
+            )
+        finally:
+            node.terminate()
+    assert (ended.returncode, ended.stderr) == (0, "")
+    found = re.fullmatch(
+        r"At the end of obstacle-avoidance; never farther than ([\d.]+) m from it\.\n", ended.stdout
+    )
+    assert found
+    assert float(found[1]) < 1.0
 
 
 def test_ros2_example_without_the_extra_ends_with_one_line_and_status_2() -> None:

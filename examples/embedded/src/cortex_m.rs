@@ -1,4 +1,8 @@
-//! A Cortex-M4F from its reset on, without further crates.
+//! A Cortex-M4F from its reset on, such as an STM32F4; `link.x` has its memory. In QEMU:
+//!
+//!     rustup target add thumbv7em-none-eabihf
+//!     cargo run --release --target thumbv7em-none-eabihf --features semihosting \
+//!         --config 'target.thumbv7em-none-eabihf.runner="qemu-system-arm -M mps2-an386 -nographic -semihosting -kernel"'
 
 use core::arch::asm;
 use core::ptr;

@@ -256,13 +256,16 @@ class SpeedTracker:
         # When the command takes effect, in the middle of the time that it is held.
         later = params.drive_delay + car.drive_lag + 0.5 * dt
         moving = forward if forward > 0.0 else 0.0
-        here, _ = self._lookup(arc, at.closest.segment, end)
+        here, rise = self._lookup(arc, at.closest.segment, end)
         _, wanted = self._lookup(arc + moving * later, at.closest.segment, end)
         reference = sqrt(here)
         creep = CREEP * car.wheelbase
         room = left if left > 0.0 else 0.0
         nearing = sqrt(self._braking * room)
-        slowest = creep if creep < nearing else nearing
+        # Where the path says 0 from here on the vehicle stands; it creeps away from a start, past a
+        # single 0, and up to a stop.
+        stands = here <= 0.0 and rise <= 0.0
+        slowest = 0.0 if stands else creep if creep < nearing else nearing
         if reference < slowest:
             reference = slowest
         # The last stretch is crept along, whatever the plan still allows there.
@@ -273,7 +276,8 @@ class SpeedTracker:
         turned = at.direction_changed
         last = 0.0 if turned else state.acceleration
         integral = 0.0 if turned else state.integral
-        standing = left <= ARRIVED * car.wheelbase and forward < creep and end is not None
+        arrived = left <= ARRIVED * car.wheelbase and end is not None
+        standing = (arrived or stands) and forward < creep
         if standing:
             command, integral = -HOLD * self._braking, 0.0
         else:

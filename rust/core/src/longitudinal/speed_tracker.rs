@@ -248,13 +248,22 @@ impl SpeedTracker {
         // When the command takes effect, in the middle of the time that it is held.
         let later = params.drive_delay + car.drive_lag + 0.5 * dt;
         let moving = if forward > 0.0 { forward } else { 0.0 };
-        let (here, _) = lookup(path, plan, arc, segment, end);
+        let (here, rise) = lookup(path, plan, arc, segment, end);
         let (_, mut wanted) = lookup(path, plan, arc + moving * later, segment, end);
         let mut reference = sqrt(here);
         let creep = CREEP * car.wheelbase;
         let room = if left > 0.0 { left } else { 0.0 };
         let nearing = sqrt(self.braking * room);
-        let slowest = if creep < nearing { creep } else { nearing };
+        // Where the path says 0 from here on the vehicle stands; it creeps away from a start, past a
+        // single 0, and up to a stop.
+        let stands = here <= 0.0 && rise <= 0.0;
+        let slowest = if stands {
+            0.0
+        } else if creep < nearing {
+            creep
+        } else {
+            nearing
+        };
         if reference < slowest {
             reference = slowest;
         }
@@ -273,7 +282,8 @@ impl SpeedTracker {
         } else {
             (state.acceleration, state.integral)
         };
-        let standing = left <= ARRIVED * car.wheelbase && forward < creep && end.is_some();
+        let arrived = left <= ARRIVED * car.wheelbase && end.is_some();
+        let standing = (arrived || stands) && forward < creep;
         let mut command;
         if standing {
             command = -HOLD * self.braking;
@@ -437,6 +447,36 @@ mod tests {
         }
         assert!(standing && vehicle.speed < 1e-9, "{vehicle:?}");
         assert!((vehicle.x - 100.0).abs() < 0.05, "{vehicle:?}");
+    }
+
+    #[test]
+    fn test_speed_tracker_stands_where_the_path_says_0_from_there_on() {
+        let x: Vec<f64> = (0..101).map(from_count).collect();
+        let path_of = |speed: &dyn Fn(usize) -> f64| {
+            let speed: Vec<f64> = (0..101).map(speed).collect();
+            Path::new(&x, &[0.0; 101], Some(&speed), false).unwrap()
+        };
+        let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
+        let drive = |path: &Path| {
+            let plan = tracker.plan(&path.view()).unwrap();
+            let mut state = SpeedTrackerState::default();
+            let (mut vehicle, mut standing) = (VehicleState::default(), false);
+            for _ in 0..1200 {
+                let command = tracker
+                    .step(&path.view(), &plan, &mut state, vehicle, 0.05)
+                    .unwrap();
+                standing = command.standing;
+                let faster = vehicle.speed + 0.05 * command.acceleration;
+                vehicle.speed = if faster > 0.0 { faster } else { 0.0 };
+                vehicle.x += 0.05 * vehicle.speed;
+            }
+            (vehicle.x, standing)
+        };
+        let (stood, standing) = drive(&path_of(&|k| if k < 50 { 5.0 } else { 0.0 }));
+        assert!(standing && (stood - 50.0).abs() < 0.1, "{stood}");
+        // A start, and a single 0, are left again.
+        let (went, standing) = drive(&path_of(&|k| if k % 50 == 0 { 0.0 } else { 5.0 }));
+        assert!(standing && (went - 100.0).abs() < 0.1, "{went}");
     }
 
     #[test]
