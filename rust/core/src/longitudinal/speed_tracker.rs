@@ -460,7 +460,13 @@ mod tests {
         let drive = |path: &Path| {
             let plan = tracker.plan(&path.view()).unwrap();
             let mut state = SpeedTrackerState::default();
-            let (mut vehicle, mut standing) = (VehicleState::default(), false);
+            let mut standing = false;
+            let mut vehicle = VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.0,
+                speed: 0.0,
+            };
             for _ in 0..1200 {
                 let command = tracker
                     .step(&path.view(), &plan, &mut state, vehicle, 0.05)
