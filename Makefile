@@ -8,6 +8,7 @@ BENCH  := out/bench
 MATRIX := out/matrix
 SITE   := out/site
 FUZZ   := out/fuzz
+COVERAGE := out/coverage
 SOAK   := out/soak
 PLAY   := out/playground
 # For each target of `make fuzz`; FUZZ_TARGETS="path laws" takes those alone.
@@ -35,7 +36,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python lint bench matrix pages playground site audit fuzz soak wheel sdist install-c clean FORCE
+.PHONY: help setup demo test test-rust test-python lint bench matrix pages playground site audit fuzz coverage soak wheel sdist install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -106,6 +107,9 @@ playground: $(VENV)/.lab ## build the playground for browsers; needs the target 
 fuzz: $(VENV)/.fuzz ## fuzz the core and the CSV reader, FUZZ_SECONDS=60 for each target
 	$(PY) tests/fuzz/run.py $(FUZZ_TARGETS) --seconds $(FUZZ_SECONDS)
 
+coverage: $(VENV)/.dev ## measure which lines of the core and the simulations the tests reach
+	sh tests/coverage.sh $(COVERAGE) $(CURDIR)/$(PY)
+
 soak: $(VENV)/.dev ## step controllers 100,000,000 times and watch their memory
 	$(PY) benches/soak.py --json $(SOAK)/soak.json
 
@@ -120,7 +124,7 @@ install-c: ## install the C and C++ interface, under PREFIX=/usr/local
 	sh rust/c/install.sh "$(DESTDIR)$(PREFIX)"
 
 clean: ## remove all that these targets made
-	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(SOAK) $(PLAY) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(COVERAGE) $(SOAK) $(PLAY) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.

@@ -41,6 +41,9 @@ def test_law_whose_prediction_leaves_the_bounds_matches_reference_edges(
 ) -> None:
     path = make("Path", [(-1e9, -1e9), (0.0, 0.0), (1e9, 1e9)])
     pair = make(law.name, path, make("Vehicle", dead_time=10.0), **adapting(adapt))
+    if pair.within > 0.0:
+        # A place on this path is known to the rounding of its coordinates, 1.2e-7 m.
+        pair.within = 1e-8
     pair.call("reset", steer=1.2)
     for x, y in itertools.product((-1e9, 1e9), repeat=2):
         for yaw, speed in itertools.product((-1e6, 1e6, 0.1), (-1e4, 1e4)):
