@@ -106,8 +106,9 @@ def test_replay_interrupted_says_and_writes_nothing(tmp_path: Path, log: Path) -
 
 
 def test_tune_interrupted_keeps_its_trials(tmp_path: Path) -> None:
-    arguments = ("tune", "--controller", "pop", "--cars", "1", "--out", "tuned.toml")
-    arguments += ("--trials", "1000")  # the default's are over in seconds
+    # The default's trials are over in seconds.
+    study = ("tune", "--controller", "pop", "--cars", "1", "--trials", "1000")
+    arguments = (*study, "--out", "tuned.toml")
     assert _interrupted(tmp_path, arguments, r"trial \d+") == f"{KEPT}tuned.journal"
     assert {file.name for file in tmp_path.iterdir()} == {"tuned.journal"}
 
