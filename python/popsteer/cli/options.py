@@ -18,6 +18,7 @@ __all__ = [
     "ConstantSpeed",
     "Controller",
     "Controllers",
+    "Distributions",
     "Dt",
     "Longitudinal",
     "NoAdapt",
@@ -210,6 +211,14 @@ StartOffset: TypeAlias = Annotated[
         metavar="METRES",
         help="Start with the front axle this far to the left of the first waypoint, pointing along"
         " the path. Negative is to the right.",
+        show_default=False,
+    ),
+]
+Distributions: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help='A TOML file of what varies: NAME = "DISTRIBUTION" in each line. --vary changes it.',
         show_default=False,
     ),
 ]

@@ -74,15 +74,7 @@ def sweep(
             show_default=False,
         ),
     ] = None,
-    distributions: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help='A TOML file of what varies: NAME = "DISTRIBUTION" in each line. --vary changes'
-            " it.",
-            show_default=False,
-        ),
-    ] = None,
+    distributions: options.Distributions = None,
     runs: Annotated[int, typer.Option(metavar="N", help="How many runs.")] = 1000,
     seed: options.Seed = 0,
     deviation: Annotated[

@@ -88,15 +88,7 @@ def tune(
             show_default=False,
         ),
     ] = None,
-    distributions: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help='A TOML file of what varies: NAME = "DISTRIBUTION" in each line. --vary changes'
-            " it.",
-            show_default=False,
-        ),
-    ] = None,
+    distributions: options.Distributions = None,
     cars: Annotated[
         int, typer.Option(metavar="N", help="How many cars that differ, beside the vehicle.")
     ] = 7,
