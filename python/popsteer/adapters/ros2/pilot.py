@@ -25,8 +25,6 @@ _STOP_DECELERATION = 2.0
 _SPEED = SpeedTrackerParams()
 # The commanded speed runs ahead of the measured one by this at most [m/s].
 _LAGGING = 1.0
-# Of the lateral acceleration that is allowed: the rest is for steering back to the path.
-_LATERAL_SHARE = 0.9
 # After a longer gap the controller begins anew: the vehicle may be elsewhere.
 _GAP = 1.0
 
@@ -252,8 +250,4 @@ def up_to_stand(path: Path) -> Path:
 
 
 def _tracker(path: Path, vehicle: Vehicle) -> SpeedTracker:
-    most = vehicle.max_lateral_acceleration
-    if most is not None:
-        # At its limit a vehicle cannot steer back: what it has lost, it gets back after the bend.
-        vehicle = vehicle.replace(max_lateral_acceleration=_LATERAL_SHARE * most)
     return SpeedTracker(up_to_stand(path), vehicle, _SPEED)
