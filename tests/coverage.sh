@@ -19,6 +19,9 @@ eval "$(cargo llvm-cov show-env --sh 2>/dev/null)"
 export LLVM_PROFILE_FILE="$CARGO_TARGET_DIR/popsteer-%4m.profraw"
 rm -f "$CARGO_TARGET_DIR"/*.profraw
 
+# Optimised a little: unoptimised, the simulations that the Python tests drive take ten times as long.
+export CARGO_PROFILE_DEV_OPT_LEVEL=1
+
 cargo test --locked --package popsteer-core --package popsteer-sim
 cargo build --locked --package popsteer-py
 cp -r python/popsteer "$out/python/popsteer"
