@@ -1,6 +1,6 @@
 """Checks the dependencies: known vulnerabilities, licences, sources. `make audit` runs it.
 
-Both databases of known vulnerabilities are on the network. Where one cannot be reached, the check is
+Both databases of known vulnerabilities are on the network. If one cannot be reached, its check is
 reported as not made, and the exit status is 0 if nothing else was found; with `--online` a check
 that was not made is an error, as in continuous integration.
 """
@@ -65,7 +65,7 @@ def packages_known_holes() -> tuple[str, str]:
         return FAILED, ", ".join(holes) or said
     if not checked:
         return NOT_MADE, "the service knows none of the packages: not PyPI itself?"
-    return PASSED, f"{len(checked)} of {len(found)} packages are known to it, without vulnerabilities"
+    return PASSED, f"{len(checked)} of {len(found)} packages are known to it, none vulnerable"
 
 
 def listed() -> tuple[str, str]:
