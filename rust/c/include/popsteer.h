@@ -301,8 +301,8 @@ typedef struct popsteer_vehicle {
      */
     double rear_axle;
     /**
-     * How far ahead of the pose's point lies the point that moves where the vehicle looks [m];
-     * NAN: the rear axle.
+     * How far ahead of the pose's point lies the no-slip point [m], the one that moves along the
+     * vehicle's heading; NAN: the rear axle.
      */
     double no_slip_point;
     /**
@@ -318,7 +318,7 @@ typedef struct popsteer_vehicle {
      */
     double steer_offset;
     /**
-     * Time constant with which the wheels answer a command [s].
+     * Time constant of the wheels' first-order response to a command [s].
      */
     double steer_lag;
     /**

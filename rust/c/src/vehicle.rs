@@ -23,8 +23,8 @@ pub struct CVehicle {
     /// How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
     /// axle's, negative where it is of a point ahead of that.
     pub rear_axle: f64,
-    /// How far ahead of the pose's point lies the point that moves where the vehicle looks [m];
-    /// NAN: the rear axle.
+    /// How far ahead of the pose's point lies the no-slip point [m], the one that moves along the
+    /// vehicle's heading; NAN: the rear axle.
     pub no_slip_point: f64,
     /// The wheelbase that the vehicle turns by [m]; NAN: `wheelbase`.
     pub turning_wheelbase: f64,
@@ -32,7 +32,7 @@ pub struct CVehicle {
     pub understeer: f64,
     /// Angle of the wheels at the command 0 [rad].
     pub steer_offset: f64,
-    /// Time constant with which the wheels answer a command [s].
+    /// Time constant of the wheels' first-order response to a command [s].
     pub steer_lag: f64,
     /// Time from a command to its first effect on the wheels [s].
     pub dead_time: f64,

@@ -152,14 +152,14 @@ class Pid(Tracker[PidParams, PidState]):
     path : Path
         The path to follow.
     vehicle : Vehicle, optional
-        What is steered; `Vehicle()` without.
+        What is steered; `Vehicle()` by default.
     params : PidParams, optional
-        The parameters; the paper's without.
+        The parameters; the paper's by default.
     adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. Without, as by default
-        where an estimate counts: with a dead time.
+        How the controller adapts to its vehicle; None for not at all. By default
+        ``AdaptParams()`` if the vehicle has a dead time.
     monitor : MonitorParams or None, optional
-        From where on a step says that something is wrong; None for never. Without, as
+        The thresholds beyond which a step reports a fault; None for no monitor. By default
         ``MonitorParams()``.
 
     Examples

@@ -92,14 +92,13 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     path : Path
         The path to follow.
     vehicle : Vehicle, optional
-        What is steered; `Vehicle()` without.
+        What is steered; `Vehicle()` by default.
     params : PreviewPopParams, optional
-        The parameters; those of a middling car without.
+        The parameters; ``PreviewPopParams()`` by default.
     adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. Without, as by default
-        where an estimate counts: here always.
+        How the controller adapts to its vehicle; None for not at all. ``AdaptParams()`` by default.
     monitor : MonitorParams or None, optional
-        The thresholds beyond which a step reports a fault; None for no monitor. Without,
+        The thresholds beyond which a step reports a fault; None for no monitor. By default
         ``MonitorParams()``.
 
     Examples

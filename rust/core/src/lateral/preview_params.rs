@@ -44,7 +44,7 @@ pub struct PreviewPopParams {
 }
 
 impl PreviewPopParams {
-    /// The defaults: the neighbourhood of POP, and a middling car.
+    /// The defaults: POP's neighbourhood, and costs that suit a passenger car.
     pub const DEFAULT: Self = Self {
         steer_span_rate: None,
         horizon: 1.0,
