@@ -6,10 +6,10 @@ use crate::error::{CError, guard};
 use crate::fields::same_fields;
 use crate::handle::read;
 
-/// All that is true of a car-like vehicle, told once. Begin with `popsteer_vehicle_default()` and
+/// All that is true of a car-like vehicle, given once. Begin with `popsteer_vehicle_default()` and
 /// change what is known; a field marked "NAN: ..." need not be known.
 ///
-/// A pose is always that of the vehicle's point, wherever it is measured; the axles are told from
+/// A pose is always that of the vehicle's point, wherever it is measured; the axles are given from
 /// there. One chain leads from a command to the motion:
 ///
 ///     wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)

@@ -54,8 +54,8 @@ class PidParams:
         derivative is then how fast the front axle moves across that heading, which noise of the
         waypoints hardly reaches. 0: that of the error, as printed.
     search_distance : float or None
-        Arc of the path that is searched on each side of the last place [m], besides the distance
-        travelled in a step; None is two wheelbases.
+        Arc of the path that is searched on each side of the last projection [m], in addition to the
+        distance travelled in a step; None is two wheelbases.
     lost_distance : float or None
         Distance from the path beyond which the vehicle is lost and is searched for on the whole
         path [m]; None is ten wheelbases.

@@ -60,8 +60,8 @@ class PopParams:
         Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
         None is 1/300 of the wheelbase.
     search_distance : float or None
-        Arc of the path that is searched on each side of the last place [m], besides the distance
-        travelled in a step; None is two wheelbases.
+        Arc of the path that is searched on each side of the last projection [m], in addition to the
+        distance travelled in a step; None is two wheelbases.
     lost_distance : float or None
         Distance from the path beyond which the vehicle is lost and is searched for on the whole
         path [m]; None is ten wheelbases.

@@ -336,8 +336,8 @@ macro_rules! controller {
 
             /// Find the vehicle's place on the path anew, after a jump.
             ///
-            /// A step looks for the vehicle near its last place. After a jump, of the vehicle, of
-            /// its localisation or along the path, this looks for it on the whole path, as
+            /// A step searches for the vehicle near its last projection. After a jump of the
+            /// vehicle, of its localisation or along the path, this searches the whole path, as
             /// `Path.relocalise` does, and the next step starts from there. The rest of the state
             /// stays.
             ///
