@@ -36,7 +36,7 @@ ROOT = HERE.parents[1]
 OUT = ROOT / "out" / "fuzz"
 TARGET_DIR = ROOT / "target" / "fuzz"
 
-CORE = ("path", "laws", "limited", "vehicle", "longitudinal", "predict")
+CORE = ("path", "laws", "limited", "vehicle", "longitudinal", "speed_tracker", "predict")
 CSV = "csv_reader"
 LONGEST_INPUT = {
     "path": 320,
@@ -44,6 +44,7 @@ LONGEST_INPUT = {
     "limited": 160,
     "vehicle": 320,
     "longitudinal": 96,
+    "speed_tracker": 320,
     "predict": 192,
     CSV: 512,
 }

@@ -12,6 +12,7 @@ pub mod longitudinal;
 pub mod path;
 pub mod predict;
 mod scene;
+pub mod speed_tracker;
 mod subject;
 pub mod vehicle;
 
@@ -19,11 +20,12 @@ pub mod vehicle;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 6] = [
+pub const TARGETS: [Target; 7] = [
     ("path", path::check),
     ("laws", laws::check),
     ("limited", limited::check),
     ("vehicle", vehicle::check),
     ("longitudinal", longitudinal::check),
+    ("speed_tracker", speed_tracker::check),
     ("predict", predict::check),
 ];

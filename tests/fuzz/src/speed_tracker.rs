@@ -1,0 +1,196 @@
+//! The tracker of planned speeds: its plan, and a life of good and bad inputs along it.
+
+use crate::bytes::Bytes;
+use crate::scene::{Waypoints, car, dt, symmetric, vehicle};
+use popsteer_core::limits::MAX_DT;
+use popsteer_core::longitudinal::{
+    SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
+};
+use popsteer_core::{Path, PathView, Vehicle};
+
+/// What stands for the limits that a vehicle does not say: top speed [m/s], acceleration and
+/// deceleration [m/s^2].
+const UNSAID: (f64, f64, f64) = (25.0, 2.0, 3.0);
+
+/// One life on one path, and on the one that replaces it.
+pub fn check(data: &[u8]) {
+    let mut bytes = Bytes::new(data);
+    let (Ok(first), Ok(second)) = (
+        Waypoints::draw(&mut bytes).path(),
+        Waypoints::draw(&mut bytes).path(),
+    ) else {
+        return;
+    };
+    let standard = SpeedTrackerParams::DEFAULT;
+    let params = SpeedTrackerParams {
+        kp: bytes.parameter(standard.kp, [0.0, 5.0], [0.0, 1e3]),
+        ki: bytes.parameter(standard.ki, [0.0, 2.0], [0.0, 1e3]),
+        max_jerk: bytes.parameter(standard.max_jerk, [1.0, 50.0], [1e-3, 1e6]),
+        reserve: bytes.parameter(standard.reserve, [0.0, 2.0], [0.0, 1e3]),
+        drive_delay: bytes.parameter(standard.drive_delay, [0.0, 0.5], [0.0, 10.0]),
+    };
+    let drawn = car(&mut bytes);
+    let tracker = match SpeedTracker::new(drawn, params) {
+        Ok(tracker) => tracker,
+        Err(error) => return assert!(!error.to_string().is_empty()),
+    };
+    let (Some(first), Some(second)) = (
+        planned(&tracker, &drawn, first),
+        planned(&tracker, &drawn, second),
+    ) else {
+        return;
+    };
+    let mut life = Life {
+        tracker,
+        params,
+        most: drawn.max_acceleration.unwrap_or(UNSAID.1) + params.reserve,
+        least: -drawn.max_deceleration.unwrap_or(UNSAID.2) - params.reserve,
+        on: first,
+        other: second,
+        state: SpeedTrackerState::default(),
+    };
+    for _ in 0..24 {
+        if bytes.is_empty() {
+            break;
+        }
+        life.go_on(&mut bytes);
+    }
+}
+
+/// A path and its plan, whose speeds keep the limits; none where the vehicle's are no plan's.
+fn planned(tracker: &SpeedTracker, car: &Vehicle, path: Path) -> Option<(Path, Vec<f64>)> {
+    let view = path.view();
+    let plan = match tracker.plan(&view) {
+        Ok(plan) => plan,
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            return None;
+        }
+    };
+    assert_eq!(plan.len(), view.len());
+    let top = car.max_speed.unwrap_or(UNSAID.0);
+    for (k, &speed) in plan.iter().enumerate() {
+        let own = view.speed().map_or(f64::INFINITY, |speeds| speeds[k].abs());
+        // The squares of speeds below 1e-150 m/s are rounded to few digits.
+        let most = top.min(own) + 1e-150;
+        assert!((0.0..=most).contains(&speed), "{speed} at {k}");
+    }
+    if !view.is_closed() {
+        assert!(plan[view.len() - 1] <= 0.0, "it stops at the end");
+    }
+    let driving = car.max_acceleration.unwrap_or(UNSAID.1);
+    let braking = car.max_deceleration.unwrap_or(UNSAID.2);
+    for segment in 0..view.segments() {
+        let next = (segment + 1) % view.len();
+        let (from, to) = (plan[segment] * plan[segment], plan[next] * plan[next]);
+        let rise = to - from;
+        let (x, y) = (view.x(), view.y());
+        let length = 2.0 * (x[next] - x[segment]).hypot(y[next] - y[segment]);
+        // The spacing is a difference of arc lengths.
+        let rounding = 1e-9 * from.max(to) + 1e-15 * view.length() * driving.max(braking) + 1e-12;
+        let range = -braking * length - rounding..=driving * length + rounding;
+        assert!(
+            range.contains(&rise),
+            "{rise} not in {range:?} at {segment}: {plan:?}"
+        );
+    }
+    Some((path, plan))
+}
+
+struct Life {
+    tracker: SpeedTracker,
+    params: SpeedTrackerParams,
+    /// Bounds of the acceleration [m/s^2].
+    least: f64,
+    most: f64,
+    on: (Path, Vec<f64>),
+    other: (Path, Vec<f64>),
+    state: SpeedTrackerState,
+}
+
+impl Life {
+    fn go_on(&mut self, bytes: &mut Bytes) {
+        match bytes.below(16) {
+            0 => self.state = SpeedTrackerState::default(),
+            1 => self.restore(bytes),
+            2 => {
+                let before = self.state;
+                let same = self.on.0.clone();
+                let (old, new) = (self.on.0.view(), same.view());
+                self.tracker.set_path(&mut self.state, &old, &new);
+                assert_eq!(self.state, before, "the same path changes nothing");
+            }
+            3 => {
+                let (old, new) = (self.on.0.view(), self.other.0.view());
+                self.tracker.set_path(&mut self.state, &old, &new);
+                std::mem::swap(&mut self.on, &mut self.other);
+            }
+            _ => self.step(bytes),
+        }
+        let view = self.on.0.view();
+        assert_eq!(self.tracker.check_state(&view, &self.state), Ok(()));
+    }
+
+    /// A state made up, where it is one that the tracker could have.
+    fn restore(&mut self, bytes: &mut Bytes) {
+        let wanted = SpeedTrackerState {
+            waypoint: (bytes.byte() & 1 == 0).then(|| usize::from(bytes.byte() / 4)),
+            acceleration: symmetric(bytes, 5.0, 1e4),
+            integral: symmetric(bytes, 0.5, 1.0),
+        };
+        match self.tracker.check_state(&self.on.0.view(), &wanted) {
+            Ok(()) => self.state = wanted,
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
+
+    fn step(&mut self, bytes: &mut Bytes) {
+        let (path, plan) = &self.on;
+        let view = path.view();
+        let measured = vehicle(bytes, &view);
+        let dt = dt(bytes);
+        let before = self.state;
+        let good = measured.checked().is_ok() && (1e-6..=MAX_DT).contains(&dt);
+        let answer = self
+            .tracker
+            .step(&view, plan, &mut self.state, measured, dt);
+        assert_eq!(answer.is_ok(), good);
+        match answer {
+            Err(error) => {
+                assert!(!error.to_string().is_empty());
+                assert_eq!(self.state, before, "a refused input changes nothing");
+            }
+            Ok(command) => self.check_command(&view, before, &command, dt),
+        }
+    }
+
+    fn check_command(
+        &self,
+        path: &PathView<'_>,
+        before: SpeedTrackerState,
+        command: &SpeedCommand,
+        dt: f64,
+    ) {
+        let SpeedCommand {
+            acceleration,
+            reference_speed,
+            distance_to_stop,
+            ..
+        } = *command;
+        assert!(acceleration.to_bits() == self.state.acceleration.to_bits());
+        assert!(reference_speed >= 0.0 && reference_speed.is_finite());
+        assert!(!distance_to_stop.is_nan() && distance_to_stop <= f64::INFINITY);
+        let segment = self.state.waypoint.expect("a step knows its place");
+        assert!(segment < path.segments());
+        // Within the bounds, or on the way back to them at the full jerk from where it was; a change
+        // of direction starts from 0.
+        let change = self.params.max_jerk * dt;
+        let rounding = 1e-12 * (1.0 + before.acceleration.abs() + change);
+        let within = |from: f64| {
+            let low = self.least.max(from - change).min(from + change) - rounding;
+            let high = self.most.min(from + change).max(from - change) + rounding;
+            (low..=high).contains(&acceleration)
+        };
+        assert!(within(before.acceleration) || within(0.0), "{acceleration}");
+    }
+}
