@@ -76,6 +76,7 @@ _Floats: TypeAlias = NDArray[np.float64]
 _Point: TypeAlias = tuple[float, float]
 _Flags: TypeAlias = NDArray[np.bool_]
 _Looked: TypeAlias = tuple[NDArray[np.float32], _Floats, _Flags, _Flags, _Floats]
+_Pose: TypeAlias = tuple[float, float, float]
 _Numbers: TypeAlias = tuple[float, float, float, float]
 _Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool, tuple[float | None, float], _Numbers]
 _LastStep: TypeAlias = tuple[float, float | None, float | None]
@@ -1096,7 +1097,16 @@ class SpeedTrackerState(_NamedValue):
     def integral(self) -> float: ...
 
 @final
-class SpeedCommand:
+class SpeedCommand(_Value):
+    def __new__(
+        cls,
+        *,
+        acceleration: float,
+        reference_speed: float,
+        distance_to_stop: float,
+        reverse: bool,
+        standing: bool,
+    ) -> Self: ...
     @property
     def acceleration(self) -> float: ...
     @property
@@ -1107,8 +1117,6 @@ class SpeedCommand:
     def reverse(self) -> bool: ...
     @property
     def standing(self) -> bool: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    __hash__: ClassVar[None]  # type: ignore[assignment]
 
 @final
 class SpeedTracker(_Stateful[SpeedTrackerParams, SpeedTrackerState]):
@@ -1209,13 +1217,7 @@ class Episodes:
     ) -> Self: ...
     def __len__(self) -> int: ...
     def begin(
-        self,
-        vehicle: int,
-        path: Path,
-        plant: _Plant | PythonPlant,
-        start: tuple[float, float, float],
-        speed: float,
-        /,
+        self, vehicle: int, path: Path, plant: _Plant | PythonPlant, start: _Pose, speed: float, /
     ) -> None: ...
     def step(self, actions: _Floats, rest: _Flags, /) -> _Looked: ...
     def look(self) -> _Looked: ...
@@ -1232,7 +1234,7 @@ class Simulation:
         path: Path,
         plant: _Plant | PythonPlant | None = None,
         *,
-        start: tuple[float, float, float],
+        start: _Pose,
         speed: float = 0.0,
         tracked_point: float | None = None,
         settings: Settings | None = None,

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 STUB = Path(inspect.getfile(_core)).with_name("_core.pyi").read_text(encoding="utf-8")
+GETTER = "    def adapt(self) -> AdaptParams | None: ...\n"
+SETTER = "    @adapt.setter\n    def adapt(self, adapt: None) -> None: ...\n"
 LAWS = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang")
 
 
@@ -41,13 +43,24 @@ class Stub:
     def members(self, name: str) -> dict[str, ast.FunctionDef]:
         """Methods and properties of a class, those of its bases included."""
         found: dict[str, ast.FunctionDef] = {}
-        for base in reversed(self.all[name].bases):
-            of = base.value if isinstance(base, ast.Subscript) else base
-            if isinstance(of, ast.Name) and of.id in self.all:
-                found |= self.members(of.id)
-        getters = [node for node in self.all[name].body if isinstance(node, ast.FunctionDef)]
-        # A setter stands behind its getter.
-        return found | {node.name: node for node in reversed(getters)}
+        for each in reversed(self._line(name)):
+            methods = [node for node in self.all[each].body if isinstance(node, ast.FunctionDef)]
+            # A setter stands behind its getter.
+            found |= {node.name: node for node in reversed(methods)}
+        return found
+
+    def has_setter(self, name: str, member: str) -> bool:
+        """Whether a property of a class can be set."""
+        text = "\n".join(ast.unparse(self.all[each]) for each in self._line(name))
+        return f"@{member}.setter" in text
+
+    def _line(self, name: str) -> list[str]:
+        """A class of the stub, then its bases there."""
+        parts = [
+            each.value if isinstance(each, ast.Subscript) else each for each in self.all[name].bases
+        ]
+        bases = [each.id for each in parts if isinstance(each, ast.Name) and each.id in self.all]
+        return [name, *(ancestor for base in bases for ancestor in self._line(base))]
 
     def callables(self) -> Iterator[tuple[Any, ast.FunctionDef]]:
         """Every function and method, as the module has it and as the stub has it."""
@@ -200,6 +213,23 @@ def wrong_types(stub: Stub) -> list[str]:
     return found
 
 
+def wrong_setters(stub: Stub) -> list[str]:
+    """Properties that the stub lets one set and the module does not, or the other way round."""
+    found = []
+    for value in VALUES:
+        name = type(value).__name__
+        for each, node in stub.members(name).items():
+            if not _is_property(node):
+                continue
+            try:
+                setattr(value, each, getattr(value, each))
+                settable = True
+            except AttributeError:
+                settable = False
+            found += [f"{name}.{each}"] * (settable != stub.has_setter(name, each))
+    return found
+
+
 def test_stub_has_the_classes_and_functions_of_the_module() -> None:
     stub = Stub(STUB)
     assert {type(value).__name__ for value in VALUES} >= set(stub.classes) - {"Episodes"}
@@ -209,7 +239,7 @@ def test_stub_has_the_classes_and_functions_of_the_module() -> None:
     assert sum(1 for name in stub.classes for _ in stub.members(name)) > 500
 
 
-@pytest.mark.parametrize("check", [wrong_names, wrong_defaults, wrong_types])
+@pytest.mark.parametrize("check", [wrong_names, wrong_defaults, wrong_types, wrong_setters])
 def test_stub_is_that_of_the_module(check: Any) -> None:
     assert check(Stub(STUB)) == []
 
@@ -231,6 +261,8 @@ def test_stub_is_that_of_the_module(check: Any) -> None:
         (wrong_types, "def state(self) -> _S", "def state(self) -> _P"),
         (wrong_types, "def reverse(self) -> bool", "def reverse(self) -> float"),
         (wrong_types, "def tracked_point(self) -> float", "def tracked_point(self) -> _Point"),
+        (wrong_setters, "    @state.setter\n    def state(self, state: _S) -> None: ...\n", ""),
+        (wrong_setters, GETTER, GETTER + SETTER),
         (wrong_types, "lost_distance: float | None = None", "lost_distance: int | None = None"),
     ],
 )
