@@ -124,8 +124,8 @@ def run_many(
     progress: Callable[[float], object] | None,
 ) -> dict[str, NDArray[Any]]: ...
 
-_P = TypeVar("_P")
-_S = TypeVar("_S")
+_ParamsT = TypeVar("_ParamsT")
+_StateT = TypeVar("_StateT")
 
 # What several classes have is written once, in private bases that exist for type checkers alone:
 # at run time each class has it itself.
@@ -269,21 +269,21 @@ class _LawState(_NamedValue):
     def monitor(self) -> _Monitor | None: ...
 
 @type_check_only
-class _Stateful(Generic[_P, _S]):
+class _Stateful(Generic[_ParamsT, _StateT]):
     @property
-    def state(self) -> _S: ...
+    def state(self) -> _StateT: ...
     @state.setter
-    def state(self, state: _S) -> None: ...
+    def state(self, state: _StateT) -> None: ...
     @property
-    def params(self) -> _P: ...
+    def params(self) -> _ParamsT: ...
 
 @type_check_only
-class _Controller(_Stateful[_P, _S]):
+class _Controller(_Stateful[_ParamsT, _StateT]):
     def __new__(
         cls,
         path: Path,
         vehicle: Vehicle | None = None,
-        params: _P | None = None,
+        params: _ParamsT | None = None,
         *,
         adapt: AdaptParams | Literal["auto"] | None = "auto",
         monitor: MonitorParams | Literal["auto"] | None = "auto",

@@ -203,7 +203,7 @@ def wrong_types(stub: Stub) -> list[str]:
                 continue
             said = ast.unparse(node.returns)
             # A controller's own classes are those of its base's brackets.
-            own = {"_P": f"{name}Params", "_S": f"{name}State"}.get(said, said)
+            own = {"_ParamsT": f"{name}Params", "_StateT": f"{name}State"}.get(said, said)
             real = getattr(value, each)
             if not _fits(real, ast.parse(own, mode="eval").body, stub):
                 found.append(f"{name}.{each}: {own}, not {real!r}")
@@ -255,13 +255,17 @@ def test_stub_is_that_of_the_module(check: Any) -> None:
         (wrong_names, "held: int = 0,\n        held_time: float = 0.0,", "held_time: float = 0.0,"),
         (wrong_names, "def predict(", "def foresee("),
         (wrong_names, "def lost_distance(", "def gone_distance("),
-        (wrong_names, "params: _P | None = None,", "tuning: _P | None = None,"),
+        (wrong_names, "params: _ParamsT | None = None,", "tuning: _ParamsT | None = None,"),
         (wrong_types, "def turn_turn(self) -> float", "def turn_turn(self) -> int"),
         (wrong_types, "def waypoint(self) -> int | None", "def waypoint(self) -> float | None"),
-        (wrong_types, "def state(self) -> _S", "def state(self) -> _P"),
+        (wrong_types, "def state(self) -> _StateT", "def state(self) -> _ParamsT"),
         (wrong_types, "def reverse(self) -> bool", "def reverse(self) -> float"),
         (wrong_types, "def tracked_point(self) -> float", "def tracked_point(self) -> _Point"),
-        (wrong_setters, "    @state.setter\n    def state(self, state: _S) -> None: ...\n", ""),
+        (
+            wrong_setters,
+            "    @state.setter\n    def state(self, state: _StateT) -> None: ...\n",
+            "",
+        ),
         (wrong_setters, GETTER, GETTER + SETTER),
         (wrong_types, "lost_distance: float | None = None", "lost_distance: int | None = None"),
     ],

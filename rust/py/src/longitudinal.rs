@@ -183,8 +183,8 @@ impl PySpeedPid {
         target_speed: f64,
         dt: f64,
     ) -> PyResult<(f64, f64)> {
-        let pedals = self.law.step(&mut self.state, speed, target_speed, dt);
-        let pedals = pedals.or_raise(py)?;
+        let state = &mut self.state;
+        let pedals = self.law.step(state, speed, target_speed, dt).or_raise(py)?;
         Ok((pedals.throttle, pedals.brake))
     }
 

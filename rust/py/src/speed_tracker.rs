@@ -171,11 +171,9 @@ impl PySpeedTracker {
             speed: speed.0,
         };
         let path = self.path.view();
-        let command = self
-            .law
-            .step(&path, &self.plan, &mut self.state, vehicle, dt.0)
-            .or_raise(py)?;
-        Ok(PySpeedCommand(command))
+        let (law, state) = (&self.law, &mut self.state);
+        let command = law.step(&path, &self.plan, state, vehicle, dt.0);
+        command.map(PySpeedCommand).or_raise(py)
     }
 
     /// Keep the speeds of another path from the next step on, planned at once.
@@ -221,9 +219,8 @@ impl PySpeedTracker {
 
     #[setter]
     fn set_state(&mut self, py: Python<'_>, state: &PySpeedTrackerState) -> PyResult<()> {
-        self.law
-            .check_state(&self.path.view(), &state.0)
-            .or_raise(py)?;
+        let path = self.path.view();
+        self.law.check_state(&path, &state.0).or_raise(py)?;
         self.state = state.0;
         Ok(())
     }

@@ -69,14 +69,9 @@ fn to_vehicle((x, y, yaw, speed): Motion) -> VehicleState {
     VehicleState { x, y, yaw, speed }
 }
 
-fn from_deviation(
-    Deviation {
-        cross_track_error,
-        yaw,
-        along,
-    }: Deviation,
-) -> Deviations {
-    (cross_track_error, yaw, along.x, along.y)
+fn from_deviation(deviation: Deviation) -> Deviations {
+    let along = deviation.along;
+    (deviation.cross_track_error, deviation.yaw, along.x, along.y)
 }
 
 fn to_deviation((cross_track_error, yaw, x, y): Deviations) -> Deviation {
@@ -103,7 +98,7 @@ fn to_answer((measured, predicted, target, reverse, ahead, vehicle): Answered) -
     Answer {
         measured: to_deviation(measured),
         predicted: to_deviation(predicted),
-        target: Point::new(target.0, target.1),
+        target: Field::from_argument(target),
         reverse,
         ahead: Ahead {
             reference_speed,
