@@ -41,17 +41,16 @@ impl Recipe {
     }
 }
 
-/// The same expression for the batch of any controller; where it is asked for, with the class of its
-/// states.
+/// The same expression for the batch of any controller, and with the class of its states.
 macro_rules! each {
     ($vehicles:expr, $batch:ident $(of $state:ident)? => $body:expr) => {
         match $vehicles {
-            $crate::vehicles::Vehicles::Pop($batch) => { $(type $state = PyPopState;)? $body }
-            $crate::vehicles::Vehicles::PreviewPop($batch) => { $(type $state = PyPreviewPopState;)? $body }
-            $crate::vehicles::Vehicles::Pid($batch) => { $(type $state = PyPidState;)? $body }
-            $crate::vehicles::Vehicles::PurePursuit($batch) => { $(type $state = PyPurePursuitState;)? $body }
-            $crate::vehicles::Vehicles::Stanley($batch) => { $(type $state = PyStanleyState;)? $body }
-            $crate::vehicles::Vehicles::BangBang($batch) => { $(type $state = PyBangBangState;)? $body }
+            Vehicles::Pop($batch) => { $(type $state = PyPopState;)? $body }
+            Vehicles::PreviewPop($batch) => { $(type $state = PyPreviewPopState;)? $body }
+            Vehicles::Pid($batch) => { $(type $state = PyPidState;)? $body }
+            Vehicles::PurePursuit($batch) => { $(type $state = PyPurePursuitState;)? $body }
+            Vehicles::Stanley($batch) => { $(type $state = PyStanleyState;)? $body }
+            Vehicles::BangBang($batch) => { $(type $state = PyBangBangState;)? $body }
         }
     };
 }
