@@ -98,7 +98,7 @@ site: $(VENV)/.dev ## build the documentation site into out/site
 		$(MAKE) playground; fi
 	$(PY) -m docs.site $(SITE)
 
-audit: $(VENV)/.dev $(VENV)/.audit ## check the dependencies: known holes, licences; AUDIT=--online where there is a network
+audit: $(VENV)/.dev $(VENV)/.audit ## check the dependencies: known vulnerabilities, licences; AUDIT=--online where there is a network
 	$(PY) -m docs.site.audit $(AUDIT)
 
 playground: $(VENV)/.lab ## build the playground for browsers; needs the target wasm32-unknown-unknown

@@ -2,7 +2,7 @@
 
     python examples/compare_controllers.py
 
-What the controllers are told differs from the car that is driven, as it does on a road.
+The vehicle that the controllers are given differs from the car that is driven, as on a road.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from popsteer import sim
 
 WAYPOINTS = [(0.5 * k, 10.0 * math.sin(0.5 * k / 20.0)) for k in range(500)]
 PATH = popsteer.Path(WAYPOINTS, speed=[8.0] * len(WAYPOINTS))
-TOLD = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.1, dead_time=0.1, max_steer=0.6)
-DRIVEN = sim.KinematicBicycle(TOLD.replace(wheelbase=2.85, steer_lag=0.15, steer_offset=0.01))
+GIVEN = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.1, dead_time=0.1, max_steer=0.6)
+DRIVEN = sim.KinematicBicycle(GIVEN.replace(wheelbase=2.85, steer_lag=0.15, steer_offset=0.01))
 NOISE = sim.Noise(position=0.03, yaw=0.005, speed=0.05)
 CONTROLLERS = (popsteer.PreviewPop, popsteer.PurePursuit, popsteer.Stanley, popsteer.Pop)
 
@@ -27,9 +27,9 @@ def main() -> None:
     print("controller    mean error [m]   largest [m]   steering rate, rms [rad/s]   faults")
     for kind in CONTROLLERS:
         runs = sim.run_many(
-            kind(PATH, TOLD),
+            kind(PATH, GIVEN),
             DRIVEN,
-            start=sim.default_start(PATH, 0.5, TOLD),  # half a metre beside the path
+            start=sim.default_start(PATH, 0.5, GIVEN),  # half a metre beside the path
             speed=8.0,
             longitudinal=popsteer.SpeedPid(),
             noise=NOISE,

@@ -18,7 +18,7 @@ step() {
 # A log and waypoints, as a car's computer records them. With a car of your own, begin below.
 "${PYTHON:-python3}" "$here/recorded_drive.py" . "${SECONDS_DRIVEN:-120}"
 
-# What is my car? What a tape measure and the manual say is told; the log shows the rest.
+# What is my car? Give what a tape measure and the manual say; the log shows the rest.
 step identify drive.mcap --out car.toml \
     --set-vehicle wheelbase=2.7 --set-vehicle rear_axle=-1.35 --set-vehicle max_steer=0.6
 
@@ -29,7 +29,7 @@ step plan waypoints.csv --vehicle car.toml --out course.csv
 step tune --vehicle car.toml --waypoints course.csv --trials "${TRIALS:-40}" \
     --out tuned.toml
 
-# Does it still drive where the car is not quite the one that was identified?
+# Does it still track the course if the car differs from the one that was identified?
 step sweep --vehicle car.toml --params tuned.toml --waypoints course.csv \
     --runs "${RUNS:-10000}" --out sweep.parquet
 

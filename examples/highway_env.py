@@ -13,7 +13,7 @@ import numpy as np
 
 import popsteer
 
-# Its pose is the centre's, and its wheels turn at once. x, y and yaw are used as they are.
+# highway-env's car: the pose is the centre's, the wheels turn at once. x, y and yaw need no sign.
 CAR = popsteer.Vehicle(
     wheelbase=5.0, rear_axle=-2.5, steer_lag=0.0, max_steer=np.pi / 4, max_lateral_acceleration=None
 )

@@ -1,4 +1,4 @@
-"""A vehicle for `popsteer ros2`, for want of a real one: it drives in real time over ROS 2 topics.
+"""A simulated vehicle for `popsteer ros2`: it drives in real time over ROS 2 topics.
 
 In one terminal: popsteer ros2 --vehicle paper --localhost --max-speed 12
 In another: python examples/ros2_vehicle.py

@@ -1,8 +1,8 @@
-"""Checks the dependencies: known holes, licences, sources. `make audit` runs it.
+"""Checks the dependencies: known vulnerabilities, licences, sources. `make audit` runs it.
 
-Both data bases of known holes are on the network. Where one cannot be reached, that check is said
-not to have been made, and the exit status is 0 only if nothing else was found; `--online` makes it
-an error, as in continuous integration.
+Both databases of known vulnerabilities are on the network. If one cannot be reached, its check is
+reported as not made, and the exit status is 0 if nothing else was found; with `--online` a check
+that was not made is an error, as in continuous integration.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def packages_known_holes() -> tuple[str, str]:
         return FAILED, ", ".join(holes) or said
     if not checked:
         return NOT_MADE, "the service knows none of the packages: not PyPI itself?"
-    return PASSED, f"{len(checked)} of {len(found)} packages are known to it, without holes"
+    return PASSED, f"{len(checked)} of {len(found)} packages are known to it, none vulnerable"
 
 
 def listed() -> tuple[str, str]:
@@ -80,8 +80,8 @@ def listed() -> tuple[str, str]:
 
 CHECKS = {
     "crates: licences, sources, versions": crates,
-    "crates: known holes": crates_known_holes,
-    "packages: known holes": packages_known_holes,
+    "crates: known vulnerabilities": crates_known_holes,
+    "packages: known vulnerabilities": packages_known_holes,
     "docs/licences.md is complete": listed,
 }
 

@@ -53,7 +53,7 @@ class Law(NamedTuple):
     params: type[Params]
     """The class of its parameters."""
     axle: Literal["front", "rear", "no-slip"]
-    """The axle that it tracks; "no-slip" is the point that moves where the vehicle looks."""
+    """The tracked point; "no-slip" is the point that moves along the vehicle's heading."""
 
 
 _LAWS = {

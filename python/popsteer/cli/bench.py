@@ -17,8 +17,8 @@ HELP = """\
 Measure how long a control step takes when it is called from Python.
 
 A step of POP is everything that the paper counts: window, lookahead, prediction and choice. The
-other controllers are timed too, and to compare with: the same step in plain Python, an empty call
-with the same arguments, and the paper's 3.239 ms. A debug build is refused.
+other controllers are timed, too. For comparison, the same step in plain Python and an empty call
+with the same arguments are timed, and the paper's 3.239 ms are listed. A debug build is refused.
 
 In a checkout with the extra 'yardsticks' two more are timed: POP's step compiled by numba, and a
 linear model-predictive controller on osqp with 20 steps of 50 ms.

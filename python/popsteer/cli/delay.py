@@ -23,7 +23,7 @@ Drive with dead time between command and wheels, with and without prediction thr
 
 Each controller drives seven times. First without dead time; then with it, but without prediction;
 then with prediction: it steers for where the vehicle will be when the command arrives. Four more
-runs predict with wrong figures: a wheelbase 15 % too short or too long, a dead time 50 ms too short
+runs predict with wrong values: a wheelbase 15 % too short or too long, a dead time 50 ms too short
 or too long.
 
 \b

@@ -26,10 +26,10 @@ LOG is a CSV file with the columns t, x, y, yaw, speed, steer [s, m, m, rad, m/s
 or a ROS 2 bag with nav_msgs/Odometry and ackermann_msgs/AckermannDriveStamped (or Autoware's
 command or steering report). steer is the angle of the front wheels that was commanded.
 
-Prints what was found with its standard errors, and in words what the log does not show. Two minutes
-of bends to both sides at several speeds, steered briskly, show everything. What a tape measure and
-the manual say goes into --vehicle or --set-vehicle; without, the axles are where the motion of the
-car puts them. Needs the extra "identify", and for bags "logs".
+Prints the estimates with their standard errors, and notes on what the log does not show. Two
+minutes of bends to both sides at several speeds, steered briskly, show everything. Give what a tape
+measure and the manual say by --vehicle or --set-vehicle; otherwise the position of the axles is
+estimated from the motion of the car. Needs the extra "identify", and for bags "logs".
 
 \b
 Examples:

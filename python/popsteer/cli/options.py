@@ -89,8 +89,8 @@ Params: TypeAlias = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Tuning: a file *.toml as popsteer tune writes it, with a table a controller, such as"
-        " [pop]. It takes the place of --preset for those.",
+        help="Tuning: a file *.toml as popsteer tune writes it, with a table for each controller,"
+        " such as [pop], which replaces the preset of that controller.",
         show_default=False,
     ),
 ]
@@ -129,7 +129,8 @@ Track: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help=f"Shipped track to follow: {_TRACKS}. The first is the default.",
+        help=f"Shipped track to follow: {_TRACKS}. The first is the default; for replay, it is the"
+        " trajectory in the log.",
         show_default=False,
     ),
 ]
@@ -179,8 +180,8 @@ SetVehicle: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME=VALUE",
-        help="Set a field of the vehicle that the controllers are given, such as dead_time=0.1;"
-        " 'none' removes a limit. Can be repeated.",
+        help="Set a field of the vehicle of --vehicle, such as dead_time=0.1; 'none' removes a"
+        " limit. Can be repeated.",
         show_default=False,
     ),
 ]
@@ -282,8 +283,8 @@ Report: TypeAlias = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Write one page *.html to look at: a map on which the cars drive, plots under one"
-        " cursor, tables, and what made it. It needs nothing from the network.",
+        help="Write the results as one page *.html: a map on which the cars drive, plots with a"
+        " common cursor, tables, and the command. It needs nothing from the network.",
         show_default=False,
     ),
 ]

@@ -24,9 +24,9 @@ HELP = f"""\
 Find the fastest speeds along a path that a vehicle's limits allow.
 
 The speeds stay within top speed, speed limits, lateral, driving and braking acceleration, friction
-ellipse, and the rate of the wheels, which have to turn in time for a bend. The table says what
-limits them along which share of the path. FILE of --out has columns x [m], y [m], speed [m/s], as
---waypoints of the other commands reads it.
+ellipse, and the rate of the wheels, which have to turn in time for a bend. The table gives, for
+each limit, the share of the path on which it limits the speed. FILE of --out has columns x [m],
+y [m], speed [m/s], as --waypoints of the other commands reads it.
 
 \b
 Examples:
@@ -59,8 +59,8 @@ def plan(
         str | None,
         typer.Option(
             metavar="NAME|FILE",
-            help="What drives: a file *.toml as popsteer.Vehicle.save writes it, or a vehicle's or"
-            " a plant's name.",
+            help="The vehicle: a file *.toml as popsteer.Vehicle.save writes it, or the name of a"
+            " vehicle or of a plant.",
             show_default=False,
         ),
     ] = None,

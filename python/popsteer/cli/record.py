@@ -26,8 +26,8 @@ Record the topics of "popsteer ros2" as MCAP, without ROS: odometry, path, comma
 trajectory, diagnostics and the clock.
 
 Foxglove, Rerun and "ros2 bag" read the file; "popsteer identify" and "popsteer replay" take it as
-their log. Ctrl-C ends the recording; so does --seconds. Where nothing is heard within --timeout, it
-ends with one line and status 2.
+their log. Ctrl-C ends the recording; so does --seconds. If nothing is received within --timeout, it
+ends with one line and exit status 2.
 
 \b
 Examples:

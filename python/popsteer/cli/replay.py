@@ -26,9 +26,9 @@ Let controllers watch a recorded drive, and tell what they would have commanded.
 
 LOG is a CSV file, an MCAP file or a ROS 2 bag, as "popsteer identify" reads it. At each row each
 controller is given the pose, the speed and the angle that the driver applied, and answers what it
-would command now. It follows the waypoints, or what its own tracked point was driven along. The
-table has the angles beside the driver's, errors and statuses; --out writes it, a row for each row
-of the log, and a figure.
+would command now. It follows the waypoints or the track, or else the trajectory of its own tracked
+point in the log. The table has the angles beside the driver's, errors and statuses; --out writes
+it, a row for each row of the log, and a figure.
 
 \b
 Examples:
@@ -47,7 +47,7 @@ def replay(
         str,
         typer.Option(
             metavar="NAME|FILE",
-            help="The vehicle that the controllers are told: a file *.toml, as identify writes it,"
+            help="The vehicle that the controllers are given: a file *.toml, as identify writes it,"
             f" {', '.join(vehicles.names())}, or a plant's.",
         ),
     ] = "paper",

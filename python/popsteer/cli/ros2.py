@@ -34,10 +34,10 @@ Run a ROS 2 node that steers along the paths that a planner publishes. It needs 
 messages come with the extra 'ros2'.
 
 It takes odometry and a path, and publishes drive commands, the intended trajectory and diagnostics.
-It steers from the first path on, at a fixed rate, and counts with the time that has really passed.
-Where odometry is missing or too old, a path is in another frame, or time jumps, it holds the last
-command for --hold, then brakes to a stand, says why, and goes on when it can. The same where a
-status says fault. Ctrl-C ends it; its last command is to stand.
+It steers from the first path on, at a fixed rate, by the time that has really passed. If odometry
+is missing or too old, a path is in another frame, or time jumps, it holds the last command for
+--hold, then brakes to a standstill, says why, and resumes when it can. At a status of level fault
+it brakes at once. Ctrl-C ends it; its last command is a speed of 0.
 
 \b
 Topics, by NAME for --topic; their names with --autoware are in docs/ros2.md:
@@ -59,7 +59,7 @@ Examples:
   ROS_DOMAIN_ID=7 popsteer ros2 --vehicle car.toml --sim-time
 
 The pose of the odometry has to be that of the vehicle's point, from which its rear_axle is
-measured. Where nothing is heard within --timeout, it ends with one line and status 2.
+measured. If nothing is received within --timeout, it ends with one line and exit status 2.
 """
 
 

@@ -112,7 +112,7 @@ def simulate(
         str | None,
         typer.Option(
             metavar="FILE:RUN",
-            help="Drive one run of a file that popsteer sweep wrote once more, to the last bit."
+            help="Drive one run of a popsteer sweep's FILE again, equal to the last bit."
             " Only --out and --report go with it.",
             show_default=False,
         ),

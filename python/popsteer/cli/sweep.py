@@ -22,17 +22,18 @@ Drive one controller thousands of times, each time with another vehicle, start a
 
 What varies is drawn from distributions: fields of the plant's vehicle, parameters of the plant
 (such as friction, where it has one), noise_position, noise_yaw, noise_speed, start_offset,
-start_yaw and start_speed. The controller knows the vehicle before it varies. Without --vary and
---distributions the steering, the start and the noise vary. --vary NAME=none takes one out.
+start_yaw and start_speed. The controller is given the vehicle as it is before the draws. Without
+--vary and --distributions the steering, the start and the noise vary. --vary NAME=none takes one
+out.
 
 \b
 A distribution is a number or one of
   uniform(LOW,HIGH)  loguniform(LOW,HIGH)  normal(MEAN,DEVIATION)  triangular(LOW,MODE,HIGH)
 
-A run succeeds where it finishes, says no fault, and stays within --deviation after settling. With
---out the rows are written as they come; the same command goes on where it was stopped, and draws
-where it fails. Any run can be driven again, to the last bit: popsteer simulate --replay-run
-FILE:RUN.
+A run succeeds if it finishes, reports no fault, and stays within --deviation after settling. With
+--out the rows are written as they come, and the same command resumes where it was stopped; a figure
+shows where the controller fails. Any run can be driven again, to the last bit: popsteer simulate
+--replay-run FILE:RUN.
 
 \b
 Examples:

@@ -33,12 +33,12 @@ def unsure(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:
     drive : Drive
         The log.
     told : Vehicle
-        What is taken for what the log does not show.
+        Gives the values that the log does not show.
 
     Returns
     -------
     tuple or None
-        What to fix at which value, and the words for it; None where all is told apart.
+        What to fix at which value, and the note on it; None if everything can be told apart.
     """
     for rule in (_shift, _understeer, _oversteer, _offset, _delay):
         if (doubt := rule(found, drive, told)) is not None:

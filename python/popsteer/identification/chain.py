@@ -4,17 +4,16 @@
     yaw'   = v tan(wheel) / (turning_wheelbase + understeer v²)
 
 That is `Vehicle`'s chain, where the lag is that of the wheels. In most cars the larger part of it
-is that of the yaw rate behind the wheels; on tyres it grows with the speed. While the speed stays
-the same all three are one. Where a car brakes into a bend and accelerates out of it they differ by
-as much as 10 ms of delay, so that the fit tries them all.
+is that of the yaw rate behind the wheels; on tyres it grows with the speed. At constant speed the
+three cannot be distinguished. If a car brakes into a bend and accelerates out of it, they differ by
+up to 10 ms of delay, so the fit tries them all.
 
-Besides, braking loads the front tyres, and the car turns more; with `shift`
+Also, braking loads the front tyres, and the car turns more; with `shift`
 
     understeer + shift v'
 
-stands in place of `understeer`. A controller does not use it. Without it the fit would lay to the
-delay what the load does: a car of CommonRoad on a race track comes out with 20 ms of dead time too
-little.
+replaces `understeer`. A controller does not use it. Without it the fit would attribute its effect
+to the delay: the dead time of a CommonRoad car on a race track comes out 20 ms too short.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""The fit of the position: where the point lies that moves where the car looks.
+"""The fit of the position: where the no-slip point lies, which moves along the car's heading.
 
 A point that lies `d` behind the pose's point and does not slip moves along the heading. On tyres it
 slips sideways with the lateral acceleration, v yaw', so that the pose's point moves
 
     v (cos yaw, sin yaw) - (rear_axle + slip v²) yaw' (-sin yaw, cos yaw)
 
-`rear_axle + slip v²` is where the point lies that does not slip at this speed. Besides, the log's
-heading may be turned against the car, and its speed be wrong by a factor.
+`rear_axle + slip v²` is the position of the no-slip point at this speed. Also fitted are a constant
+rotation of the measured heading against the car's, and a scale factor of the measured speed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The identification: the fits, what they cannot tell apart, and the vehicle that comes of it."""
+"""The identification: the fits, what they cannot tell apart, and the resulting vehicle."""
 
 from __future__ import annotations
 
@@ -42,23 +42,23 @@ def identify(
     """Find out from the log of a drive what the vehicle is.
 
     The chain of `Vehicle`, driven by the log's commands and speeds, is fitted to the measured
-    headings; the position tells where the point lies that moves where the car looks:
+    headings; the no-slip point, which moves along the heading, is fitted to the positions:
 
         wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, ±max_steer_rate)
         yaw'   = v tan(wheel) / (turning_wheelbase + understeer v²)
 
-    Outliers and gaps stand aside. What the log cannot show stays as `vehicle` says, and `notes`
-    say so.
+    Outliers and gaps are left out. What the log cannot show keeps the value of `vehicle`, and
+    `notes` say so.
 
     Parameters
     ----------
     log : Log
         The drive: 10 s at least, with bends. Two minutes of bends to both sides at two speeds or
-        more, with steering that is not slow, show everything. Angles that were commanded; where
-        measured ones stand in their place, dead time and lag are those from the wheels on.
+        more, with steering that is not slow, show everything. Its angles are the commanded ones; if
+        they are measured ones, dead time and lag are those from the wheels to the motion.
     vehicle : Vehicle, optional
         What a tape measure and the manual say: `wheelbase`, `rear_axle`, the limits. Without it
-        the axles are taken to be where the car's motion puts them.
+        the positions of the axles are estimated from the motion of the car.
     progress : callable, optional
         Called now and then with the share done, 0 to 1.
 
@@ -207,7 +207,7 @@ def _vehicle(
     drive: Drive,
     words: list[str],
 ) -> tuple[Vehicle, dict[str, float]]:
-    """Make the vehicle of what was found, and of what was told for the rest."""
+    """Make the vehicle of what was found, and of what was given for the rest."""
     values = found.values
     errors = {
         name: error
@@ -246,7 +246,7 @@ def _place(
     errors: dict[str, float],
     words: list[str],
 ) -> None:
-    """Say where the pose's point lies, and which point moves where the car looks."""
+    """Say where the pose's point and the no-slip point lie."""
     rear, slip = point.values["rear_axle"], point.values["slip"]
     error, slip_error = point.errors["rear_axle"], point.errors["slip"]
     sliding = rear + slip * drive.usual_speed**2

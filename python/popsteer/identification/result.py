@@ -1,4 +1,4 @@
-"""What an identification comes to."""
+"""The result of an identification."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ class Identification:
     Attributes
     ----------
     vehicle : Vehicle
-        What was found; fields that the log does not show are as they were told.
+        What was found; fields that the log does not show have the values that were given.
     errors : dict of str to float
         The standard error of each field that was found, in its own unit. They hold for this log
-        and this structure of the car; a car that is another adds to them.
+        and this model structure; a car of another structure has larger ones.
     delay, delay_error : float
         Dead time and lag together, and their standard error [s]: much better known than each.
     turning_length, turning_length_error : float
         The length by which the car turns at `speed`, and its standard error [m].
     speed : float
-        The speed at which most was turned [m/s].
+        The speed at which the car turned most [m/s].
     lag_of : {"wheels", "yaw rate", "tyres"}
-        Where the lag lies, as it explains the log best: before the wheels; behind them; behind
-        them and growing with the speed.
+        Where the lag is that explains the log best: between command and wheels; between wheels and
+        yaw rate; the same, growing with the speed.
     notes : tuple of str
         In words, what the log does not show or cannot tell apart, and what was left out.
     noise : dict of str to float
@@ -44,7 +44,7 @@ class Identification:
     records : dict of str to ndarray
         Over the samples: ``t`` [s], ``x``, ``y``, ``simulated_x``, ``simulated_y`` [m],
         ``position_error`` [m] to the left, ``yaw_rate``, ``simulated_yaw_rate`` [rad/s], and
-        whether a sample ``counts``. The simulated car begins anew at the measured pose every 10 s.
+        whether a sample ``counts``. The simulation restarts at the measured pose every 10 s.
     log : Log
         The log.
     """

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["AFRESH", "compared"]
 
 AFRESH = 10.0
-"""After this time the simulated car begins again at the measured pose [s]."""
+"""After this time the simulation restarts at the measured pose [s]."""
 
 
 def compared(
@@ -32,7 +32,7 @@ def compared(
     log : Log
         The log.
     drive : Drive
-        The log, laid out.
+        The log, prepared for the fit.
     yaw : (N,) ndarray of float64
         The simulated heading [rad].
     theta : float
@@ -86,7 +86,7 @@ def compared(
 
 
 def _starts(drive: Drive) -> list[int]:
-    """Give the samples at which the simulation begins anew."""
+    """Give the samples at which the simulation restarts."""
     found: list[int] = []
     ends = [*drive.starts[1:], len(drive.t)]
     for start, end in zip(drive.starts, ends, strict=True):

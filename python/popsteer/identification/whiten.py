@@ -1,7 +1,7 @@
 """Residuals made white: what is left of a measured signal that a simulation explains in part.
 
-The noise of a pose is new with each sample; what the simulation gets wrong adds up, as a random
-walk. Their sum, differenced, is a moving average of first order (an IMA(1,1) process):
+The noise of a pose is independent from sample to sample; the errors of the simulation accumulate,
+as a random walk. Their sum, differenced, is a moving average of first order (an IMA(1,1) process):
 
     e_k - e_{k-1} = w_k - theta w_{k-1}
 
@@ -40,7 +40,7 @@ def whitened(error: Array, parts: Sequence[slice], theta: float) -> Array:
     error : (N,) or (N, M) ndarray of float64
         What is left of the signals, by samples.
     parts : sequence of slice
-        The samples that hang together.
+        The samples of each unbroken part.
     theta : float
         How much of the error is noise of the samples, 0 to below 1.
 
@@ -83,7 +83,7 @@ def size(values: Array) -> float:
 
 
 def covariance(jacobian: Array, residual: Array, memory: int) -> Array:
-    """Give the covariance of least-squares estimates whose residuals hang together a little.
+    """Give the covariance of least-squares estimates whose residuals are slightly correlated.
 
     The sandwich H^-1 S H^-1 with H = J^T J and Newey's and West's S over `memory` samples: right
     too where the model is not quite what the car is.
@@ -95,7 +95,7 @@ def covariance(jacobian: Array, residual: Array, memory: int) -> Array:
     residual : (K,) ndarray of float64
         The residuals.
     memory : int
-        Over how many samples they may hang together.
+        Over how many samples they may be correlated.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What an identification says in words."""
+"""The notes of an identification, in words."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def described(told: Vehicle | None, found: Fit, point: Point, fixed: dict[str, f
     Parameters
     ----------
     told : Vehicle or None
-        What was told of the car.
+        The vehicle that was given.
     found : Fit
         What the heading says.
     point : Point

@@ -52,7 +52,7 @@ def read_csv(
     Raises
     ------
     LogError
-        The file cannot be read, has no such column, or holds what is no number.
+        The file cannot be read, has no such column, or has an entry that is not a number.
 
     Examples
     --------

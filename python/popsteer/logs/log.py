@@ -34,7 +34,7 @@ class LogError(PopsteerError, ValueError):
 class Log:
     """Poses, speeds and commanded angles over time.
 
-    Rows that cannot be right are left out, and said in `remarks`: times that do not rise, and
+    Rows that cannot be right are left out, and listed in `remarks`: times that do not rise, and
     numbers that are not finite. Where more than five periods are missing, and 0.3 s at least, the
     log has a gap.
 
@@ -54,7 +54,7 @@ class Log:
     name : str, default "log"
         What it is called in errors and pictures.
     remarks : tuple of str, optional
-        What is to be said about it already.
+        Remarks that there are already.
     commands : tuple of array_like, optional
         Times [s] and angles [rad] of the commands where they have times of their own; `steer` at
         `t` by default.

@@ -36,10 +36,10 @@ def within_jerk(
 ) -> tuple[Floats, NDArray[np.uint8]]:
     """Lower speeds until their acceleration changes slowly enough.
 
-    The squares w of the speeds are what a linear program makes as large as possible, within those
-    given. The change of the acceleration at a waypoint, divided by the time between the middles of
-    its segments, h / v, is the jerk; h / √w is bounded from below by the largest w that the program
-    allows, so that the jerk holds whatever it finds. Four programs come closer each time.
+    A linear program maximises the squares w of the speeds, within those given. The jerk at a
+    waypoint is the change of the acceleration divided by the time between the middles of its
+    segments, h / v. That time, h / √w, is bounded from below by the largest w that the program
+    allows, so the limit holds whatever w it finds. Four programs in succession tighten the bound.
 
     Parameters
     ----------

@@ -25,8 +25,8 @@ _DEFAULTS = {
     "max_deceleration": 3.0,
 }
 _BENDS = 0.9
-"""Share of the vehicle's lateral acceleration that is planned; the rest corrects the steering.
-More: a vehicle that is off in a bend is steered no tighter, and comes back behind it."""
+"""Share of the vehicle's lateral acceleration that plans use; with the rest the steering corrects
+errors. With a larger share, a vehicle that runs wide returns to the path only after the bend."""
 _SMOOTHING = 2.0 / 3.0  # wheelbases: 2 m for a car of 3 m
 _OVER_SPEED = ("max_acceleration", "max_deceleration")
 
@@ -35,10 +35,10 @@ _OVER_SPEED = ("max_acceleration", "max_deceleration")
 class SpeedLimits(Parameters):
     """What limits the speed along a path.
 
-    What is None is the vehicle's limit of that name, or where that is None too, what is brisk in an
-    ordinary car and far from the limit of a dry road: 25 m/s, 4 m/s² to the side, 2 m/s² driving,
-    3 m/s² braking. Of the lateral acceleration it is 0.9 times that: controllers keep the vehicle's
-    limit, and the rest is theirs to correct errors in bends.
+    A limit that is None is the vehicle's of that name. If that is None, too, it is a brisk one for
+    an ordinary car, far from the grip of a dry road: 25 m/s, 4 m/s² of lateral acceleration, 2 m/s²
+    of driving, 3 m/s² of braking. Plans use 0.9 of the lateral acceleration: controllers steer up
+    to the vehicle's limit, so the rest is for correcting errors in bends.
 
     Parameters
     ----------

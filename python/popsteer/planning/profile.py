@@ -1,4 +1,4 @@
-"""What a plan of the speed comes to."""
+"""The result of planning the speed."""
 
 from __future__ import annotations
 

@@ -43,10 +43,10 @@ def smooth(
 ) -> Path:
     """Make a path with a continuous curvature of recorded waypoints.
 
-    Waypoints that run back are left out: standing, the receiver wanders. The rest gets a cubic
-    smoothing spline for x and for y over the distance along it, which bridges gaps. It is the
-    smoothest one, with the least ∫ |q''|² ds, that stays within the tolerance of the waypoints,
-    where these are averaged over 40 tolerances along the path: noise does not count.
+    Waypoints that run back are left out: the measured position of a standing vehicle wanders. The
+    others are fitted by a cubic smoothing spline for x and for y over the distance along them,
+    which bridges gaps. It is the smoothest one, with the least ∫ |q''|² ds, that stays within the
+    tolerance of the waypoints' means over 40 tolerances of path length, so noise does not count.
 
     Parameters
     ----------

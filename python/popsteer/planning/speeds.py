@@ -28,11 +28,11 @@ def speed_profile(
 ) -> SpeedProfile:
     """Find the fastest speeds along a path that vehicle and limits allow.
 
-    At a waypoint with the curvature κ the speed v stays within the top speed, a speed limit there,
-    v² κ within the lateral acceleration, and the wheels, whose angle is that of the vehicle's
-    chain, tan(wheel) = κ (turning_wheelbase + understeer v²), within their angle and, over each
-    segment, within their rate. Between waypoints the acceleration is constant; it stays within
-    driving, braking and the friction ellipse at both ends of the segment.
+    At a waypoint with the curvature κ, the speed v keeps the top speed and the speed limit there,
+    and v² κ keeps the lateral acceleration. The angle of the wheels is that of the vehicle's chain,
+    tan(wheel) = κ (turning_wheelbase + understeer v²); it keeps `max_steer`, and over each segment
+    `max_steer_rate`. Between waypoints the acceleration is constant; it keeps the limits of driving
+    and braking and the friction ellipse at both ends of the segment.
 
     An open path begins at `start_speed` and ends at `end_speed` or slower. Where the path changes
     between forwards and backwards the vehicle stops. A closed path has the same speeds in each lap.
@@ -115,7 +115,8 @@ def speeds_along(
     spacing : float or array_like
         Length of each segment [m], (N - 1,) of an open path, (N,) of a closed one; or one for all.
     limits : SpeedLimits, optional
-        The limits; its speeds at the ends, its jerk and its smoothing do not count here.
+        The limits; those of the speeds at the ends, of the jerk and the smoothing are not used
+        here.
     vehicle : Vehicle, optional
         What drives, ``Vehicle()`` by default.
     closed : bool, default False
@@ -133,7 +134,7 @@ def speeds_along(
     ConfigError
         A limit is out of its range.
     PathError
-        The arrays do not fit each other, or hold a number that is none.
+        The lengths of the arrays do not match, or a number is not finite.
 
     Examples
     --------

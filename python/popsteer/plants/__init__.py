@@ -9,9 +9,9 @@ They need the extra ``plants``: ``pip install "popsteer[plants]"``.
 ``mujoco-car``
     A four-wheeled car with Ackermann steering in MuJoCo; its model file comes with popsteer.
 
-Each says what it is in its `vehicle`: published numbers, where there are any. Each model has limits
-of its own. A run that comes to one ends there, and says which (`PlantLimit`); what a model would
-say beyond, or a number that is none, is never shown.
+Each describes itself in its `vehicle`, by published numbers as far as there are any. Each model has
+limits of its own. A run that reaches a limit ends there, and names the limit (`PlantLimit`).
+Results beyond a limit, and numbers that are not finite, are never shown.
 
 Examples
 --------

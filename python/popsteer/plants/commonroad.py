@@ -3,7 +3,7 @@
 M. Althoff, G. Würsching, *CommonRoad: Vehicle Models*, 2020; the package is
 ``commonroad-vehicle-models``. A model gives the derivative of its state under two inputs, the rate
 of the front wheels' angle and the acceleration; here the classical Runge-Kutta method of fourth
-order integrates it, in steps that shrink with the speed, as the slip of a tyre does its work ever
+order integrates it, in steps that shrink with the speed, because the dynamics of a tyre's slip get
 faster the slower it rolls.
 """
 
@@ -41,7 +41,7 @@ class _Model(NamedTuple):
     derivative: Callable[..., list[float]]
     initial: Callable[..., list[float]]
     least_speed: float
-    """Below it the model is not to be trusted [m/s]."""
+    """Below this speed the model is not valid [m/s]."""
     step_per_speed: float
     """Longest step for each metre per second [s^2/m]: a fifth of what would be unstable."""
 
@@ -83,8 +83,8 @@ class CommonRoad:
 
     These limits end a run (`PlantLimit`):
 
-    - all: a state that is not a number, which is what the multi-body model gives where the tyres
-      can no longer hold it;
+    - all: a state that is not finite, as the multi-body model gives it beyond the grip of its
+      tyres;
     - ``st``, whose tyres would hold any force: a lateral acceleration |v r| of more than the
       tyres' friction times gravity;
     - ``mb``: a speed below 1 m/s, where it does not work, so that it cannot start from rest nor
@@ -229,7 +229,7 @@ class CommonRoad:
         InputError
             It is to drive backwards.
         PlantLimit
-            The model does not reach further.
+            The model is not valid any further.
         """
         if reverse:
             raise InputError("reverse", reverse, f"False, as {self.name} does not reverse")

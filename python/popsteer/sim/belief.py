@@ -17,7 +17,7 @@ _C = TypeVar("_C", bound="controllers.Controller | OwnController")
 
 
 def informed(controller: _C, plant: Vehicle) -> _C:
-    """Give a controller that was given no vehicle that of the plant.
+    """Give the plant's vehicle to a controller that was given none.
 
     Parameters
     ----------
@@ -35,8 +35,8 @@ def informed(controller: _C, plant: Vehicle) -> _C:
     Raises
     ------
     ConfigError
-        The vehicle that it was given has its rear axle elsewhere: a pose of the plant would mean
-        another to the controller.
+        The vehicle that it was given has its rear axle elsewhere: a pose would mean one position to
+        the plant and another to the controller.
 
     Examples
     --------

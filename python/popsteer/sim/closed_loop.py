@@ -44,7 +44,7 @@ _MAX_SEED = 2**64 - 1
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What a run was, and what was measured.
+    """A run, and what was measured in it.
 
     Examples
     --------
@@ -58,7 +58,7 @@ class Run:
     """
 
     law: str
-    """Name of the controller, as on the command line; of one's own its `name` or its class."""
+    """Name of the controller, as on the command line; of your own its `name` or its class."""
     plant: str
     """Name of the plant."""
     path: Path
@@ -68,14 +68,14 @@ class Run:
     settings: Settings
     """How the run went."""
     metrics: Metrics
-    """What it came to."""
+    """The metrics."""
     records: Mapping[str, NDArray[Any]]
     """A column for each quantity, an entry for each step; `Simulation.records` names them."""
     params: Mapping[str, Any]
     """The controller's parameters by name, with those that scale with its vehicle filled in; empty
-    for one of one's own that has none."""
+    for one of your own that has none."""
     vehicle: Vehicle | None
-    """What the controller believed of the vehicle; None of one of one's own that does not say."""
+    """What the controller believed of the vehicle; None for one of your own that does not say."""
     plant_vehicle: Vehicle
     """What the plant was."""
     ending: str = ""
@@ -96,9 +96,9 @@ class Run:
 def default_start(path: Path, offset: float | None = None, vehicle: Vehicle | None = None) -> Pose:
     """Give the pose that a run starts from by default.
 
-    The front axle stands beside the first waypoint and looks along the first segment; by default
-    `START_OFFSET` to the right, as in the paper's run, but no more than a wheelbase. Where that
-    segment is driven backwards, the rear axle stands there, and the vehicle looks against it.
+    The front axle is beside the first waypoint, by default `START_OFFSET` to the right, as in the
+    paper's run, but no more than a wheelbase. The vehicle points along the first segment. If that
+    segment is driven backwards, the rear axle is there, and the vehicle points against it.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     seed: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Run:
-    """Let a controller drive a plant along a path until the end, or until there is no hope of it.
+    """Let a controller drive a plant along a path, until its end or until the run has failed.
 
     What the plant is and what the controller believes are two vehicles: a controller that was given
     none takes the plant's.
@@ -220,7 +220,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
         where there is none.
     constant_speed : float, optional
         Speed to be kept throughout [m/s]: a PI controller works the pedals, and the path's
-        reference speeds do not count but for their direction.
+        reference speeds give the direction alone.
     longitudinal : CoupledLongitudinal or SpeedPid or SpeedTracker, optional
         What works the pedals, from a fresh state; the paper's coupled controller by default. A
         `SpeedTracker` of the same path chooses the gear, too.
@@ -229,8 +229,8 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
     settings : Settings, optional
         Control period, limits and the like.
     noise : Noise, optional
-        How far off the controller, and what works the pedals, see the vehicle; none by default.
-        What is recorded and measured is without it.
+        Noise of the pose and the speed that the controllers of steering and pedals are given; none
+        by default. Records and metrics are without it.
     seed : int, default 0
         Where the noise comes from, 0 to 2**64 - 1; the same seed gives the same bits.
     progress : callable, optional

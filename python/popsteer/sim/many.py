@@ -44,12 +44,12 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     threads: int | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> dict[str, NDArray[Any]]:
-    """Let controllers drive plants along paths, many runs at once, and give what each came to.
+    """Let controllers drive plants along paths, many runs at once; return the metrics of each.
 
-    Each run is that of `run`, bit for bit; where there is noise, it is so where each run has a seed
-    of its own. `controller`, `plant`, `start`, `speed`, `longitudinal`, `noise` and `seed` are each
-    one for all runs or a sequence with one for each. Ctrl-C, or an error that `progress` raises,
-    stops all runs within a control step.
+    Each run equals that of `run`, bit for bit; with noise, if each run has a seed of its own. Each
+    of `controller`, `plant`, `start`, `speed`, `longitudinal`, `noise` and `seed` is one value for
+    all runs or a sequence with one for each run. Ctrl-C, or an error that `progress` raises, stops
+    all runs within a control step.
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     noise : Noise or sequence of Noise, optional
         Noise of pose and speed as the controllers get them; none by default.
     seed : int or sequence of int, default 0
-        Where the noise comes from, 0 to 2**64 - 1. Of one seed run k draws from stream k; of a seed
-        of its own it draws as `run` does. The same seeds give the same bits on any number of
-        threads.
+        Where the noise comes from, 0 to 2**64 - 1. With one seed for all, run k draws from stream
+        k; with a seed of its own, a run draws as `run` does. The same seeds give the same bits on
+        any number of threads.
     threads : int, optional
         How many threads drive, 1 to 1024; by default one a core, or what the environment variable
         RAYON_NUM_THREADS says.
@@ -85,7 +85,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     Returns
     -------
     dict of str to ndarray of shape (N,)
-        An array for each figure of `Metrics`, under its name, with an entry for each run; `faults`
+        An array for each field of `Metrics`, under its name, with an entry for each run; `faults`
         are the bits of `popsteer.Status`.
 
     Raises

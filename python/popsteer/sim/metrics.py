@@ -91,14 +91,13 @@ class Metrics:
     steps: int
     """Control steps."""
     finished: bool
-    """Whether the end of the path was reached. That alone is no success: see `faults`, and how far
-    off it was."""
+    """Whether the end of the path was reached. That alone is no success: see `faults`, too."""
     faults: Status = Status.OK
-    """The faults that the controller said in any of the steps; `Status.OK` for none."""
+    """The faults that the controller reported in any of the steps; `Status.OK` for none."""
 
     @classmethod
     def of(cls, simulation: Simulation) -> Metrics:
-        """Gather what a simulation came to so far.
+        """Take the metrics of a simulation so far.
 
         Parameters
         ----------
@@ -108,7 +107,7 @@ class Metrics:
         Returns
         -------
         Metrics
-            Its figures at this moment.
+            Its metrics at this moment.
         """
         measured = simulation.metrics()
         named = {field.name: measured[field.name] for field in fields(cls)}

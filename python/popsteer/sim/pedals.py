@@ -25,7 +25,7 @@ kept."""
 
 @dataclass(frozen=True)
 class PedalMap(Parameters):
-    """Which pedals give an acceleration: that of a vehicle whose drive is linear in them.
+    """The pedals that give an acceleration, for a vehicle whose drive is linear in them.
 
     a = drive·throttle - braking·brake - drag·v - air_drag·v², v along the direction of driving.
 
@@ -77,7 +77,7 @@ class PedalMap(Parameters):
         Returns
         -------
         PedalMap
-            The map; what bends cost the plant is not in it.
+            The map, without the plant's losses in bends.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What a controller of your own is, to the closed loop."""
+"""What the closed loop asks of a controller of your own."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ __all__ = ["OwnCommand", "OwnController", "OwnReversingController", "OwnSimpleCo
 
 
 class OwnCommand(Protocol):
-    """What a controller of your own may return: an angle, and more if it likes.
+    """What a controller of your own may return: an angle, and optionally more.
 
-    `reverse` (whether to drive backwards) is the gear where it is given, else the direction of the
-    path is. `target` (a point [m]) and `status` go into the records where they are given, as
+    `reverse` (whether to drive backwards) is the gear; if it is missing, the direction of the path
+    is. `target` (a point [m]) and `status` go into the records where they are given, as
     `Command` has them.
     """
 

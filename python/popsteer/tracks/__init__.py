@@ -1,7 +1,7 @@
 """The tracks that come with popsteer, each generated from its formula when it is asked for.
 
 The standard manoeuvres are in `popsteer.tracks.manoeuvres`, as functions whose dimensions can be
-changed; what breaks path trackers, crossings and cusps and odd spacings, is in
+changed; pathological paths, with crossings, cusps and odd spacings, are in
 `popsteer.tracks.edges`.
 
 Examples

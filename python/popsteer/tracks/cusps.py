@@ -2,7 +2,7 @@
 
 The sign of the reference speed tells the direction: negative where the car rolls backwards. The
 sign at a waypoint is that of the segment that begins there, so the waypoint of a cusp has the sign
-of the leg that it begins. The line is that of the middle of the rear axle; a car in reverse looks
+of the leg that it begins. The line is that of the middle of the rear axle; a car in reverse points
 against it.
 """
 

@@ -1,7 +1,7 @@
-"""Paths on which path trackers fail: crossings, near misses, odd spacings, and cusps.
+"""Pathological paths for path trackers: crossings, near misses, odd spacings, and cusps.
 
-Each function gives the waypoints of one path, made for tests and for tables of what a controller
-does at the edges; they are no tracks to compare controllers on. Spacings are rounded so that they
+Each function returns the waypoints of one path, for tests and for tables of what controllers do in
+hard cases; the paths are not meant for comparing accuracy. Spacings are rounded so that they
 divide the path.
 
 Those with cusps, `three_point_turn` and `parallel_parking`, live in `popsteer.tracks.cusps`, which
@@ -49,7 +49,7 @@ __all__ = [
 
 
 def figure8(size: float = 40.0, spacing: float = 1.0) -> Waypoints:
-    """Cross itself at a right angle: the lemniscate of Bernoulli, closed.
+    """Make a closed path that crosses itself at a right angle: the lemniscate of Bernoulli.
 
     Parameters
     ----------
@@ -89,15 +89,15 @@ def figure8(size: float = 40.0, spacing: float = 1.0) -> Waypoints:
 
 
 def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5) -> Waypoints:
-    """Drive out, turn to the left in a semicircle, and come back alongside.
+    """Make a path that leads out, turns left in a semicircle, and comes back alongside.
 
     Parameters
     ----------
     offset : float, default 0.5
-        Distance of the way back from the way out [m]: twice the radius of the semicircle, which no
-        car can drive where it is small. What counts is on which branch the tracker then is.
+        Distance between both branches [m]: twice the radius of the semicircle. No car can drive a
+        small one; the question is on which branch the tracker is afterwards.
     length : float, default 60.0
-        Length of either way [m].
+        Length of each branch [m].
     spacing : float, default 0.5
         Distance of neighbours along the line [m]; coarse ones cut the semicircle.
 
@@ -131,7 +131,7 @@ def out_and_back(offset: float = 0.5, length: float = 60.0, spacing: float = 0.5
 def spiral(
     pitch: float = 1.0, inner_radius: float = 8.0, turns: float = 4.0, spacing: float = 1.0
 ) -> Waypoints:
-    """Wind outward, each turn close beside the one before: Archimedes' r = r₀ + p φ / 2π.
+    """Make a spiral outward, each turn close to the one before: Archimedes' r = r₀ + p φ / 2π.
 
     Parameters
     ----------
@@ -177,10 +177,10 @@ def spiral(
 
 
 def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -> Waypoints:
-    """Touch itself: a straight, once round a circle, and on along the same straight.
+    """Make a path that touches itself: a straight, a full circle, and the same straight on.
 
-    The circle leaves and meets the straight at the same point in the same direction, so place and
-    heading alike are those of two branches at once, and only the way come tells them apart.
+    The circle leaves and meets the straight at the same point in the same direction. There position
+    and heading fit both branches, and only the distance travelled tells them apart.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def touching(radius: float = 12.0, length: float = 40.0, spacing: float = 1.0) -
 
 
 def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
-    """Turn at corners alone: a regular polygon without a waypoint between its corners, closed.
+    """Make a closed regular polygon without waypoints between its corners.
 
     Parameters
     ----------
@@ -251,7 +251,7 @@ def polygon(sides: int = 12, side: float = 100.0) -> Waypoints:
 
 
 def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
-    """Go straight ahead on waypoints close together.
+    """Make a straight of waypoints that are close together.
 
     Parameters
     ----------
@@ -282,7 +282,7 @@ def dense_straight(length: float = 50.0, spacing: float = 0.01) -> Waypoints:
 def near_duplicates(
     length: float = 60.0, radius: float = 30.0, spacing: float = 1.0, gap: float = 1e-6
 ) -> Waypoints:
-    """Have each waypoint nearly twice: a straight and an arc, as careless recordings give them.
+    """Make a straight and an arc with each waypoint nearly twice, as in careless recordings.
 
     Parameters
     ----------

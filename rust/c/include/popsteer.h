@@ -280,10 +280,10 @@ typedef struct popsteer_estimate {
 } popsteer_estimate;
 
 /**
- * All that is true of a car-like vehicle, told once. Begin with `popsteer_vehicle_default()` and
+ * All that is true of a car-like vehicle, given once. Begin with `popsteer_vehicle_default()` and
  * change what is known; a field marked "NAN: ..." need not be known.
  *
- * A pose is always that of the vehicle's point, wherever it is measured; the axles are told from
+ * A pose is always that of the vehicle's point, wherever it is measured; the axles are given from
  * there. One chain leads from a command to the motion:
  *
  *     wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)
@@ -301,8 +301,8 @@ typedef struct popsteer_vehicle {
      */
     double rear_axle;
     /**
-     * How far ahead of the pose's point lies the point that moves where the vehicle looks [m];
-     * NAN: the rear axle.
+     * How far ahead of the pose's point lies the no-slip point [m], the one that moves along the
+     * vehicle's heading; NAN: the rear axle.
      */
     double no_slip_point;
     /**
@@ -318,7 +318,7 @@ typedef struct popsteer_vehicle {
      */
     double steer_offset;
     /**
-     * Time constant with which the wheels answer a command [s].
+     * Time constant of the wheels' first-order response to a command [s].
      */
     double steer_lag;
     /**
@@ -394,8 +394,8 @@ typedef struct popsteer_pop_params {
      */
     double grid_spacing;
     /**
-     * How far along the path from the last place the vehicle is looked for [m], beside what it
-     * travels in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to the
+     * distance travelled in a step; NAN: two wheelbases.
      */
     double search_distance;
     /**
@@ -481,8 +481,8 @@ typedef struct popsteer_preview_pop_params {
      */
     double smoothing_length;
     /**
-     * How far along the path from the last place the vehicle is looked for [m], beside what it
-     * travels in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to the
+     * distance travelled in a step; NAN: two wheelbases.
      */
     double search_distance;
     /**
@@ -521,8 +521,8 @@ typedef struct popsteer_pid_params {
      */
     double smoothing_length;
     /**
-     * How far along the path from the last place the vehicle is looked for [m], beside what it
-     * travels in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to the
+     * distance travelled in a step; NAN: two wheelbases.
      */
     double search_distance;
     /**
@@ -566,8 +566,8 @@ typedef struct popsteer_pure_pursuit_params {
      */
     double grid_spacing;
     /**
-     * How far along the path from the last place the vehicle is looked for [m], beside what it
-     * travels in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to the
+     * distance travelled in a step; NAN: two wheelbases.
      */
     double search_distance;
     /**
@@ -602,8 +602,8 @@ typedef struct popsteer_stanley_params {
      */
     double smoothing_length;
     /**
-     * How far along the path from the last place the vehicle is looked for [m], beside what it
-     * travels in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to the
+     * distance travelled in a step; NAN: two wheelbases.
      */
     double search_distance;
     /**
@@ -626,8 +626,8 @@ typedef struct popsteer_bang_bang_params {
      */
     double deadband;
     /**
-     * How far along the path from the last place the vehicle is looked for [m], beside what it
-     * travels in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to the
+     * distance travelled in a step; NAN: two wheelbases.
      */
     double search_distance;
     /**

@@ -34,8 +34,8 @@ pub struct CPopParams {
     pub window_ahead: f64,
     /// Grid of the paper's search [m]; NAN: 1/300 of the wheelbase.
     pub grid_spacing: f64,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; NAN: two wheelbases.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; NAN: two wheelbases.
     pub search_distance: f64,
     /// Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
     /// NAN: ten wheelbases.
@@ -77,8 +77,8 @@ pub struct CPreviewPopParams {
     pub min_speed: f64,
     /// Length of path over which its direction is taken [m]; NAN: 2/3 of the wheelbase.
     pub smoothing_length: f64,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; NAN: two wheelbases.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; NAN: two wheelbases.
     pub search_distance: f64,
     /// Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
     /// NAN: ten wheelbases.
@@ -113,8 +113,8 @@ pub struct CPidParams {
     pub integral_with_dt: u32,
     /// Length of path over which its heading is taken [m]; NAN: two wheelbases.
     pub smoothing_length: f64,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; NAN: two wheelbases.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; NAN: two wheelbases.
     pub search_distance: f64,
     /// Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
     /// NAN: ten wheelbases.
@@ -151,8 +151,8 @@ pub struct CPurePursuitParams {
     pub window_ahead: f64,
     /// Grid of the paper's search [m]; NAN: 1/300 of the wheelbase.
     pub grid_spacing: f64,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; NAN: two wheelbases.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; NAN: two wheelbases.
     pub search_distance: f64,
     /// Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
     /// NAN: ten wheelbases.
@@ -185,8 +185,8 @@ pub struct CStanleyParams {
     pub heading_behind: u32,
     /// Length of path over which its heading is taken [m]; NAN: a wheelbase.
     pub smoothing_length: f64,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; NAN: two wheelbases.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; NAN: two wheelbases.
     pub search_distance: f64,
     /// Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
     /// NAN: ten wheelbases.
@@ -211,8 +211,8 @@ pub struct CBangBangParams {
     pub amplitude: f64,
     /// Cross-track errors up to this leave the wheels straight [m]. Default 0.
     pub deadband: f64,
-    /// How far along the path from the last place the vehicle is looked for [m], beside what it
-    /// travels in a step; NAN: two wheelbases.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; NAN: two wheelbases.
     pub search_distance: f64,
     /// Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
     /// NAN: ten wheelbases.

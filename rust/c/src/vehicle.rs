@@ -6,10 +6,10 @@ use crate::error::{CError, guard};
 use crate::fields::same_fields;
 use crate::handle::read;
 
-/// All that is true of a car-like vehicle, told once. Begin with `popsteer_vehicle_default()` and
+/// All that is true of a car-like vehicle, given once. Begin with `popsteer_vehicle_default()` and
 /// change what is known; a field marked "NAN: ..." need not be known.
 ///
-/// A pose is always that of the vehicle's point, wherever it is measured; the axles are told from
+/// A pose is always that of the vehicle's point, wherever it is measured; the axles are given from
 /// there. One chain leads from a command to the motion:
 ///
 ///     wheel' = clip((command(t - dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)
@@ -23,8 +23,8 @@ pub struct CVehicle {
     /// How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
     /// axle's, negative where it is of a point ahead of that.
     pub rear_axle: f64,
-    /// How far ahead of the pose's point lies the point that moves where the vehicle looks [m];
-    /// NAN: the rear axle.
+    /// How far ahead of the pose's point lies the no-slip point [m], the one that moves along the
+    /// vehicle's heading; NAN: the rear axle.
     pub no_slip_point: f64,
     /// The wheelbase that the vehicle turns by [m]; NAN: `wheelbase`.
     pub turning_wheelbase: f64,
@@ -32,7 +32,7 @@ pub struct CVehicle {
     pub understeer: f64,
     /// Angle of the wheels at the command 0 [rad].
     pub steer_offset: f64,
-    /// Time constant with which the wheels answer a command [s].
+    /// Time constant of the wheels' first-order response to a command [s].
     pub steer_lag: f64,
     /// Time from a command to its first effect on the wheels [s].
     pub dead_time: f64,

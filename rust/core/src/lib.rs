@@ -1,14 +1,15 @@
 //! Path-tracking steering controllers for car-like vehicles.
 //!
-//! The crate holds the POP controller (proximally optimal predictive) and the controllers it is
-//! measured against: PID, Pure-Pursuit, Stanley and bang-bang, with two longitudinal controllers.
-//! "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal
-//! Predictive Control Algorithm for Path Tracking of Self-Driving Cars*.
+//! The crate has the POP controller (proximally optimal predictive), preview POP, and the controllers
+//! that they are compared with: PID, Pure-Pursuit, Stanley and bang-bang. It has three longitudinal
+//! controllers, and plans speeds along a path. "The paper" in these pages is C. Samak, T. Samak, S.
+//! Kandhasamy, *Proximally Optimal Predictive Control Algorithm for Path Tracking of Self-Driving
+//! Cars*.
 //!
 //! One control step passes through the modules once, always in this order:
 //!
 //! ```text
-//! pose + speed -> path::locate -> path::lookahead -> controller -> steering angle
+//! pose + speed -> estimate, predict -> locate -> look ahead -> controller -> limits -> command
 //! speed + angle -> longitudinal controller -> throttle, brake
 //! ```
 //!

@@ -36,7 +36,7 @@ use crate::vehicle::PyVehicle;
 ///     Speed at the start [m/s].
 /// tracked_point : float, optional
 ///     Where errors are measured, ahead of the vehicle's point [m]; by default the plant's front
-///     axle. They are measured at the rear axle besides.
+///     axle. They are also measured at the rear axle.
 /// settings : Settings, optional
 ///     How the run goes.
 ///

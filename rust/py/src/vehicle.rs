@@ -20,7 +20,7 @@ params! {
     /// in preview POP and in plants that are made from a vehicle: ``wheel' = clip((command(t -
     /// dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)`` with ``|wheel| <=
     /// max_steer``, and ``yaw' = speed tan(wheel) / (turning_wheelbase + understeer speed^2)``. The
-    /// no-slip point moves where the vehicle looks.
+    /// no-slip point moves along the vehicle's heading.
     PyVehicle(Vehicle) named "Vehicle" in "popsteer",
     shown as "(*, wheelbase=3.0, rear_axle=0.0, no_slip_point=None, turning_wheelbase=None, understeer=0.0, steer_offset=0.0, steer_lag=0.1, dead_time=0.0, max_steer=1.22, max_steer_rate=None, max_lateral_acceleration=4.0, max_speed=None, max_acceleration=None, max_deceleration=None, drive_lag=0.0)",
     defaults Vehicle::DEFAULT, checked by Vehicle::checked,
@@ -29,7 +29,7 @@ params! {
     rear_axle: f64, "float, default 0.0",
         "How far ahead of the pose's point the rear axle lies [m]: 0 where you give the rear axle's pose, negative where you give that of a point ahead of it.";
     no_slip_point: Option<f64>, "float, optional",
-        "How far ahead of the pose's point lies the point that moves where the vehicle looks [m]; the rear axle by default.";
+        "How far ahead of the pose's point lies the no-slip point [m], the one that moves along the vehicle's heading; the rear axle by default.";
     turning_wheelbase: Option<f64>, "float, optional",
         "The wheelbase that the vehicle turns by [m]; `wheelbase` by default.";
     understeer: f64, "float, default 0.0",
@@ -37,13 +37,13 @@ params! {
     steer_offset: f64, "float, default 0.0",
         "Angle of the wheels at the command 0 [rad].";
     steer_lag: f64, "float, default 0.1",
-        "Time constant with which the wheels answer a command [s].";
+        "Time constant of the wheels' first-order response to a command [s].";
     dead_time: f64, "float, default 0.0",
         "Time from a command to its first effect on the wheels [s].";
     max_steer: f64, "float, default 1.22",
         "Largest angle of the front wheels delta_max [rad].";
     max_steer_rate: Option<f64>, "float, optional",
-        "Fastest move of the front wheels [rad/s]; None for no limit.";
+        "Largest rate of the front wheels' angle [rad/s]; None for no limit.";
     max_lateral_acceleration: Option<f64>, "float or None, default 4.0",
         "Largest lateral acceleration that a command may ask for [m/s^2]; None for no limit.";
     max_speed: Option<f64>, "float, optional",
@@ -53,7 +53,7 @@ params! {
     max_deceleration: Option<f64>, "float, optional",
         "Largest braking deceleration [m/s^2]; None where it is not known.";
     drive_lag: f64, "float, default 0.0",
-        "Time constant with which the drive answers the pedals [s].";
+        "Time constant of the drive's first-order response to the pedals [s].";
     @examples {
         /// A car whose pose is measured in the middle between its axles:
         ///

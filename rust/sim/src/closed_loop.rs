@@ -20,10 +20,10 @@ pub struct Answer {
     pub status: Status,
 }
 
-/// Whoever steers.
+/// What steers a simulated vehicle.
 pub trait Driver {
-    /// The answer to a measured vehicle, `dt` [s] after the last one, on a path that is driven
-    /// backwards where the rear axle is or not. None ends the run.
+    /// The answer to a measured vehicle, `dt` [s] after the last one; `reverse` says whether the
+    /// path is driven backwards where the rear axle is. None ends the run.
     ///
     /// # Errors
     ///
@@ -77,8 +77,8 @@ impl<L: LateralLaw> Driver for Controller<'_, L> {
     }
 }
 
-/// Lets `driver` and `drive` drive `simulation` until it is over; both see the vehicle through
-/// `perception`.
+/// Lets `driver` and `drive` drive `simulation` until it is over; both are given the vehicle with
+/// the noise of `perception`.
 ///
 /// `go_on` is called after every step; `false` ends the run early.
 ///

@@ -1,7 +1,7 @@
 //! Plants, the closed loop and its metrics.
 //!
-//! A run is one walk after another through `popsteer_core`, against a [`plant`]:
-//! [`Simulation`] holds the vehicle and measures it, [`closed_loop`] lets a driver drive it.
+//! A run repeats the control step of `popsteer_core` against a [`plant`]: [`Simulation`] moves the
+//! vehicle and measures it, [`closed_loop`] lets a driver steer it.
 //!
 //! # Examples
 //!

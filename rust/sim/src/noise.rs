@@ -6,7 +6,7 @@ use popsteer_core::math::wrap;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// Noise of pose and speed as a driver gets them: standard deviations of normal noise, drawn anew
+/// Noise of pose and speed as a driver gets them: standard deviations of normal noise, drawn
 /// at every step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {

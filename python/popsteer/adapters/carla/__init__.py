@@ -1,6 +1,6 @@
 """CARLA: a local planner for its agents, and what converts between it and popsteer.
 
-`LocalPlanner` takes the place of the one of CARLA's agents, so that a ``BasicAgent`` drives with a
+`LocalPlanner` replaces that of CARLA's agents, so that a ``BasicAgent`` drives with a
 controller of popsteer::
 
     agent = BasicAgent(actor)
@@ -18,7 +18,7 @@ yaw                 clockwise [°]              counter-clockwise [rad]
 speed of the agent  [km/h]                     [m/s]
 steering            share of the lock, right   angle of the front wheels, left [rad]
 Ackermann steering  to the right [rad]         to the left [rad]
-places of wheels    in the world [cm]          ahead of the vehicle's point [m]
+positions of wheels in the world [cm]          ahead of the vehicle's point [m]
 ==================  =========================  ================================================
 
 Examples

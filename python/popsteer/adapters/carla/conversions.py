@@ -125,7 +125,7 @@ def transform_of(x: float, y: float, yaw: float, z: float = 0.0) -> carla.Transf
 
 
 def speed_of(velocity: carla.Vector3D, transform: carla.Transform) -> float:
-    """Give the signed speed: the part of the velocity along where the vehicle looks.
+    """Give the signed speed: the component of the velocity along the heading.
 
     Parameters
     ----------
@@ -368,7 +368,8 @@ def axles_of(
     Parameters
     ----------
     wheels : sequence of carla.WheelPhysicsControl
-        Of the physics control; their `position` is in [cm], or [m] where that alone makes a car.
+        Of the physics control; their `position` is in [cm], or in [m] if only that gives a car's
+        size.
     transform : carla.Transform
         Of the actor, at the same time.
 

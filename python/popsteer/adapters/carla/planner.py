@@ -49,9 +49,9 @@ class _Makes(Protocol):
 
 
 class LocalPlanner:
-    """What CARLA's agents have as their local planner, with a controller of popsteer in it.
+    """A local planner for CARLA's agents, with a controller of popsteer in it.
 
-    It takes what CARLA's takes, in the same order, and answers to the same methods::
+    It takes the same arguments as CARLA's, in the same order, and has the same methods::
 
         agent = BasicAgent(actor)
         agent._local_planner = LocalPlanner(actor)
@@ -86,7 +86,7 @@ class LocalPlanner:
     target_waypoint : carla.Waypoint
         The next waypoint of the plan.
     target_road_option : RoadOption
-        How the way leads there.
+        How the route leads there.
 
     Raises
     ------
@@ -98,7 +98,7 @@ class LocalPlanner:
     Notes
     -----
     A pose that is refused is held, as `PreviewPop.step_or_hold` does; once the status is a
-    ``Status.INPUT_LOST`` it brakes to a stand. Past the end of the plan it brakes fully.
+    ``Status.INPUT_LOST`` it brakes to a standstill. Past the end of the plan it brakes fully.
     """
 
     def __init__(
@@ -160,7 +160,7 @@ class LocalPlanner:
 
     @property
     def command(self) -> Command | None:
-        """What the controller said last: errors, status, target.
+        """The last command of the controller: errors, status, target.
 
         Returns
         -------

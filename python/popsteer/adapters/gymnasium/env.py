@@ -50,14 +50,15 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
     longitudinal : SpeedPid or CoupledLongitudinal, optional
         What works the pedals in place of a PI controller (1 s/m, 0.5 /m); of "steer" alone.
     vehicle_ranges : mapping of str to (float, float), optional
-        Fields of `popsteer.Vehicle` that are drawn anew for each episode, evenly between two ends,
+        Fields of `popsteer.Vehicle` that are drawn for each episode, uniformly between two bounds,
         as ``{"dead_time": (0.0, 0.2), "understeer": (0.0, 0.004)}``. For plants of the core.
     random_start : bool, default False
         Whether an episode begins anywhere on the path, on the first nine tenths of an open one.
     start_offset : tuple of float, default (-0.5, 0.5)
-        How far to the left of the path the rear axle starts [m]: drawn evenly between two ends.
+        How far to the left of the path the rear axle starts [m]: drawn uniformly between two
+        bounds.
     start_yaw : tuple of float, default (-0.1, 0.1)
-        Heading error at the start [rad], alike.
+        Heading error at the start [rad], drawn likewise.
     start_speed : float, optional
         Speed at the start [m/s]; the path's reference speed there by default, 0 where it has none.
     preview : sequence of float, default (2, 4, 6, 8, 10, 15, 20, 25, 30, 40)
@@ -91,15 +92,15 @@ class TrackEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
     -----
     *Action*, Box(-1, 1, (1,)) of float32: the steering as a share of the vehicle's `max_steer`,
     positive to the left. With "steer-and-pedals", (2,): then the throttle above 0, the brake below.
-    What lies beyond -1 and 1 counts as those, as wheels have stops; a number that is not finite is
-    refused with an `InputError`. Gear is that of the path.
+    Values beyond -1 and 1 are clipped, as by the stops of the wheels; a number that is not finite
+    is refused with an `InputError`. Gear is that of the path.
 
     *Observation*, Box of float32 in SI units, clipped to its bounds; `observation_names` has the
     names in order:
 
     - ``cross_track_error`` [m] and ``heading_error`` [rad] of the rear axle, as in a `Command`;
     - ``speed`` [m/s], ``yaw_rate`` [rad/s], ``wheel``, the angle of the front wheels [rad];
-    - ``previous_steer`` [rad], the last angle commanded (what a dead time holds back is not seen);
+    - ``previous_steer`` [rad], the last angle commanded (earlier commands in flight are not shown);
     - ``reference_speed`` [m/s] of the path there, 0 where it has none;
     - for each distance of `preview` a point of the path, that far ahead of the rear axle's
       projection, in the frame of the rear axle: x forward, y left [m]. An open path goes on

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["INFO", "action_space", "actions_of", "observation_names", "observation_space"]
 
 INFO = tuple(Episodes.info_names())
-"""The names of what is told beside an observation."""
+"""The names of what is reported in addition to an observation."""
 
 
 def observation_names(task: Task) -> list[str]:

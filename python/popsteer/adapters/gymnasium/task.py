@@ -1,4 +1,4 @@
-"""What an environment is about: path, plant, start, pedals and reward, with what is drawn anew."""
+"""The task of an environment: path, plant, start, pedals, reward, and what each episode draws."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class RewardWeights:
 
         reward = progress Δs - dt (cross_track_error e² + heading_error ψ² + steer_rate r²)
 
-    less `off_path` at the step that leaves the path, or at which the plant comes to a limit of its
+    less `off_path` at the step that leaves the path, or at which the plant reaches a limit of its
     model. Δs is the distance gained along the path [m], e [m] and ψ [rad] are cross-track and
     heading error of the rear axle after the step, r is the change of the commanded angle over dt
     [rad/s].
@@ -56,13 +56,13 @@ class RewardWeights:
     """
 
     progress: float = 0.1
-    """Of the distance gained along the path [1/m]."""
+    """Weight of the distance gained along the path [1/m]."""
     cross_track_error: float = 1.0
-    """Of the squared cross-track error [1/(m² s)]."""
+    """Weight of the squared cross-track error [1/(m² s)]."""
     heading_error: float = 1.0
-    """Of the squared heading error [1/(rad² s)]."""
+    """Weight of the squared heading error [1/(rad² s)]."""
     steer_rate: float = 0.1
-    """Of the squared rate of the command [s/rad²]."""
+    """Weight of the squared rate of the command [s/rad²]."""
     off_path: float = 10.0
     """What leaving the path costs, once."""
 

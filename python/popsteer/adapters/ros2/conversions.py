@@ -2,7 +2,7 @@
 
 ROS 2 has metres, seconds and radians, x forward, y to the left and angles counter-clockwise, as
 popsteer has (REP 103). What differs: headings are quaternions, times are seconds and nanoseconds,
-and the speed of an ``AckermannDrive`` is negative backwards while its acceleration is an amount.
+and the speed of an ``AckermannDrive`` is negative backwards while its acceleration is a magnitude.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def measured_of(odometry: Any) -> Measured:  # noqa: ANN401
     Returns
     -------
     Measured
-        What it says.
+        Its pose and speed.
 
     Raises
     ------
@@ -177,9 +177,9 @@ def measured_of(odometry: Any) -> Measured:  # noqa: ANN401
 def path_of(message: Any, *, closed: bool = False) -> tuple[Path, str]:  # noqa: ANN401
     """Give the path of a path or trajectory message.
 
-    A ``nav_msgs/Path`` has no speeds and is driven forwards; its orientations do not count. The
-    speeds of a trajectory are negative where it is driven backwards. Points that coincide count
-    once.
+    A ``nav_msgs/Path`` has no speeds and is driven forwards; its orientations are ignored. The
+    speeds of a trajectory are negative where it is driven backwards. Points that coincide
+    count once.
 
     Parameters
     ----------
@@ -313,7 +313,7 @@ def ackermann_message(
     speed : float
         Speed [m/s], negative backwards.
     acceleration : float
-        At most this change of the speed [m/s²], either way; its sign does not count.
+        Largest change of the speed [m/s²], up or down; its sign does not count.
     nanoseconds : int
         Its time [ns].
     frame : str

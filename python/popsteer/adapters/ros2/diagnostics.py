@@ -1,4 +1,4 @@
-"""How it goes, as ``diagnostic_msgs`` has it: levels from those of the statuses."""
+"""Diagnostics as ``diagnostic_msgs``: levels from those of the statuses."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Loop:
         self.longest_step = max(self.longest_step, taken)
 
     def begin(self) -> None:
-        """Begin to measure anew, after a message."""
+        """Start measuring again, after a message."""
         self._since = self.missed_lately = 0
         self.mean_period = self.longest_period = self.longest_step = 0.0
 

@@ -35,7 +35,7 @@ ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
 CONTROL = "autoware_control_msgs/msg/Control"
 """Angle, speed and acceleration to drive with."""
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
-"""How it goes."""
+"""Diagnostics."""
 CLOCK = "rosgraph_msgs/msg/Clock"
 """The time of a simulation."""
 TYPES = (ODOMETRY, PATH, TRAJECTORY, ACKERMANN, CONTROL, DIAGNOSTICS, CLOCK)

@@ -1,4 +1,4 @@
-"""The node: at a fixed rate it takes what has come in, steers, and says how it goes."""
+"""The node: at a fixed rate it takes what has come in, steers, and reports."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class Node:
     recording : Recording, optional
         Where all messages go that come in or go out.
     say : callable, optional
-        Told in a line what changes.
+        Called with a line for each change.
 
     Examples
     --------
@@ -188,7 +188,7 @@ class Node:
         return self._paths
 
     def jumped(self, seconds: float) -> None:
-        """Take note that the clock has jumped: what was measured before does not count.
+        """Note that the clock has jumped: what was measured before is discarded.
 
         Parameters
         ----------
@@ -232,7 +232,7 @@ class Node:
         return self.drive
 
     def finish(self, now: int) -> None:
-        """Command a stand, as the last thing.
+        """Command a speed of 0, as the last command.
 
         Parameters
         ----------
@@ -355,7 +355,7 @@ class Node:
         return changed
 
     def _report(self, now: int) -> None:
-        """Publish how it goes, and where it is to go."""
+        """Publish diagnostics and the intended trajectory."""
         topics = self.options.topics
         report = diagnostics.message(
             self.loop,

@@ -27,7 +27,7 @@ _STILL = 1.0  # without a tick [s]
 
 
 def spin(node: Node, participant: Participant, stopped: Callable[[], bool]) -> None:
-    """Run a node until it is stopped; then it commands a stand.
+    """Run a node until it is stopped; its last command is a speed of 0.
 
     Parameters
     ----------

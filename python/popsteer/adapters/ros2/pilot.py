@@ -1,4 +1,4 @@
-"""From what is known to what is commanded: drives, holds, or brakes to a stand."""
+"""From what is known to what is commanded: drives, holds, or brakes to a standstill."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class State(Enum):
     HOLDING = "holding"
     """Something is missing: the last command stays, for a moment."""
     BRAKING = "braking"
-    """Something is missing for longer: it brakes to a stand."""
+    """Something is missing for longer: it brakes to a standstill."""
     STANDING = "standing"
-    """It has braked to a stand, and waits for what is missing."""
+    """It has braked to a standstill, and waits for what is missing."""
 
 
 class Drive(NamedTuple):
@@ -56,7 +56,7 @@ class Drive(NamedTuple):
 
 
 class Pilot:
-    """A controller and a speed tracker, and the safe stop where they cannot go on.
+    """A controller and a speed tracker, and the safe stop if they cannot continue.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class Pilot:
         self._tracker.state = type(now)(acceleration=was.acceleration, integral=was.integral)
 
     def reset(self) -> None:
-        """Begin anew from the angle as it is, after a jump of time or of place."""
+        """Start again from the present angle, after a jump of time or of position."""
         limit = self.vehicle.max_steer
         self.controller.reset(steer=max(-limit, min(self._steer, limit)))
         self._tracker.reset()
@@ -214,7 +214,7 @@ class Pilot:
 
 
 def up_to_stand(path: Path) -> Path:
-    """Give the part of a path up to where its speeds say stand.
+    """Give the part of a path up to where its speeds become 0 and stay 0.
 
     A planner that wants the vehicle to stop sends speeds of 0 from there on. It may go on sending
     the path beyond, which is steered along all the same. A speed of 0 at the start, or where the
@@ -228,7 +228,7 @@ def up_to_stand(path: Path) -> Path:
     Returns
     -------
     Path
-        The same where its speeds do not say so, or where it is closed.
+        The same path if its speeds do not do so, or if it is closed.
 
     Examples
     --------

@@ -33,12 +33,12 @@ _FRAME = "map"
 
 
 class Recording:
-    """Writes messages to an MCAP file, which is there once it is closed.
+    """Writes messages to an MCAP file, which appears when it is closed.
 
     Parameters
     ----------
     file : str or os.PathLike
-        The file, ``*.mcap``; what stood there is replaced.
+        The file, ``*.mcap``; an existing one is replaced.
 
     Raises
     ------

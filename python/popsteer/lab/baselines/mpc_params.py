@@ -20,17 +20,17 @@ class MpcParams(Parameters):
     Parameters
     ----------
     cross_track_weight : float, optional
-        Of the squared cross-track error [1/m²]; by default (3 / wheelbase)².
+        Weight of the squared cross-track error [1/m²]; by default (3 / wheelbase)².
     heading_weight : float, default 10.0
-        Of the squared heading error.
+        Weight of the squared heading error.
     steer_weight : float, default 0.0
-        Of the square of the angle less that which follows the path's curvature.
+        Weight of the squared difference between the angle and that of the path's curvature.
     change_weight : float, default 10.0
-        Of the squared change of the angle from stage to stage.
+        Weight of the squared change of the angle from stage to stage.
     last_weight : float, default 10.0
-        How often the errors of the last stage count.
+        Factor on the weights of the errors of the last stage.
     stages : int, default 20
-        Length of the horizon.
+        Stages of the horizon.
     stage_time : float, default 0.05
         Length of a stage [s].
     tolerance : float, default 1e-4

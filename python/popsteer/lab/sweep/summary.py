@@ -214,7 +214,7 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
     settled = job.settings.settling_time if job.settings is not None else 5.0
     said = [
         (
-            "A run succeeds where it finishes, says no fault, and its cross-track error stays"
+            "A run succeeds if it finishes, reports no fault, and its cross-track error stays"
             f" within {job.deviation:g} m after the first {settled:g} s. The errors are those after"
             " that."
         ),

@@ -158,10 +158,9 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         return state, False
 
     def default_adapt(self) -> AdaptParams | None:
-        """Return how the controller adapts unless it is told otherwise.
+        """Return how the controller adapts by default.
 
-        At all where an estimate counts: in a controller that predicts and where commands are in
-        flight.
+        It adapts if it uses the estimates: if it predicts, or if commands are in flight.
         """
         return AdaptParams() if self.predicts() or self._vehicle.dead_time > 0.0 else None
 

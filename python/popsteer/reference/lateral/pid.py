@@ -54,8 +54,8 @@ class PidParams:
         derivative is then how fast the front axle moves across that heading, which noise of the
         waypoints hardly reaches. 0: that of the error, as printed.
     search_distance : float or None
-        Arc of the path that is searched on each side of the last place [m], besides the distance
-        travelled in a step; None is two wheelbases.
+        Arc of the path that is searched on each side of the last projection [m], in addition to the
+        distance travelled in a step; None is two wheelbases.
     lost_distance : float or None
         Distance from the path beyond which the vehicle is lost and is searched for on the whole
         path [m]; None is ten wheelbases.
@@ -152,14 +152,14 @@ class Pid(Tracker[PidParams, PidState]):
     path : Path
         The path to follow.
     vehicle : Vehicle, optional
-        What is steered; `Vehicle()` without.
+        What is steered; `Vehicle()` by default.
     params : PidParams, optional
-        The parameters; the paper's without.
+        The parameters; the paper's by default.
     adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. Without, as by default
-        where an estimate counts: with a dead time.
+        How the controller adapts to its vehicle; None for not at all. By default
+        ``AdaptParams()`` if the vehicle has a dead time.
     monitor : MonitorParams or None, optional
-        From where on a step says that something is wrong; None for never. Without, as
+        The thresholds beyond which a step reports a fault; None for no monitor. By default
         ``MonitorParams()``.
 
     Examples

@@ -49,8 +49,8 @@ class PreviewPopParams:
         Length of path over which its direction is taken [m]; None is 2/3 of the wheelbase. More:
         less of the waypoints' noise is steered, and bends shorter than this are cut.
     search_distance : float or None
-        Arc of the path that is searched on each side of the last place [m], besides the distance
-        travelled in a step; None is two wheelbases.
+        Arc of the path that is searched on each side of the last projection [m], in addition to the
+        distance travelled in a step; None is two wheelbases.
     lost_distance : float or None
         Distance from the path beyond which the vehicle is lost and is searched for on the whole
         path [m]; None is ten wheelbases.

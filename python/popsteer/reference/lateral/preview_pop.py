@@ -1,6 +1,8 @@
 """Preview POP: of the angles near the last one, the one with the least predicted cost.
 
-`PreviewPop._choose` predicts, and takes the first move of the best plan within the limits.
+`PreviewPop._choose` predicts, and takes the first move of the best plan within the limits. Angles
+in this file are those of the wheels. A command is such an angle less the steering offset; the
+tracker converts.
 """
 
 from __future__ import annotations
@@ -57,7 +59,7 @@ class PreviewPopState(TrackerState):
     Attributes
     ----------
     previous_steer : float
-        The last angle δ_prev [rad].
+        The last angle δ_prev [rad]: that of the wheels, the command plus the steering offset.
     reached_limits : int
         The limits that the last plan reached, three bits a step. The search for the next plan
         starts from them: it gets faster, its result stays the same.
@@ -90,14 +92,13 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     path : Path
         The path to follow.
     vehicle : Vehicle, optional
-        What is steered; `Vehicle()` without.
+        What is steered; `Vehicle()` by default.
     params : PreviewPopParams, optional
-        The parameters; those of a middling car without.
+        The parameters; ``PreviewPopParams()`` by default.
     adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. Without, as by default
-        where an estimate counts: here always.
+        How the controller adapts to its vehicle; None for not at all. ``AdaptParams()`` by default.
     monitor : MonitorParams or None, optional
-        From where on a step says that something is wrong; None for never. Without, as
+        The thresholds beyond which a step reports a fault; None for no monitor. By default
         ``MonitorParams()``.
 
     Examples
@@ -170,16 +171,17 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             [saturate(error, -largest, largest), heading_error, driven, commanded, 1.0]
         )
 
-        # The plan has a move per step of the horizon; a control period may be shorter, and makes
-        # its share of the move.
+        # The plan has a move for each whole step of the horizon. A control period may be shorter;
+        # it makes its share of the move.
         share = at.dt / period
         low, high = previous_steer - span, previous_steer + span
 
         def first(angle: float) -> float:
             return (tan(angle) / length - commanded) / share
 
-        # At a constant rate of the angle, its tangent changes faster at large angles. With the
-        # vehicle's own rate that is not relied on: the wheels have to be straight again in time.
+        # At a constant rate of the angle, its tangent changes faster at large angles. A plan at the
+        # vehicle's own rate does not count on that: on their way back to straight the wheels lose
+        # it, and would be late.
         steepness = 1.0 if self._rate_is_the_vehicles else 1.0 + tangent * tangent
         most_later = rate * period * steepness / length
         least, greatest = self._curvatures(at, belief, length)
@@ -192,13 +194,13 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         )
         plan = limited(horizon, start, Limits(ends, most_later, least, greatest))
         self._remember(plan.reached[1:] if share > 0.5 else plan.reached)
-        # A move that ends at a limit of the curvature is commanded at once: by its share in each
-        # control period the wheels would come there too late.
+        # A move that ends at a limit of the curvature is commanded at once: with only a share of it
+        # in each control period, the wheels would get there too late.
         reached = plan.reached[0]
         made = 1.0 if reached.of_curvature() else share
         angle = atan((commanded + (plan.curvature - commanded) * made) * length)
-        # SATURATED means that the vehicle limits the angle. To be held back by `steer_span_rate`,
-        # which is a choice, does not count; to arrive at a limit of the curvature does.
+        # SATURATED means that the vehicle limits the angle. Arriving at a limit of the curvature
+        # counts; being held back by `steer_span_rate`, which is a choice, does not.
         arrives = reached.of_curvature() and low - 1e-10 <= angle <= high + 1e-10
         is_the_vehicles = self._rate_is_the_vehicles and speed >= _FULL_RATE * self._min_speed
         limits = arrives or (reached is not Reached.NOTHING and is_the_vehicles)
@@ -213,7 +215,8 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         """
         lag = self.vehicle.steer_lag * at.vehicle.forward_speed()
         kept = decay(step, lag)
-        # A slip that grows with the curvature shifts the no-slip point along the vehicle.
+        # A slip of `slip_length` times the curvature acts as if the no-slip point lay so much
+        # farther ahead; in the mirrored vehicle ahead is behind.
         offset = at.mirror(belief.estimate.slip_length)
         drift = step * belief.estimate.slip
         here = at.closest.arc_length(self.path)
@@ -251,9 +254,11 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     def _rate_and_span(self, speed: float, dt: float) -> tuple[float, float]:
         """Return the planned rate of the wheels [rad/s], and their travel in a period `dt` [rad].
 
-        Below `min_speed` the wheels turn in proportion to the distance travelled. With a
-        `max_steer_rate` they turn at all of it down to `_FULL_RATE` of `min_speed`. The prediction
-        assumes at least `min_speed`, so the rate is converted to its time.
+        Below `min_speed` the wheels turn in proportion to the distance travelled. Where the rate is
+        the vehicle's `max_steer_rate`, they turn at the full rate down to `_FULL_RATE` times
+        `min_speed`, and in proportion to the distance below. The prediction assumes at least
+        `min_speed`: it covers a distance sooner than the vehicle, so the planned rate is larger by
+        the same factor.
         """
         rate = self._steer_span_rate
         if speed >= self._min_speed:
@@ -266,7 +271,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         return rate / slow, rate * dt
 
     def _approach_angle_at(self, error: float, straightening: Straightening) -> float:
-        """Return the heading at which a path is approached that is `error` away [rad].
+        """Return the heading at which a path `error` [m] away is approached [rad].
 
         `approach_angle` for a vehicle without limits of its own: `steer_span_rate` is a choice and
         does not make the approach flatter.
@@ -287,7 +292,8 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
         """Return the least and the greatest curvature that may be commanded [1/m].
 
-        By `max_steer` with the steering offset, and by `max_lateral_acceleration`.
+        The wheels keep `max_steer`, and so does the command, their angle less the steering offset;
+        both keep `max_lateral_acceleration`.
         """
         vehicle = self.vehicle
         offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset)

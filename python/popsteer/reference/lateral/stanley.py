@@ -49,8 +49,8 @@ class StanleyParams:
         waypoints' noise is steered, and bends shorter than this are cut. 0, or `heading_behind`:
         the heading of one segment, as printed.
     search_distance : float or None
-        Arc of the path that is searched on each side of the last place [m], besides the distance
-        travelled in a step; None is two wheelbases.
+        Arc of the path that is searched on each side of the last projection [m], in addition to the
+        distance travelled in a step; None is two wheelbases.
     lost_distance : float or None
         Distance from the path beyond which the vehicle is lost and is searched for on the whole
         path [m]; None is ten wheelbases.
@@ -122,14 +122,14 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     path : Path
         The path to follow.
     vehicle : Vehicle, optional
-        What is steered; `Vehicle()` without.
+        What is steered; `Vehicle()` by default.
     params : StanleyParams, optional
-        The parameters; the paper's without.
+        The parameters; the paper's by default.
     adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. Without, as by default
-        where an estimate counts: with a dead time.
+        How the controller adapts to its vehicle; None for not at all. By default
+        ``AdaptParams()`` if the vehicle has a dead time.
     monitor : MonitorParams or None, optional
-        From where on a step says that something is wrong; None for never. Without, as
+        The thresholds beyond which a step reports a fault; None for no monitor. By default
         ``MonitorParams()``.
 
     Examples

@@ -128,7 +128,7 @@ class Tracker(
 
     @property
     def monitor(self) -> MonitorParams | None:
-        """From where on a step says that something is wrong; None where it never does."""
+        """The thresholds beyond which a step reports a fault; None without a monitor."""
         return self._monitor_params
 
     @property

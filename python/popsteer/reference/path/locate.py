@@ -17,16 +17,17 @@ if TYPE_CHECKING:
 __all__ = ["OPPOSITE", "locate"]
 
 OPPOSITE = 10.0
-"""Cost of a path that leads opposite to the heading, as a distance [m]; for a wheelbase of 3 m.
+"""The `opposite_distance` of a vehicle with a wheelbase of 3 m.
 
-Larger values keep to the branch along the heading from farther off. Smaller values take a nearer
-branch that leads elsewhere.
+The cost of a path that leads opposite to the heading, as a distance [m]. Controllers scale it with
+the wheelbase (`Follow`). Larger values keep to the branch along the heading from farther off.
+Smaller values take a nearer branch that leads elsewhere.
 """
 
 SMOOTHING = 0.2
-"""Length of path over which its heading is smoothed: two thirds of a wheelbase.
+"""Length of path over which its heading is smoothed, as a share of `opposite_distance`.
 
-As a share of the opposite distance.
+Two thirds of a wheelbase for the `opposite_distance` of the controllers.
 """
 
 
@@ -38,22 +39,24 @@ def locate(
     reach: float,
     opposite_distance: float = OPPOSITE,
 ) -> ClosestPoint:
-    """Find the closest point of `position` near the segment at `waypoint`.
+    """Find the path's closest point to `position`, near the segment at `waypoint`.
 
     Finds the local minima of the distance to `position` within `reach` [m] of arc behind and ahead
-    of the segment, and returns the one of least cost, the first of several. A segment holds a local
-    minimum if it is no farther off than the segment before it and nearer than the one after it; a
-    missing neighbour, at an end of the stretch, counts as infinitely far. Its cost [m], with the
-    angle d from the unit vector `heading` to the path, is::
+    of the segment, and returns the one of least cost; of equal ones, the first along the path. A
+    segment holds a local minimum if it is no farther off than the segment before it and nearer than
+    the one after it; a missing neighbour, at an end of the stretch, counts as infinitely far. Its
+    cost [m], with the angle d from the unit vector `heading`, the direction of driving, to the
+    path, is::
 
         distance + opposite_distance (1 - cos d) / 2
 
     once with the direction of the segment and once with the path's smoothed direction about the
     closest point; the lesser counts.
 
-    The stretch ends early at the end of an open path, at a cusp, and once around a closed path. The
-    answer cannot leap to another branch of the path: beyond `reach` there is no search, and within
-    it the heading tells branches apart.
+    The stretch consists of whole segments, so it is longer than `reach` by up to a segment. It ends
+    early at the end of an open path, at a cusp, and once around a closed path. The answer cannot
+    leap to another branch of the path: beyond the stretch there is no search, and within it the
+    heading tells branches apart.
 
     Examples
     --------
@@ -80,7 +83,7 @@ def locate(
 
 
 def _stretch(path: PathView, segment: int, reach: float) -> list[int]:
-    """List the segments around `segment` in order: whole ones until they exceed `reach` [m]."""
+    """List the segments around `segment` in order, each way until they exceed `reach` [m]."""
     found = [segment]
     behind, ahead = 0.0, 0.0
     while len(found) < path.segments and behind <= reach:

@@ -25,7 +25,7 @@ class Vehicle:
         |wheel| ≤ max_steer
         yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed²)
 
-    and the no-slip point moves where the vehicle looks.
+    and the no-slip point moves along the vehicle's heading.
 
     Attributes
     ----------
@@ -35,8 +35,8 @@ class Vehicle:
         How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
         axle's, negative where it is of a point ahead of that.
     no_slip_point : float or None
-        How far ahead of the pose's point lies the no-slip point [m]: the one that moves
-        where the vehicle looks; None is the rear axle.
+        How far ahead of the pose's point lies the no-slip point [m], the one that moves along the
+        vehicle's heading; None is the rear axle.
     turning_wheelbase : float or None
         The wheelbase that the vehicle turns by [m]; None is `wheelbase`.
     understeer : float
@@ -44,13 +44,13 @@ class Vehicle:
     steer_offset : float
         Angle of the wheels at the command 0 [rad].
     steer_lag : float
-        Time constant with which the wheels answer a command [s].
+        Time constant of the wheels' first-order response to a command [s].
     dead_time : float
         Time from a command to its first effect on the wheels [s].
     max_steer : float
         Largest angle of the front wheels δ_max [rad].
     max_steer_rate : float or None
-        Fastest move of the front wheels [rad/s]; None for no limit.
+        Largest rate of the front wheels' angle [rad/s]; None for no limit.
     max_lateral_acceleration : float or None
         Largest lateral acceleration that a command may ask for [m/s²]; None for no limit.
     max_speed : float or None
@@ -117,7 +117,7 @@ class Vehicle:
 
     @property
     def no_slip(self) -> float:
-        """How far ahead of the pose's point lies the point that moves where the vehicle looks [m].
+        """How far ahead of the pose's point the no-slip point lies [m].
 
         Examples
         --------

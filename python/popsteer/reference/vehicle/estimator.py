@@ -9,8 +9,8 @@
 
   as in Åström and Wittenmark, *Adaptive Control*, section 2.2, written with the information matrix
   M. The prior θ₀ = (1, 0) has the weights W and is not forgotten.
-- Dead time by a normalised gradient step. A dead time that is too short by t leaves the residual
-  -t da/dt in the turn, so residual and rate of change of a give t.
+- Dead time by a normalised gradient step. If the given dead time is too short by t, the measured
+  turn differs from the expected one by -t da/dt; that difference and da/dt give t.
 - Slip, the angle from the heading to the direction of motion, by normalised least mean squares
   from the measured positions.
 """
@@ -40,15 +40,15 @@ __all__ = ["AdaptParams", "Corrections", "Estimate", "Estimator"]
 ACCELERATION_TIME = 0.1
 """Time constant of the estimated acceleration [s]."""
 PRIOR = np.diag([1e-4, 0.1])
-"""W: weights of the vehicle's own gain, 1 [rad²], and of its own steering offset.
+"""W: weights of the gain 1, that of the vehicle's parameters [rad²], and of its steering offset.
 
-Larger values make the estimate slower and steadier; 1e-4 is one turn of 0.6°, 0.1 are three periods
-with b = 0.18.
+Larger values make the estimate slower and steadier. 1e-4 weighs as much as one measured turn of
+0.6°, 0.1 as much as three periods with b = 0.18.
 """
 CHANGE_PRIOR = 1e-2
-"""Weight of the vehicle's own dead time [rad²/s²]. Larger values make its estimate slower."""
+"""Weight of the vehicle's given dead time [rad²/s²]. Larger values make the estimate slower."""
 MIN_GAIN, MAX_GAIN = 0.4, 2.5
-"""Bounds of the gain: beyond them the parameters are those of another vehicle."""
+"""Bounds of the gain: one beyond them would mean that the parameters are another vehicle's."""
 MAX_STEER_OFFSET = 0.15
 """Bound of the estimated steering offset [rad]."""
 MAX_SLIP = 0.15
@@ -59,9 +59,10 @@ SLIP_SPLIT = 0.03
 Below it a bend is treated as straight.
 """
 LEAST_TRAVEL = 1e-9
-"""Shortest distance from which a slip is estimated [m]: over less, a curvature overflows.
+"""Shortest distance from which a slip is estimated [m].
 
-The slowest vehicle at its default `min_speed` travels more in the shortest period.
+Over a shorter one, the path's turn divided by the distance could overflow. The slowest vehicle at
+its default `min_speed` travels more in the shortest period.
 """
 MAX_ACCELERATION = 20.0
 """Bound of the estimated acceleration, in wheelbases [1/s²]."""
@@ -297,8 +298,8 @@ class Estimator:
         estimate = self.estimate
         fitted = after.fitted_gain()
         if fitted is not None:
-            # Without a dead time nothing is predicted and feedback corrects the gain. An estimate
-            # that is disturbed by a wrong lag would only cost gain margin.
+            # Without a dead time nothing is predicted, and feedback corrects a wrong gain. There
+            # an estimate, which a wrong `steer_lag` disturbs, would only cost gain margin.
             gain = fitted if vehicle.dead_time > 0.0 else 1.0
             # The best offset for this gain, which may be 1 or clamped: the second equation.
             (_, moment), (_, (ab, bb)) = after.moment.tolist(), (after.information + PRIOR).tolist()
@@ -326,7 +327,7 @@ class Estimator:
         return saturate(float(parameters[0]), MIN_GAIN, MAX_GAIN)
 
     def known(self) -> Corrections:
-        """Return the present estimates, with the fitted gain even if controllers use 1."""
+        """Return the present estimates, with the fitted gain also where controllers use 1."""
         gain = self.fitted_gain()
         return self.estimate if gain is None else replace(self.estimate, gain=gain)
 
@@ -340,10 +341,10 @@ class Estimator:
     ) -> Estimator:
         """Update the slip from the motion of the no-slip point in the last `dt` [s].
 
-        `curvature` gives the path's mean curvature [1/m] over a distance travelled [m], for a
-        vehicle that looks along its heading. The path's is used and not the vehicle's: the vehicle
-        steers by the measured position, so its curvature is correlated with the noise of the
-        sample.
+        `curvature` gives the path's mean curvature [1/m] over a distance travelled [m]. Its sign is
+        that of the steering angle: where the path is driven backwards, opposite to the path's own.
+        The vehicle's curvature would not do: the vehicle steers by the measured position, so its
+        curvature is correlated with the noise of the sample.
         """
         before = self.last_measured
         if before is None or not params.slip_time > 0.0:
@@ -419,7 +420,7 @@ def _most_longer(vehicle: Vehicle) -> float:
 def _acceleration(
     vehicle: Vehicle, estimate: Corrections, before: VehicleState, now: VehicleState, dt: float
 ) -> float:
-    """Return the acceleration after a period [m/s²]: its mean, of which the old is forgotten."""
+    """Return the estimated acceleration after a period [m/s²]: the measured one, low-passed."""
     most = MAX_ACCELERATION * vehicle.wheelbase
     gained = (now.speed - before.speed) / dt - estimate.acceleration
     weight = 1.0 - exp(-dt / ACCELERATION_TIME)

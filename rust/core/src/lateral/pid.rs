@@ -32,8 +32,8 @@ pub struct PidParams {
     /// derivative is then how fast the front axle moves across that heading, which noise of the
     /// waypoints hardly reaches. 0: that of the error, as printed.
     pub smoothing_length: Option<f64>,
-    /// Arc of the path that is searched on each side of the last place [m], besides the distance
-    /// travelled in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
     /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
     /// path [m]; ten wheelbases by default.

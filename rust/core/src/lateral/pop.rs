@@ -33,8 +33,8 @@ pub struct PopParams {
     /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
     /// 1/300 of the wheelbase by default.
     pub grid_spacing: Option<f64>,
-    /// Arc of the path that is searched on each side of the last place [m], besides the distance
-    /// travelled in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
     /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
     /// path [m]; ten wheelbases by default.

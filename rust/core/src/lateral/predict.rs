@@ -12,7 +12,7 @@ use crate::vehicle::timed::clipped;
 use crate::vehicle::{Estimate, InFlight, VehicleState};
 
 /// One instant of a predicted trajectory.
-// The order is told: arrays of these come from C.
+// The order of the fields is fixed: arrays of these come from C.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {

@@ -35,8 +35,8 @@ pub struct PreviewPopParams {
     /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
     /// More: less of the waypoints' noise is steered, and bends shorter than this are cut.
     pub smoothing_length: Option<f64>,
-    /// Arc of the path that is searched on each side of the last place [m], besides the distance
-    /// travelled in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
     /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
     /// path [m]; ten wheelbases by default.
@@ -44,7 +44,7 @@ pub struct PreviewPopParams {
 }
 
 impl PreviewPopParams {
-    /// The defaults: the neighbourhood of POP, and a middling car.
+    /// The defaults: POP's neighbourhood, and costs that suit a passenger car.
     pub const DEFAULT: Self = Self {
         steer_span_rate: None,
         horizon: 1.0,

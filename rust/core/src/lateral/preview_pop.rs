@@ -2,6 +2,9 @@
 //!
 //! One step of the controller: `PreviewPop::choose` predicts without limits and finds the best
 //! angle in closed form. Only if that plan breaks a limit, `PreviewPop::best_within` replaces it.
+//!
+//! Angles in this file are those of the wheels. A command is such an angle less the steering
+//! offset; the tracker converts.
 
 use super::approach::{FULL_RATE, LAGS, MOST_HORIZONS, Straightening, TURNS};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
@@ -19,7 +22,7 @@ use crate::vehicle::bicycle::{MAX_STEPS, steps};
 /// What [`PreviewPop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PreviewPopState {
-    /// The last angle `delta_prev` [rad].
+    /// The last angle `delta_prev` [rad]: that of the wheels, the command plus the steering offset.
     pub previous_steer: f64,
     /// The limits that the last plan reached, three bits a step. The search for the next plan
     /// starts from them: it gets faster, its result stays the same.
@@ -48,6 +51,7 @@ pub struct PreviewPop {
     pub(super) rate_is_the_vehicles: bool,
     /// Tangent of the vehicle's `max_steer`.
     pub(super) max_tangent: f64,
+    // As in `PreviewPopParams`.
     pub(super) horizon: f64,
     heading_cost: f64,
     steer_rate_cost: f64,
@@ -62,11 +66,11 @@ struct Neighbourhood {
     low: f64,
     /// The greatest [rad].
     high: f64,
-    /// Turning length [m]: `angle = atan(curvature * length)`.
+    /// Turning length over the estimated gain [m]: `angle = atan(curvature * length)`.
     length: f64,
     /// Control period as a share of a step of the horizon, at most 1.
     share: f64,
-    /// Whether the vehicle's `max_steer_rate` bounds it.
+    /// Whether the vehicle's `max_steer_rate` bounds them, and not `steer_span_rate`.
     is_the_vehicles: bool,
 }
 
@@ -127,10 +131,12 @@ impl PreviewPop {
             self.min_speed
         };
         let (count, period) = steps(self.horizon_at(pace), at.dt);
+        // The model runs over distance: so far in a step, and so far in the lag.
         let step = pace * period;
         let lag = vehicle.steer_lag * speed;
         let kept = decay(step, lag);
-        // A slip that grows with the curvature shifts the no-slip point along the vehicle.
+        // A slip of `slip_length` times the curvature acts as if the no-slip point lay so much
+        // farther ahead; in the mirrored vehicle ahead is behind.
         let offset = at.mirror(estimate.slip_length);
         let travel = Travel::new(step, lag, kept, offset);
         let length = vehicle.turning_length(speed) / estimate.gain;
@@ -155,8 +161,9 @@ impl PreviewPop {
         let cost = horizon.unlimited(&mut moves);
 
         let (rate, span) = self.rate_and_span(speed, at.dt);
-        // The pull of a large error is limited: to that of the approach angle, or of the steepest
-        // heading that the vehicle can still straighten before the path.
+        // An error pulls the commanded curvature by `cost.ec` times the error, a heading error by
+        // `cost.pc` times itself. The pull of a large error is limited: to that of the approach
+        // angle, or of the steepest heading that the vehicle can still straighten before the path.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
         let error = closest.cross_track_error();
         let most = self.approach_angle_at(
@@ -175,10 +182,11 @@ impl PreviewPop {
             tan(at.mirror(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
         let tangent = tan(previous_steer);
         let commanded = tangent / length;
+        // Half the slope of the parabola where the commanded curvature stays as it is.
         let slope =
             pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c;
-        // The minimum of the parabola is a move per step of the horizon; a control period may be
-        // shorter, and makes its share of the move.
+        // The minimum of the parabola is the move for a whole step of the horizon. A control period
+        // may be shorter; it makes its share of the move.
         let share = at.dt / period;
         let wanted = commanded - slope / (move_cost + cost.cc) * share;
 
@@ -268,15 +276,15 @@ impl PreviewPop {
         } else {
             plan.limits
         };
-        // A move that ends at a limit of the curvature is commanded at once: by its share in each
-        // control period the wheels would come there too late.
+        // A move that ends at a limit of the curvature is commanded at once: with only a share of
+        // it in each control period, the wheels would get there too late.
         let made = match plan.reached {
             Reached::Curvature => 1.0,
             _ => share,
         };
         let angle = atan((commanded + (plan.first() - commanded) * made) * length);
-        // SATURATED means that the vehicle limits the angle. To be held back by `steer_span_rate`,
-        // which is a choice, does not count; to arrive at a limit of the curvature does.
+        // SATURATED means that the vehicle limits the angle. Arriving at a limit of the curvature
+        // counts; being held back by `steer_span_rate`, which is a choice, does not.
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let status = Status::SATURATED.when(match plan.reached {
             Reached::Nothing => false,
@@ -289,8 +297,9 @@ impl PreviewPop {
         )
     }
 
-    /// Least and greatest curvature that may be commanded [1/m]: by `max_steer` with the steering
-    /// offset, and by `max_lateral_acceleration`.
+    /// Least and greatest curvature that may be commanded [1/m]. The wheels keep `max_steer`, and
+    /// so does the command, their angle less the steering offset; both keep
+    /// `max_lateral_acceleration`.
     #[inline]
     fn curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
         let vehicle = &self.vehicle;
@@ -347,9 +356,11 @@ impl PreviewPop {
 
     /// The planned rate of the wheels [rad/s], and their travel in a control period `dt` [rad].
     ///
-    /// Below `min_speed` the wheels turn in proportion to the distance travelled. With a
-    /// `max_steer_rate` they turn at all of it down to [`FULL_RATE`] of `min_speed`. The prediction
-    /// assumes at least `min_speed`, so the rate is converted to its time.
+    /// Below `min_speed` the wheels turn in proportion to the distance travelled. Where the rate is
+    /// the vehicle's `max_steer_rate`, they turn at the full rate down to [`FULL_RATE`] times
+    /// `min_speed`, and in proportion to the distance below. The prediction assumes at least
+    /// `min_speed`: it covers a distance sooner than the vehicle, so the planned rate is larger by
+    /// the same factor.
     #[inline]
     fn rate_and_span(&self, speed: f64, dt: f64) -> (f64, f64) {
         let rate = self.steer_span_rate;
@@ -366,9 +377,9 @@ impl PreviewPop {
         }
     }
 
-    /// The planned change of the tangent of the wheels' angle per radian, at `tangent`. It grows
-    /// with the angle. With the vehicle's own rate that is not relied on: the wheels have to be
-    /// straight again in time.
+    /// How much the tangent of the wheels' angle changes per radian, at `tangent`, as far as plans
+    /// count on it. It grows with the angle. A plan at the vehicle's own rate counts on 1, as of
+    /// straight wheels: on their way back to straight the wheels lose the rest, and would be late.
     #[inline]
     fn steepness(&self, tangent: f64) -> f64 {
         if self.rate_is_the_vehicles {
@@ -378,8 +389,9 @@ impl PreviewPop {
         }
     }
 
-    /// The heading at which a path is approached that is `error` away [rad]. The neighbourhood of a
-    /// vehicle without limits of its own is a choice, and bounds no approach.
+    /// The heading at which a path `error` [m] away is approached [rad]: `approach_angle` for a
+    /// vehicle without limits of its own, because `steer_span_rate` is a choice and does not make
+    /// the approach flatter.
     #[inline]
     fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
         if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {

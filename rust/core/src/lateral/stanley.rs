@@ -26,8 +26,8 @@ pub struct StanleyParams {
     /// the waypoints' noise is steered, and bends shorter than this are cut. 0, or
     /// `heading_behind`: the heading of one segment, as printed.
     pub smoothing_length: Option<f64>,
-    /// Arc of the path that is searched on each side of the last place [m], besides the distance
-    /// travelled in a step; two wheelbases by default.
+    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
+    /// distance travelled in a step; two wheelbases by default.
     pub search_distance: Option<f64>,
     /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
     /// path [m]; ten wheelbases by default.

@@ -150,7 +150,7 @@ impl<L: LateralLaw> Tracker<L> {
     }
 
     /// After a jump of the vehicle or of its localisation: finds the place that the next step
-    /// starts from, by [`relocalise`](crate::path::relocalise::relocalise). The rest of `state`
+    /// starts from, by [`relocalise`]. The rest of `state`
     /// stays. Unlike a step it is exact everywhere, and visits every segment at worst.
     ///
     /// # Errors

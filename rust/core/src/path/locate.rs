@@ -1,8 +1,8 @@
 //! Projects a position onto the path, near the segment of the last projection.
 //!
 //! [`locate_by_scan`] visits every segment of a bounded stretch and is the definition. [`locate`]
-//! gives the same answer; it first asks `nearby`, which visits fewer segments and says when it is
-//! not certain.
+//! gives the same answer: it first tries `nearby`, which visits fewer segments, and scans only
+//! where `nearby` cannot prove its answer.
 
 use super::nearby::locate_nearby;
 use super::preview::Preview;
@@ -11,17 +11,18 @@ use super::view::PathView;
 use crate::geometry::Point;
 use crate::math::{cos, sin, sqrt};
 
-/// Cost of a path that leads opposite to the heading, as a distance [m]; right for a wheelbase of 3
-/// m. Larger values keep to the branch along the heading from farther off. Smaller values take a
-/// nearer branch that leads elsewhere.
+/// The `opposite_distance` of a vehicle with a wheelbase of 3 m: the cost of a path that leads
+/// opposite to the heading, as a distance [m]. Controllers scale it with the wheelbase
+/// ([`Follow`](super::follow::Follow)). Larger values keep to the branch along the heading from
+/// farther off. Smaller values take a nearer branch that leads elsewhere.
 pub const OPPOSITE: f64 = 10.0;
 
-/// Length of path over which its heading is smoothed, as a share of the opposite distance: two
-/// thirds of a wheelbase.
+/// Length of path over which its heading is smoothed, as a share of `opposite_distance`; two thirds
+/// of a wheelbase for that of the controllers.
 const SMOOTHING: f64 = 0.2;
 
-/// The closest point of `position` near the segment at `waypoint`, for a vehicle that drives along
-/// the unit vector `heading`. Same answer as [`locate_by_scan`], which defines it; lengths in
+/// The path's closest point to `position`, near the segment at `waypoint`, for a vehicle that drives
+/// along the unit vector `heading`. Same answer as [`locate_by_scan`], which defines it; lengths in
 /// metres.
 #[inline]
 pub fn locate(
@@ -38,7 +39,8 @@ pub fn locate(
 }
 
 /// Finds the local minima of the distance to `position` within `reach` [m] of arc behind and ahead
-/// of the segment at `waypoint`, and returns the one of least cost, the first of several.
+/// of the segment at `waypoint`, and returns the one of least cost; of equal ones, the first along
+/// the path.
 ///
 /// A segment holds a local minimum if it is no farther off than the segment before it and nearer
 /// than the one after it; a missing neighbour, at an end of the stretch, counts as infinitely far.
@@ -51,9 +53,10 @@ pub fn locate(
 /// once with the direction of the segment and once with the path's smoothed direction about the
 /// closest point; the lesser counts.
 ///
-/// The stretch ends early at the end of an open path, at a cusp, and once around a closed path. The
-/// answer cannot leap to another branch of the path: beyond `reach` there is no search, and within
-/// it the heading tells branches apart.
+/// The stretch consists of whole segments, so it is longer than `reach` by up to a segment. It ends
+/// early at the end of an open path, at a cusp, and once around a closed path. The answer cannot
+/// leap to another branch of the path: beyond the stretch there is no search, and within it the
+/// heading tells branches apart.
 #[cold]
 pub fn locate_by_scan(
     path: &PathView<'_>,

@@ -4,8 +4,9 @@
 //!   The model of the turn in one period is `gain (a + steer_offset b)`: `a` is the turn that the
 //!   vehicle's parameters predict, `b` its derivative by the steering offset. It is linear in
 //!   `gain` and `gain steer_offset`.
-//! - **Dead time** by a normalised gradient step. A dead time that is too short by `t` leaves the
-//!   residual `-t da/dt` in the turn, so residual and rate of change of `a` give `t`.
+//! - **Dead time** by a normalised gradient step. If the given dead time is too short by `t`, the
+//!   measured turn differs from the expected one by `-t da/dt`; that difference and `da/dt` give
+//!   `t`.
 //! - **Slip**, the angle from the heading to the direction of motion, by normalised least mean
 //!   squares from the measured positions.
 
@@ -135,17 +136,20 @@ pub struct Estimator {
 impl Estimator {
     /// Time constant of the estimated acceleration [s].
     const ACCELERATION_TIME: f64 = 0.1;
-    /// Weight of the vehicle's own gain, 1, in the least squares [rad^2]. It is not forgotten.
-    /// Larger values make the estimate slower and steadier; 1e-4 is one turn of 0.6 degrees.
+    /// Weight of the gain 1, that of the vehicle's parameters, in the least squares [rad^2]. It is
+    /// not forgotten. Larger values make the estimate slower and steadier; 1e-4 weighs as much as
+    /// one measured turn of 0.6 degrees.
     const GAIN_PRIOR: f64 = 1e-4;
-    /// Weight of the vehicle's own steering offset in the least squares. It is not forgotten.
-    /// Larger values make the estimate slower and steadier; 0.1 are three periods with `b` = 0.18.
+    /// Weight of the vehicle's given steering offset in the least squares. It is not forgotten.
+    /// Larger values make the estimate slower and steadier; 0.1 weighs as much as three periods
+    /// with `b` = 0.18.
     const OFFSET_PRIOR: f64 = 0.1;
-    /// Weight of the vehicle's own dead time [rad^2/s^2]. Larger values make its estimate slower.
+    /// Weight of the vehicle's given dead time [rad^2/s^2]. It is not forgotten. Larger values make
+    /// the estimate slower.
     const CHANGE_PRIOR: f64 = 1e-2;
-    /// Least gain: below it the parameters are those of another vehicle.
+    /// Least gain: a lesser one would mean that the parameters are those of another vehicle.
     pub const MIN_GAIN: f64 = 0.4;
-    /// Largest gain: above it the parameters are those of another vehicle.
+    /// Largest gain: a larger one would mean that the parameters are those of another vehicle.
     pub const MAX_GAIN: f64 = 2.5;
     /// Bound of the estimated steering offset [rad].
     pub const MAX_STEER_OFFSET: f64 = 0.15;
@@ -154,8 +158,9 @@ impl Estimator {
     /// Curvature times wheelbase at which a slip sample updates `slip` and `slip_length` equally.
     /// Below it a bend is treated as straight.
     const SLIP_SPLIT: f64 = 0.03;
-    /// Shortest distance from which a slip is estimated [m]: over less, a curvature overflows. The
-    /// slowest vehicle at its default `min_speed` travels more in the shortest period.
+    /// Shortest distance from which a slip is estimated [m]: over a shorter one, the path's turn
+    /// divided by the distance could overflow. The slowest vehicle at its default `min_speed`
+    /// travels more in the shortest period.
     const LEAST_TRAVEL: f64 = 1e-9;
     /// Bound of the estimated acceleration, in wheelbases [1/s^2].
     const MAX_ACCELERATION: f64 = 20.0;
@@ -164,7 +169,7 @@ impl Estimator {
     /// Bound of a turn, which no valid input reaches; the squares of its changes keep to `MAX_SUM`.
     const MAX_TURN: f64 = 1e30;
 
-    /// Bound of `longer_dead_time`, either way [s].
+    /// Bound of the magnitude of `longer_dead_time` [s].
     #[inline]
     fn most_longer(vehicle: &Vehicle) -> f64 {
         0.5 * vehicle.dead_time
@@ -244,8 +249,8 @@ impl Estimator {
         self.offset_measured = self.offset_measured * kept + by_offset * measured;
 
         if let Some(fitted) = self.fitted_gain() {
-            // Without a dead time nothing is predicted and feedback corrects the gain. An estimate
-            // that is disturbed by a wrong lag would only cost gain margin.
+            // Without a dead time nothing is predicted, and feedback corrects a wrong gain. There
+            // an estimate, which a wrong `steer_lag` disturbs, would only cost gain margin.
             let gain = if vehicle.dead_time > 0.0 { fitted } else { 1.0 };
             // The best offset for this gain, which may be 1 or clamped.
             let offset = (self.offset_measured - self.turn_offset * gain)
@@ -290,7 +295,7 @@ impl Estimator {
         })
     }
 
-    /// The present estimates, with the fitted gain even if controllers use 1.
+    /// The present estimates, with the fitted gain also where controllers use 1.
     pub fn known(&self) -> Estimate {
         Estimate {
             gain: self.fitted_gain().unwrap_or(self.estimate.gain),
@@ -300,10 +305,10 @@ impl Estimator {
 
     /// Updates the slip from the motion of the no-slip point in the last `dt` [s].
     ///
-    /// `curvature` gives the path's mean curvature [1/m] over a distance travelled [m], for a
-    /// vehicle that looks along its heading. The path's is used and not the vehicle's: the vehicle
-    /// steers by the measured position, so its curvature is correlated with the noise of the
-    /// sample.
+    /// `curvature` gives the path's mean curvature [1/m] over a distance travelled [m]. Its sign is
+    /// that of the steering angle: where the path is driven backwards, opposite to the path's own.
+    /// The vehicle's curvature would not do: the vehicle steers by the measured position, so its
+    /// curvature is correlated with the noise of the sample.
     #[inline]
     pub fn observe_slip(
         &mut self,

@@ -28,7 +28,7 @@ use crate::math::saturate;
 /// yaw'   = speed tan(wheel) / (turning_wheelbase + understeer speed^2)
 /// ```
 ///
-/// and the no-slip point moves where the vehicle looks.
+/// and the no-slip point moves along the vehicle's heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vehicle {
     /// Distance of the axles `L` [m]; the default lengths of all parameters scale with it.
@@ -36,8 +36,8 @@ pub struct Vehicle {
     /// How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
     /// axle's, negative where it is of a point ahead of that.
     pub rear_axle: f64,
-    /// How far ahead of the pose's point lies the no-slip point [m]: the one that moves
-    /// where the vehicle looks; the rear axle by default.
+    /// How far ahead of the pose's point lies the no-slip point [m], the one that moves along the
+    /// vehicle's heading; the rear axle by default.
     pub no_slip_point: Option<f64>,
     /// The wheelbase that the vehicle turns by [m]; `wheelbase` by default.
     pub turning_wheelbase: Option<f64>,
@@ -45,13 +45,13 @@ pub struct Vehicle {
     pub understeer: f64,
     /// Angle of the wheels at the command 0 [rad].
     pub steer_offset: f64,
-    /// Time constant with which the wheels answer a command [s].
+    /// Time constant of the wheels' first-order response to a command [s].
     pub steer_lag: f64,
     /// Time from a command to its first effect on the wheels [s].
     pub dead_time: f64,
     /// Largest angle of the front wheels `delta_max` [rad].
     pub max_steer: f64,
-    /// Fastest move of the front wheels [rad/s]; none for no limit.
+    /// Largest rate of the front wheels' angle [rad/s]; none for no limit.
     pub max_steer_rate: Option<f64>,
     /// Largest lateral acceleration that a command may ask for [m/s^2]; none for no limit.
     pub max_lateral_acceleration: Option<f64>,
@@ -131,7 +131,7 @@ impl Vehicle {
         self.rear_axle + self.wheelbase
     }
 
-    /// How far ahead of the pose's point lies the point that moves where the vehicle looks [m].
+    /// How far ahead of the pose's point the no-slip point lies [m].
     #[inline]
     pub fn no_slip(&self) -> f64 {
         self.no_slip_point.unwrap_or(self.rear_axle)

@@ -6,7 +6,7 @@ use crate::limits::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use crate::math::{cos, saturate, sin, wrap};
 
 /// Pose of the vehicle's point, and speed.
-// The order is told: arrays of these come from C.
+// The order of the fields is fixed: arrays of these come from C.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleState {

@@ -41,18 +41,18 @@ macro_rules! controller {
         /// path : Path
         ///     The path to follow.
         /// vehicle : Vehicle, optional
-        ///     What is true of the vehicle, and where the point lies whose pose `step` is given;
-        ///     ``Vehicle()`` by default. With a dead time the controller steers by the vehicle as
+        ///     The vehicle, with the position of the point whose pose `step` is given;
+        ///     ``Vehicle()`` by default. With a dead time the controller steers for the vehicle as
         ///     it will be when its command reaches the wheels.
         #[doc = concat!("params : ", $name, "Params, optional")]
         ///     The tuning; its defaults scale with the vehicle.
         /// adapt : AdaptParams or None or "auto", default "auto"
-        ///     How fast the controller adapts to the vehicle; None: not at all. "auto": as
-        ///     ``AdaptParams()`` where an estimate counts, that is in preview POP, and in any
-        ///     controller whose vehicle has a dead time.
+        ///     How fast the controller adapts to the vehicle; None: not at all. "auto":
+        ///     ``AdaptParams()`` for preview POP, and for any controller whose vehicle has a dead
+        ///     time; None for the others.
         /// monitor : MonitorParams or None or "auto", default "auto"
-        ///     From where on a step has the status ``Status.DEVIATING`` or ``Status.IMPLAUSIBLE``;
-        ///     None: never. "auto": as ``MonitorParams()``.
+        ///     The thresholds beyond which a step has the status ``Status.DEVIATING`` or
+        ///     ``Status.IMPLAUSIBLE``; None: never. "auto": ``MonitorParams()``.
         ///
         /// Raises
         /// ------
@@ -331,8 +331,8 @@ macro_rules! controller {
 
             /// Find the vehicle's place on the path anew, after a jump.
             ///
-            /// A step looks for the vehicle near its last place. After a jump, of the vehicle, of
-            /// its localisation or along the path, this looks for it on the whole path, as
+            /// A step searches for the vehicle near its last projection. After a jump of the
+            /// vehicle, of its localisation or along the path, this searches the whole path, as
             /// `Path.relocalise` does, and the next step starts from there. The rest of the state
             /// stays.
             ///
@@ -440,7 +440,7 @@ macro_rules! controller {
                 self.adapt.or(py, self.law.adapt().copied().map(PyAdaptParams))
             }
 
-            /// From where on a step says that something is wrong; None where it never does.
+            /// The thresholds beyond which a step reports a fault; None without a monitor.
             #[getter]
             fn monitor(&self, py: Python<'_>) -> PyResult<Option<Py<PyMonitorParams>>> {
                 self.monitor.or(py, self.law.monitor().copied().map(PyMonitorParams))

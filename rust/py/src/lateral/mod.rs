@@ -94,10 +94,11 @@ controller! {
     /// Of the angles in the neighbourhood of the last one, chooses the angle with the least cost
     /// over a horizon: ``e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`` a step, with the
     /// cross-track error e, the heading error p and the rate of the wheels, predicted by a bicycle
-    /// with lag along the curvature of the path ahead. What follows the first step is taken at its
-    /// best, so the cost of an angle is a parabola, and its lowest point, brought within the
-    /// neighbourhood and the limits, is known in closed form. It adapts to its vehicle unless it is
-    /// told otherwise. Tracked point: the no-slip point.
+    /// with lag along the curvature of the path ahead. The moves after the first one are assumed
+    /// optimal, so the cost of an angle is a parabola, whose minimum is known in closed form. Where
+    /// that plan leaves the neighbourhood or breaks a limit of the vehicle, at any step, the best
+    /// plan within them takes its place. By default it adapts to its vehicle. Tracked point: the
+    /// no-slip point.
     PyPreviewPop(PreviewPop) named "PreviewPop", params PyPreviewPopParams, state PyPreviewPopState,
     examples {
         /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])

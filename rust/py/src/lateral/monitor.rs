@@ -7,18 +7,21 @@ use crate::choice::{Choice, Chosen};
 use crate::params::params;
 
 params! {
-    /// From where on a controller says that something is wrong: two statuses of the level fault.
+    /// The thresholds beyond which a controller reports a fault, by two statuses of that level.
     ///
-    /// ``Status.DEVIATING`` where the measured cross-track error is beyond `deviation_limit`, once
-    /// the vehicle has been within it. ``Status.IMPLAUSIBLE`` where the yaw measured over the last
-    /// second is farther than `turn_tolerance` and five standard deviations of its noise from what
-    /// the commands explain, and for 2 s after: with the turn ``E`` that the vehicle's parameters
-    /// expect of them, quicker by 0.03 s to slower by 0.1 s, and the turn ``S`` of a radian of
-    /// steering offset, all turns ``gain (E + offset S)`` with a gain from 0.4 to 2.5 and the
-    /// offset that the motion has shown. Nothing is concluded across inputs that were refused,
-    /// periods longer than 0.3 s, changes of the direction, and `relocalise`. A steering offset of
-    /// more than some 1.5 degrees that the vehicle's parameters lack is implausible until the
-    /// motion has shown it, and so is a localisation whose yaw jumps.
+    /// ``Status.DEVIATING``: the measured cross-track error is beyond `deviation_limit`, after the
+    /// vehicle was within it.
+    ///
+    /// ``Status.IMPLAUSIBLE``: the turn measured over the last second is farther than
+    /// `turn_tolerance` and five standard deviations of the yaw's noise from every turn that the
+    /// commands explain. The status stays for 2 s. The commands explain the turns ``gain (E +
+    /// offset S)``: ``E`` is the turn that the vehicle's parameters expect, with a response quicker
+    /// by up to 0.03 s or slower by up to 0.1 s; ``S`` is the turn by a radian of steering offset;
+    /// the gain is from 0.4 to 2.5, and the offset the one that the motion has shown. A steering
+    /// offset of more than some 1.5 degrees that the vehicle's parameters lack is implausible until
+    /// the motion has shown it, and so is a localisation whose yaw jumps. Nothing is concluded
+    /// across inputs that were refused, periods longer than 0.3 s, changes of the direction of
+    /// driving, and `relocalise`.
     PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer",
     shown as "(*, deviation_limit=None, turn_tolerance=0.01)",
     defaults MonitorParams::DEFAULT, checked by MonitorParams::checked,

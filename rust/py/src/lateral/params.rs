@@ -30,7 +30,7 @@ macro_rules! tuning {
             defaults $core::DEFAULT, checked by (|params| $law::new(Vehicle::DEFAULT, params)),
             $($field: $kind, $words, $text;)+
             search_distance: Option<f64>, "float, optional",
-                "Arc of the path that is searched on each side of the last place [m], besides the distance travelled in a step; two wheelbases by default.";
+                "Arc of the path that is searched on each side of the last projection [m], in addition to the distance travelled in a step; two wheelbases by default.";
             lost_distance: Option<f64>, "float, optional",
                 "Distance from the path beyond which the vehicle is lost and is searched for on the whole path [m]; ten wheelbases by default.";
             @examples { $(#[doc = $example])+ }

@@ -24,7 +24,7 @@ pub const FIGURES: [(&str, f64); 7] = [
 /// Bound of each coordinate of the preview [m].
 pub const PREVIEW_BOUND: f64 = 2000.0;
 
-/// What is told beside the observation.
+/// What is reported in addition to the observation.
 pub const INFO: [&str; 8] = [
     "x",
     "y",
@@ -36,7 +36,7 @@ pub const INFO: [&str; 8] = [
     "time",
 ];
 
-/// One vehicle on one episode, and what its last step came to.
+/// One vehicle on one episode, and the result of its last step.
 #[derive(Clone, Debug)]
 pub struct Episode {
     simulation: Simulation,
@@ -45,7 +45,7 @@ pub struct Episode {
     failed: bool,
     /// What is observed, as [`FIGURES`] says.
     pub observation: Vec<f32>,
-    /// What is told beside that, as [`INFO`] says.
+    /// What is reported in addition, as [`INFO`] says.
     pub info: [f64; INFO.len()],
     /// The reward of the last step.
     pub reward: f64,

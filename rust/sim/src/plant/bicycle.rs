@@ -32,7 +32,7 @@ impl KinematicBicycle {
         ..Vehicle::PAPER
     };
 
-    /// A middling car.
+    /// A passenger car.
     pub const DEFAULT: Self = Self {
         vehicle: Self::VEHICLE,
         drive: 6.0,
