@@ -45,6 +45,13 @@ ANSWERS: dict[str, dict[str, Any]] = {
         "path_yaw": 0.1,
     },
     "Lookahead": {"index": 4, "point": (1.0, 2.0), "found": False},
+    "SpeedCommand": {
+        "acceleration": -0.0,
+        "reference_speed": 3.0,
+        "distance_to_stop": inf,
+        "reverse": True,
+        "standing": False,
+    },
 }
 """What answers consist of."""
 

@@ -6,7 +6,6 @@ finder does not look.
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import doctest
 import importlib
@@ -255,15 +254,3 @@ def test_examples_of_the_module_run(name: str) -> None:
     assert result.failed == 0
     source = Path(module.__file__ or "").read_text(encoding="utf-8")
     assert (result.attempted > 0) == (">>> " in source)
-
-
-def test_stub_names_the_parameters_in_the_order_of_the_module() -> None:
-    stub = Path(inspect.getfile(_core)).with_name("_core.pyi").read_text(encoding="utf-8")
-    classes = [node for node in ast.parse(stub).body if isinstance(node, ast.ClassDef)]
-    assert len(classes) > 20
-    for node in classes:
-        for made in node.body:
-            if isinstance(made, ast.FunctionDef) and made.name == "__new__":
-                arguments = [*made.args.posonlyargs, *made.args.args, *made.args.kwonlyargs]
-                names = [argument.arg for argument in arguments][1:]
-                assert names == list(_parameters(getattr(_core, node.name))), node.name

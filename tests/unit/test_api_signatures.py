@@ -1,23 +1,16 @@
-"""Signatures show the real defaults, and the stub shows the same."""
+"""Signatures show the real defaults."""
 
 from __future__ import annotations
 
-import ast
 import inspect
 import pydoc
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 import popsteer
-from popsteer import _core, reference, sim
+from popsteer import reference, sim
 from tests.unit.test_api_docs import CALLABLES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-STUB = Path(inspect.getfile(_core)).with_name("_core.pyi").read_text(encoding="utf-8")
 
 
 def _signature(thing: Any) -> inspect.Signature | None:
@@ -82,54 +75,3 @@ def test_help_shows_the_defaults() -> None:
         "wheelbase: 'float' = ", ""
     )
     assert "lookahead_gain: 'float' = 0.2" in pydoc.render_doc(reference.PopParams)
-
-
-def _stub_defaults(stub: str) -> Iterator[tuple[Any, str, ast.expr]]:
-    """Every default in the stub: of what, of which parameter, as it is written."""
-    for node in ast.parse(stub).body:
-        inside = node.body if isinstance(node, ast.ClassDef) else [node]
-        for each in inside:
-            if not isinstance(each, ast.FunctionDef):
-                continue
-            thing = getattr(_core, node.name if isinstance(node, ast.ClassDef) else each.name)
-            if isinstance(node, ast.ClassDef) and each.name != "__new__":
-                thing = getattr(thing, each.name)
-            given = [*each.args.posonlyargs, *each.args.args]
-            for argument, default in zip(reversed(given), reversed(each.args.defaults)):  # noqa: B905
-                yield thing, argument.arg, default
-            for argument, keyword in zip(each.args.kwonlyargs, each.args.kw_defaults, strict=True):
-                if keyword is not None:
-                    yield thing, argument.arg, keyword
-
-
-def _wrong(stub: str) -> list[str]:
-    """Defaults of the stub that are not those of the module."""
-    found = []
-    for thing, name, written in _stub_defaults(stub):
-        real = inspect.signature(thing).parameters[name].default
-        said = ast.literal_eval(written)
-        if (said, type(said)) != (real, type(real)):
-            found.append(f"{thing.__name__}: {name} = {ast.unparse(written)}, not {real!r}")
-    return found
-
-
-def test_stub_has_the_defaults_of_the_module() -> None:
-    assert sum(1 for _ in _stub_defaults(STUB)) > 300
-    assert _wrong(STUB) == []
-
-
-@pytest.mark.parametrize(
-    ("written", "planted"),
-    [
-        ("lookahead_gain: float = 0.2,", "lookahead_gain: float = 0.3,"),
-        ("substeps: int = 10", "substeps: int = ..."),
-        (
-            "commands_in_flight: tuple[_Point, ...] = ()",
-            "commands_in_flight: tuple[_Point, ...] = (0,)",
-        ),
-        ("candidate_count: int = 21", "candidate_count: float = 21.0"),
-    ],
-)
-def test_planted_default_in_the_stub_is_found(written: str, planted: str) -> None:
-    assert written in STUB
-    assert _wrong(STUB.replace(written, planted, 1))

@@ -287,6 +287,14 @@ def test_pop_state_with_an_angle_beyond_the_limit_is_refused(angle: float) -> No
     assert pop.state == popsteer.PopState()
 
 
+def test_speed_command_copied_or_pickled_is_equal() -> None:
+    command = popsteer.SpeedTracker(PATH).step(2.0, 0.2, 0.1, 3.0, 0.05)
+    assert eval(repr(command), vars(popsteer)) == command
+    for twin in (copy.copy(command), copy.deepcopy(command), pickle.loads(pickle.dumps(command))):
+        assert twin == command
+    assert command != popsteer.SpeedTracker(PATH).step(3.0, 0.2, 0.1, 3.0, 0.05)
+
+
 def test_speed_pid_state_saved_and_restored_goes_on_alike() -> None:
     law, other = popsteer.SpeedPid(), popsteer.SpeedPid()
     law.step(3.0, 10.0, 0.05)

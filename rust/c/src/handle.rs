@@ -95,6 +95,23 @@ pub(crate) unsafe fn of_mut<'a, H: Handle>(
     Ok(unsafe { &mut (*handle.cast::<Tagged<H::Value>>()).value })
 }
 
+/// The core's value of what a pointer leads to; its default where that is NULL.
+///
+/// # Safety
+///
+/// `pointer` is NULL or leads to a `C`.
+#[inline]
+pub(crate) unsafe fn given<C: Copy + Into<T>, T: Default>(
+    pointer: *const C,
+    argument: &'static str,
+) -> Result<T, Failure> {
+    if pointer.is_null() {
+        return Ok(T::default());
+    }
+    // SAFETY: the caller vouches for it.
+    unsafe { read(pointer, argument) }.map(Into::into)
+}
+
 /// Frees what is behind a handle; nothing where that is NULL.
 ///
 /// # Safety

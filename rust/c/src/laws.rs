@@ -1,14 +1,10 @@
 //! The constructors, one a controller.
 
-use popsteer_core::Vehicle;
-use popsteer_core::lateral::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
-};
+use popsteer_core::lateral::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
 
 use crate::controller::{CController, Controller, Steering};
-use crate::error::{CError, Failure, guard};
-use crate::handle::{self, give};
+use crate::error::{CError, guard};
+use crate::handle::{give, given};
 use crate::params::{
     CBangBangParams, COptions, CPidParams, CPopParams, CPreviewPopParams, CPurePursuitParams,
     CStanleyParams,
@@ -16,37 +12,20 @@ use crate::params::{
 use crate::path::{self, CPath};
 use crate::vehicle::CVehicle;
 
-/// What a pointer leads to; `usual` where it is NULL.
-///
-/// # Safety
-///
-/// `pointer` is NULL or leads to a `T`.
-unsafe fn given<T: Copy>(
-    pointer: *const T,
-    argument: &'static str,
-    usual: T,
-) -> Result<T, Failure> {
-    if pointer.is_null() {
-        return Ok(usual);
-    }
-    // SAFETY: the caller vouches for it.
-    unsafe { handle::read(pointer, argument) }
-}
-
 /// Makes a controller of `$law` from C's arguments.
 macro_rules! make {
-    ($law:ident, $params:ident, $path:ident, $vehicle:ident, $given:ident, $options:ident, $out:ident) => {{
+    ($law:ident, $path:ident, $vehicle:ident, $params:ident, $options:ident, $out:ident) => {{
         let value = || {
             // SAFETY: the caller vouches for the handle and the pointers.
             let (path, vehicle, params, options) = unsafe {
                 (
                     path::shared($path)?,
-                    given($vehicle, "vehicle", Vehicle::DEFAULT.into())?,
-                    given($given, "params", $params::DEFAULT.into())?,
-                    given($options, "options", COptions::usual())?,
+                    given($vehicle, "vehicle")?,
+                    given($params, "params")?,
+                    given::<_, COptions>($options, "options")?,
                 )
             };
-            let law = $law::new(vehicle.into(), params.into())?;
+            let law = $law::new(vehicle, params)?;
             let steering = Steering::$law(options.track(law)?.into());
             Ok(Controller { path, steering })
         };
@@ -73,7 +52,7 @@ pub unsafe extern "C" fn popsteer_pop_new(
     options: *const COptions,
     out: *mut *mut CController,
 ) -> CError {
-    make!(Pop, PopParams, path, vehicle, params, options, out)
+    make!(Pop, path, vehicle, params, options, out)
 }
 
 /// Makes a preview POP controller, which plans its angles ahead within all limits of the vehicle:
@@ -90,15 +69,7 @@ pub unsafe extern "C" fn popsteer_preview_pop_new(
     options: *const COptions,
     out: *mut *mut CController,
 ) -> CError {
-    make!(
-        PreviewPop,
-        PreviewPopParams,
-        path,
-        vehicle,
-        params,
-        options,
-        out
-    )
+    make!(PreviewPop, path, vehicle, params, options, out)
 }
 
 /// Makes a PID controller on the cross-track error. Arguments as of `popsteer_pop_new`.
@@ -114,7 +85,7 @@ pub unsafe extern "C" fn popsteer_pid_new(
     options: *const COptions,
     out: *mut *mut CController,
 ) -> CError {
-    make!(Pid, PidParams, path, vehicle, params, options, out)
+    make!(Pid, path, vehicle, params, options, out)
 }
 
 /// Makes a pure-pursuit controller: the arc of the rear axle through the lookahead point.
@@ -131,15 +102,7 @@ pub unsafe extern "C" fn popsteer_pure_pursuit_new(
     options: *const COptions,
     out: *mut *mut CController,
 ) -> CError {
-    make!(
-        PurePursuit,
-        PurePursuitParams,
-        path,
-        vehicle,
-        params,
-        options,
-        out
-    )
+    make!(PurePursuit, path, vehicle, params, options, out)
 }
 
 /// Makes a Stanley controller: heading and cross-track error of the front axle. Arguments as of
@@ -156,7 +119,7 @@ pub unsafe extern "C" fn popsteer_stanley_new(
     options: *const COptions,
     out: *mut *mut CController,
 ) -> CError {
-    make!(Stanley, StanleyParams, path, vehicle, params, options, out)
+    make!(Stanley, path, vehicle, params, options, out)
 }
 
 /// Makes a bang-bang controller: a fixed angle back towards the path. Arguments as of
@@ -173,13 +136,5 @@ pub unsafe extern "C" fn popsteer_bang_bang_new(
     options: *const COptions,
     out: *mut *mut CController,
 ) -> CError {
-    make!(
-        BangBang,
-        BangBangParams,
-        path,
-        vehicle,
-        params,
-        options,
-        out
-    )
+    make!(BangBang, path, vehicle, params, options, out)
 }

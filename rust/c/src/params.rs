@@ -277,8 +277,8 @@ fn wish<T>(field: &'static str, value: u32, on: T) -> Result<Wish<T>, ConfigErro
     }
 }
 
-impl COptions {
-    pub(crate) fn usual() -> Self {
+impl Default for COptions {
+    fn default() -> Self {
         Self {
             adapt: POPSTEER_AUTO,
             monitor: POPSTEER_AUTO,
@@ -289,7 +289,9 @@ impl COptions {
             turn_tolerance: MonitorParams::DEFAULT.turn_tolerance,
         }
     }
+}
 
+impl COptions {
     /// The tracker of `law` with these options.
     pub(crate) fn track<L: LateralLaw>(self, law: L) -> Result<Tracker<L>, Failure> {
         let known = |number: f64| (!number.is_nan()).then_some(number);
@@ -352,5 +354,5 @@ pub extern "C" fn popsteer_bang_bang_params_default() -> CBangBangParams {
 /// The defaults of `popsteer_options`.
 #[unsafe(no_mangle)]
 pub extern "C" fn popsteer_options_default() -> COptions {
-    COptions::usual()
+    COptions::default()
 }

@@ -3,26 +3,12 @@
 use core::mem::offset_of;
 
 use popsteer_core::VehicleState;
-use popsteer_core::lateral::{Predicted, Reported};
+use popsteer_core::lateral::Predicted;
 
 use crate::command::{CCommand, CPredicted, CReported, CVehicleState};
 use crate::controller::{CController, each};
 use crate::error::{CError, Failure, guard};
 use crate::handle;
-
-/// What a vehicle reports; nothing where the pointer is NULL.
-///
-/// # Safety
-///
-/// `reported` is NULL or leads to what its type says.
-#[inline]
-unsafe fn reported_of(reported: *const CReported) -> Result<Reported, Failure> {
-    if reported.is_null() {
-        return Ok(Reported::NOTHING);
-    }
-    // SAFETY: the caller vouches for it.
-    Ok(unsafe { handle::read(reported, "reported")? }.into())
-}
 
 /// Takes one control step.
 ///
@@ -49,7 +35,7 @@ pub unsafe extern "C" fn popsteer_step(
         // SAFETY: the caller vouches for all three.
         unsafe {
             handle::place(out)?;
-            let reported = reported_of(reported)?;
+            let reported = handle::given(reported, "reported")?;
             let controller = handle::of_mut(controller, "controller")?;
             let command = controller.step(vehicle.into(), dt, reported)?;
             handle::write(out, command.into())
@@ -80,7 +66,7 @@ pub unsafe extern "C" fn popsteer_step_or_hold(
         // SAFETY: the caller vouches for all three.
         unsafe {
             handle::place(out)?;
-            let reported = reported_of(reported)?;
+            let reported = handle::given(reported, "reported")?;
             let controller = handle::of_mut(controller, "controller")?;
             let command = controller.step_or_hold(vehicle.into(), dt, hold_limit, reported);
             handle::write(out, command.into())

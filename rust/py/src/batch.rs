@@ -164,9 +164,9 @@ impl PyBatch {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         let count = self.vehicles.len();
-        self.inputs.read(count, x, y, yaw, speed)?;
+        let applied = applied_steer.as_ref();
         self.inputs
-            .read_reported(count, applied_steer.as_ref(), &pose_age)?;
+            .read(count, [x, y, yaw, speed], applied, &pose_age)?;
         let angles = PyArray1::<f64>::zeros(py, count, false);
         {
             let mut writable = angles.try_readwrite()?;
@@ -236,9 +236,9 @@ impl PyBatch {
     ) -> PyResult<PyCommandBatch> {
         let (dt, on_error) = (dt.0, on_error_of(py, on_error, hold_limit)?);
         let count = self.vehicles.len();
-        self.inputs.read(count, x, y, yaw, speed)?;
+        let applied = applied_steer.as_ref();
         self.inputs
-            .read_reported(count, applied_steer.as_ref(), &pose_age)?;
+            .read(count, [x, y, yaw, speed], applied, &pose_age)?;
         let mut commands = vec![None; count];
         let (inputs, reported) = (&self.inputs.vehicles, &self.inputs.reported);
         let out = commands.as_mut_slice();
@@ -285,7 +285,7 @@ impl PyBatch {
             None => (0..count).collect(),
             Some(given) => given
                 .into_iter()
-                .map(|place| place_of(place, count))
+                .map(|place| place.below(count, "vehicles"))
                 .collect::<Result<_, _>>()
                 .or_raise(py)?,
         };
@@ -368,29 +368,14 @@ impl PyBatch {
 /// What a pickled batch keeps.
 type Kept<'py> = (Bound<'py, PyList>, Vec<Option<Py<PyPath>>>);
 
-/// A place in a batch of so many vehicles.
-fn place_of(Count(place): Count, count: usize) -> Result<usize, InputError> {
-    let found = usize::try_from(place).ok().filter(|&place| place < count);
-    #[expect(clippy::cast_precision_loss, reason = "shown in an error")]
-    found.ok_or(InputError {
-        field: "vehicles",
-        value: place as f64,
-        requirement: Requirement::Below(count),
-    })
-}
-
 /// The number of copies that is asked for.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "shown in an error, where it is out of range"
-)]
 fn checked_count(count: Option<Count>) -> Result<usize, ConfigError> {
-    let Count(count) = count.unwrap_or(Count(1));
-    match usize::try_from(count) {
+    let count = count.unwrap_or(Count(1));
+    match usize::try_from(count.0) {
         Ok(copies) if copies <= MAX_COUNT => Ok(copies),
         _ => Err(ConfigError {
             field: "count",
-            value: count as f64,
+            value: count.shown(),
             requirement: Requirement::CountInRange(0, MAX_COUNT),
         }),
     }

@@ -22,10 +22,9 @@ impl Inputs {
     pub(crate) fn read(
         &mut self,
         count: usize,
-        x: &Bound<'_, PyAny>,
-        y: &Bound<'_, PyAny>,
-        yaw: &Bound<'_, PyAny>,
-        speed: &Bound<'_, PyAny>,
+        [x, y, yaw, speed]: [&Bound<'_, PyAny>; 4],
+        applied_steer: Option<&Bound<'_, PyAny>>,
+        pose_age: &Ages<'_>,
     ) -> PyResult<()> {
         let (x, y) = (column(x, "x", count)?, column(y, "y", count)?);
         let (yaw, speed) = (column(yaw, "yaw", count)?, column(speed, "speed", count)?);
@@ -34,11 +33,11 @@ impl Inputs {
         self.vehicles.clear();
         self.vehicles
             .extend(poses.map(|(((&x, &y), &yaw), &speed)| VehicleState { x, y, yaw, speed }));
-        Ok(())
+        self.read_reported(count, applied_steer, pose_age)
     }
 
     /// Copies what the vehicles report beside pose and speed.
-    pub(crate) fn read_reported(
+    fn read_reported(
         &mut self,
         count: usize,
         applied_steer: Option<&Bound<'_, PyAny>>,

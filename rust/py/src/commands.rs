@@ -6,17 +6,31 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::params::NewArgs;
+
 type Column = Py<PyArray1<f64>>;
 
-/// A class of columns, one entry a vehicle. Its documentation stands above the class, that of each
-/// attribute above its field.
+/// A class of columns, one entry a vehicle. The text of each is its documentation in the class and
+/// on the attribute.
 macro_rules! columns {
     (
         $(#[doc = $about:literal])+
         $class:ident named $name:literal,
-        $($(#[doc = $text:literal])+ $field:ident: $kind:ty;)+
+        $($field:ident: $kind:ty, $words:literal, $text:literal;)+
+        @examples { $(#[doc = $example:literal])+ }
     ) => {
         $(#[doc = $about])+
+        ///
+        /// Parameters
+        /// ----------
+        $(
+            #[doc = concat!(stringify!($field), " : ", $words)]
+            #[doc = concat!("    ", $text)]
+        )+
+        ///
+        /// Examples
+        /// --------
+        $(#[doc = $example])+
         #[pyclass(frozen, name = $name, module = "popsteer")]
         #[derive(Debug)]
         pub(crate) struct $class {
@@ -42,7 +56,7 @@ macro_rules! columns {
             }
 
             $(
-                $(#[doc = $text])+
+                #[doc = $text]
                 #[getter]
                 fn $field(&self, py: Python<'_>) -> $kind {
                     self.$field.clone_ref(py)
@@ -57,10 +71,7 @@ macro_rules! columns {
                 format!("<{} of {} vehicles>", $name, self.count(py))
             }
 
-            fn __getnewargs_ex__<'py>(
-                &self,
-                py: Python<'py>,
-            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+            fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArgs<'py>> {
                 let columns = PyDict::new(py);
                 $(columns.set_item(stringify!($field), &self.$field)?;)+
                 Ok((PyTuple::empty(py), columns))
@@ -71,60 +82,36 @@ macro_rules! columns {
 
 columns! {
     /// What one step of a batch answers: `Command` in columns, an entry a vehicle.
-    ///
-    /// Parameters
-    /// ----------
-    /// steer : ndarray of shape (N,)
-    ///     Angles to command [rad], positive to the left.
-    /// cross_track_error : ndarray of shape (N,)
-    ///     Offsets of the tracked points from the path [m], positive left of it.
-    /// heading_error : ndarray of shape (N,)
-    ///     Yaw less direction of the path [rad], in [-pi, pi].
-    /// predicted_cross_track_error : ndarray of shape (N,)
-    ///     Cross-track errors of the vehicles as they will be when the commands reach the wheels [m].
-    /// predicted_heading_error : ndarray of shape (N,)
-    ///     Heading errors of those [rad].
-    /// target : ndarray of shape (N, 2)
-    ///     The points aimed at, (x, y) [m].
-    /// reverse : ndarray of shape (N,) of bool
-    ///     Whether the path is driven backwards there.
-    /// reference_speed : ndarray of shape (N,)
-    ///     The paths' speeds beside the rear axles [m/s]; NaN where a path has no speeds.
-    /// distance_to_stop : ndarray of shape (N,)
-    ///     Distances along the paths to the next cusp, or to the end [m]; inf where there is neither.
-    /// status : ndarray of shape (N,) of uint32
-    ///     How the steps went, as the bits of `Status`.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import numpy as np
-    /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
-    /// >>> batch = popsteer.Batch(popsteer.BangBang(path), 2)
-    /// >>> x, y = np.array([5.0, 99.0]), np.array([0.5, -0.5])
-    /// >>> commands = batch.step(x, y, np.zeros(2), np.full(2, 5.0), 0.05)
-    /// >>> commands.steer, (commands.status & popsteer.Status.END_OF_PATH) > 0
-    /// (array([-0.122,  0.122]), array([False,  True]))
     PyCommandBatch named "CommandBatch",
-    /// Angles to command [rad], positive to the left.
-    steer: Column;
-    /// Offsets of the tracked points from the path [m], positive left of it.
-    cross_track_error: Column;
-    /// Yaw less direction of the path [rad], in [-pi, pi].
-    heading_error: Column;
-    /// Cross-track errors of the vehicles as they will be when the commands reach the wheels [m].
-    predicted_cross_track_error: Column;
-    /// Heading errors of those [rad].
-    predicted_heading_error: Column;
-    /// The points aimed at, (x, y) [m].
-    target: Py<PyArray2<f64>>;
-    /// Whether the path is driven backwards there, shape (N,).
-    reverse: Py<PyArray1<bool>>;
-    /// The paths' speeds beside the rear axles [m/s]; NaN where a path has no speeds.
-    reference_speed: Column;
-    /// Distances along the paths to the next cusp, or to the end [m]; inf where there is neither.
-    distance_to_stop: Column;
-    /// How the steps went, as the bits of `Status`.
-    status: Py<PyArray1<u32>>;
+    steer: Column, "ndarray of shape (N,)",
+        "Angles to command [rad], positive to the left.";
+    cross_track_error: Column, "ndarray of shape (N,)",
+        "Offsets of the tracked points from the path [m], positive left of it.";
+    heading_error: Column, "ndarray of shape (N,)",
+        "Yaw less direction of the path [rad], in [-pi, pi].";
+    predicted_cross_track_error: Column, "ndarray of shape (N,)",
+        "Cross-track errors of the vehicles as they will be when the commands reach the wheels [m].";
+    predicted_heading_error: Column, "ndarray of shape (N,)",
+        "Heading errors of those [rad].";
+    target: Py<PyArray2<f64>>, "ndarray of shape (N, 2)",
+        "The points aimed at, (x, y) [m].";
+    reverse: Py<PyArray1<bool>>, "ndarray of shape (N,) of bool",
+        "Whether the path is driven backwards there.";
+    reference_speed: Column, "ndarray of shape (N,)",
+        "The paths' speeds beside the rear axles [m/s]; NaN where a path has no speeds.";
+    distance_to_stop: Column, "ndarray of shape (N,)",
+        "Distances along the paths to the next cusp, or to the end [m]; inf where there is neither.";
+    status: Py<PyArray1<u32>>, "ndarray of shape (N,) of uint32",
+        "How the steps went, as the bits of `Status`.";
+    @examples {
+        /// >>> import numpy as np
+        /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+        /// >>> batch = popsteer.Batch(popsteer.BangBang(path), 2)
+        /// >>> x, y = np.array([5.0, 99.0]), np.array([0.5, -0.5])
+        /// >>> commands = batch.step(x, y, np.zeros(2), np.full(2, 5.0), 0.05)
+        /// >>> commands.steer, (commands.status & popsteer.Status.END_OF_PATH) > 0
+        /// (array([-0.122,  0.122]), array([False,  True]))
+    }
 }
 
 impl PyCommandBatch {

@@ -4,7 +4,6 @@ use popsteer_core::error::{ConfigError, InputError, PathError, Requirement};
 use popsteer_sim::simulation::SimulationError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyType;
 
 static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
 
@@ -36,6 +35,18 @@ fn shown(py: Python<'_>, value: f64, requirement: Requirement) -> PyResult<Bound
     })
 }
 
+/// The exception that `make` makes of the class `name`, or what it raises.
+fn made<'py>(
+    py: Python<'py>,
+    name: &str,
+    make: impl FnOnce(Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>>,
+) -> PyErr {
+    let class = module(py).and_then(|module| module.getattr(name));
+    class
+        .and_then(make)
+        .map_or_else(|error| error, PyErr::from_value)
+}
+
 /// An error of class `name` about one field.
 fn field_error(
     py: Python<'_>,
@@ -44,13 +55,10 @@ fn field_error(
     value: f64,
     requirement: Requirement,
 ) -> PyErr {
-    let made = || -> PyResult<Bound<'_, PyAny>> {
+    made(py, name, |class| {
         let words = worded(py, requirement)?;
-        module(py)?
-            .getattr(name)?
-            .call1((field, shown(py, value, requirement)?, words))
-    };
-    made().map_or_else(|error| error, PyErr::from_value)
+        class.call1((field, shown(py, value, requirement)?, words))
+    })
 }
 
 /// An `InputError` about one of the entries of an argument: of `speed`, `speed[3]`.
@@ -66,12 +74,9 @@ pub(crate) fn argument_error<'py>(
     value: Bound<'py, PyAny>,
     requirement: &str,
 ) -> PyErr {
-    let made = || {
-        module(py)?
-            .getattr("InputError")?
-            .call1((argument, value, requirement))
-    };
-    made().map_or_else(|error| error, PyErr::from_value)
+    made(py, "InputError", |class| {
+        class.call1((argument, value, requirement))
+    })
 }
 
 /// Turns one of the core's errors into a Python exception.
@@ -104,51 +109,42 @@ impl IntoPyErr for SimulationError {
 
 impl IntoPyErr for PathError {
     fn into_py_err(self, py: Python<'_>) -> PyErr {
-        let made = || -> PyResult<Bound<'_, PyAny>> {
-            let class = module(py)?.getattr("PathError")?;
-            match self {
-                Self::TooFewWaypoints { count, least } => {
-                    class.call_method1("too_few_waypoints", (count, least))
-                }
-                Self::LengthMismatch {
-                    field,
-                    length,
-                    waypoints,
-                } => class.call_method1("length_mismatch", (field, length, waypoints)),
-                Self::OutOfRange {
-                    field,
-                    index,
-                    value,
-                    requirement,
-                } => class.call_method1(
-                    "out_of_range",
-                    (field, index, value, worded(py, requirement)?),
-                ),
-                Self::Coinciding { index, next } => class.call_method1("coinciding", (index, next)),
-                Self::GridTooLarge { points, most } => {
-                    class.call_method1("grid_too_large", (points, most))
-                }
+        made(py, "PathError", |class| match self {
+            Self::TooFewWaypoints { count, least } => {
+                class.call_method1("too_few_waypoints", (count, least))
             }
-        };
-        made().map_or_else(|error| error, PyErr::from_value)
+            Self::LengthMismatch {
+                field,
+                length,
+                waypoints,
+            } => class.call_method1("length_mismatch", (field, length, waypoints)),
+            Self::OutOfRange {
+                field,
+                index,
+                value,
+                requirement,
+            } => {
+                let words = worded(py, requirement)?;
+                class.call_method1("out_of_range", (field, index, value, words))
+            }
+            Self::Coinciding { index, next } => class.call_method1("coinciding", (index, next)),
+            Self::GridTooLarge { points, most } => {
+                class.call_method1("grid_too_large", (points, most))
+            }
+        })
     }
 }
 
 /// A `PathError` with this message.
 pub(crate) fn path_error(py: Python<'_>, message: String) -> PyErr {
-    let made =
-        || -> PyResult<Bound<'_, PyAny>> { module(py)?.getattr("PathError")?.call1((message,)) };
-    made().map_or_else(|error| error, PyErr::from_value)
+    made(py, "PathError", |class| class.call1((message,)))
 }
 
 /// A `ConfigError` about a name that is not known.
 pub(crate) fn unknown(py: Python<'_>, what: &str, name: &str, known: &[&str]) -> PyErr {
-    let made = || -> PyResult<Bound<'_, PyAny>> {
-        let class = module(py)?.getattr("ConfigError")?;
-        let class = class.cast::<PyType>()?;
+    made(py, "ConfigError", |class| {
         class.call_method1("unknown", (what, name, known.to_vec()))
-    };
-    made().map_or_else(|error| error, PyErr::from_value)
+    })
 }
 
 /// Raises an error of the core as a Python exception.

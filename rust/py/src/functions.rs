@@ -256,10 +256,6 @@ pub(crate) fn state_transition(
 /// (5.0, 0.0, 0.0, 10.5)
 #[pyfunction]
 #[pyo3(signature = (x, y, yaw, speed, steer, acceleration, wheelbase, dt, /))]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a function of plain numbers in Python"
-)]
 pub(crate) fn kinematic_bicycle(
     py: Python<'_>,
     x: f64,

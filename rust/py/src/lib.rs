@@ -15,6 +15,7 @@ mod batch_inputs;
 mod choice;
 mod command;
 mod commands;
+mod driving;
 mod episodes;
 mod errors;
 mod functions;
@@ -46,51 +47,37 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::batch::PyBatch;
-    #[pymodule_export]
-    use crate::command::PyCommand;
-    #[pymodule_export]
-    use crate::commands::PyCommandBatch;
-    #[pymodule_export]
-    use crate::episodes::PyEpisodes;
-    #[pymodule_export]
-    use crate::functions::{
-        get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition, wrap,
+    use crate::{
+        batch::PyBatch,
+        command::PyCommand,
+        commands::PyCommandBatch,
+        episodes::PyEpisodes,
+        functions::{
+            get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition,
+            wrap,
+        },
+        lateral::{
+            PyBangBang, PyBangBangParams, PyBangBangState, PyMonitorParams, PyPid, PyPidParams,
+            PyPidState, PyPop, PyPopParams, PyPopState, PyPreviewPop, PyPreviewPopParams,
+            PyPreviewPopState, PyPurePursuit, PyPurePursuitParams, PyPurePursuitState, PyStanley,
+            PyStanleyParams, PyStanleyState,
+        },
+        longitudinal::{
+            PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
+            PySpeedPidState,
+        },
+        many::run_many,
+        path::PyPath,
+        planning::{path_curvature, plan_speeds},
+        plants::{PyCarlaIdentified, PyKinematicBicycle, plants},
+        projection::{PyLookahead, PyProjection},
+        settings::{PyNoise, PySettings},
+        sim::PySimulation,
+        speed_tracker::{
+            PySpeedCommand, PySpeedTracker, PySpeedTrackerParams, PySpeedTrackerState,
+        },
+        vehicle::{PyAdaptParams, PyEstimate, PyVehicle},
     };
-    #[pymodule_export]
-    use crate::lateral::PyMonitorParams;
-    #[pymodule_export]
-    use crate::lateral::{
-        PyBangBang, PyBangBangParams, PyBangBangState, PyPid, PyPidParams, PyPidState, PyPop,
-        PyPopParams, PyPopState, PyPreviewPop, PyPreviewPopParams, PyPreviewPopState,
-        PyPurePursuit, PyPurePursuitParams, PyPurePursuitState, PyStanley, PyStanleyParams,
-        PyStanleyState,
-    };
-    #[pymodule_export]
-    use crate::longitudinal::{
-        PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,
-        PySpeedPidState,
-    };
-    #[pymodule_export]
-    use crate::many::run_many;
-    #[pymodule_export]
-    use crate::path::PyPath;
-    #[pymodule_export]
-    use crate::planning::{path_curvature, plan_speeds};
-    #[pymodule_export]
-    use crate::plants::{PyCarlaIdentified, PyKinematicBicycle, plants};
-    #[pymodule_export]
-    use crate::projection::{PyLookahead, PyProjection};
-    #[pymodule_export]
-    use crate::settings::{PyNoise, PySettings};
-    #[pymodule_export]
-    use crate::sim::PySimulation;
-    #[pymodule_export]
-    use crate::speed_tracker::{
-        PySpeedCommand, PySpeedTracker, PySpeedTrackerParams, PySpeedTrackerState,
-    };
-    #[pymodule_export]
-    use crate::vehicle::{PyAdaptParams, PyEstimate, PyVehicle};
 
     /// Names the version and the profile that this module was built with.
     #[pymodule_init]

@@ -9,7 +9,6 @@ use popsteer_sim::plant::PedalMap;
 use popsteer_sim::{Drive, Plant};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::errors::{OrRaise, argument_error};
 use crate::params::params;
@@ -69,17 +68,10 @@ impl PyCoupledLongitudinal {
     #[new]
     #[pyo3(signature = (params=None))]
     fn new(py: Python<'_>, params: Option<Py<PyCoupledLongitudinalParams>>) -> PyResult<Self> {
-        let params = match params {
-            Some(params) => params,
-            None => Py::new(
-                py,
-                PyCoupledLongitudinalParams(CoupledLongitudinalParams::DEFAULT),
-            )?,
-        };
-        Ok(Self {
-            law: CoupledLongitudinal::new(params.get().0).or_raise(py)?,
-            params,
-        })
+        let usual = PyCoupledLongitudinalParams(CoupledLongitudinalParams::DEFAULT);
+        let params = params.map_or_else(|| Py::new(py, usual), Ok)?;
+        let law = CoupledLongitudinal::new(params.get().0).or_raise(py)?;
+        Ok(Self { law, params })
     }
 
     /// Take one control step.
@@ -112,33 +104,19 @@ impl PyCoupledLongitudinal {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        Ok(format!(
-            "CoupledLongitudinal({})",
-            self.params.bind(py).repr()?
-        ))
+        let params = self.params.bind(py).repr()?;
+        Ok(format!("CoupledLongitudinal({params})"))
     }
 }
 
 record! {
     /// What `SpeedPid` remembers from one step to the next.
-    ///
-    /// Parameters
-    /// ----------
-    /// integral : float, default 0.0
-    ///     The integral's share of the command, within -1 to 1.
-    /// previous_error : float, optional
-    ///     The last speed error [m/s]; None before the first step.
     PySpeedPidState(SpeedPidState) named "SpeedPidState",
-    /// The integral's share of the command, within -1 to 1.
-    integral: f64 = 0.0;
-    /// The last speed error [m/s]; None before the first step.
-    previous_error: Option<f64> = None;
-    @extra {
-        /// The fields by name, as a new ``dict``.
-        fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-            self.fields(py)
-        }
-    }
+    integral: f64 = 0.0, "float, default 0.0",
+        "The integral's share of the command, within -1 to 1.";
+    previous_error: Option<f64> = None, "float, optional",
+        "The last speed error [m/s]; None before the first step.";
+    @shown as "(*, integral=0.0, previous_error=None)", with as_dict;
 }
 
 /// PID that tracks a reference speed.
@@ -168,10 +146,8 @@ impl PySpeedPid {
     #[new]
     #[pyo3(signature = (params=None))]
     fn new(py: Python<'_>, params: Option<Py<PySpeedPidParams>>) -> PyResult<Self> {
-        let params = match params {
-            Some(params) => params,
-            None => Py::new(py, PySpeedPidParams(SpeedPidParams::DEFAULT))?,
-        };
+        let usual = PySpeedPidParams(SpeedPidParams::DEFAULT);
+        let params = params.map_or_else(|| Py::new(py, usual), Ok)?;
         let law = SpeedPid::new(params.get().0).or_raise(py)?;
         Ok(Self {
             law,
@@ -207,10 +183,8 @@ impl PySpeedPid {
         target_speed: f64,
         dt: f64,
     ) -> PyResult<(f64, f64)> {
-        let pedals = self
-            .law
-            .step(&mut self.state, speed, target_speed, dt)
-            .or_raise(py)?;
+        let state = &mut self.state;
+        let pedals = self.law.step(state, speed, target_speed, dt).or_raise(py)?;
         Ok((pedals.throttle, pedals.brake))
     }
 
@@ -296,12 +270,8 @@ pub(crate) fn drive_for(
     let Some(map) = given.map(PedalMap::from).or_else(|| plant.pedals()) else {
         let required = format!("given, as {} has no drive, braking and drag", plant.name());
         let py = object.py();
-        return Err(argument_error(
-            py,
-            "pedals",
-            py.None().into_bound(py),
-            &required,
-        ));
+        let none = py.None().into_bound(py);
+        return Err(argument_error(py, "pedals", none, &required));
     };
     Ok(Drive::Tracked(Arc::new(tracker.try_borrow()?.tracked(map))))
 }

@@ -1,6 +1,8 @@
-//! The names of a run's metrics.
+//! A run's metrics by their names.
 
 use popsteer_sim::Metrics;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// A figure: its name, and where it is.
 pub(crate) type Figure = (&'static str, fn(&Metrics) -> f64);
@@ -43,4 +45,16 @@ pub(crate) fn figures() -> impl Iterator<Item = Figure> {
         ("time", |metrics| metrics.time),
     ];
     errors.into_iter().flatten().chain(others)
+}
+
+/// All metrics of a run.
+pub(crate) fn by_name<'py>(py: Python<'py>, metrics: &Metrics) -> PyResult<Bound<'py, PyDict>> {
+    let fields = PyDict::new(py);
+    for (name, figure) in figures() {
+        fields.set_item(name, figure(metrics))?;
+    }
+    fields.set_item("steps", metrics.steps)?;
+    fields.set_item("finished", metrics.finished)?;
+    fields.set_item("faults", metrics.faults.bits())?;
+    Ok(fields)
 }

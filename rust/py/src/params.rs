@@ -1,13 +1,14 @@
 //! Parameter classes, made from the core's structs: one macro, so that a field has one home.
 
-use popsteer_core::ConfigError;
+use popsteer_core::error::{InputError, Requirement};
+use popsteer_core::{ConfigError, Point};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyFloat, PyInt};
+use pyo3::types::{PyDict, PyTuple};
 
 /// A number from Python. A whole number beyond all floats becomes infinite, and the core refuses it
 /// by name like any other that is out of range.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, IntoPyObject, PartialEq)]
 pub(crate) struct Number(pub(crate) f64);
 
 impl<'py> FromPyObject<'_, 'py> for Number {
@@ -33,19 +34,9 @@ impl Number {
     }
 }
 
-impl<'py> IntoPyObject<'py> for Number {
-    type Target = PyFloat;
-    type Output = Bound<'py, PyFloat>;
-    type Error = std::convert::Infallible;
-
-    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
-        self.0.into_pyobject(py)
-    }
-}
-
 /// A whole number from Python, of any size: one that does not fit becomes the nearest that does,
 /// and the core refuses it by name.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, IntoPyObject, PartialEq)]
 pub(crate) struct Count(pub(crate) i64);
 
 impl<'py> FromPyObject<'_, 'py> for Count {
@@ -62,20 +53,29 @@ impl<'py> FromPyObject<'_, 'py> for Count {
     }
 }
 
-impl<'py> IntoPyObject<'py> for Count {
-    type Target = PyInt;
-    type Output = Bound<'py, PyInt>;
-    type Error = std::convert::Infallible;
-
-    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
-        self.0.into_pyobject(py)
-    }
-}
-
 impl Count {
     /// The nearest count that the core can hold: 0 for a negative one.
     pub(crate) fn saturated(self) -> usize {
         usize::try_from(self.0.max(0)).unwrap_or(usize::MAX)
+    }
+
+    /// The place of one of `count` things.
+    pub(crate) fn below(self, count: usize, field: &'static str) -> Result<usize, InputError> {
+        let place = usize::try_from(self.0).ok().filter(|&place| place < count);
+        place.ok_or(InputError {
+            field,
+            value: self.shown(),
+            requirement: Requirement::Below(count),
+        })
+    }
+
+    /// The count as an error shows it.
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "it is out of range, and only shown"
+    )]
+    pub(crate) fn shown(self) -> f64 {
+        self.0 as f64
     }
 }
 
@@ -91,43 +91,39 @@ pub(crate) trait Field: Copy {
     fn changed(_argument: Self::Argument) -> Option<f64> {
         None
     }
-}
-
-impl Field for f64 {
-    type Argument = Number;
-
-    fn from_argument(argument: Number) -> f64 {
-        argument.0
-    }
-
-    fn argument(self) -> Number {
-        Number(self)
+    /// The argument in an expression that makes an equal object.
+    fn written(argument: &Bound<'_, PyAny>) -> PyResult<String> {
+        Ok(argument.repr()?.to_string())
     }
 }
 
-impl Field for Option<f64> {
-    type Argument = Option<Number>;
+/// [`Field`] for a type, by what it is in terms of its argument, and the other way round.
+macro_rules! field {
+    ($field:ty, $given:ident: $argument:ty => $from:expr, $value:ident => $to:expr) => {
+        impl Field for $field {
+            type Argument = $argument;
 
-    fn from_argument(argument: Option<Number>) -> Option<f64> {
-        argument.map(|number| number.0)
-    }
+            fn from_argument($given: $argument) -> Self {
+                $from
+            }
 
-    fn argument(self) -> Option<Number> {
-        self.map(Number)
-    }
+            fn argument(self) -> $argument {
+                let $value = self;
+                $to
+            }
+        }
+    };
 }
-
-impl Field for bool {
-    type Argument = bool;
-
-    fn from_argument(argument: bool) -> bool {
-        argument
-    }
-
-    fn argument(self) -> bool {
-        self
-    }
-}
+field!(f64, given: Number => given.0, value => Number(value));
+field!(Option<f64>, given: Option<Number> => given.map(|given| given.0), value => value.map(Number));
+field!(bool, given: bool => given, value => value);
+field!(Point, given: (f64, f64) => Self::new(given.0, given.1), value => (value.x, value.y));
+// A waypoint below 0 is refused as one beyond all waypoints is.
+field!(
+    Option<usize>,
+    given: Option<Count> => given.map(|Count(index)| usize::try_from(index).unwrap_or(usize::MAX)),
+    waypoint => waypoint.map(Field::argument)
+);
 
 impl Field for usize {
     type Argument = Count;
@@ -140,12 +136,8 @@ impl Field for usize {
         Count(i64::try_from(self).unwrap_or(i64::MAX))
     }
 
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "shown in an error, where it is out of range"
-    )]
     fn changed(argument: Count) -> Option<f64> {
-        (argument.0 < 0).then_some(argument.0 as f64)
+        (argument.0 < 0).then(|| argument.shown())
     }
 }
 
@@ -248,8 +240,8 @@ macro_rules! params {
             )+
 
             /// The parameters by name, as a new ``dict``.
-            fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                let fields = PyDict::new(py);
+            fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
+                let fields = pyo3::types::PyDict::new(py);
                 $(fields.set_item(stringify!($vehicle), self.$vehicle())?;)?
                 $(fields.set_item(stringify!($field), self.$field())?;)+
                 Ok(fields)
@@ -260,7 +252,7 @@ macro_rules! params {
             fn replace<'py>(
                 &self,
                 py: Python<'py>,
-                changes: Option<&Bound<'py, PyDict>>,
+                changes: Option<&Bound<'py, pyo3::types::PyDict>>,
             ) -> PyResult<Bound<'py, PyAny>> {
                 let fields = self.as_dict(py)?;
                 if let Some(changes) = changes {
@@ -273,11 +265,8 @@ macro_rules! params {
                 $crate::params::repr($name, &self.as_dict(py)?)
             }
 
-            fn __getnewargs_ex__<'py>(
-                &self,
-                py: Python<'py>,
-            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-                Ok((PyTuple::empty(py), self.as_dict(py)?))
+            fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<$crate::params::NewArgs<'py>> {
+                Ok((pyo3::types::PyTuple::empty(py), self.as_dict(py)?))
             }
 
             $($($extra)*)?
@@ -293,4 +282,12 @@ pub(crate) fn repr(name: &str, fields: &Bound<'_, PyDict>) -> PyResult<String> {
         shown.push(format!("{field}={}", value.repr()?));
     }
     Ok(format!("{name}({})", shown.join(", ")))
+}
+
+/// What makes an equal object: arguments in order, and arguments by name.
+pub(crate) type NewArgs<'py> = (Bound<'py, PyTuple>, Bound<'py, PyDict>);
+
+/// One hash for equal fields: Python hashes 0.0 and -0.0 alike.
+pub(crate) fn hash(fields: &Bound<'_, PyDict>) -> PyResult<isize> {
+    PyTuple::new(fields.py(), fields.values())?.hash()
 }

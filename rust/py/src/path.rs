@@ -1,9 +1,10 @@
-//! The path: arrays in, geometry out.
+//! The path: arrays in, geometry out. PyO3 wants the methods of a class in one block; half of this
+//! one is their documentation.
 
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use popsteer_core::error::{InputError, Requirement, input_in_range as checked};
+use popsteer_core::error::{InputError, input_in_range as checked};
 use popsteer_core::limits::MAX_YAW;
 use popsteer_core::path::lookahead;
 use popsteer_core::path::relocalise::relocalise;
@@ -15,7 +16,7 @@ use pyo3::types::{PyDict, PyTuple, PyType};
 
 use crate::errors::OrRaise;
 use crate::functions::checked_point;
-use crate::params::Count;
+use crate::params::{Count, NewArgs};
 use crate::projection::{PyLookahead, PyProjection};
 use crate::waypoints::Waypoints;
 
@@ -71,17 +72,8 @@ impl PyPath {
         }
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "shown in an error")]
     fn index(&self, field: &'static str, index: Count) -> Result<usize, InputError> {
-        let count = self.view().len();
-        match usize::try_from(index.0) {
-            Ok(index) if index < count => Ok(index),
-            _ => Err(InputError {
-                field,
-                value: index.0 as f64,
-                requirement: Requirement::Below(count),
-            }),
-        }
+        index.below(self.view().len(), field)
     }
 
     /// The grid around a waypoint, where it is not too large to visit all of it.
@@ -186,18 +178,14 @@ impl PyPath {
     /// Reference speed at each waypoint, a new array of shape (N,) [m/s]; None without.
     #[getter]
     fn speed<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.view()
-            .speed()
-            .map(|speed| PyArray1::from_slice(py, speed))
+        Some(PyArray1::from_slice(py, self.view().speed()?))
     }
 
     /// For each segment, by the waypoint at its start, whether it is driven backwards, shape (N,);
     /// None where all is driven forward.
     #[getter]
     fn reverse<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<bool>>> {
-        self.view()
-            .reverse()
-            .map(|reverse| PyArray1::from_slice(py, reverse))
+        Some(PyArray1::from_slice(py, self.view().reverse()?))
     }
 
     /// Arc length of the whole path [m], the closing segment included.
@@ -219,32 +207,19 @@ impl PyPath {
     fn __repr__(&self) -> String {
         let view = self.view();
         let closed = if view.is_closed() { ", closed" } else { "" };
-        format!(
-            "<Path of {} waypoints, {:.1} m{closed}>",
-            view.len(),
-            view.length()
-        )
+        let (waypoints, length) = (view.len(), view.length());
+        format!("<Path of {waypoints} waypoints, {length:.1} m{closed}>")
     }
 
-    fn __getnewargs_ex__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-        let rows: Vec<Vec<f64>> = self
-            .view()
-            .x()
-            .iter()
-            .zip(self.view().y())
-            .map(|(&x, &y)| vec![x, y])
-            .collect();
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArgs<'py>> {
+        let view = self.view();
+        let flat = view.x().iter().zip(view.y()).flat_map(|(&x, &y)| [x, y]);
+        let xy = PyArray1::from_iter(py, flat).reshape([view.len(), 2])?;
         let options = PyDict::new(py);
         options.set_item("speed", self.speed(py))?;
         options.set_item("closed", self.closed())?;
         options.set_item("reverse", self.reverse(py))?;
-        Ok((
-            PyTuple::new(py, [PyArray2::from_vec2(py, &rows)?])?,
-            options,
-        ))
+        Ok((PyTuple::new(py, [xy])?, options))
     }
 
     /// Find the waypoint nearest to a position, of all.
@@ -380,13 +355,10 @@ impl PyPath {
             let view = self.view();
             let segment = segment.min(view.segments() - 1);
             let closest = ClosestPoint::new(&view, segment, position);
-            Ok(lookahead::get_crossing(
-                &view, &closest, position, lookahead,
-            ))
+            let (point, on_circle) = lookahead::get_crossing(&view, &closest, position, lookahead);
+            Ok(((point.x, point.y), on_circle))
         };
-        found()
-            .map(|(point, on_circle)| ((point.x, point.y), on_circle))
-            .or_raise(py)
+        found().or_raise(py)
     }
 
     /// Find the waypoint to start from after a jump: the nearest one whose direction fits.
@@ -473,11 +445,8 @@ impl PyPath {
     ) -> PyResult<PyProjection> {
         let position = checked_point(x, y).or_raise(py)?;
         let nearest = self.start("nearest", nearest, position).or_raise(py)?;
-        Ok(PyProjection(projection::project(
-            &self.view(),
-            nearest,
-            position,
-        )))
+        let closest = projection::project(&self.view(), nearest, position);
+        Ok(PyProjection(closest))
     }
 
     /// Give the direction of the segment that leads to a waypoint.
@@ -674,16 +643,8 @@ impl PyPath {
         window_ahead: f64,
         grid_spacing: f64,
     ) -> PyResult<usize> {
-        self.get_lookahead_point(
-            py,
-            x,
-            y,
-            lookahead,
-            nearest,
-            tolerance,
-            window_ahead,
-            grid_spacing,
-        )
-        .map(|found| found.0.index)
+        let (ahead, spacing) = (window_ahead, grid_spacing);
+        self.get_lookahead_point(py, x, y, lookahead, nearest, tolerance, ahead, spacing)
+            .map(|found| found.0.index)
     }
 }

@@ -1,77 +1,65 @@
 //! The plants of the core, and what stands for one.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use popsteer_sim::Plant;
 use popsteer_sim::plant::{self, CarlaIdentified, KinematicBicycle};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
 use crate::errors::unknown;
-use crate::params::params;
+use crate::params::{hash, params};
 use crate::python_plant::PythonPlant;
 use crate::vehicle::PyVehicle;
 
-/// [`params!`] of a plant of the core: a vehicle, and parameters of its own, which can be hashed.
-macro_rules! plant {
-    (
-        $(#[doc = $about:literal])+
-        $class:ident($core:ident) named $name:literal, of $whose:literal,
-        $($field:ident, $words:literal, $text:literal;)+
-    ) => {
-        params! {
-            $(#[doc = $about])+
-            $class($core) named $name in "popsteer.sim",
-            defaults $core::DEFAULT, checked by $core::checked,
-            @of vehicle: PyVehicle by default $core::VEHICLE, $whose;
-            $($field: f64, $words, $text;)+
-            @extra {
-                fn __hash__(&self) -> u64 {
-                    let mut hasher = DefaultHasher::new();
-                    PyVehicle(self.0.vehicle).hash(&mut hasher);
-                    $((self.0.$field + 0.0).to_bits().hash(&mut hasher);)+
-                    hasher.finish()
-                }
-            }
-        }
-    };
-}
-
-plant! {
+params! {
     /// The vehicle identified from the paper authors' CARLA run.
     ///
     /// Single-track steady-state yaw response with a lag, and a longitudinal model with throttle
     /// lag, drag and loss in bends. The vehicle's `steer_lag` acts on the yaw rate here. The
     /// recorded run holds no braking: `braking` is an assumption.
-    PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified", of "``popsteer.vehicles.get('carla-identified')``",
-    throttle_lag, "float, default 0.25",
+    PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified" in "popsteer.sim",
+    defaults CarlaIdentified::DEFAULT, checked by CarlaIdentified::checked,
+    @of vehicle: PyVehicle by default CarlaIdentified::VEHICLE, "``popsteer.vehicles.get('carla-identified')``";
+    throttle_lag: f64, "float, default 0.25",
         "Time constant of the throttle [s].";
-    drive, "float, default 6.0",
+    drive: f64, "float, default 6.0",
         "Acceleration at full throttle [m/s²].";
-    drag, "float, default 0.28",
+    drag: f64, "float, default 0.28",
         "Drag linear in speed [1/s].";
-    air_drag, "float, default 0.001",
+    air_drag: f64, "float, default 0.001",
         "Drag quadratic in speed [1/m].";
-    bend_loss, "float, default 0.11",
+    bend_loss: f64, "float, default 0.11",
         "Loss in bends.";
-    braking, "float, default 9.0",
+    braking: f64, "float, default 9.0",
         "Deceleration at full brake [m/s²].";
+    @extra {
+        fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+            hash(&self.as_dict(py)?)
+        }
+    }
 }
 
-plant! {
+params! {
     /// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag.
     ///
     /// It does what its vehicle says: dead time, lag, rate, largest angle and offset of the wheels,
     /// turning wheelbase and understeer, the no-slip point, `drive_lag` and `max_speed`.
-    PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle", of "``popsteer.vehicles.get('kinematic-bicycle')``, whose wheels turn at once",
-    drive, "float, default 6.0",
+    PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle" in "popsteer.sim",
+    defaults KinematicBicycle::DEFAULT, checked by KinematicBicycle::checked,
+    @of vehicle: PyVehicle by default KinematicBicycle::VEHICLE, "``popsteer.vehicles.get('kinematic-bicycle')``, whose wheels turn at once";
+    drive: f64, "float, default 6.0",
         "Acceleration at full throttle [m/s²].";
-    drag, "float, default 0.28",
+    drag: f64, "float, default 0.28",
         "Drag linear in speed [1/s].";
-    braking, "float, default 9.0",
+    braking: f64, "float, default 9.0",
         "Deceleration at full brake [m/s²].";
+    @extra {
+        fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+            hash(&self.as_dict(py)?)
+        }
+    }
 }
 
 /// A plant from its name or its object.

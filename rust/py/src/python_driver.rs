@@ -7,6 +7,8 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyInt};
 
+use crate::params::Field;
+
 /// An object with `step(x, y, yaw, speed, dt)`, which may take `reverse` as well.
 #[derive(Debug)]
 pub(crate) struct PythonDriver {
@@ -124,10 +126,7 @@ fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<Answer> {
     };
     let target = match given(intern!(py, "target"))? {
         None => nowhere,
-        Some(target) => {
-            let (x, y) = target.extract()?;
-            Point::new(x, y)
-        }
+        Some(target) => Field::from_argument(target.extract()?),
     };
     let status = match given(intern!(py, "status"))? {
         None => Status::OK,

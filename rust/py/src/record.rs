@@ -1,94 +1,40 @@
 //! Frozen classes of what is answered and remembered, made from the core's structs: one macro, so
 //! that a field has one home.
 
-use popsteer_core::Point;
-use pyo3::prelude::*;
-
-use crate::params::Count;
-
-/// A field of a record, as it goes to Python and comes from it.
-pub(crate) trait Part: Copy {
-    /// What Python sees.
-    type Shown;
-    fn shown(self) -> Self::Shown;
-    fn taken(shown: Self::Shown) -> Self;
-    /// The value of the field as an expression.
-    fn written(value: &Bound<'_, PyAny>) -> PyResult<String> {
-        Ok(value.repr()?.to_string())
-    }
-}
-
-macro_rules! shown_as_it_is {
-    ($($kind:ty),+) => {$(
-        impl Part for $kind {
-            type Shown = Self;
-
-            fn shown(self) -> Self {
-                self
-            }
-
-            fn taken(shown: Self) -> Self {
-                shown
-            }
-        }
-    )+};
-}
-shown_as_it_is!(f64, bool, Option<f64>);
-
-impl Part for Point {
-    type Shown = (f64, f64);
-
-    fn shown(self) -> (f64, f64) {
-        (self.x, self.y)
-    }
-
-    fn taken(shown: (f64, f64)) -> Self {
-        Self::new(shown.0, shown.1)
-    }
-}
-
-impl Part for usize {
-    type Shown = Count;
-
-    fn shown(self) -> Count {
-        crate::params::Field::argument(self)
-    }
-
-    fn taken(shown: Count) -> Self {
-        shown.saturated()
-    }
-}
-
-impl Part for Option<usize> {
-    type Shown = Option<Count>;
-
-    fn shown(self) -> Option<Count> {
-        self.map(Part::shown)
-    }
-
-    /// One below 0 is refused as one beyond all waypoints is.
-    fn taken(shown: Option<Count>) -> Self {
-        shown.map(|count| usize::try_from(count.0).unwrap_or(usize::MAX))
-    }
-}
-
-/// A frozen, keyword-only class around a struct of the core. Its documentation stands above the
-/// class, that of each attribute above its field; a field with a value may be left out.
+/// A frozen, keyword-only class around a struct of the core.
+///
+/// The text of each field is its documentation in the class and on the attribute. A field with a
+/// value may be left out; `$shown` is the signature then, which a test holds against the real
+/// defaults, and the class gives its fields by name.
 macro_rules! record {
     (
         $(#[doc = $about:literal])+
         $class:ident($core:ident) named $name:literal,
-        $($(#[doc = $text:literal])+ $field:ident: $kind:ty $(= $default:tt)?;)+
-        $(@extra { $($extra:item)* })?
+        $($field:ident: $kind:ty $(= $default:tt)?, $words:literal, $text:literal;)+
+        $(@shown as $shown:literal, with $as_dict:ident;)?
+        $(@examples { $(#[doc = $example:literal])+ })?
     ) => {
         $(#[doc = $about])+
+        ///
+        /// Parameters
+        /// ----------
+        $(
+            #[doc = concat!(stringify!($field), " : ", $words)]
+            #[doc = concat!("    ", $text)]
+        )+
+        $(
+            ///
+            /// Examples
+            /// --------
+            $(#[doc = $example])+
+        )?
         #[pyclass(frozen, eq, name = $name, module = "popsteer")]
         #[derive(Clone, Debug, PartialEq)]
         pub(crate) struct $class(pub(crate) $core);
 
         impl $class {
-            fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                let fields = PyDict::new(py);
+            fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
+                let fields = pyo3::types::PyDict::new(py);
                 $(fields.set_item(stringify!($field), self.$field())?;)+
                 Ok(fields)
             }
@@ -97,27 +43,40 @@ macro_rules! record {
         #[pymethods]
         impl $class {
             #[new]
-            #[pyo3(signature = (*, $($field $(= $default)?),+))]
-            fn new($($field: <$kind as $crate::record::Part>::Shown),+) -> Self {
+            #[pyo3(
+                signature = (*, $($field $(= <$kind as $crate::params::Field>::argument($default))?),+)
+                $(, text_signature = $shown)?
+            )]
+            fn new($($field: <$kind as $crate::params::Field>::Argument),+) -> Self {
                 Self($core {
-                    $($field: $crate::record::Part::taken($field)),+
+                    $($field: $crate::params::Field::from_argument($field)),+
                 })
             }
 
             $(
-                $(#[doc = $text])+
+                #[doc = $text]
                 #[getter]
-                fn $field(&self) -> <$kind as $crate::record::Part>::Shown {
-                    $crate::record::Part::shown(self.0.$field)
+                fn $field(&self) -> <$kind as $crate::params::Field>::Argument {
+                    $crate::params::Field::argument(self.0.$field)
                 }
             )+
+
+            $(
+                /// The fields by name, as a new ``dict``.
+                fn $as_dict<'py>(
+                    &self,
+                    py: Python<'py>,
+                ) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
+                    self.fields(py)
+                }
+            )?
 
             fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
                 let fields = self.fields(py)?;
                 let fields = [$(format!(
                     "{}={}",
                     stringify!($field),
-                    <$kind as $crate::record::Part>::written(
+                    <$kind as $crate::params::Field>::written(
                         &fields.as_any().get_item(stringify!($field))?
                     )?
                 )),+];
@@ -127,11 +86,9 @@ macro_rules! record {
             fn __getnewargs_ex__<'py>(
                 &self,
                 py: Python<'py>,
-            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-                Ok((PyTuple::empty(py), self.fields(py)?))
+            ) -> PyResult<$crate::params::NewArgs<'py>> {
+                Ok((pyo3::types::PyTuple::empty(py), self.fields(py)?))
             }
-
-            $($($extra)*)?
         }
     };
 }

@@ -2,7 +2,6 @@
 
 use popsteer_sim::{Noise, Settings};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::params::params;
 

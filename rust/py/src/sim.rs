@@ -1,28 +1,23 @@
-//! Plants, settings and the simulation.
+//! The simulation.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
-use numpy::PyArray1;
 use popsteer_core::path::Follow;
-use popsteer_core::{InputError, Point, Status, VehicleState};
+use popsteer_core::{Point, Status, VehicleState};
 use popsteer_sim::plant::CarlaIdentified;
-use popsteer_sim::{
-    Control, Controller, Perception, Plant, Record, Saved, Settings, Simulation, closed_loop,
-};
+use popsteer_sim::{Control, Noise, Perception, Plant, Settings, Simulation};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyTuple};
 use pyo3::{PyTraverseError, PyVisit};
 
+use crate::driving::driven;
 use crate::errors::{OrRaise, argument_error};
-use crate::lateral::law_of;
 use crate::longitudinal::{GivenPedals, drive_for};
-use crate::metrics::figures;
+use crate::metrics::by_name;
 use crate::path::PyPath;
-use crate::plants::{any_plant, plant_object};
-use crate::python_driver::PythonDriver;
+use crate::plants::{AnyPlant, any_plant, plant_object};
 use crate::python_plant::{PythonPlant, limit_of};
-use crate::records::{Begin, SavedState, columns_of};
+use crate::records::{Begin, SavedState, columns_of, put_together, taken_apart};
 use crate::settings::{PyNoise, PySettings};
 use crate::vehicle::PyVehicle;
 
@@ -95,37 +90,22 @@ impl PySimulation {
         settings: Option<Py<PySettings>>,
         py: Python<'_>,
     ) -> PyResult<Self> {
-        let (plant, python_plant) = match plant {
+        let plant = match plant {
             Some(plant) => any_plant(plant)?,
             None => (Arc::new(CarlaIdentified::DEFAULT) as Arc<dyn Plant>, None),
         };
-        let start = VehicleState {
-            x: start.0,
-            y: start.1,
-            yaw: start.2,
-            speed,
-        };
-        let simulation = begun(py, &path, &plant, start, tracked_point, settings)?;
-        if let Some(plant) = &python_plant {
-            plant.reset(py, start)?;
+        let (x, y, yaw) = start;
+        let begun = Self::begun(py, path, plant, (x, y, yaw, speed), tracked_point, settings)?;
+        if let Some(plant) = &begun.python_plant {
+            plant.reset(py, VehicleState { x, y, yaw, speed })?;
         }
-        let VehicleState { x, y, yaw, speed } = start;
-        Ok(Self {
-            simulation,
-            owner: path,
-            start: (x, y, yaw, speed),
-            tracked_point: tracked_point.unwrap_or(plant.vehicle().front_axle()),
-            python_plant,
-            limit: None,
-        })
+        Ok(begun)
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.owner)?;
-        match &self.python_plant {
-            Some(plant) => plant.traverse(&visit),
-            None => Ok(()),
-        }
+        let plant = self.python_plant.as_ref();
+        plant.map_or(Ok(()), |plant| plant.traverse(&visit))
     }
 
     fn __clear__(&mut self) {
@@ -142,22 +122,9 @@ impl PySimulation {
             Some(plant) => plant.object(py)?,
             None => plant_object(py, this.simulation.plant().as_ref())?,
         };
-        let settings = PySettings(*this.simulation.settings());
-        let saved = this.simulation.save();
-        let records: Vec<f64> = saved.records.iter().flat_map(Record::numbers).collect();
-        let state = (
-            PyArray1::from_vec(py, saved.numbers),
-            saved.commands,
-            PyArray1::from_vec(py, records),
-            this.limit.clone(),
-        );
-        let begin = (
-            this.owner.clone_ref(py),
-            plant,
-            this.start,
-            this.tracked_point,
-            settings,
-        );
+        let (path, settings) = (this.path(py), this.settings());
+        let begin = (path, plant, this.start, this.tracked_point, settings);
+        let state = taken_apart(py, this.simulation.save(), this.limit.clone());
         let restore = slf.get_type().getattr("_restored")?;
         (restore, (begin, state)).into_pyobject(py)
     }
@@ -167,31 +134,13 @@ impl PySimulation {
     #[pyo3(name = "_restored")]
     fn restored(py: Python<'_>, begin: Begin<'_>, state: SavedState<'_>) -> PyResult<Self> {
         let (path, plant, start, tracked_point, settings) = begin;
-        let (plant, python_plant) = any_plant(&plant)?;
-        let (x, y, yaw, speed) = start;
-        let beginning = VehicleState { x, y, yaw, speed };
-        let simulation = begun(
-            py,
-            &path,
-            &plant,
-            beginning,
-            Some(tracked_point),
-            Some(settings),
-        )?;
-        let (numbers, commands, records, limit) = state;
-        let (records, _) = records.as_slice()?.as_chunks();
-        let saved = Saved {
-            numbers: numbers.as_slice()?.to_vec(),
-            commands,
-            records: records.iter().copied().map(Record::of).collect(),
-        };
+        let (plant, tracked_point) = (any_plant(&plant)?, Some(tracked_point));
+        let begun = Self::begun(py, path, plant, start, tracked_point, Some(settings))?;
+        let (saved, limit) = put_together(state)?;
         Ok(Self {
-            simulation: simulation.restored(saved),
-            owner: path,
-            python_plant,
-            start,
-            tracked_point,
+            simulation: begun.simulation.restored(saved),
             limit,
+            ..begun
         })
     }
 
@@ -327,7 +276,9 @@ impl PySimulation {
         self.simulation
             .step(control, nowhere, Status::OK)
             .or_raise(py)?;
-        self.look_at_plant(py)
+        let plant = self.python_plant.as_ref();
+        let fault = plant.and_then(|plant| plant.take_fault());
+        self.take_note(py, fault)
     }
 
     /// Let a controller drive until the run is over.
@@ -361,10 +312,6 @@ impl PySimulation {
     #[pyo3(signature = (
         controller, longitudinal=None, progress=None, *, noise=None, seed=0, pedals=None
     ))]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "each is one thing that a run may have"
-    )]
     fn drive(
         &mut self,
         py: Python<'_>,
@@ -379,65 +326,18 @@ impl PySimulation {
         if self.limit.is_some() {
             return Ok(());
         }
-        let noise = noise.map_or(popsteer_sim::Noise::DEFAULT, |noise| noise.get().0);
+        let noise = noise.map_or(Noise::DEFAULT, |noise| noise.get().0);
         let perception = Perception::new(noise, seed, 0);
-        let python_plant = self.python_plant.clone();
-        let mut fault = None;
-        let progress = progress.map(|progress| progress.clone().unbind());
-        let mut interrupted: PyResult<()> = Ok(());
-        let mut looked = Instant::now();
-        let go_on = |simulation: &Simulation| {
-            fault = python_plant.as_ref().and_then(|plant| plant.take_fault());
-            if fault.is_some() {
-                return false;
-            }
-            if looked.elapsed() < Self::LOOK_EVERY {
-                return true;
-            }
-            interrupted = Python::attach(|py| {
-                py.check_signals()?;
-                if let Some(progress) = &progress {
-                    progress.call1(py, (simulation.progress(),))?;
-                }
-                Ok(())
-            });
-            looked = Instant::now();
-            interrupted.is_ok()
-        };
-        let simulation = &mut self.simulation;
-        let mut raised = None;
-        let outcome: Result<(), InputError> = if let Some((tracker, _)) = law_of(controller) {
-            py.detach(|| {
-                simulation.track(*tracker.follow());
-                let mut driver = Controller::new(&tracker);
-                closed_loop::run(simulation, &mut driver, &drive, perception, go_on)
-            })
-        } else {
-            let mut driver = PythonDriver::of(controller)?;
-            let outcome =
-                py.detach(|| closed_loop::run(simulation, &mut driver, &drive, perception, go_on));
-            raised = driver.take_fault();
-            outcome
-        };
-        if let Some(error) = raised {
-            return Err(error);
-        }
-        interrupted?;
-        outcome.or_raise(py)?;
+        let (simulation, plant) = (&mut self.simulation, self.python_plant.as_deref());
+        let fault = driven(
+            py, simulation, plant, controller, &drive, perception, progress,
+        )?;
         self.take_note(py, fault)
     }
 
     /// What the run came to so far, by name.
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let metrics = self.simulation.metrics();
-        let fields = PyDict::new(py);
-        for (name, figure) in figures() {
-            fields.set_item(name, figure(&metrics))?;
-        }
-        fields.set_item("steps", metrics.steps)?;
-        fields.set_item("finished", metrics.finished)?;
-        fields.set_item("faults", metrics.faults.bits())?;
-        Ok(fields)
+        by_name(py, &self.simulation.metrics())
     }
 
     /// What was measured step by step: an array of shape (steps,) for each column.
@@ -461,42 +361,40 @@ impl PySimulation {
 }
 
 impl PySimulation {
-    /// How often signals and progress are handled, however long a step takes.
-    const LOOK_EVERY: Duration = Duration::from_millis(100);
+    /// A simulation at its start.
+    fn begun(
+        py: Python<'_>,
+        path: Py<PyPath>,
+        (plant, python_plant): AnyPlant,
+        start: (f64, f64, f64, f64),
+        tracked_point: Option<f64>,
+        settings: Option<Py<PySettings>>,
+    ) -> PyResult<Self> {
+        let (x, y, yaw, speed) = start;
+        let vehicle = *plant.vehicle();
+        let ahead = tracked_point.map_or(vehicle.wheelbase, |point| point - vehicle.rear_axle);
+        let tracked = Follow::of(&vehicle, vehicle.rear_axle, ahead);
+        let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
+        let (shared, at) = (Arc::clone(&path.get().0), VehicleState { x, y, yaw, speed });
+        Ok(Self {
+            simulation: Simulation::new(shared, plant, at, tracked, settings).or_raise(py)?,
+            owner: path,
+            python_plant,
+            start,
+            tracked_point: tracked_point.unwrap_or(vehicle.front_axle()),
+            limit: None,
+        })
+    }
 
     /// Raises what a plant in Python raised; a limit of it ends the run instead.
-    fn look_at_plant(&mut self, py: Python<'_>) -> PyResult<()> {
-        let fault = self
-            .python_plant
-            .as_ref()
-            .and_then(|plant| plant.take_fault());
-        self.take_note(py, fault)
-    }
-
     fn take_note(&mut self, py: Python<'_>, fault: Option<PyErr>) -> PyResult<()> {
         let Some(error) = fault else { return Ok(()) };
-        self.limit = limit_of(py, &error)?;
-        if self.limit.is_some() {
-            Ok(())
-        } else {
-            Err(error)
+        match limit_of(py, &error)? {
+            None => Err(error),
+            limit => {
+                self.limit = limit;
+                Ok(())
+            }
         }
     }
-}
-
-/// A simulation at its start.
-fn begun(
-    py: Python<'_>,
-    path: &Py<PyPath>,
-    plant: &Arc<dyn Plant>,
-    start: VehicleState,
-    tracked_point: Option<f64>,
-    settings: Option<Py<PySettings>>,
-) -> PyResult<Simulation> {
-    let vehicle = plant.vehicle();
-    let ahead = tracked_point.map_or(vehicle.wheelbase, |point| point - vehicle.rear_axle);
-    let settings = settings.map_or(Settings::DEFAULT, |settings| settings.get().0);
-    let (path, plant) = (Arc::clone(&path.get().0), Arc::clone(plant));
-    let tracked = Follow::of(vehicle, vehicle.rear_axle, ahead);
-    Simulation::new(path, plant, start, tracked, settings).or_raise(py)
 }

@@ -12,10 +12,9 @@ use popsteer_core::vehicle::Vehicle;
 use popsteer_sim::drive::Tracked;
 use popsteer_sim::plant::PedalMap;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::errors::OrRaise;
-use crate::params::{Number, params, repr};
+use crate::params::{Number, params};
 use crate::path::PyPath;
 use crate::record::record;
 use crate::vehicle::PyVehicle;
@@ -51,76 +50,29 @@ impl PySpeedTracker {
 
 record! {
     /// What `SpeedTracker` remembers from one step to the next.
-    ///
-    /// Parameters
-    /// ----------
-    /// waypoint : int, optional
-    ///     Where the segment beside the rear axle starts; None before the first step.
-    /// acceleration : float, default 0.0
-    ///     The last command [m/s^2].
-    /// integral : float, default 0.0
-    ///     The integral's share of the command [m/s^2].
     PySpeedTrackerState(SpeedTrackerState) named "SpeedTrackerState",
-    /// Where the segment beside the rear axle starts; None before the first step.
-    waypoint: Option<usize> = None;
-    /// The last command [m/s^2].
-    acceleration: f64 = 0.0;
-    /// The integral's share of the command [m/s^2].
-    integral: f64 = 0.0;
-    @extra {
-        /// The fields by name, as a new ``dict``.
-        fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-            self.fields(py)
-        }
-    }
+    waypoint: Option<usize> = None, "int, optional",
+        "Where the segment beside the rear axle starts; None before the first step.";
+    acceleration: f64 = 0.0, "float, default 0.0",
+        "The last command [m/s^2].";
+    integral: f64 = 0.0, "float, default 0.0",
+        "The integral's share of the command [m/s^2].";
+    @shown as "(*, waypoint=None, acceleration=0.0, integral=0.0)", with as_dict;
 }
 
-/// What a step of `SpeedTracker` answers.
-#[pyclass(frozen, eq, name = "SpeedCommand", module = "popsteer")]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PySpeedCommand(SpeedCommand);
-
-#[pymethods]
-impl PySpeedCommand {
-    /// Acceleration in the direction of driving [m/s^2]; negative brakes.
-    #[getter]
-    fn acceleration(&self) -> f64 {
-        self.0.acceleration
-    }
-
-    /// Speed that the path allows beside the rear axle [m/s], never negative.
-    #[getter]
-    fn reference_speed(&self) -> f64 {
-        self.0.reference_speed
-    }
-
-    /// Distance along the path to the next cusp or the end [m]; infinite where there is none.
-    #[getter]
-    fn distance_to_stop(&self) -> f64 {
-        self.0.distance_to_stop
-    }
-
-    /// Whether the vehicle is to drive backwards.
-    #[getter]
-    fn reverse(&self) -> bool {
-        self.0.reverse
-    }
-
-    /// Whether the vehicle is to be held where it stands.
-    #[getter]
-    fn standing(&self) -> bool {
-        self.0.standing
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let fields = PyDict::new(py);
-        fields.set_item("acceleration", self.0.acceleration)?;
-        fields.set_item("reference_speed", self.0.reference_speed)?;
-        fields.set_item("distance_to_stop", self.0.distance_to_stop)?;
-        fields.set_item("reverse", self.0.reverse)?;
-        fields.set_item("standing", self.0.standing)?;
-        repr("SpeedCommand", &fields)
-    }
+record! {
+    /// What a step of `SpeedTracker` answers.
+    PySpeedCommand(SpeedCommand) named "SpeedCommand",
+    acceleration: f64, "float",
+        "Acceleration in the direction of driving [m/s^2]; negative brakes.";
+    reference_speed: f64, "float",
+        "Speed that the path allows beside the rear axle [m/s], never negative.";
+    distance_to_stop: f64, "float",
+        "Distance along the path to the next cusp or the end [m]; infinite where there is none.";
+    reverse: bool, "bool",
+        "Whether the vehicle is to drive backwards.";
+    standing: bool, "bool",
+        "Whether the vehicle is to be held where it stands.";
 }
 
 /// Keeps the speed that a path allows, and stops at its cusps and its end.
@@ -219,11 +171,9 @@ impl PySpeedTracker {
             speed: speed.0,
         };
         let path = self.path.view();
-        let command = self
-            .law
-            .step(&path, &self.plan, &mut self.state, vehicle, dt.0)
-            .or_raise(py)?;
-        Ok(PySpeedCommand(command))
+        let (law, state) = (&self.law, &mut self.state);
+        let command = law.step(&path, &self.plan, state, vehicle, dt.0);
+        command.map(PySpeedCommand).or_raise(py)
     }
 
     /// Keep the speeds of another path from the next step on, planned at once.
@@ -269,9 +219,8 @@ impl PySpeedTracker {
 
     #[setter]
     fn set_state(&mut self, py: Python<'_>, state: &PySpeedTrackerState) -> PyResult<()> {
-        self.law
-            .check_state(&self.path.view(), &state.0)
-            .or_raise(py)?;
+        let path = self.path.view();
+        self.law.check_state(&path, &state.0).or_raise(py)?;
         self.state = state.0;
         Ok(())
     }
@@ -301,11 +250,7 @@ impl PySpeedTracker {
     }
 
     fn __getnewargs__(&self) -> (PyPath, PyVehicle, PySpeedTrackerParams) {
-        (
-            self.path(),
-            PyVehicle(self.vehicle),
-            PySpeedTrackerParams(self.params),
-        )
+        (self.path(), self.vehicle(), self.params())
     }
 
     fn __getstate__(&self) -> PySpeedTrackerState {

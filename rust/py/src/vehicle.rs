@@ -1,17 +1,15 @@
 //! The vehicle, how a controller adapts to it, and what it has found.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use popsteer_core::error::input_in_range;
 use popsteer_core::limits::MAX_SPEED;
 use popsteer_core::vehicle::{self, AdaptParams, Vehicle};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::choice::{Choice, Chosen};
 use crate::errors::OrRaise;
-use crate::params::{Number, params};
+use crate::params::{Number, hash, params};
 use crate::record::record;
 
 params! {
@@ -157,40 +155,8 @@ params! {
             Ok(())
         }
 
-        fn __hash__(&self) -> u64 {
-            let mut hasher = DefaultHasher::new();
-            self.hash(&mut hasher);
-            hasher.finish()
-        }
-    }
-}
-
-/// Equal vehicles have one hash: 0.0 and -0.0 are equal.
-impl Hash for PyVehicle {
-    fn hash<H: Hasher>(&self, hasher: &mut H) {
-        let car = &self.0;
-        for number in [
-            car.wheelbase,
-            car.rear_axle,
-            car.understeer,
-            car.steer_offset,
-            car.steer_lag,
-            car.dead_time,
-            car.max_steer,
-            car.drive_lag,
-        ] {
-            (number + 0.0).to_bits().hash(hasher);
-        }
-        for number in [
-            car.no_slip_point,
-            car.turning_wheelbase,
-            car.max_steer_rate,
-            car.max_lateral_acceleration,
-            car.max_speed,
-            car.max_acceleration,
-            car.max_deceleration,
-        ] {
-            number.map(|number| (number + 0.0).to_bits()).hash(hasher);
+        fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+            hash(&self.as_dict(py)?)
         }
     }
 }
@@ -235,48 +201,26 @@ pub(crate) type Adapt = Choice<PyAdaptParams>;
 
 record! {
     /// The estimated vehicle: the given parameters, corrected by what its motion has shown.
-    ///
-    /// Parameters
-    /// ----------
-    /// gain : float, default 1.0
-    ///     Ratio of the measured turning to that of the given vehicle. Controllers use it where the
-    ///     vehicle has a dead time; elsewhere it is only shown, and left to the feedback.
-    /// steer_offset : float, default 0.0
-    ///     Angle of the wheels at the command 0 [rad].
-    /// dead_time : float, default 0.0
-    ///     Time from a command to its first effect on the wheels [s].
-    /// slip : float, default 0.0
-    ///     Angle of the motion of the no-slip point to the heading, straight on [rad].
-    /// slip_length : float, default 0.0
-    ///     How much that angle grows with the curvature [m].
-    /// acceleration : float, default 0.0
-    ///     Acceleration [m/s^2].
-    ///
-    /// Examples
-    /// --------
-    /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
-    /// >>> car = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
-    /// >>> estimate = popsteer.Pop(path, car).estimate
-    /// >>> estimate.dead_time, estimate.steer_offset, estimate.gain
-    /// (0.2, 0.01, 1.0)
     PyEstimate(Estimate) named "Estimate",
-    /// Ratio of the measured turning to that of the given vehicle.
-    gain: f64 = 1.0;
-    /// Angle of the wheels at the command 0 [rad].
-    steer_offset: f64 = 0.0;
-    /// Time from a command to its first effect on the wheels [s].
-    dead_time: f64 = 0.0;
-    /// Angle of the motion of the no-slip point to the heading, straight on [rad].
-    slip: f64 = 0.0;
-    /// How much that angle grows with the curvature [m].
-    slip_length: f64 = 0.0;
-    /// Acceleration [m/s^2].
-    acceleration: f64 = 0.0;
-    @extra {
-        /// The fields by name, as a new ``dict``.
-        fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-            self.fields(py)
-        }
+    gain: f64 = 1.0, "float, default 1.0",
+        "Ratio of the measured turning to that of the given vehicle. Controllers use it where the vehicle has a dead time; elsewhere it is only shown, and left to the feedback.";
+    steer_offset: f64 = 0.0, "float, default 0.0",
+        "Angle of the wheels at the command 0 [rad].";
+    dead_time: f64 = 0.0, "float, default 0.0",
+        "Time from a command to its first effect on the wheels [s].";
+    slip: f64 = 0.0, "float, default 0.0",
+        "Angle of the motion of the no-slip point to the heading, straight on [rad].";
+    slip_length: f64 = 0.0, "float, default 0.0",
+        "How much that angle grows with the curvature [m].";
+    acceleration: f64 = 0.0, "float, default 0.0",
+        "Acceleration [m/s^2].";
+    @shown as "(*, gain=1.0, steer_offset=0.0, dead_time=0.0, slip=0.0, slip_length=0.0, acceleration=0.0)", with as_dict;
+    @examples {
+        /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
+        /// >>> car = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
+        /// >>> estimate = popsteer.Pop(path, car).estimate
+        /// >>> estimate.dead_time, estimate.steer_offset, estimate.gain
+        /// (0.2, 0.01, 1.0)
     }
 }
 

@@ -10,7 +10,6 @@ use crate::errors::{IntoPyErr, entry_error};
 use crate::lateral::{
     PyBangBang, PyBangBangState, PyPid, PyPidState, PyPop, PyPopState, PyPreviewPop,
     PyPreviewPopState, PyPurePursuit, PyPurePursuitState, PyStanley, PyStanleyState, StateClass,
-    as_given,
 };
 use crate::pool;
 
@@ -42,52 +41,20 @@ impl Recipe {
     }
 }
 
-/// The same expression for the batch of any controller.
+/// The same expression for the batch of any controller, and with the class of its states.
 macro_rules! each {
-    ($vehicles:expr, $batch:ident => $body:expr) => {
+    ($vehicles:expr, $batch:ident $(of $state:ident)? => $body:expr) => {
         match $vehicles {
-            $crate::vehicles::Vehicles::Pop($batch) => $body,
-            $crate::vehicles::Vehicles::PreviewPop($batch) => $body,
-            $crate::vehicles::Vehicles::Pid($batch) => $body,
-            $crate::vehicles::Vehicles::PurePursuit($batch) => $body,
-            $crate::vehicles::Vehicles::Stanley($batch) => $body,
-            $crate::vehicles::Vehicles::BangBang($batch) => $body,
+            Vehicles::Pop($batch) => { $(type $state = PyPopState;)? $body }
+            Vehicles::PreviewPop($batch) => { $(type $state = PyPreviewPopState;)? $body }
+            Vehicles::Pid($batch) => { $(type $state = PyPidState;)? $body }
+            Vehicles::PurePursuit($batch) => { $(type $state = PyPurePursuitState;)? $body }
+            Vehicles::Stanley($batch) => { $(type $state = PyStanleyState;)? $body }
+            Vehicles::BangBang($batch) => { $(type $state = PyBangBangState;)? $body }
         }
     };
 }
 pub(crate) use each;
-
-/// The same expression for the batch of any controller, with the class of its states.
-macro_rules! each_state {
-    ($vehicles:expr, $batch:ident of $state:ident => $body:expr) => {
-        match $vehicles {
-            Vehicles::Pop($batch) => {
-                type $state = PyPopState;
-                $body
-            }
-            Vehicles::PreviewPop($batch) => {
-                type $state = PyPreviewPopState;
-                $body
-            }
-            Vehicles::Pid($batch) => {
-                type $state = PyPidState;
-                $body
-            }
-            Vehicles::PurePursuit($batch) => {
-                type $state = PyPurePursuitState;
-                $body
-            }
-            Vehicles::Stanley($batch) => {
-                type $state = PyStanleyState;
-                $body
-            }
-            Vehicles::BangBang($batch) => {
-                type $state = PyBangBangState;
-                $body
-            }
-        }
-    };
-}
 
 impl Vehicles {
     /// `repeat` copies of each controller, and what makes each controller; all are of the class of
@@ -137,7 +104,7 @@ impl Vehicles {
 
     /// The states, in order.
     pub(crate) fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        each_state!(self, batch of State => {
+        each!(self, batch of State => {
             PyList::new(py, batch.states().map(|state| State::from_core(&state)))
         })
     }
@@ -150,19 +117,11 @@ impl Vehicles {
             let words = format!("a batch of {wanted} vehicles has {wanted} states, got {given}");
             return Err(PyValueError::new_err(words));
         }
-        each_state!(self, batch of State => {
+        each!(self, batch of State => {
             let mut restored = Vec::with_capacity(batch.len());
             for (member, state) in batch.members().zip(states) {
                 let state: PyRef<'_, State> = state.extract()?;
-                let made = state.to_core(&member.tracker).and_then(|made| {
-                    member.tracker.check_state(&member.path.view(), &made).map(|()| made)
-                });
-                match made {
-                    Ok(made) => restored.push(made),
-                    Err(error) => {
-                        return Err(as_given(error, &state.as_dict(py)?)?.into_py_err(py));
-                    }
-                }
+                restored.push(state.restored(py, &member.tracker, &member.path.view())?);
             }
             batch.set_states(restored);
         });

@@ -79,15 +79,11 @@ fn pick<T: Copy>(column: Vec<T>, kept: &[usize], count: usize) -> Vec<T> {
 }
 
 fn wrong_shape(py: Python<'_>, name: &str, required: &str, array: &Bound<'_, PyAny>) -> PyErr {
-    let shape = PyTuple::new(py, shape_of(array))
-        .and_then(|shape| shape.repr())
-        .map(|shape| shape.to_string());
+    let shape = PyTuple::new(py, shape_of(array)).and_then(|shape| shape.repr());
+    let shape = shape.map(|shape| shape.to_string()).unwrap_or_default();
     path_error(
         py,
-        format!(
-            "{name} must have shape {required}, got {}",
-            shape.unwrap_or_default()
-        ),
+        format!("{name} must have shape {required}, got {shape}"),
     )
 }
 
@@ -103,13 +99,8 @@ fn as_array<'py>(
     py.import("numpy")?
         .call_method("asarray", (object,), Some(&options))
         .map_err(|error| {
-            path_error(
-                py,
-                format!(
-                    "{name} must be an array of numbers of shape {shape}: {}",
-                    error.value(py)
-                ),
-            )
+            let wanted = format!("{name} must be an array of numbers of shape {shape}");
+            path_error(py, format!("{wanted}: {}", error.value(py)))
         })
 }
 

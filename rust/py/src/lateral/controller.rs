@@ -1,4 +1,5 @@
-//! What all controllers have in common: one macro around a tracker of the core.
+//! What all controllers have in common: one macro around a tracker of the core, with the
+//! documentation of their methods.
 
 use popsteer_core::lateral::Tracker;
 use popsteer_core::{ConfigError, LateralLaw};
@@ -106,15 +107,9 @@ macro_rules! controller {
                 adapt: Adapt,
                 monitor: Monitored,
             ) -> PyResult<Self> {
-                let params = match params {
-                    Some(params) => params,
-                    None => Py::new(py, $params(Default::default()))?,
-                };
                 let vehicle_given = vehicle.is_some();
-                let vehicle = match vehicle {
-                    Some(vehicle) => vehicle,
-                    None => Py::new(py, PyVehicle(Vehicle::DEFAULT))?,
-                };
+                let vehicle = vehicle.map_or_else(|| Py::new(py, PyVehicle(Vehicle::DEFAULT)), Ok)?;
+                let params = params.map_or_else(|| Py::new(py, $params(Default::default())), Ok)?;
                 let law = $core::new(vehicle.get().0, params.get().0).or_raise(py)?;
                 let law = track(law, &adapt, &monitor).or_raise(py)?;
                 Ok(Self {
@@ -417,18 +412,8 @@ macro_rules! controller {
 
             #[setter]
             fn set_state(&mut self, py: Python<'_>, state: PyRef<'_, $state>) -> PyResult<()> {
-                let restored = state.to_core(&self.law).and_then(|restored| {
-                    self.law.check_state(&self.path.view(), &restored).map(|()| restored)
-                });
-                match restored {
-                    Ok(restored) => {
-                        self.state = restored;
-                        Ok(())
-                    }
-                    Err(error) => {
-                        Err(as_given(error, &state.as_dict(py)?)?.into_py_err(py))
-                    }
-                }
+                self.state = state.restored(py, &self.law, &self.path.view())?;
+                Ok(())
             }
 
             /// The parameters, as they were given.
@@ -493,7 +478,7 @@ macro_rules! controller {
             pub(crate) fn __getnewargs_ex__<'py>(
                 &self,
                 py: Python<'py>,
-            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+            ) -> PyResult<NewArgs<'py>> {
                 let vehicle = self.vehicle_given.then_some(&self.vehicle);
                 let options = PyDict::new(py);
                 self.adapt.put(&options, "adapt")?;

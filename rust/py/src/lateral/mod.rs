@@ -15,7 +15,7 @@ pub(crate) use params::{
 };
 pub(crate) use state::{
     PyBangBangState, PyPidState, PyPopState, PyPreviewPopState, PyPurePursuitState, PyStanleyState,
-    StateClass, as_given,
+    StateClass,
 };
 
 use std::sync::Arc;
@@ -27,13 +27,13 @@ use popsteer_core::{LateralLaw, Path, Vehicle, VehicleState};
 use popsteer_sim::Law;
 use popsteer_sim::batch::Member;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
 use self::controller::{controller, track};
 use self::monitor::Monitored;
 use crate::command::PyCommand;
-use crate::errors::{IntoPyErr, OrRaise};
-use crate::params::{Count, Number};
+use crate::errors::OrRaise;
+use crate::params::{Count, NewArgs, Number};
 use crate::path::PyPath;
 use crate::vehicle::{Adapt, PyAdaptParams, PyEstimate, PyVehicle};
 
@@ -68,7 +68,6 @@ controller! {
         )]
         #[expect(
             unused_variables,
-            clippy::too_many_arguments,
             clippy::unused_self,
             clippy::unnecessary_wraps,
             reason = "the signature is the point"

@@ -2,7 +2,6 @@
 
 use popsteer_core::lateral::MonitorParams;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::choice::{Choice, Chosen};
 use crate::params::params;

@@ -6,7 +6,6 @@ use popsteer_core::lateral::{
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
 
 use crate::params::params;
 use crate::vehicle::PyVehicle;

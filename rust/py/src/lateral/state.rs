@@ -5,13 +5,14 @@ use popsteer_core::lateral::{
     PurePursuit, PurePursuitState, Stanley, StanleyState, error_buffer::ErrorBuffer,
 };
 use popsteer_core::lateral::{Tracker, TrackerState};
-use popsteer_core::{InputError, LateralLaw, Point};
+use popsteer_core::{InputError, LateralLaw, PathView};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
 use super::state_class::{state, state_class};
-use super::tail::{Answered, MonitorMemory, Motion, Pairs, Tail};
-use crate::params::{Count, Field, repr};
+use super::tail::{Answered, MonitorMemory, Motion, Row, Tail};
+use crate::errors::IntoPyErr;
+use crate::params::{Count, Field, NewArgs, repr};
 
 /// How a state goes between Python and the core.
 pub(crate) trait StateClass: Sized {
@@ -23,19 +24,28 @@ pub(crate) trait StateClass: Sized {
     fn law_state(&self, law: &Self::Law) -> Result<<Self::Law as LateralLaw>::State, InputError>;
     /// What the class shows beside it.
     fn tail(&self) -> Tail;
+    /// All that the class shows, by name.
+    fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>>;
 
     /// The class that shows `state`.
     fn from_core(state: &TrackerState<<Self::Law as LateralLaw>::State>) -> Self {
         Self::show(&state.law, Tail::of(state))
     }
 
-    /// The state of `tracker` that the class shows.
-    fn to_core(
+    /// The state of `tracker`, on its path, that the class shows.
+    fn restored(
         &self,
+        py: Python<'_>,
         tracker: &Tracker<Self::Law>,
-    ) -> Result<TrackerState<<Self::Law as LateralLaw>::State>, InputError> {
-        let law = self.law_state(tracker.law())?;
-        self.tail().restore(law, tracker)
+        path: &PathView<'_>,
+    ) -> PyResult<TrackerState<<Self::Law as LateralLaw>::State>> {
+        let law = self.law_state(tracker.law());
+        let restored = law.and_then(|law| self.tail().restore(law, tracker));
+        let checked = restored.and_then(|state| tracker.check_state(path, &state).map(|()| state));
+        match checked {
+            Ok(state) => Ok(state),
+            Err(error) => Err(as_given(error, &self.fields(py)?)?.into_py_err(py)),
+        }
     }
 }
 
@@ -62,7 +72,7 @@ state! {
         "The last cross-track error [m]; None before the first step.";
     previous_position: Option<(f64, f64)> = [None], "tuple of float, optional",
         "Where the front axle was at the last step [m]; None before the first, and without a smoothing_length.";
-    terms: Terms = [Terms(Vec::new())], "tuple of float, default ()",
+    terms: Row<f64> = [Row(Vec::new())], "tuple of float, default ()",
         "The terms of the integral, oldest first.";
     next: Count = [Count(0)], "int, default 0",
         "The place of the next term in the buffer.";
@@ -87,28 +97,6 @@ state! {
     PyBangBangState named "BangBangState",
 }
 
-/// Numbers that Python sees as a tuple.
-#[derive(Clone, Debug, PartialEq)]
-struct Terms(Vec<f64>);
-
-impl<'py> FromPyObject<'_, 'py> for Terms {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        object.extract().map(Self)
-    }
-}
-
-impl<'py> IntoPyObject<'py> for Terms {
-    type Target = PyTuple;
-    type Output = Bound<'py, PyTuple>;
-    type Error = PyErr;
-
-    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
-        PyTuple::new(py, self.0)
-    }
-}
-
 /// [`StateClass`] for a state whose fields go over as they are.
 macro_rules! as_it_is {
     ($class:ident of $law:ident, $state:ident { $($field:ident),* }) => {
@@ -122,6 +110,10 @@ macro_rules! as_it_is {
 
             fn tail(&self) -> Tail {
                 self.tail.clone()
+            }
+
+            fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                self.as_dict(py)
             }
 
             fn law_state(&self, _law: &$law) -> Result<$state, InputError> {
@@ -143,8 +135,8 @@ impl StateClass for PyPidState {
     fn show(state: &PidState, tail: Tail) -> Self {
         Self {
             previous_error: state.previous_error,
-            previous_position: state.previous_position.map(|at| (at.x, at.y)),
-            terms: Terms(state.buffer.terms().collect()),
+            previous_position: state.previous_position.map(Field::argument),
+            terms: Row(state.buffer.terms().collect()),
             next: state.buffer.next().argument(),
             sum: state.buffer.sum(),
             tail,
@@ -155,24 +147,27 @@ impl StateClass for PyPidState {
         self.tail.clone()
     }
 
+    fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.as_dict(py)
+    }
+
     fn law_state(&self, law: &Pid) -> Result<PidState, InputError> {
         let length = law.initial_state().buffer.length();
         let next = usize::try_from(self.next.0).unwrap_or(usize::MAX);
         Ok(PidState {
             previous_error: self.previous_error,
-            previous_position: self.previous_position.map(|(x, y)| Point::new(x, y)),
+            previous_position: self.previous_position.map(Field::from_argument),
             buffer: ErrorBuffer::restore(length, &self.terms.0, next, self.sum)?,
         })
     }
 }
 
 /// `error` with the count as Python gave it: the core has no negative ones.
-#[expect(clippy::cast_precision_loss, reason = "shown in an error")]
-pub(crate) fn as_given(mut error: InputError, fields: &Bound<'_, PyDict>) -> PyResult<InputError> {
+fn as_given(mut error: InputError, fields: &Bound<'_, PyDict>) -> PyResult<InputError> {
     if let Some(field) = fields.get_item(error.field)?
         && let Ok(count) = field.extract::<i64>()
     {
-        error.value = count as f64;
+        error.value = Count(count).shown();
     }
     Ok(error)
 }

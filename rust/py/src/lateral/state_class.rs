@@ -35,9 +35,9 @@ macro_rules! state {
                     "The time that the last step counted [s]; 0 before the first.";
                 wheel: Option<f64> = [None] at [wheel], "float, optional",
                     "Angle of the wheels by the vehicle's parameters [rad]; None where they are not modelled.";
-                commands_in_flight: Pairs = [Pairs(Vec::new())] at [commands_in_flight], "tuple of tuple of float, default ()",
+                commands_in_flight: Row<(f64, f64)> = [Row(Vec::new())] at [commands_in_flight], "tuple of tuple of float, default ()",
                     "Commands that have not reached the wheels, oldest first: angle [rad] and duration [s].";
-                past_angles: Pairs = [Pairs(Vec::new())] at [past_angles], "tuple of tuple of float, default ()",
+                past_angles: Row<(f64, f64)> = [Row(Vec::new())] at [past_angles], "tuple of tuple of float, default ()",
                     "Recent mean angles of the wheels, oldest first: angle [rad] and duration [s].";
                 past_wheel: Option<f64> = [None] at [past_wheel], "float, optional",
                     "Angle that they end with [rad]; None before the first pose that had an age.";
@@ -144,7 +144,7 @@ macro_rules! state_class {
             )+
 
             /// The fields by name, as a new ``dict``.
-            pub(crate) fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+            fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
                 let fields = PyDict::new(py);
                 $(fields.set_item(stringify!($field), self.$field())?;)*
                 $(fields.set_item(stringify!($shared), self.$shared())?;)+
@@ -155,11 +155,8 @@ macro_rules! state_class {
                 repr($name, &self.as_dict(py)?)
             }
 
-            fn __getnewargs_ex__<'py>(
-                &self,
-                py: Python<'py>,
-            ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-                Ok((PyTuple::empty(py), self.as_dict(py)?))
+            fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArgs<'py>> {
+                Ok((pyo3::types::PyTuple::empty(py), self.as_dict(py)?))
             }
         }
     };

@@ -50,8 +50,8 @@ pub(crate) struct Tail {
     pub(super) held_time: f64,
     pub(super) period: f64,
     pub(super) wheel: Option<f64>,
-    pub(super) commands_in_flight: Pairs,
-    pub(super) past_angles: Pairs,
+    pub(super) commands_in_flight: Row<(f64, f64)>,
+    pub(super) past_angles: Row<(f64, f64)>,
     pub(super) past_wheel: Option<f64>,
     pub(super) past_since: f64,
     /// State of the no-slip point when last measured; kept here and not in `estimator`.
@@ -61,22 +61,17 @@ pub(crate) struct Tail {
     pub(super) monitor: Option<MonitorMemory>,
 }
 
-fn from_waypoint(waypoint: Option<usize>) -> Option<Count> {
-    waypoint.map(Field::argument)
+fn from_vehicle(vehicle: VehicleState) -> Motion {
+    (vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed)
 }
 
-/// A waypoint from Python; a negative one becomes one that no path has.
-fn to_waypoint(waypoint: Option<Count>) -> Option<usize> {
-    waypoint.map(|Count(index)| usize::try_from(index).unwrap_or(usize::MAX))
+fn to_vehicle((x, y, yaw, speed): Motion) -> VehicleState {
+    VehicleState { x, y, yaw, speed }
 }
 
-fn from_deviation(last_measured: Deviation) -> Deviations {
-    let Deviation {
-        cross_track_error,
-        yaw,
-        along,
-    } = last_measured;
-    (cross_track_error, yaw, along.x, along.y)
+fn from_deviation(deviation: Deviation) -> Deviations {
+    let along = deviation.along;
+    (deviation.cross_track_error, deviation.yaw, along.x, along.y)
 }
 
 fn to_deviation((cross_track_error, yaw, x, y): Deviations) -> Deviation {
@@ -87,19 +82,29 @@ fn to_deviation((cross_track_error, yaw, x, y): Deviations) -> Deviation {
     }
 }
 
+fn from_answer(answer: Answer) -> Answered {
+    (
+        from_deviation(answer.measured),
+        from_deviation(answer.predicted),
+        answer.target.argument(),
+        answer.reverse,
+        (answer.ahead.reference_speed, answer.ahead.distance_to_stop),
+        from_vehicle(answer.vehicle),
+    )
+}
+
 fn to_answer((measured, predicted, target, reverse, ahead, vehicle): Answered) -> Answer {
     let (reference_speed, distance_to_stop) = ahead;
-    let (x, y, yaw, speed) = vehicle;
     Answer {
         measured: to_deviation(measured),
         predicted: to_deviation(predicted),
-        target: Point::new(target.0, target.1),
+        target: Field::from_argument(target),
         reverse,
         ahead: Ahead {
             reference_speed,
             distance_to_stop,
         },
-        vehicle: VehicleState { x, y, yaw, speed },
+        vehicle: to_vehicle(vehicle),
     }
 }
 
@@ -150,17 +155,16 @@ fn to_monitor((last_step, turns, evidence, alarm, within): MonitorMemory) -> Mon
 
 impl Tail {
     pub(super) fn of<S>(state: &TrackerState<S>) -> Self {
-        let in_flight = state.in_flight.as_ref();
+        let (in_flight, past) = (state.in_flight.as_ref(), state.past.as_ref());
         Self {
-            waypoint: from_waypoint(state.waypoint),
-            measured_waypoint: from_waypoint(state.measured_waypoint),
-            place: state.place.map(|place| {
-                let Place {
-                    predicted,
-                    measured,
-                } = place;
-                (predicted.x, predicted.y, measured.x, measured.y)
-            }),
+            waypoint: state.waypoint.argument(),
+            measured_waypoint: state.measured_waypoint.argument(),
+            place: state.place.map(
+                |Place {
+                     predicted,
+                     measured,
+                 }| { (predicted.x, predicted.y, measured.x, measured.y) },
+            ),
             steer: state.steer,
             handover_offset: state.handover.and_then(|handover| handover.offset),
             handover_remaining: state.handover.map_or(0.0, |handover| handover.remaining),
@@ -168,40 +172,18 @@ impl Tail {
             held_time: state.held_time,
             period: state.period,
             wheel: in_flight.map(InFlight::wheel),
-            commands_in_flight: Pairs(
-                in_flight.map_or_else(Vec::new, |line| line.commands().collect()),
+            commands_in_flight: Row(
+                in_flight.map_or_else(Vec::new, |line| line.commands().collect())
             ),
-            past_angles: Pairs(
-                state
-                    .past
-                    .as_ref()
-                    .map_or_else(Vec::new, |past| past.angles().collect()),
-            ),
-            past_wheel: state.past.as_ref().map(Past::wheel),
-            past_since: state.past.as_ref().map_or(0.0, Past::since),
-            last_measured: state.estimator.last_measured.map(|last_measured| {
-                (
-                    last_measured.x,
-                    last_measured.y,
-                    last_measured.yaw,
-                    last_measured.speed,
-                )
-            }),
+            past_angles: Row(past.map_or_else(Vec::new, |past| past.angles().collect())),
+            past_wheel: past.map(Past::wheel),
+            past_since: past.map_or(0.0, Past::since),
+            last_measured: state.estimator.last_measured.map(from_vehicle),
             estimator: Estimator {
                 last_measured: None,
                 ..state.estimator
             },
-            answer: state.answer.map(|answer| {
-                let (measured, predicted) = (
-                    from_deviation(answer.measured),
-                    from_deviation(answer.predicted),
-                );
-                let target = (answer.target.x, answer.target.y);
-                let ahead = (answer.ahead.reference_speed, answer.ahead.distance_to_stop);
-                let VehicleState { x, y, yaw, speed } = answer.vehicle;
-                let vehicle = (x, y, yaw, speed);
-                (measured, predicted, target, answer.reverse, ahead, vehicle)
-            }),
+            answer: state.answer.map(from_answer),
             monitor: state.monitor.map(from_monitor),
         }
     }
@@ -239,8 +221,8 @@ impl Tail {
             handover.offset.is_none() && handover.remaining <= 0.0 && handover.remaining >= 0.0;
         Ok(TrackerState {
             law,
-            waypoint: to_waypoint(self.waypoint),
-            measured_waypoint: to_waypoint(self.measured_waypoint),
+            waypoint: Field::from_argument(self.waypoint),
+            measured_waypoint: Field::from_argument(self.measured_waypoint),
             place: self.place.map(|(x, y, measured_x, measured_y)| Place {
                 predicted: Point::new(x, y),
                 measured: Point::new(measured_x, measured_y),
@@ -254,12 +236,7 @@ impl Tail {
             in_flight,
             past,
             estimator: Estimator {
-                last_measured: self.last_measured.map(|(x, y, yaw, speed)| VehicleState {
-                    x,
-                    y,
-                    yaw,
-                    speed,
-                }),
+                last_measured: self.last_measured.map(to_vehicle),
                 ..self.estimator
             },
             monitor: self.monitor.map(to_monitor),
@@ -267,11 +244,11 @@ impl Tail {
     }
 }
 
-/// Pairs of numbers that Python sees as a tuple of tuples.
+/// Entries that Python sees as a tuple.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Pairs(pub(super) Vec<(f64, f64)>);
+pub(crate) struct Row<T>(pub(super) Vec<T>);
 
-impl<'py> FromPyObject<'_, 'py> for Pairs {
+impl<'py, T: FromPyObjectOwned<'py>> FromPyObject<'_, 'py> for Row<T> {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
@@ -279,7 +256,7 @@ impl<'py> FromPyObject<'_, 'py> for Pairs {
     }
 }
 
-impl<'py> IntoPyObject<'py> for Pairs {
+impl<'py, T: IntoPyObject<'py>> IntoPyObject<'py> for Row<T> {
     type Target = PyTuple;
     type Output = Bound<'py, PyTuple>;
     type Error = PyErr;
