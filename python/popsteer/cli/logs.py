@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from popsteer import logs
+from popsteer.cli import options
 from popsteer.errors import ConfigError
 from popsteer.logs.log import COLUMNS
 from popsteer.logs.units import UNITS
@@ -25,28 +26,23 @@ Log: TypeAlias = Annotated[
 ]
 Column: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=COLUMN",
-        help=f"What a column of a CSV file is called; NAME of {', '.join(COLUMNS)}.",
-        show_default=False,
+    options.optional(
+        "NAME=COLUMN", f"What a column of a CSV file is called; NAME of {', '.join(COLUMNS)}."
     ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=TOPIC",
-        help="The topic of a bag; NAME of odometry, steer. By type, if left out.",
-        show_default=False,
+    options.optional(
+        "NAME=TOPIC", "The topic of a bag; NAME of odometry, steer. By type, if left out."
     ),
 ]
 Unit: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=UNIT",
-        help="The unit of a column: "
+    options.optional(
+        "NAME=UNIT",
+        "The unit of a column: "
         + "; ".join(f"{name} in {', '.join(known)}" for name, known in UNITS.items())
         + "; or a factor: -1, deg/15.5.",
-        show_default=False,
     ),
 ]
 

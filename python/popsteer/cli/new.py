@@ -52,8 +52,7 @@ _SUFFIX = ".template"
 
 
 def new(
-    *,
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write.")],
+    *, folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write.")]
 ) -> None:
     """Write a project to begin from: own control loop, vehicle, path, test."""
     _check(folder)

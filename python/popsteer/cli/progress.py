@@ -87,10 +87,7 @@ class Progress:
     def _draw(self) -> None:
         what, share = self._now
         self._bar = Bar(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            console=self._console,
-            transient=True,
+            TextColumn("{task.description}"), BarColumn(), console=self._console, transient=True
         )
         self._task = self._bar.add_task(what, total=1.0)
         self._bar.update(self._task, completed=share)

@@ -6,11 +6,19 @@ import json
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from rich.table import Table
 
-__all__ = ["WIDE", "add_names", "blank_table", "json_text"]
+__all__ = [
+    "WIDE",
+    "add_names",
+    "add_numbers",
+    "blank_table",
+    "csv_text",
+    "figure_names",
+    "json_text",
+]
 
 WIDE = 118
 """Characters that all columns need side by side."""
@@ -68,6 +76,77 @@ def add_names(table: Table, head: str, names: Iterable[str]) -> None:
     """
     fits = all(len(name) <= _LONG for name in names)
     table.add_column(head, no_wrap=fits, overflow="fold")
+
+
+def add_numbers(table: Table, *heads: str) -> None:
+    r"""Add columns of numbers, to the right and never broken.
+
+    Parameters
+    ----------
+    table : rich.table.Table
+        The table.
+    *heads : str
+        The heads of the columns, as they are: what stands in brackets is no markup.
+
+    Examples
+    --------
+    >>> table = blank_table()
+    >>> add_numbers(table, "error\n[m]", "time\n[s]")
+    >>> [column.justify for column in table.columns]
+    ['right', 'right']
+    """
+    from rich.text import Text
+
+    for head in heads:
+        table.add_column(Text(head), justify="right", no_wrap=True)
+
+
+def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    r"""Write a table as CSV.
+
+    Parameters
+    ----------
+    comments : sequence of str
+        Lines above it, such as the units.
+    names : iterable of str
+        The names of the columns.
+    rows : iterable of iterable of str
+        The cells.
+
+    Returns
+    -------
+    str
+        The text, with a newline at its end.
+
+    Examples
+    --------
+    >>> csv_text(["time in s"], ["run", "time"], [["1", "2.5"]])
+    '# time in s\nrun,time\n1,2.5\n'
+    """
+    lines = [f"# {comment}" for comment in comments]
+    lines += [",".join(cells) for cells in (names, *rows)]
+    return "\n".join(lines) + "\n"
+
+
+def figure_names(stem: str) -> list[str]:
+    """Name the files of a figure, for a light and a dark background.
+
+    Parameters
+    ----------
+    stem : str
+        What the figure is called.
+
+    Returns
+    -------
+    list of str
+        As `popsteer.lab.common.draw.files_of` names them.
+
+    Examples
+    --------
+    >>> figure_names("plan")
+    ['plan.png', 'plan.svg', 'plan-dark.png', 'plan-dark.svg']
+    """
+    return [f"{stem}{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")]
 
 
 def json_text(document: dict[str, Any]) -> str:

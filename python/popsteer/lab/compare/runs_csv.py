@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.lab.common.layout import csv_text
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -61,11 +62,7 @@ def run_csv(run: Run) -> str:
     ['time', 'x', 'y', 'yaw', 'speed']
     """
     units = ", ".join(f"{name} [{_UNITS[name]}]" for name in run.records)
-    lines = [
-        f"# {' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s",
-        f"# {units}",
-        ",".join(run.records),
-    ]
+    head = f"{' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s"
     columns = [np.asarray(column).tolist() for column in run.records.values()]
-    lines += [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
-    return "\n".join(lines) + "\n"
+    rows = (map(repr, row) for row in zip(*columns, strict=True))
+    return csv_text([head, units], run.records, rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.lab.common.layout import WIDE, add_names, blank_table
+from popsteer.lab.common.layout import WIDE, add_names, add_numbers, blank_table
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.compare.paper import PAPER, is_authors_path
@@ -146,8 +146,7 @@ def _table(comparison: Comparison, columns: list[_Column]) -> Table:
 
     table = blank_table(1)
     add_names(table, "controller", map(title_of, comparison.runs))
-    for column in columns:
-        table.add_column(Text(column.head), justify="right", no_wrap=True)
+    add_numbers(table, *(column.head for column in columns))
     best = [_best(comparison, column) for column in columns]
     for name, run in comparison.runs.items():
         cells = [Text(title_of(name))]

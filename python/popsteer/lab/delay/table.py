@@ -7,7 +7,14 @@ from dataclasses import asdict, fields
 from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import WIDE, add_names, blank_table, json_text
+from popsteer.lab.common.layout import (
+    WIDE,
+    add_names,
+    add_numbers,
+    blank_table,
+    csv_text,
+    json_text,
+)
 from popsteer.lab.common.names import title_of
 from popsteer.lab.delay.runs import DEAD_TIME_PLANT, DeadTimeRow
 from popsteer.sim import plant_name
@@ -24,6 +31,7 @@ __all__ = ["delay_caption", "delay_csv", "delay_json", "delay_tables", "error_te
 SCHEMA = 2
 """Version of the document's layout."""
 _RUNS = tuple(field.name for field in fields(DeadTimeRow) if field.name not in ("law", "dead_time"))
+_ERRORS = ("mean_abs_cross_track_error", "max_abs_cross_track_error")
 _HEADS = {
     "prompt": "no dead\ntime [m]",
     "late": "not\npredicted [m]",
@@ -126,12 +134,9 @@ def delay_tables(rows: Sequence[DeadTimeRow], width: int = WIDE) -> list[Table]:
 
 def _table(rows: Sequence[DeadTimeRow], runs: Sequence[str]) -> Table:
     """Set out some of the runs."""
-    from rich.text import Text
-
     table = blank_table()
     add_names(table, "controller", (title_of(row.law) for row in rows))
-    for run in runs:
-        table.add_column(Text(_HEADS[run]), justify="right", no_wrap=True)
+    add_numbers(table, *(_HEADS[run] for run in runs))
     for row in rows:
         cells = [
             f"{row.prompt.mean_abs_cross_track_error:.3f}"
@@ -164,19 +169,17 @@ def delay_csv(rows: Sequence[DeadTimeRow]) -> str:
     >>> len(delay_csv(delay.run(path, ["pop"])).splitlines())
     9
     """
-    lines = [
-        "# dead_time in s, errors in m",
-        "law,dead_time,run,finished,mean_abs_cross_track_error,max_abs_cross_track_error,ratio",
-    ]
+    lines = []
     for row in rows:
         for run in _RUNS:
             found = getattr(row, run)
             ratio = row.ratio(found)
-            errors = (found.mean_abs_cross_track_error, found.max_abs_cross_track_error)
+            errors = (getattr(found, name) for name in _ERRORS)
             cells = (row.law, repr(row.dead_time), run, str(found.finished).lower())
             shown = repr(ratio) if math.isfinite(ratio) else ""
-            lines.append(",".join((*cells, *map(repr, errors), shown)))
-    return "\n".join(lines) + "\n"
+            lines.append((*cells, *map(repr, errors), shown))
+    names = ("law", "dead_time", "run", "finished", *_ERRORS, "ratio")
+    return csv_text(["dead_time in s, errors in m"], names, lines)
 
 
 def delay_json(

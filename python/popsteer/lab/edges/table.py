@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import add_names, blank_table, json_text
+from popsteer.lab.common.layout import add_names, add_numbers, blank_table, csv_text, json_text
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.edges.runs import EDGE_CHANGES, EDGE_PLANT
@@ -78,8 +78,7 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
     table = blank_table(1)
     add_names(table, "track", (row.track for row in rows))
     add_names(table, "controller", (title_of(row.law) for row in rows))
-    for head in ("fin-\nished", "time\n[s]", "max |e|\n[m]", "max jump\n[deg]"):
-        table.add_column(head, justify="right", no_wrap=True)
+    add_numbers(table, "fin-\nished", "time\n[s]", "max |e|\n[m]", "max jump\n[deg]")
     table.add_column("status, share of the steps", overflow="fold", min_width=14)
     for index, row in enumerate(rows):
         last = index + 1 == len(rows) or rows[index + 1].track != row.track
@@ -171,22 +170,14 @@ def edges_csv(rows: Sequence[EdgeRun]) -> str:
     >>> edges_csv(edges.run(["pop"], edge_tracks()[:1])).splitlines()[1]
     'track,law,finished,ending,time,max_error,max_jump,statuses'
     """
-    lines = [
-        "# time in s, max_error in m, max_jump in rad, statuses in steps",
-        "track,law,finished,ending,time,max_error,max_jump,statuses",
-    ]
+    lines = []
     for row in rows:
         counts = " ".join(f"{status}={count}" for status, count in row.statuses.items())
-        cells = (
-            row.track,
-            row.law,
-            str(row.finished).lower(),
-            row.ending,
-            *map(repr, (row.time, row.max_error, row.max_jump)),
-            counts,
-        )
-        lines.append(",".join(cells))
-    return "\n".join(lines) + "\n"
+        numbers = map(repr, (row.time, row.max_error, row.max_jump))
+        lines.append((row.track, row.law, str(row.finished).lower(), row.ending, *numbers, counts))
+    comment = "time in s, max_error in m, max_jump in rad, statuses in steps"
+    names = ["track", "law", "finished", "ending", "time", "max_error", "max_jump", "statuses"]
+    return csv_text([comment], names, lines)
 
 
 def edges_json(

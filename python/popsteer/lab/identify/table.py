@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import blank_table, json_text
+from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, json_text
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -83,12 +83,9 @@ def identified_table(found: Identification, told: Vehicle | None = None) -> Tabl
     rich.table.Table
         To be printed.
     """
-    from rich.text import Text
-
     table = blank_table()
     table.add_column("", no_wrap=True)
-    for head in ("found", "± error", "given"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "found", "± error", "given")
     table.add_column("", no_wrap=True)
     for row in _ROWS:
         value, error = getattr(found.vehicle, row.field), found.errors.get(row.field)
@@ -172,10 +169,9 @@ def identified_csv(found: Identification) -> str:
         A comment with the units, a row of names, the rows.
     """
     records = {name: np.asarray(values, dtype=np.float64) for name, values in found.records.items()}
-    lines = ["# SI units and radians; counts: 1 where the row counts", ",".join(records)]
     columns = [values.tolist() for values in records.values()]
-    lines += [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
-    return "\n".join(lines) + "\n"
+    rows = ([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
+    return csv_text(["SI units and radians; counts: 1 where the row counts"], records, rows)
 
 
 def _number(value: float | None, row: _Row) -> str:

@@ -8,7 +8,15 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import WIDE, add_names, blank_table, json_text
+from popsteer.lab.common.layout import (
+    WIDE,
+    add_names,
+    add_numbers,
+    blank_table,
+    csv_text,
+    figure_names,
+    json_text,
+)
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.metrics_json import SCHEMA, metrics_document
@@ -24,10 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FILES", "matrix_caption", "matrix_files", "matrix_notes", "matrix_tables"]
 
-FILES = (
-    *("matrix.csv", "matrix.md", "matrix.json"),
-    *(f"matrix{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
-)
+FILES = ("matrix.csv", "matrix.md", "matrix.json", *figure_names("matrix"))
 """The names of the files that `matrix_files` gives."""
 
 _COLUMNS = (
@@ -83,8 +88,6 @@ def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
 
 def _table(shown: Sequence[Row], title: str) -> Table:
     """Set out some rows: with a column for the plant, or with the plant as the title."""
-    from rich.text import Text
-
     column = title == "plant"
     table = blank_table(2 if column else 1)
     if not column:
@@ -93,8 +96,7 @@ def _table(shown: Sequence[Row], title: str) -> Table:
         add_names(table, "plant", (row.plant for row in shown))
     add_names(table, "track", (row.track for row in shown))
     add_names(table, "controller", (title_of(row.law) for row in shown))
-    for head in ("mean\n[m]", "after\n[m]", "max after\n[m]", "step\n[µs]", "fin-\nished"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "mean\n[m]", "after\n[m]", "max after\n[m]", "step\n[µs]", "fin-\nished")
     for row in shown:
         figures = row.metrics
         table.add_row(
@@ -148,15 +150,10 @@ def matrix_files(found: Matrix) -> dict[str, bytes]:
         ``matrix`` as ``.png`` and ``.svg``, the figure of error against step time, for a light and,
         as ``-dark``, for a dark background.
     """
-    from popsteer.lab.common.draw import drawn
-    from popsteer.lab.common.theme import THEMES
+    from popsteer.lab.common.draw import files_of
     from popsteer.lab.matrix.figures import matrix_figure
 
-    content = {
-        f"matrix{'' if name == 'light' else f'-{name}'}.{kind}": data
-        for name, theme in THEMES.items()
-        for kind, data in drawn(partial(matrix_figure, found), theme).items()
-    }
+    content = files_of(partial(matrix_figure, found), "matrix")
     content["matrix.csv"] = _csv(found).encode()
     content["matrix.md"] = _markdown(found).encode()
     document = {
@@ -171,17 +168,13 @@ def matrix_files(found: Matrix) -> dict[str, bytes]:
 
 
 def _csv(found: Matrix) -> str:
-    lines = [
-        "# errors in m, step_time in s",
-        ",".join(("plant", "track", "law", *_COLUMNS, "step_time", "ending")),
-    ]
+    lines = []
     for row in rows(found):
-        figures = row.metrics
-        numbers = (*(getattr(figures, column) for column in _COLUMNS), row.step_time)
+        numbers = (*(getattr(row.metrics, column) for column in _COLUMNS), row.step_time)
         ending = row.ending.replace('"', '""')
-        cells = [row.plant, row.track, row.law, *map(repr, numbers), f'"{ending}"']
-        lines.append(",".join(cells))
-    return "\n".join(lines) + "\n"
+        lines.append([row.plant, row.track, row.law, *map(repr, numbers), f'"{ending}"'])
+    names = ("plant", "track", "law", *_COLUMNS, "step_time", "ending")
+    return csv_text(["errors in m, step_time in s"], names, lines)
 
 
 def _markdown(found: Matrix) -> str:

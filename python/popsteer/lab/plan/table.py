@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.lab.common.layout import blank_table
+from popsteer.lab.common.layout import add_numbers, blank_table
 from popsteer.planning.profile import LIMITS
 
 if TYPE_CHECKING:
@@ -80,12 +80,9 @@ def plan_table(profile: SpeedProfile) -> Table:
     >>> plan_table(popsteer.planning.speed_profile(path)).row_count
     3
     """
-    from rich.text import Text
-
     table = blank_table()
     table.add_column("limited by", no_wrap=True)
-    for head in ("share\n[%]", "length\n[m]", "speeds\n[m/s]"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "share\n[%]", "length\n[m]", "speeds\n[m/s]")
     for name, share in profile.shares().items():
         speeds = profile.speed[profile.limit == LIMITS.index(name)]
         low, high = float(np.min(speeds)), float(np.max(speeds))

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import add_names, blank_table, json_text
+from popsteer.lab.common.layout import add_names, add_numbers, blank_table, json_text
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.stability.linear import lookahead
@@ -77,12 +77,10 @@ def stability_table(result: Stability) -> Table:
     >>> stability_table(stability.run(["stanley", "pop"], speeds=[5.0, 10.0])).row_count
     4
     """
-    from rich.text import Text
-
     table = blank_table()
     add_names(table, "controller", map(title_of, result.margins))
-    for head in ("speed\n[m/s]", "lookahead\n[m]", "gain\n[-]", "phase\n[deg]", "dead time\n[ms]"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "speed\n[m/s]", "lookahead\n[m]", "gain\n[-]")
+    add_numbers(table, "phase\n[deg]", "dead time\n[ms]")
     for name, rows in result.margins.items():
         for index, (speed, found) in enumerate(zip(result.speeds, rows, strict=True)):
             table.add_row(

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from popsteer.lab.common.draw import drawn, logarithmic
-from popsteer.lab.common.theme import THEMES
+from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.sweep.summary import ERROR, UNITS, caption, influence, success_rate
 
 if TYPE_CHECKING:
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.sweep.job import Job
 
-__all__ = ["sweep_figure", "sweep_files"]
+__all__ = ["sweep_figure"]
 
 _MOST = 9
 _BINS = 10
@@ -113,28 +112,3 @@ def _rates(panel: Any, values: Any, good: Any, theme: Theme) -> None:  # noqa: A
         panel.plot([low, high], [rate.share] * 2, color=theme.laws["pop"], linewidth=1.8)
     panel.set_ylim(-0.05, 1.05)
     panel.yaxis.set_major_formatter("{x:g}")
-
-
-def sweep_files(job: Job, rows: Sequence[dict[str, Any]], stem: str) -> dict[str, bytes]:
-    """Draw the figure into the bytes of its files.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-    stem : str
-        What the files are called.
-
-    Returns
-    -------
-    dict
-        ``STEM.png``, ``STEM.svg`` and the same with ``-dark``.
-    """
-    content = {}
-    for name, theme in THEMES.items():
-        files = drawn(lambda each: sweep_figure(job, rows, each), theme)
-        for kind, data in files.items():
-            content[f"{stem}{'' if name == 'light' else f'-{name}'}.{kind}"] = data
-    return content

@@ -252,24 +252,21 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
     """
     from rich.text import Text
 
-    from popsteer.lab.common.layout import blank_table
+    from popsteer.lab.common.layout import add_numbers, blank_table
 
     shares = blank_table()
     shares.add_column("of all runs", no_wrap=True)
-    for share in _PERCENTILES:
-        head = "worst" if share == 100.0 else "median" if share == 50.0 else f"{share:g} %"
-        shares.add_column(head, justify="right", no_wrap=True)
+    heads = {50.0: "median", 100.0: "worst"}
+    add_numbers(shares, *(heads.get(share, f"{share:g} %") for share in _PERCENTILES))
     for name, said in _SHOWN:
         values = [row[name] for row in rows if math.isfinite(row[name])]
         cells = np.percentile(values, _PERCENTILES, method="higher") if values else []
         shares.add_row(Text(said), *(f"{value:.4f}" for value in cells))
     bad = blank_table()
-    for head in ("worst run", "finished", "faults", "max [m]"):
-        bad.add_column(Text(head), justify="right", no_wrap=True)
     told = list(influence(job, rows))[:3]
-    for name in told:
-        # Three long names side by side are too wide for a terminal.
-        bad.add_column(Text(name.replace("_", "_\n")), justify="right", no_wrap=True)
+    # Three long names side by side are too wide for a terminal.
+    broken = (name.replace("_", "_\n") for name in told)
+    add_numbers(bad, "worst run", "finished", "faults", "max [m]", *broken)
     for row in worst(rows):
         error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         bad.add_row(

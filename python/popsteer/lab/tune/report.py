@@ -105,16 +105,13 @@ def tables(judged: list[Judged]) -> list[Table]:
     list of rich.table.Table
         One table.
     """
-    from rich.text import Text
-
-    from popsteer.lab.common.layout import add_names, blank_table
+    from popsteer.lab.common.layout import add_names, add_numbers, blank_table
 
     table = blank_table(gap=1)
     add_names(table, "track", (name for part in judged for name in part.problem.paths))
     table.add_column("seen", no_wrap=True)
     for head in ("mean\n[m]", "worst\n[m]", "steering\n[rad/s]"):
-        table.add_column(Text(f"{head}\nbefore"), justify="right", no_wrap=True)
-        table.add_column(Text("\n\nafter"), justify="right", no_wrap=True)
+        add_numbers(table, f"{head}\nbefore", "\n\nafter")
     for part in judged:
         for name in part.problem.paths:
             old, new = part.usual.errors[name], part.tuned.errors[name]
