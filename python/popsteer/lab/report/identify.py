@@ -8,6 +8,7 @@ import numpy as np
 
 from popsteer import vehicle_file
 from popsteer.lab.identify.table import caption, identified_table
+from popsteer.lab.report.axes import rounded
 from popsteer.lab.report.colours import named
 from popsteer.lab.report.markup import block, paragraphs, table
 from popsteer.lab.report.origin import Origin
@@ -153,7 +154,7 @@ def _histogram(title: str, unit: str, values: NDArray[Any]) -> dict[str, Any]:
         "traces": [
             {
                 "type": "bar",
-                "x": [float(f"{middle:.5g}") for middle in middles],
+                "x": rounded(middles, 5),
                 "y": [int(count) for count in counts],
                 "marker": {"color": "@measured"},
                 "hovertemplate": "%{y} samples around %{x:.3g}<extra></extra>",

@@ -9,7 +9,7 @@ import numpy as np
 
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
-from popsteer.lab.report.axes import log_axis
+from popsteer.lab.report.axes import log_axis, rounded
 from popsteer.lab.report.markup import paragraphs, plain_table
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
                 "mode": "lines",
                 "name": title_of(name),
                 # Up at the first edge; a step holds until the next one.
-                "x": [float(f"{edge:.4g}") for edge in (edges[0], *edges)],
+                "x": rounded((edges[0], *edges)),
                 "y": [round(float(share), 3) for share in (0.0, *shares, 0.0)],
                 "line": {"color": f"@{name}", "shape": "hv", "width": 2},
                 "hovertemplate": "%{y:.1f} % of the steps from %{x:.3g} µs",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,20 +11,25 @@ import numpy as np
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
+    from numpy.typing import NDArray
     from rich.table import Table
 
     from popsteer.lab.sweep.job import Job
 
 __all__ = [
     "ERROR",
-    "UNITS",
+    "Outcomes",
     "Rate",
+    "axis_title",
     "caption",
+    "error_of",
     "influence",
     "notes",
+    "outcomes",
     "success_rate",
+    "success_rates",
     "tables",
     "worst",
 ]
@@ -57,6 +63,8 @@ _SHOWN = (
 )
 _PERCENTILES = (50.0, 90.0, 99.0, 100.0)
 _WORST = 5
+_BINS = 10
+_LEAST = 1e-4  # m: a logarithmic axis has no zero
 
 
 class Rate(NamedTuple):
@@ -101,6 +109,54 @@ def success_rate(successes: int, runs: int) -> Rate:
     return Rate(share, max(min(middle - half, share), 0.0), min(max(middle + half, share), 1.0))
 
 
+class Outcomes(NamedTuple):
+    """What became of the runs, an entry each."""
+
+    good: NDArray[np.bool_]
+    """Whether it succeeded."""
+    ended: NDArray[np.bool_]
+    """Whether it finished."""
+    error: NDArray[np.float64]
+    """The greatest |cross-track error| [m], as `error_of`; at least 1e-4, for logarithmic axes."""
+
+
+def outcomes(rows: Sequence[dict[str, Any]]) -> Outcomes:
+    """Give what became of the runs."""
+    error = np.maximum(np.array([error_of(row) for row in rows], dtype=np.float64), _LEAST)
+    good, ended = (
+        np.array([row[name] for row in rows], dtype=np.bool_) for name in ("success", "finished")
+    )
+    return Outcomes(good, ended, error)
+
+
+def error_of(row: dict[str, Any]) -> float:
+    """Greatest |cross-track error| after settling [m]; of a run that did not finish, of all."""
+    found: float = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
+    return found
+
+
+def success_rates(
+    values: NDArray[np.float64], good: NDArray[np.bool_]
+) -> Iterator[tuple[float, float, Rate]]:
+    """Give the success rate of each tenth of the runs, with the range of `values` that it has."""
+    edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)).tolist()
+    for low, high in pairwise(edges):
+        inside = (values >= low) & (values <= high)
+        if inside.any():
+            yield low, high, success_rate(int(good[inside].sum()), int(inside.sum()))
+
+
+def axis_title(name: str) -> str:
+    """Give a quantity that varies with its unit.
+
+    Examples
+    --------
+    >>> axis_title("steer_lag"), axis_title("friction")
+    ('steer_lag [s]', 'friction')
+    """
+    return f"{name} [{UNITS[name]}]" if name in UNITS else name
+
+
 def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str, Any]]:
     """Give the worst runs, the worst first.
 
@@ -126,9 +182,8 @@ def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str,
     """
 
     def badness(row: dict[str, Any]) -> tuple[bool, bool, float, int]:
-        error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         # Smaller numbers first where all else is equal.
-        return not row["finished"], row["faults"] != 0, error, -row["run"]
+        return not row["finished"], row["faults"] != 0, error_of(row), -row["run"]
 
     return sorted(rows, key=badness, reverse=True)[:count]
 
@@ -268,12 +323,11 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
     broken = (name.replace("_", "_\n") for name in told)
     add_numbers(bad, "worst run", "finished", "faults", "max [m]", *broken)
     for row in worst(rows):
-        error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         bad.add_row(
             str(row["run"]),
             "yes" if row["finished"] else "no",
             "yes" if row["faults"] else "–",
-            f"{error:.3f}",
+            f"{error_of(row):.3f}",
             *(f"{row[name]:.4g}" for name in told),
         )
     return [shares, bad]
