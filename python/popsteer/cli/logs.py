@@ -54,28 +54,10 @@ def read(
     units: list[str] | None,
     progress: Progress,
 ) -> logs.Log:
-    """Read the log that the options name.
+    """Read the log that the options name, ``NAME=VALUE`` each.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        The log.
-    columns, topics, units : list of str or None
-        ``NAME=VALUE`` each.
-    progress : Progress
-        Told how far it is.
-
-    Returns
-    -------
-    popsteer.logs.Log
-        The log.
-
-    Raises
-    ------
-    ConfigError
-        An option is not written NAME=VALUE.
-    LogError
-        The log cannot be read.
+    Raises ConfigError where an option is written otherwise, and LogError where the log cannot be
+    read.
     """
     return logs.read(
         file,
@@ -87,24 +69,9 @@ def read(
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Read what an option sets by name.
+    """Read what an option sets by name, ``NAME=VALUE`` each.
 
-    Parameters
-    ----------
-    option : str
-        The option, for messages.
-    given : list of str or None
-        ``NAME=VALUE`` each.
-
-    Returns
-    -------
-    dict of str to str
-        The values by name.
-
-    Raises
-    ------
-    ConfigError
-        One is not written NAME=VALUE.
+    Raises ConfigError, which names the option, where one is written otherwise.
 
     Examples
     --------

@@ -71,13 +71,7 @@ Timeout: TypeAlias = Annotated[
 
 
 def stop_on_signals() -> Callable[[], bool]:
-    """Take Ctrl-C and SIGTERM as the wish to end in order.
-
-    Returns
-    -------
-    callable
-        Says whether one has come.
-    """
+    """Take Ctrl-C and SIGTERM as the wish to end in order; gives what says whether one has come."""
     came: list[int] = []
     for kind in (signal.SIGINT, signal.SIGTERM):
         signal.signal(kind, lambda number, _: came.append(number))
@@ -89,24 +83,8 @@ def topics_of(
 ) -> Topics:
     """Give the topics that the options ask for.
 
-    Parameters
-    ----------
-    renamed : list of str or None
-        ``NAME=TOPIC`` each.
-    path_type, command_type : str or None
-        The types, in the words of the options.
-    autoware : bool
-        Whether names and types are Autoware's, where nothing else is said.
-
-    Returns
-    -------
-    Topics
-        The topics.
-
-    Raises
-    ------
-    ConfigError
-        A name or a type is not known.
+    `renamed` are ``NAME=TOPIC`` each. Names and types are Autoware's where `autoware` says so and
+    nothing else is given. Raises ConfigError where a name or a type is not known.
 
     Examples
     --------

@@ -90,18 +90,7 @@ class Mpc:
         self.reset()
 
     def with_vehicle(self, vehicle: Vehicle) -> Mpc:
-        """Give a fresh controller of another vehicle, on the same path.
-
-        Parameters
-        ----------
-        vehicle : Vehicle
-            The vehicle.
-
-        Returns
-        -------
-        Mpc
-            A new one.
-        """
+        """Give a fresh controller of another vehicle, on the same path."""
         return Mpc(self.path, vehicle, self.params)
 
     def reset(self) -> None:
@@ -166,23 +155,7 @@ class Mpc:
         *,
         reverse: bool | None = None,
     ) -> float:
-        """Answer as `step` does, with the angle alone.
-
-        Parameters
-        ----------
-        x, y, yaw, speed, dt, reverse
-            As `step`.
-
-        Returns
-        -------
-        float
-            The angle [rad].
-
-        Raises
-        ------
-        InputError, PopsteerError
-            As `step`.
-        """
+        """Answer as `step` does, with the angle alone [rad]."""
         self.update(x, y, yaw, speed, dt, reverse=reverse)
         return self.solve()
 
@@ -199,15 +172,7 @@ class Mpc:
     ) -> None:
         """Find the vehicle on the path, linearise ahead of it, hand the numbers to osqp.
 
-        Parameters
-        ----------
-        x, y, yaw, speed, dt, reverse
-            As `step`.
-
-        Raises
-        ------
-        InputError
-            As `step`.
+        Takes and raises what `step` does.
         """
         measured = VehicleState(x, y, yaw, speed).checked()
         dt = checked_dt(dt)
@@ -247,17 +212,9 @@ class Mpc:
         )
 
     def solve(self) -> float:
-        """Solve from the last solution, moved on by one stage.
+        """Solve from the last solution, moved on by one stage, for the angle [rad].
 
-        Returns
-        -------
-        float
-            The angle [rad].
-
-        Raises
-        ------
-        PopsteerError
-            osqp found no solution.
+        Raises PopsteerError where osqp found no solution.
         """
         self.previous_steer = self._mirror(self._problem.solve())
         return self.previous_steer

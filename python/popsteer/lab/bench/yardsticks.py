@@ -67,24 +67,10 @@ class Yardsticks:
 
 
 def at_hand(drive: Drive, folder: str | os.PathLike[str] | None = None) -> Yardsticks:
-    """Prepare the yardsticks that are at hand.
+    """Prepare the yardsticks that are at hand, and say why the others are not.
 
-    Parameters
-    ----------
-    drive : Drive
-        What they are to drive.
-    folder : str or os.PathLike, optional
-        Where their files are; by default ``benches/yardsticks``, if it is there.
-
-    Returns
-    -------
-    Yardsticks
-        Those that can be timed, and the reasons for the others.
-
-    Raises
-    ------
-    PopsteerError
-        The folder that was named has no such file.
+    `folder` is where their files are; by default ``benches/yardsticks``, if it is there. Raises
+    PopsteerError where the folder that was named has no such file.
     """
     makers: dict[str, Callable[[], Driver]] = {}
     calls: dict[str, int] = {}

@@ -35,19 +35,7 @@ _METADATA: dict[str, dict[str, str | None]] = {
 
 
 def drawn(draw: Callable[[Theme], Figure], theme: Theme) -> dict[str, bytes]:
-    """Draw a figure in a theme.
-
-    Parameters
-    ----------
-    draw : callable
-        Makes the figure from the theme.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    dict
-        The content of the file by its kind, ``png`` and ``svg``.
+    """Draw a figure in a theme, and give the content of its files by kind: ``png`` and ``svg``.
 
     Examples
     --------
@@ -76,19 +64,7 @@ def files_of(
 ) -> dict[str, bytes]:
     """Draw a figure into the files that `popsteer.lab.common.layout.figure_names` names.
 
-    Parameters
-    ----------
-    draw : callable
-        Makes the figure from the theme.
-    stem : str
-        What the files are called.
-    progress : callable, optional
-        Called with what is being done and the share of it.
-
-    Returns
-    -------
-    dict
-        The content of each file by its name.
+    `progress` is called with what is being done and the share of it that is done.
 
     Examples
     --------
@@ -114,16 +90,7 @@ def plot_broken(
 ) -> None:
     """Draw a line that breaks at the gaps of a log, with no more points than can be seen.
 
-    Parameters
-    ----------
-    panel : matplotlib.axes.Axes
-        Where it is.
-    x, y : (N,) array
-        The line.
-    breaks : sequence of int
-        The first row after each gap.
-    **style
-        As `matplotlib.axes.Axes.plot` takes it.
+    `breaks` has the first row after each gap.
     """
     y = np.array(y, dtype=np.float64)
     y[list(breaks)] = np.nan
@@ -132,21 +99,7 @@ def plot_broken(
 
 
 def wrapped(text: str, figure: Figure, size: float) -> str:
-    """Break a line that is wider than a figure.
-
-    Parameters
-    ----------
-    text : str
-        The line.
-    figure : matplotlib.figure.Figure
-        Where it stands.
-    size : float
-        Size of the font [pt].
-
-    Returns
-    -------
-    str
-        As many lines as it takes.
+    """Break a line that is wider than a figure; `size` is that of the font [pt].
 
     Examples
     --------
@@ -160,11 +113,6 @@ def wrapped(text: str, figure: Figure, size: float) -> str:
 
 def logarithmic(panel: Axes) -> None:
     """Make the vertical axis logarithmic, with plain numbers at 1, 2 and 5 of each decade.
-
-    Parameters
-    ----------
-    panel : matplotlib.axes.Axes
-        Where it is.
 
     Examples
     --------

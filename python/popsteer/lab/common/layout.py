@@ -28,15 +28,7 @@ _LONG = 20  # characters of a name that every table has room for
 def blank_table(gap: int = 2) -> Table:
     """Begin a table with a rule under its heads and nothing else around it.
 
-    Parameters
-    ----------
-    gap : int, default 2
-        Characters between columns.
-
-    Returns
-    -------
-    rich.table.Table
-        Without columns and rows.
+    `gap` is the number of characters between columns.
 
     Examples
     --------
@@ -56,16 +48,7 @@ def blank_table(gap: int = 2) -> Table:
 
 
 def add_names(table: Table, head: str, names: Iterable[str]) -> None:
-    """Add a column of names, whole ones: a long name is folded, never cut.
-
-    Parameters
-    ----------
-    table : rich.table.Table
-        The table.
-    head : str
-        The head of the column.
-    names : iterable of str
-        What will stand in it.
+    """Add a column for whole names: a long one is folded, never cut.
 
     Examples
     --------
@@ -79,14 +62,9 @@ def add_names(table: Table, head: str, names: Iterable[str]) -> None:
 
 
 def add_numbers(table: Table, *heads: str) -> None:
-    r"""Add columns of numbers, to the right and never broken.
+    r"""Add columns of numbers, aligned to the right and never folded.
 
-    Parameters
-    ----------
-    table : rich.table.Table
-        The table.
-    *heads : str
-        The heads of the columns, as they are: what stands in brackets is no markup.
+    The heads are shown as they are: what stands in brackets is no markup.
 
     Examples
     --------
@@ -102,21 +80,7 @@ def add_numbers(table: Table, *heads: str) -> None:
 
 
 def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    r"""Write a table as CSV.
-
-    Parameters
-    ----------
-    comments : sequence of str
-        Lines above it, such as the units.
-    names : iterable of str
-        The names of the columns.
-    rows : iterable of iterable of str
-        The cells.
-
-    Returns
-    -------
-    str
-        The text, with a newline at its end.
+    r"""Write a table as CSV: comments such as the units, the names of the columns, and the rows.
 
     Examples
     --------
@@ -131,16 +95,6 @@ def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Itera
 def figure_names(stem: str) -> list[str]:
     """Name the files of a figure, for a light and a dark background.
 
-    Parameters
-    ----------
-    stem : str
-        What the figure is called.
-
-    Returns
-    -------
-    list of str
-        As `popsteer.lab.common.draw.files_of` names them.
-
     Examples
     --------
     >>> figure_names("plan")
@@ -150,17 +104,7 @@ def figure_names(stem: str) -> list[str]:
 
 
 def json_text(document: dict[str, Any]) -> str:
-    r"""Write a document as JSON that people can read as well.
-
-    Parameters
-    ----------
-    document : dict
-        What it says; finite numbers alone.
-
-    Returns
-    -------
-    str
-        The text, with a newline at its end.
+    r"""Write a document as JSON that people can read as well; its numbers have to be finite.
 
     Examples
     --------

@@ -36,18 +36,10 @@ _UNITS = {
 
 
 def run_csv(run: Run) -> str:
-    """Write the records of a run as CSV.
+    """Write the records of a run as CSV, a row for each control step.
 
-    Parameters
-    ----------
-    run : Run
-        The run.
-
-    Returns
-    -------
-    str
-        Two comments, with what was run and with the units, a row of names, and a row for each
-        control step. The numbers read back to the same bits; one that is not finite is ``nan``.
+    Two comments above say what was run, and the units. The numbers read back to the same bits; one
+    that is not finite is ``nan``.
 
     Examples
     --------

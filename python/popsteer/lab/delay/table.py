@@ -44,21 +44,7 @@ _HEADS = {
 
 
 def delay_caption(rows: Sequence[DeadTimeRow], track: str, plant: Plant = DEAD_TIME_PLANT) -> str:
-    """Say in one line what was driven.
-
-    Parameters
-    ----------
-    rows : sequence of DeadTimeRow
-        The runs.
-    track : str
-        What the path is called.
-    plant : CarlaIdentified or KinematicBicycle, default DEAD_TIME_PLANT
-        What moved.
-
-    Returns
-    -------
-    str
-        Track, plant and dead time, and what the figures are.
+    """Say in one line what was driven, on which track and plant, and what the figures are.
 
     Examples
     --------
@@ -76,19 +62,9 @@ and its ratio to that without dead time'
 
 
 def error_text(row: DeadTimeRow, found: Metrics) -> str:
-    """Say the error of a run, and its ratio to that without dead time.
+    """Say the error of one of a row's runs, and its ratio to that without dead time.
 
-    Parameters
-    ----------
-    row : DeadTimeRow
-        The runs of a controller.
-    found : Metrics
-        One of them.
-
-    Returns
-    -------
-    str
-        Such as "0.173 (1.00)"; "off the road" where the run did not finish.
+    Such as "0.173 (1.00)"; "off the road" where the run did not finish.
 
     Examples
     --------
@@ -107,17 +83,7 @@ def error_text(row: DeadTimeRow, found: Metrics) -> str:
 def delay_tables(rows: Sequence[DeadTimeRow], width: int = WIDE) -> list[Table]:
     """Set out the runs, a row for each controller.
 
-    Parameters
-    ----------
-    rows : sequence of DeadTimeRow
-        The runs.
-    width : int, default 118
-        How many characters a line has. Where one table would not fit, there are two.
-
-    Returns
-    -------
-    list of rich.table.Table
-        To be printed one below the other.
+    Where one table would not fit into `width` characters, there are two.
 
     Examples
     --------
@@ -151,15 +117,7 @@ def _table(rows: Sequence[DeadTimeRow], runs: Sequence[str]) -> Table:
 def delay_csv(rows: Sequence[DeadTimeRow]) -> str:
     """Write the runs as CSV, a row for each controller and run.
 
-    Parameters
-    ----------
-    rows : sequence of DeadTimeRow
-        The runs.
-
-    Returns
-    -------
-    str
-        The text; the ratio is empty where the run did not finish.
+    The ratio is empty where the run did not finish.
 
     Examples
     --------
@@ -187,21 +145,9 @@ def delay_json(
     track: str,
     plant: CarlaIdentified | KinematicBicycle = DEAD_TIME_PLANT,
 ) -> str:
-    """Write the runs as JSON, with all their metrics.
+    """Write the runs as JSON with all their metrics, in SI units and radians.
 
-    Parameters
-    ----------
-    rows : sequence of DeadTimeRow
-        The runs.
-    track : str
-        What the path is called.
-    plant : CarlaIdentified or KinematicBicycle, default DEAD_TIME_PLANT
-        What moved.
-
-    Returns
-    -------
-    str
-        The document; SI units and radians. What is no number is null.
+    What is no number is null.
 
     Examples
     --------

@@ -28,19 +28,9 @@ SCHEMA = 2
 
 
 def edges_caption(plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None) -> str:
-    """Say in one line what the runs of the table have in common.
+    """Say in one line what the runs have in common: plant, speeds, largest angle, kind of error.
 
-    Parameters
-    ----------
-    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
-        What moved.
-    vehicle : Vehicle, optional
-        The vehicle that the controllers were given; the plant's own by default.
-
-    Returns
-    -------
-    str
-        Plant, speeds, largest angle, and what the errors are.
+    `vehicle` is what the controllers were given; the plant's own by default.
 
     Examples
     --------
@@ -57,16 +47,6 @@ def edges_caption(plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None) -> 
 
 def edges_table(rows: Sequence[EdgeRun]) -> Table:
     """Set out the runs, a row for each controller on each track.
-
-    Parameters
-    ----------
-    rows : sequence of EdgeRun
-        The runs.
-
-    Returns
-    -------
-    rich.table.Table
-        To be printed.
 
     Examples
     --------
@@ -97,17 +77,7 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
 
 
 def edges_notes(rows: Sequence[EdgeRun]) -> list[str]:
-    """Say why runs did not reach the end.
-
-    Parameters
-    ----------
-    rows : sequence of EdgeRun
-        The runs.
-
-    Returns
-    -------
-    list of str
-        A sentence for each of them.
+    """Say of each run that did not reach the end why.
 
     Examples
     --------
@@ -125,16 +95,8 @@ def edges_notes(rows: Sequence[EdgeRun]) -> list[str]:
 def share_text(row: EdgeRun) -> str:
     """Say in what share of the steps each condition held, in whole percent.
 
-    Parameters
-    ----------
-    row : EdgeRun
-        The run.
-
-    Returns
-    -------
-    str
-        The most frequent first; "ok" where none held. The shares of several conditions that held
-        in the same steps add up to more than the whole.
+    The most frequent comes first; it is "ok" where none held. The shares of several conditions that
+    held in the same steps add up to more than the whole.
 
     Examples
     --------
@@ -150,18 +112,9 @@ def share_text(row: EdgeRun) -> str:
 
 
 def edges_csv(rows: Sequence[EdgeRun]) -> str:
-    """Write the runs as CSV, a row for each controller on each track.
+    """Write the runs as CSV, a row for each controller on each track, in SI units and radians.
 
-    Parameters
-    ----------
-    rows : sequence of EdgeRun
-        The runs.
-
-    Returns
-    -------
-    str
-        The text; SI units and radians, and in the last column in how many steps each condition
-        held.
+    The last column says in how many steps each condition held.
 
     Examples
     --------
@@ -183,21 +136,9 @@ def edges_csv(rows: Sequence[EdgeRun]) -> str:
 def edges_json(
     rows: Sequence[EdgeRun], plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None
 ) -> str:
-    """Write the runs as JSON.
+    """Write the runs as JSON, in SI units and radians.
 
-    Parameters
-    ----------
-    rows : sequence of EdgeRun
-        The runs.
-    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
-        What moved.
-    vehicle : Vehicle, optional
-        The vehicle that the controllers were given; the plant's own by default.
-
-    Returns
-    -------
-    str
-        The document; SI units and radians.
+    `vehicle` is what the controllers were given; the plant's own by default.
 
     Examples
     --------

@@ -22,20 +22,7 @@ _SMOOTHING = 0.25
 
 
 def identified_figure(found: Identification, theme: Theme) -> Figure:
-    """Draw positions, yaw rates, and what is left of both.
-
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-    """
+    """Draw positions, yaw rates, and the residuals of both."""
     records = found.records
     t = records["t"] - records["t"][0]
     measured, simulated = theme.laws["pop"], theme.laws["pid"]

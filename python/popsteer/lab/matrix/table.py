@@ -43,18 +43,7 @@ _COLUMNS = (
 
 
 def matrix_caption(found: Matrix) -> str:
-    """Say in one line what was driven.
-
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-
-    Returns
-    -------
-    str
-        Preset, control period, and what the figures are.
-    """
+    """Say in one line what was driven: preset, control period, and what the figures are."""
     first = found.comparisons[0]
     return (
         f"preset {first.preset}, dt {first.dt:g} s; |cross-track error| of the whole run and after"
@@ -63,19 +52,9 @@ def matrix_caption(found: Matrix) -> str:
 
 
 def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
-    """Set out what was found, a row for each controller on each plant and track.
+    """Set out what was measured, a row for each controller on each plant and track.
 
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-    width : int, default 118
-        How many characters a line has. Where one table would not fit, each plant has its own.
-
-    Returns
-    -------
-    list of rich.table.Table
-        To be printed one below the other.
+    Where one table would not fit into `width` characters, each plant has its own.
     """
     shown = list(rows(found))
     if width >= WIDE:
@@ -113,18 +92,7 @@ def _table(shown: Sequence[Row], title: str) -> Table:
 
 
 def matrix_notes(found: Matrix) -> list[str]:
-    """Say why runs did not reach the end.
-
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-
-    Returns
-    -------
-    list of str
-        A sentence for each of them.
-    """
+    """Say of each run that did not reach the end why."""
     return [
         f"{title_of(row.law)} on {row.plant}, {row.track}, ended after"
         f" {row.metrics.time:.1f} s: {row.ending}."
@@ -134,21 +102,12 @@ def matrix_notes(found: Matrix) -> list[str]:
 
 
 def matrix_files(found: Matrix) -> dict[str, bytes]:
-    """Compute the files.
+    """Compute the files, by name.
 
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-
-    Returns
-    -------
-    dict
-        The content of each file by its name: ``matrix.csv`` (a row for each controller on each
-        plant and track), ``matrix.json`` (all their metrics), ``matrix.md`` (the errors after
-        settling, a column for each controller; of runs that did not finish in brackets), and
-        ``matrix`` as ``.png`` and ``.svg``, the figure of error against step time, for a light and,
-        as ``-dark``, for a dark background.
+    They are ``matrix.csv`` (a row for each controller on each plant and track), ``matrix.json``
+    (all their metrics), ``matrix.md`` (the errors after settling, a column for each controller; of
+    runs that did not finish in brackets), and ``matrix`` as ``.png`` and ``.svg``, the figure of
+    error against step time, for a light and, as ``-dark``, for a dark background.
     """
     from popsteer.lab.common.draw import files_of
     from popsteer.lab.matrix.figures import matrix_figure

@@ -30,19 +30,7 @@ _WORDS = {
 
 
 def plan_caption(profile: SpeedProfile, name: str) -> str:
-    """Say what a plan comes to in one line.
-
-    Parameters
-    ----------
-    profile : SpeedProfile
-        The plan.
-    name : str
-        What was planned.
-
-    Returns
-    -------
-    str
-        Name, length, time and speeds.
+    """Say in one line what a plan comes to: name, length, time and speeds.
 
     Examples
     --------
@@ -61,17 +49,7 @@ def plan_caption(profile: SpeedProfile, name: str) -> str:
 
 
 def plan_table(profile: SpeedProfile) -> Table:
-    """Make the table of what limits the speed along which share of the path.
-
-    Parameters
-    ----------
-    profile : SpeedProfile
-        The plan.
-
-    Returns
-    -------
-    rich.table.Table
-        A row for each limit that binds, the largest share first.
+    """Set out what limits the speed along which share of the path, the largest share first.
 
     Examples
     --------

@@ -23,20 +23,7 @@ __all__ = ["replay_figure"]
 
 
 def replay_figure(found: Replay, theme: Theme) -> Figure:
-    """Draw where the log drove, the angles, their differences, the errors and the statuses.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-    """
+    """Draw where the log drove, the angles, their differences, the errors and the statuses."""
     log = found.log
     t = log.t - log.t[0]
     colours = theme.colours(found.shadows)

@@ -89,18 +89,7 @@ _SHOWN = {
 
 
 def statuses(found: Replay) -> list[str]:
-    """Say in a line for each controller which conditions held how often.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-
-    Returns
-    -------
-    list of str
-        Those of controllers that were not ok throughout.
-    """
+    """Say which conditions held how often, for each controller that was not always ok."""
     lines = []
     for shadow in found.shadows.values():
         held = ", ".join(

@@ -25,19 +25,9 @@ def rounded(values: Iterable[float], digits: int = 4) -> list[float]:
 
 
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
-    """Describe a logarithmic axis.
+    """Describe a logarithmic axis from `low` to `high` for plotly.
 
-    Parameters
-    ----------
-    title : str
-        Its title.
-    low, high : float
-        The least and the greatest value on it.
-
-    Returns
-    -------
-    dict
-        For plotly: marks at 1, 2 and 5 of each decade, or at 1 alone where there are many.
+    It has marks at 1, 2 and 5 of each decade, or at 1 alone where there are many.
 
     Examples
     --------

@@ -121,20 +121,7 @@ def _scene(found: Replay) -> Scene:
 
 
 def broken(values: NDArray[Any], gaps: Sequence[int]) -> NDArray[np.float64]:
-    """Break a line at the gaps of a log.
-
-    Parameters
-    ----------
-    values : (N,) array
-        A column.
-    gaps : sequence of int
-        The first row after each gap.
-
-    Returns
-    -------
-    (N,) ndarray of float64
-        With NaN there.
-    """
+    """Break a line at the gaps of a log, with NaN at the first row after each."""
     column = np.array(values, dtype=np.float64)
     column[list(gaps)] = np.nan
     return column

@@ -23,20 +23,7 @@ _DOTS = 1500
 
 
 def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Draw how the greatest errors are distributed.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    dict
-        A histogram, all runs counted.
-    """
+    """Draw a histogram of the greatest errors of all runs."""
     good, _, error = outcomes(rows)
     low, high = np.log10(error.min()), np.log10(error.max())
     edges = np.logspace(low - 1e-9, max(high, low + 0.1) + 1e-9, 61)
@@ -72,20 +59,7 @@ def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Draw from which starts it fails, where offset and heading at the start vary.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    list of dict
-        One figure or none.
-    """
+    """Draw from which starts it fails, where offset and heading at the start vary; else nothing."""
     names = ("start_offset", "start_yaw")
     if any(name not in job.vary or job.vary[name].is_constant for name in names):
         return []
@@ -108,17 +82,7 @@ def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any
 def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Draw the error over each quantity that varies, and the share that succeeds.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    list of dict
-        Those that failing has most to do with first; at most nine.
+    Those that failing has most to do with come first; there are at most nine.
     """
     good, _, error = outcomes(rows)
     figures = []

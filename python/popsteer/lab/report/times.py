@@ -22,18 +22,7 @@ _SHARES = (50.0, 90.0, 99.0, 99.9)
 
 
 def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
-    """Draw how long the steps took, where they were timed.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-
-    Returns
-    -------
-    list of dict
-        One figure or none.
-    """
+    """Draw how long the steps took, where they were timed; else nothing."""
     if not comparison.latencies:
         return []
     times = {name: np.array(each) * 1e-3 for name, each in comparison.latencies.items()}
@@ -78,18 +67,7 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def latency_table(comparison: Comparison) -> str:
-    """Set out percentiles of the times, where steps were timed.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-
-    Returns
-    -------
-    str
-        HTML; empty where none were.
-    """
+    """Set out percentiles of the times as HTML, where steps were timed; else nothing."""
     if not comparison.latencies:
         return ""
     rows = []

@@ -112,17 +112,9 @@ class Loop:
         self._heading = heading + ahead * cross_track + slip * (beside * estimated + by_heading)
 
     def gain(self, dead_time: float | None = None) -> _Response:
-        """Evaluate L at the frequencies.
+        """Evaluate the gain L of the open loop, broken at the command, at the frequencies.
 
-        Parameters
-        ----------
-        dead_time : float, optional
-            Dead time of the vehicle [s], instead of its own.
-
-        Returns
-        -------
-        (N,) ndarray of complex
-            The gain of the open loop, broken at the command.
+        `dead_time` is that of the vehicle [s], instead of its own.
         """
         dead_time = self._vehicle.dead_time if dead_time is None else dead_time
         speed, dt, lag, back = self._speed, self._dt, self._vehicle.steer_lag, self._back

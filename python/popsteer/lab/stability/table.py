@@ -29,17 +29,7 @@ NOTE = (
 
 
 def stability_caption(result: Stability) -> str:
-    """Say in one line what was measured.
-
-    Parameters
-    ----------
-    result : Stability
-        The margins.
-
-    Returns
-    -------
-    str
-        Vehicle, preset and control period.
+    """Say in one line what was measured: vehicle, preset and control period.
 
     Examples
     --------
@@ -60,16 +50,6 @@ def stability_caption(result: Stability) -> str:
 
 def stability_table(result: Stability) -> Table:
     """Set out margins, a row for each controller and speed.
-
-    Parameters
-    ----------
-    result : Stability
-        The margins.
-
-    Returns
-    -------
-    rich.table.Table
-        To be printed.
 
     Examples
     --------
@@ -93,18 +73,9 @@ def stability_table(result: Stability) -> Table:
 
 
 def stability_json(result: Stability) -> str:
-    """Write margins as JSON.
+    """Write margins as JSON, in SI units and radians.
 
-    Parameters
-    ----------
-    result : Stability
-        The margins.
-
-    Returns
-    -------
-    str
-        The document; SI units and radians. What is infinite, or missing as the loop is unstable, is
-        null.
+    What is infinite, or missing as the loop is unstable, is null.
 
     Examples
     --------

@@ -63,20 +63,7 @@ def drive(
 
 
 def drive_text(text: str, runs: Sequence[int]) -> list[dict[str, Any]]:
-    """Drive some runs of a sweep on one thread, in a process that has its text alone.
-
-    Parameters
-    ----------
-    text : str
-        The sweep, as `Job.text` has it.
-    runs : sequence of int
-        Which of its runs.
-
-    Returns
-    -------
-    list of dict
-        As `drive`.
-    """
+    """Drive some runs as `drive`, on one thread of a process that has `Job.text` alone."""
     return drive(_job(text), runs, threads=1)
 
 

@@ -27,19 +27,7 @@ _MOST = 9
 def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figure:
     """Draw two panels for each quantity: the error of each run, and the share that succeeds.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Those that failing has most to do with first; at most nine.
+    Those that failing has most to do with come first; there are at most nine.
     """
     names = list(influence(job, rows))[:_MOST] or ["run"]
     across = min(len(names), 3)

@@ -319,22 +319,9 @@ class Job:
 
 
 def from_text(text: str) -> Job:
-    """Make a sweep of its text.
+    """Make a sweep of its `Job.text`.
 
-    Parameters
-    ----------
-    text : str
-        As `Job.text` has it.
-
-    Returns
-    -------
-    Job
-        The same sweep.
-
-    Raises
-    ------
-    PopsteerError
-        It is no sweep, or one of another version of popsteer.
+    Raises PopsteerError where that is no sweep, or one of another version of popsteer.
     """
     try:
         document = json.loads(text)

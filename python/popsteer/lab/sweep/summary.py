@@ -76,17 +76,7 @@ class Rate(NamedTuple):
 
 
 def success_rate(successes: int, runs: int) -> Rate:
-    """Give the share of the runs that succeeded, with Wilson's interval.
-
-    Parameters
-    ----------
-    successes, runs : int
-        How many succeeded, of how many.
-
-    Returns
-    -------
-    Rate
-        The share, and the ends of its 95 % confidence interval.
+    """Give the share of the runs that succeeded, with Wilson's 95 % confidence interval.
 
     Notes
     -----
@@ -158,19 +148,9 @@ def axis_title(name: str) -> str:
 
 
 def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str, Any]]:
-    """Give the worst runs, the worst first.
+    """Give the worst runs, at most `count`, the worst first.
 
-    Parameters
-    ----------
-    rows : sequence of dict
-        The rows of a sweep.
-    count : int, default 5
-        How many at most.
-
-    Returns
-    -------
-    list of dict
-        First those that did not finish, then those with faults, then by the greatest error.
+    First come those that did not finish, then those with faults, then by the greatest error.
 
     Examples
     --------
@@ -189,22 +169,11 @@ def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str,
 
 
 def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Tell how much each quantity that varies has to do with failing.
+    """Tell how much each quantity that varies has to do with failing, the most first.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    dict
-        The greatest distance between the distribution functions of the quantity in runs that
-        failed and in those that succeeded (Kolmogorov and Smirnov), 0 to 1, the greatest first;
-        0 for all where every run did the same. Where none failed, the tenth of the runs with the
-        greatest error counts as failed.
+    It is the greatest distance between the distribution functions of the quantity in runs that
+    failed and in those that succeeded (Kolmogorov and Smirnov), 0 to 1; 0 for all where every run
+    did the same. Where none failed, the tenth of the runs with the greatest error counts as failed.
     """
     good = np.array([row["success"] for row in rows], dtype=bool)
     if good.all() and len(rows) >= 10:
@@ -227,20 +196,7 @@ def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
 
 
 def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
-    """Say in one line what came out.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    str
-        The success rate and its interval.
-    """
+    """Say in one line what came out: the success rate and its interval."""
     good = sum(row["success"] for row in rows)
     rate = success_rate(good, len(rows))
     where = f" on {job.course}" if job.course else ""
@@ -252,20 +208,7 @@ def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
 
 
 def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Say what the table has no room for.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    list of str
-        Sentences.
-    """
+    """Say what the table has no room for."""
     settled = job.settings.settling_time if job.settings is not None else 5.0
     said = [
         (
@@ -291,20 +234,7 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
-    """Set out the percentiles, and the worst runs.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    list of rich.table.Table
-        To be printed one below the other.
-    """
+    """Set out the percentiles, and the worst runs."""
     from rich.text import Text
 
     from popsteer.lab.common.layout import add_numbers, blank_table

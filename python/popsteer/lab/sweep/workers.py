@@ -39,23 +39,10 @@ _DASK_TIMEOUT = 10.0  # s for a scheduler to answer
 def on_core(
     job: Job, runs: Sequence[int], threads: int | None, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on the core's threads.
+    """Drive runs on the core's threads, and give their rows as they come.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep; of plant and controller in Rust.
-    runs : sequence of int
-        Which of its runs.
-    threads : int, optional
-        As `popsteer.sim.run_many` has it.
-    progress : callable
-        Called with the number of runs that are done, in fractions.
-
-    Yields
-    ------
-    list of dict
-        Rows, as they come.
+    Plant and controller have to be in Rust. `threads` is as `popsteer.sim.run_many` has it;
+    `progress` is called with the number of runs that are done, in fractions.
     """
     for begin in range(0, len(runs), _CORE_CHUNK):
         chunk = runs[begin : begin + _CORE_CHUNK]
@@ -69,28 +56,10 @@ def on_core(
 def on_processes(
     job: Job, runs: Sequence[int], workers: int | None, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on processes of their own.
+    """Drive runs on processes of their own, as many as cores by default; give rows as they come.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    runs : sequence of int
-        Which of its runs.
-    workers : int, optional
-        How many processes; as many as there are cores by default.
-    progress : callable
-        Called with the number of runs that are done.
-
-    Yields
-    ------
-    list of dict
-        Rows, as they come.
-
-    Raises
-    ------
-    PopsteerError
-        The processes die again and again.
+    `progress` is called with the number of runs that are done. Raises PopsteerError where the
+    processes die again and again.
     """
     workers = len(os.sched_getaffinity(0)) if workers is None else workers
     remaining = _chunks(runs, workers)
@@ -122,29 +91,11 @@ def on_processes(
 def on_dask(
     job: Job, runs: Sequence[int], where: str, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on a Dask cluster.
+    """Drive runs on a Dask cluster, and give their rows as they come.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    runs : sequence of int
-        Which of its runs.
-    where : str
-        The address of a scheduler, or ``local:N`` for N processes of its own.
-    progress : callable
-        Called with the number of runs that are done.
-
-    Yields
-    ------
-    list of dict
-        Rows, as they come.
-
-    Raises
-    ------
-    PopsteerError
-        The scheduler does not answer, its workers have another version of popsteer or none, or
-        the extra is missing.
+    `where` is the address of a scheduler, or ``local:N`` for N processes of its own. `progress` is
+    called with the number of runs that are done. Raises PopsteerError where the scheduler does not
+    answer, its workers have another version of popsteer or none, or the extra is missing.
     """
     try:
         import dask

@@ -17,20 +17,7 @@ __all__ = ["tune_figure"]
 
 
 def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
-    """Draw the trials, their Pareto front, and the tuning before and after.
-
-    Parameters
-    ----------
-    tuned : Tuned
-        What was found.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-    """
+    """Draw the trials, their Pareto front, and the tuning before and after."""
     figure = Figure(figsize=(7.4, 5.2), layout="constrained")
     panel = figure.subplots()
     usual, front = tuned.usual, tuned.front

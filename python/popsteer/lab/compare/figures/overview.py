@@ -32,18 +32,8 @@ _BAR = 0.42  # of the distance between controllers
 def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
     """Draw the controllers together.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Above, the cross-track error of all controllers over the distance along the path; below, the
-        mean absolute cross-track and heading errors beside the paper's.
+    Above is the cross-track error of all controllers over the distance along the path; below are
+    the mean absolute cross-track and heading errors beside the paper's.
     """
     figure = Figure(figsize=(12.0, 8.0), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.1))
     panels = figure.subplot_mosaic([["all", "all"], ["cross-track", "heading"]])
