@@ -83,7 +83,7 @@ def say(text: str, style: str = "") -> None:
 
 
 def show(head: str, tables: Iterable[Table], below: Iterable[str] = ()) -> None:
-    """Print tables, made for the width of `console`, under what they show and above notes."""
+    """Print tables, made for the width of `console`, with a heading above and notes below."""
     at = console()
     say(head, "bold")
     for table in tables:

@@ -168,7 +168,7 @@ def _bounds(path: Path, texts: list[str], *, keep_speeds: bool) -> np.ndarray | 
     if keep_speeds:
         if path.speed is None:
             raise ConfigError("--keep-speeds", keep_speeds, "given with waypoints that have speeds")
-        # A stop is the end's or a cusp's; between them the vehicle has to get on.
+        # A speed of 0 is that of an end or a cusp; elsewhere it would stop the vehicle for good.
         given = np.abs(path.speed)
         bounds = np.where(given > 0.0, given, bounds)
     for text in texts:

@@ -1,4 +1,4 @@
-"""A progress bar that shows itself only where one waits."""
+"""A progress bar that appears after a second."""
 
 from __future__ import annotations
 

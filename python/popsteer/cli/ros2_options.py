@@ -71,7 +71,7 @@ Timeout: TypeAlias = Annotated[
 
 
 def stop_on_signals() -> Callable[[], bool]:
-    """Take Ctrl-C and SIGTERM as the wish to end in order; gives what says whether one has come."""
+    """Catch Ctrl-C and SIGTERM; gives a function that says whether one has come."""
     came: list[int] = []
     for kind in (signal.SIGINT, signal.SIGTERM):
         signal.signal(kind, lambda number, _: came.append(number))

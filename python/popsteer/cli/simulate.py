@@ -171,7 +171,7 @@ def _write_record(comparison: lab.compare.Comparison, file: FilePath | None) -> 
 
 
 def _alone(context: typer.Context) -> None:
-    """Refuse options that would make another run of it."""
+    """Refuse options that would change the run."""
     for name, value in context.params.items():
         source = context.get_parameter_source(name)
         if (

@@ -136,7 +136,7 @@ def tune(
         wanted = {k.strip(): distribution(k.strip(), text) for _, k, _, text in pairs}
     varies = varying.distributions(vary, distributions, moved)
     if not vary and distributions is None:
-        # Noise is steered after by any tuning; it would hide what is looked for.
+        # Any tuning steers after noise, which would hide the differences between tunings.
         varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
     courses = inputs.courses(waypoints, tracks, closed=closed)
     shipped = len(courses) - len(waypoints or [])

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["DEFAULT_CONTROLLER", "distributions", "tuning"]
 
 DEFAULT_CONTROLLER = "preview-pop"
-"""Who steers where neither an option nor a file of parameters says it."""
+"""The controller by default."""
 
 
 def tuning(

@@ -105,22 +105,8 @@ def plant_name(plant: Plant) -> str:
 def made(plant: Plant) -> Plant:
     """Make a plant from elsewhere of its name; leave all others as they are.
 
-    Parameters
-    ----------
-    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
-        The plant.
-
-    Returns
-    -------
-    same as `plant`, or PythonPlant
-        What a simulation takes.
-
-    Raises
-    ------
-    ConfigError
-        No plant has this name.
-    PopsteerError
-        It needs an extra that is not installed.
+    Raises ConfigError where no plant has this name, and PopsteerError where it needs an extra that
+    is not installed.
 
     Examples
     --------
@@ -134,22 +120,7 @@ def made(plant: Plant) -> Plant:
 def object_of(plant: Plant) -> CarlaIdentified | KinematicBicycle | PythonPlant:
     """Make a plant of its name, with its default parameters; leave an object as it is.
 
-    Parameters
-    ----------
-    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
-        The plant.
-
-    Returns
-    -------
-    CarlaIdentified or KinematicBicycle or PythonPlant
-        The plant as an object.
-
-    Raises
-    ------
-    ConfigError
-        No plant has this name.
-    PopsteerError
-        It needs an extra that is not installed.
+    Raises what `made` does.
 
     Examples
     --------

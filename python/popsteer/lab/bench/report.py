@@ -1,4 +1,4 @@
-"""What the benchmark reports, and what is made of it."""
+"""The report of the benchmark, its ratios and its JSON."""
 
 from __future__ import annotations
 

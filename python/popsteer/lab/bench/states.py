@@ -26,7 +26,7 @@ DT = 0.05
 
 # Both drives are of one vehicle, the one that the plant was identified from.
 _PLANT = "carla-identified"
-# Beside the checkout, for who is in the checkout.
+# Beside the working directory, if that is the checkout.
 _RECORDING = FilePath("..", "shared", "data", "carla_racetrack")
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ROWS", "Yardsticks", "at_hand"]
 
-# Beside the working directory, for who is in the checkout.
+# Of the working directory, if that is the checkout.
 _FOLDER = Path("benches", "yardsticks")
 _NO_EXTRA = "not installed: pip install popsteer[yardsticks]"
 _NO_FOLDER = "not at hand: run in a checkout, or name its benches/yardsticks with --yardsticks"
@@ -49,7 +49,7 @@ ROWS = tuple(row for yardstick in _YARDSTICKS for row in yardstick.rows)
 
 @dataclass(frozen=True)
 class Yardsticks:
-    """What is at hand, and why the rest is not.
+    """The yardsticks that are at hand, and why the others are not.
 
     Attributes
     ----------

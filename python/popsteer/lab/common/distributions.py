@@ -31,7 +31,7 @@ _EDGE = 2.0**-53  # the quantiles of 0 and 1 of the normal distribution are infi
 
 
 class Distribution(NamedTuple):
-    """A distribution, by its name and what it is made of.
+    """A distribution, by its name and its numbers.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Runs that differ: what can vary, how it is drawn, and what of it makes a plant and a start."""
+"""Runs that differ: what can vary, how it is drawn, and the plant and start of a draw."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _START = ("start_offset", "start_yaw", "start_speed")
 
 
 class Varied(NamedTuple):
-    """One run as its draw has it."""
+    """The plant, start and noise of one run."""
 
     plant: Any
     """What moves."""
@@ -36,7 +36,7 @@ class Varied(NamedTuple):
     speed: float | None
     """Speed at the start [m/s]; None where it does not vary."""
     noise: Noise | None
-    """How far off the controller sees the vehicle; None where nothing of it varies."""
+    """Noise of pose and speed as the controller gets them; None where no noise varies."""
 
 
 def varying(plant: Plant) -> tuple[str, ...]:
@@ -50,7 +50,7 @@ def varying(plant: Plant) -> tuple[str, ...]:
     (('wheelbase', 'turning_wheelbase', 'understeer'), True)
     """
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
-        # Where the pose's point is, is no property of the car: poses are told from there.
+        # The place of the pose's point is no property of the car.
         fixed: tuple[str, ...] = ("vehicle", "rear_axle", "no_slip_point")
         of_plant = [*plant.vehicle.as_dict(), *plant.as_dict()]
     else:
@@ -107,7 +107,7 @@ def draws(vary: Mapping[str, Distribution], runs: int, seed: int) -> dict[str, N
         raise PopsteerError(
             'draws of a Latin hypercube need scipy: pip install "popsteer[sweep]"'
         ) from error
-    # One generator for all: the draws of a run hang on all of them.
+    # One generator for all quantities: adding one changes the draws of the others.
     cube = qmc.LatinHypercube(len(vary), rng=np.random.default_rng(seed)).random(runs)
     return {
         name: np.array([each.quantile(share) for share in column.tolist()])

@@ -51,7 +51,7 @@ def files(
             content[_figure_name(figure, theme, kind)] = data
     if progress is not None:
         progress("figures", 1.0)
-    # The last to be written: whoever finds it finds the others too.
+    # Written last: where it exists, the others do too.
     content[_METRICS] = metrics_json(comparison).encode()
     return content
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["SCHEMA", "metrics_document", "metrics_json"]
 
 SCHEMA = 2
-"""Number of the layout; it grows when a reader of the old layout would be misled.
+"""Version of the layout; a change that would mislead readers of the old one raises it.
 
 2: `start` is the pose of the vehicle's point, no longer that of the front axle.
 """

@@ -1,4 +1,4 @@
-"""The table of the edges, for people and for programs."""
+"""The table of the pathological paths, for people and for programs."""
 
 from __future__ import annotations
 

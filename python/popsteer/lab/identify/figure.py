@@ -100,7 +100,7 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
 
 
 def _smooth(values: NDArray[Any], width: float) -> NDArray[np.float64]:
-    """Take noise out of a line, and leave the holes in it."""
+    """Smooth a line by a Hann window; its gaps stay."""
     size = max(1, round(width))
     kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
     whole = np.isfinite(values)

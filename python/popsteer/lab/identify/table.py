@@ -68,15 +68,15 @@ def caption(found: Identification) -> str:
     )
 
 
-def identified_table(found: Identification, told: Vehicle | None = None) -> Table:
+def identified_table(found: Identification, given: Vehicle | None = None) -> Table:
     """Set out what was found, with its standard errors.
 
     Parameters
     ----------
     found : Identification
         What was found.
-    told : Vehicle, optional
-        What was told before.
+    given : Vehicle, optional
+        What was known before.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def identified_table(found: Identification, told: Vehicle | None = None) -> Tabl
     table.add_column("", no_wrap=True)
     for row in _ROWS:
         value, error = getattr(found.vehicle, row.field), found.errors.get(row.field)
-        before = None if told is None else getattr(told, row.field)
+        before = None if given is None else getattr(given, row.field)
         if value is None and before is None:
             continue
         table.add_row(
@@ -104,14 +104,14 @@ def identified_table(found: Identification, told: Vehicle | None = None) -> Tabl
         f"turning length at {found.speed:.1f} m/s",
         f"{found.turning_length:.3f}",
         f"{found.turning_length_error:.3f}",
-        "" if told is None else f"{told.turning_length(found.speed):.3f}",
+        "" if given is None else f"{given.turning_length(found.speed):.3f}",
         "m",
     )
     table.add_row(
         "dead time and lag together",
         f"{1e3 * found.delay:.0f}",
         f"{1e3 * found.delay_error:.0f}",
-        "" if told is None else f"{1e3 * (told.dead_time + told.steer_lag):.0f}",
+        "" if given is None else f"{1e3 * (given.dead_time + given.steer_lag):.0f}",
         "ms",
     )
     table.add_row("yaw rate left over, rms", f"{found.yaw_rate_residual:.4f}", "", "", "rad/s")

@@ -44,7 +44,7 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
                 error,
                 markers[row.track],
                 color=colour,
-                # Hollow: what it did until it came to an end tells little.
+                # Hollow: the error of a run that did not finish says little.
                 markerfacecolor=colour if row.metrics.finished else theme.background,
                 markeredgecolor=theme.background if row.metrics.finished else colour,
                 markersize=8.5,

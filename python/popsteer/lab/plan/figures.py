@@ -89,7 +89,7 @@ def _draw_speeds(
                 distance[mine], speed[mine], 24.0, color=colour, clip_on=False, zorder=3, label=name
             )
             continue
-        # The line to a waypoint has the colour of what limits it, to a stop the last one's.
+        # A line has the colour of the limit at its end; up to a stop, of the limit at its start.
         shown = mine.copy()
         shown[:-1] |= mine[1:]
         shown[1:] |= mine[:-1] & stops[1:]
@@ -103,5 +103,5 @@ def _draw_speeds(
 
 
 def _round(values: NDArray[Any], *, closed: bool) -> NDArray[Any]:
-    """Add the first entry at the end of a closed path's."""
+    """Repeat the first entry at the end, if the path is closed."""
     return np.append(values, values[0]) if closed else values

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["Colour", "colours_of", "named", "ranked", "style"]
 
 Colour = list[str]
-"""On light, on dark."""
+"""The colour on a light, and on a dark background."""
 
 _SURFACE = {"light": "#f6f8fa", "dark": "#151b23"}
 _ACCENT = {"light": "#0969da", "dark": "#4493f8"}

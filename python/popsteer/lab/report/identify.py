@@ -35,7 +35,7 @@ _PANELS = (
 
 
 def of_identification(
-    found: Identification, told: Vehicle | None = None, origin: Origin | None = None
+    found: Identification, given: Vehicle | None = None, origin: Origin | None = None
 ) -> bytes:
     """Make the page of an identification.
 
@@ -43,7 +43,7 @@ def of_identification(
     ----------
     found : Identification
         What was found.
-    told : Vehicle, optional
+    given : Vehicle, optional
         What was known before.
     origin : Origin, optional
         The command that made it.
@@ -60,14 +60,14 @@ def of_identification(
     """
     origin = Origin() if origin is None else origin
     vehicle = block("The vehicle as found, for --vehicle", vehicle_file.as_toml(found.vehicle))
-    if told is not None:
-        vehicle += block("The vehicle as given before", vehicle_file.as_toml(told))
+    if given is not None:
+        vehicle += block("The vehicle as given before", vehicle_file.as_toml(given))
     return page_bytes(
         Page(
             title=f"The vehicle of {found.log.name}",
             lead=caption(found),
             command=origin.command,
-            results=table(identified_table(found, told), "What was found, with standard errors")
+            results=table(identified_table(found, given), "What was found, with standard errors")
             + paragraphs(found.notes),
             scenes=[_scene(found)],
             roles={"measured": named("pop"), "simulated": named("pid")},
@@ -94,7 +94,7 @@ def _scene(found: Identification) -> Scene:
         "yaw_rate_residual": _smooth(broken(residual, log.gaps), log.period),
         "position_error": broken(np.where(counts, records["position_error"], np.nan), log.gaps),
     }
-    # The simulated car begins anew now and then: the line breaks where it jumps.
+    # The simulation restarts at intervals; the line breaks where it jumps.
     x, y = records["simulated_x"], records["simulated_y"]
     jumps = np.hypot(np.diff(x), np.diff(y)) > 2.0 * np.abs(log.speed[1:]) * np.diff(time) + 0.05
     simulated = {
@@ -116,7 +116,7 @@ def _scene(found: Identification) -> Scene:
 
 
 def _smooth(values: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """Take noise out of a line, and leave the holes in it."""
+    """Smooth a line by a Hann window; its gaps stay."""
     size = max(1, round(_SMOOTHING / period))
     kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
     if len(kernel) > len(values):
@@ -128,7 +128,7 @@ def _smooth(values: NDArray[np.float64], period: float) -> NDArray[np.float64]:
 
 
 def _histograms(found: Identification) -> list[dict[str, Any]]:
-    """Draw how large what is unexplained is."""
+    """Draw histograms of the residuals."""
     records = found.records
     counts = np.asarray(records["counts"], dtype=np.bool_)
     rate = (records["yaw_rate"] - records["simulated_yaw_rate"])[counts]

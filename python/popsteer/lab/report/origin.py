@@ -40,11 +40,11 @@ def vehicles(whole: Mapping[str, Vehicle], believed: Mapping[str, Vehicle]) -> S
     blocks = []
     for name, vehicle in whole.items():
         blocks.append(block(f"{name}: the vehicle", vehicle_file.as_toml(vehicle)))
-        told = believed.get(name, vehicle)
-        if told != vehicle:
-            said = differences(told, vehicle).removeprefix(", believed ")
+        given = believed.get(name, vehicle)
+        if given != vehicle:
+            said = differences(given, vehicle).removeprefix(", believed ")
             title = f"{name}: the vehicle that the controllers were given ({said})"
-            blocks.append(block(title, vehicle_file.as_toml(told)))
+            blocks.append(block(title, vehicle_file.as_toml(given)))
     return Section("vehicle", "Vehicle", "".join(blocks))
 
 

@@ -89,7 +89,7 @@ def page_bytes(page: Page, library: Callable[[], str] | None = None) -> bytes:
     for stride in _STRIDES:
         if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:
             continue
-        # A name of a file need not be text.
+        # The name of a file may hold bytes that are no text.
         content = _assembled(page, plotly, stride).encode("utf-8", "replace")
         if len(content) <= LARGEST:
             return content
@@ -139,7 +139,7 @@ def _assembled(page: Page, plotly: str, stride: int) -> str:
         "data": json_for_script(document),
         "code": "".join(_asset(f"{name}.js") for name in _ASSETS),
     }
-    # In one go: what is put in is not looked at again.
+    # In one pass, so that marks within the inserted texts stay as they are.
     return re.sub(r"{{([a-z]+)}}", lambda found: values[found[1]], _asset("page.html"))
 
 

@@ -53,7 +53,7 @@ ANGLES = Panel("steer_deg", "Steering angle [deg]", "δ [deg]", 2)
 
 @dataclass(frozen=True)
 class Actor:
-    """Who drives, or would have."""
+    """A car that drives, or a controller that only watched."""
 
     name: str
     title: str
@@ -149,7 +149,7 @@ class Scene:
         count = len(actor.columns["time"])
         if stride == 1 or not count:
             return np.arange(count)
-        # The last sample is where it came to.
+        # The last sample shows where the run ended.
         chosen = [np.arange(0, count, stride), np.array([count - 1])]
         if "status" in actor.columns:
             change = np.flatnonzero(np.diff(actor.columns["status"].astype(np.int64)))

@@ -1,4 +1,4 @@
-"""What the steps of the controllers took: a histogram, and percentiles."""
+"""The time of the controllers' steps: a histogram, and percentiles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figure of the theory page: what a margin of dead time costs in a bend, by rope and by preview."""
+"""Figure of the theory page: offset in a bend against dead-time margin, POP and preview POP."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ def repeat(
 
 @lru_cache(maxsize=2)
 def _job(text: str) -> Job:
-    """Keep what a worker was given last: the draws are of all runs."""
+    """Keep the jobs that a worker got last: the draws of all runs take time to make."""
     return from_text(text)
 
 
@@ -122,7 +122,7 @@ def _by_core(
     threads: int | None,
     progress: Callable[[float], object] | None,
 ) -> list[dict[str, Any]]:
-    """Drive runs in one call."""
+    """Drive runs in one call of the core."""
     made = [job.made(run) for run in runs]
     path, pedals = job.road
     driver: Any = controller(job.controller, path, job.given, job.params, job.adapt)

@@ -89,7 +89,7 @@ class Journal:
     def __enter__(self) -> Self:
         file = self._file
         file.parent.mkdir(parents=True, exist_ok=True)
-        if file.exists() and not file.is_file():  # a device could be read without an end
+        if file.exists() and not file.is_file():  # reading a device might never end
             raise PopsteerError(f"{file}: is no regular file")
         stream = file.open("a+b", buffering=0)
         try:

@@ -1,4 +1,4 @@
-"""What the rows of a sweep come to."""
+"""Success rate, percentiles, worst runs and causes of failure of a sweep."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 ERROR = "settled_max_abs_cross_track_error"
-"""What a run succeeds by."""
+"""The error that decides whether a run succeeds."""
 UNITS = {
     "steer_offset": "rad",
     "steer_lag": "s",
@@ -68,7 +68,7 @@ _LEAST = 1e-4  # m: a logarithmic axis has no zero
 
 
 class Rate(NamedTuple):
-    """A share of runs, and between what the true one lies with 95 % confidence."""
+    """A share of runs, and the ends of its 95 % confidence interval."""
 
     share: float
     low: float
@@ -224,9 +224,9 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
         said.append(f"{len(faulty)} said a fault: {', '.join(names)}.")
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
-    told = influence(job, rows)
-    if told and max(told.values()) > 0.0:
-        first = ", ".join(f"{name} {value:.2f}" for name, value in list(told.items())[:3])
+    weights = influence(job, rows)
+    if weights and max(weights.values()) > 0.0:
+        first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
         failed = any(not row["success"] for row in rows)
         what = "failing has" if failed else "the greatest errors have"
         said.append(f"What {what} most to do with (0 nothing, 1 all): {first}.")
@@ -248,9 +248,9 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
         cells = np.percentile(values, _PERCENTILES, method="higher") if values else []
         shares.add_row(Text(said), *(f"{value:.4f}" for value in cells))
     bad = blank_table()
-    told = list(influence(job, rows))[:3]
+    chief = list(influence(job, rows))[:3]
     # Three long names side by side are too wide for a terminal.
-    broken = (name.replace("_", "_\n") for name in told)
+    broken = (name.replace("_", "_\n") for name in chief)
     add_numbers(bad, "worst run", "finished", "faults", "max [m]", *broken)
     for row in worst(rows):
         bad.add_row(
@@ -258,6 +258,6 @@ def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
             "yes" if row["finished"] else "no",
             "yes" if row["faults"] else "–",
             f"{error_of(row):.3f}",
-            *(f"{row[name]:.4g}" for name in told),
+            *(f"{row[name]:.4g}" for name in chief),
         )
     return [shares, bad]

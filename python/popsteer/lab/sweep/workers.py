@@ -1,7 +1,6 @@
-"""Who drives the runs of a sweep: the core's threads, processes, or a Dask cluster.
+"""What drives the runs of a sweep: the core's threads, processes, or a Dask cluster.
 
-Whoever it is takes runs in chunks and gives rows back; a chunk that a dead worker had is given to
-another.
+Each takes runs in chunks and returns rows. If a worker dies, another one gets its chunk.
 """
 
 from __future__ import annotations
@@ -74,7 +73,7 @@ def on_processes(
             while pending:
                 ready, _waiting = wait(pending, timeout=_LOOK, return_when=FIRST_COMPLETED)
                 for future in ready:
-                    rows = future.result()  # before it is struck off: a dead one is given again
+                    rows = future.result()  # raises where a worker died: its chunk stays
                     pending.pop(future)
                     done += len(rows)
                     yield rows
@@ -105,7 +104,7 @@ def on_dask(
             '--dask needs the extra "dask": pip install "popsteer[dask]"'
         ) from error
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    # A worker that dies may take its task with it any number of times.
+    # A task is given up only after many workers have died with it.
     dask.config.set({"distributed.scheduler.allowed-failures": 20})
     with _interrupts_held():
         cluster: Any = _cluster(where) if where.startswith("local:") else None
@@ -144,7 +143,7 @@ def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
     if not 1 <= count <= 1024:
         raise ConfigError("--dask", where, "local:N with N in [1, 1024], or an address")
     with warnings.catch_warnings():
-        # Nobody looks at its pages; another cluster may have their usual port.
+        # Its dashboard is not used, and another cluster may have the usual port.
         warnings.filterwarnings("ignore", message="Port .* is already in use")
         return LocalCluster(
             n_workers=count,
@@ -156,7 +155,7 @@ def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
 
 
 def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401
-    """Refuse workers that would drive otherwise."""
+    """Refuse workers with another version of popsteer."""
     found = client.run(_version, on_error="return")
     for worker, version in found.items():
         if version != __version__:

@@ -1,4 +1,4 @@
-"""What a tuning comes to, on what it was tuned on and on what it has not seen."""
+"""How good a tuning is, on the tracks and cars of the search and on others."""
 
 from __future__ import annotations
 

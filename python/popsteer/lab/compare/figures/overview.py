@@ -60,7 +60,7 @@ def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], them
             run.records["cross_track_error"],
             color=colours[name],
             linewidth=1.8 if name == "pop" else 1.2,
-            # One that left the road stays behind those that can be compared.
+            # A run that left the road is drawn behind those that can be compared.
             alpha=1.0 if run.metrics.finished else 0.4,
             zorder=2.0 if run.metrics.finished else 1.5,
             label=title_of(name),
