@@ -8,6 +8,7 @@ what is not at hand is left out, with its reason.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
@@ -84,13 +85,14 @@ def at_hand(drive: Drive, folder: str | os.PathLike[str] | None = None) -> Yards
         elif any(find_spec(module) is None for module in yardstick.needs):
             absent |= dict.fromkeys(yardstick.rows, _NO_EXTRA)
         else:
-            makers[yardstick.rows[0]] = _load(file)(drive)
+            makers[yardstick.rows[0]] = _load(file.resolve())(drive)
             calls[yardstick.rows[0]] = yardstick.calls
     return Yardsticks(makers, calls, absent)
 
 
+@cache
 def _load(file: Path) -> Callable[[Drive], Callable[[], Driver]]:
-    """Run a file as a module of its own; give its `prepare`."""
+    """Run a file as a module of its own, once, as numba compiles it; give its `prepare`."""
     spec = spec_from_file_location(f"popsteer_yardstick_{file.stem}", file)
     if spec is None or spec.loader is None:
         raise PopsteerError(f"{file}: is no Python file")
