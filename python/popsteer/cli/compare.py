@@ -86,7 +86,11 @@ def compare(
             check_folder(out, lab.compare.files.file_names(tuning.params))
         check(report)
         comparison = outputs.driven(
-            *(course, tuning, mover, vehicle_inputs.plant_label(plant), progress),
+            course,
+            tuning,
+            mover,
+            vehicle_inputs.plant_label(plant),
+            progress,
             vehicle=given,
             start=begin.pose,
             start_at=begin.at,

@@ -136,7 +136,11 @@ def simulate(
     check(report)
     with Progress() as progress:
         comparison = outputs.driven(
-            *(course, tuning, mover, vehicle_inputs.plant_label(plant), progress),
+            course,
+            tuning,
+            mover,
+            vehicle_inputs.plant_label(plant),
+            progress,
             vehicle=given,
             start=begin.pose,
             start_at=begin.at,

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from popsteer.lab.common.draw import plot_broken, wrapped
+from popsteer.lab.identify.smooth import smoothed
 from popsteer.lab.identify.table import caption
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from popsteer.identification import Identification
     from popsteer.lab.common.theme import Theme
 
 __all__ = ["identified_figure"]
-
-_SMOOTHING = 0.25
 
 
 def identified_figure(found: Identification, theme: Theme) -> Figure:
@@ -55,19 +52,19 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     track.set_aspect("equal", adjustable="datalim")
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
     track.legend(loc="best", fontsize=8.5)
-    width = _SMOOTHING / found.log.period
+    period = found.log.period
     rate = records["yaw_rate"]
     model = np.where(records["counts"], records["simulated_yaw_rate"], np.nan)
     plot_broken(
-        rates, t, _smooth(rate, width), breaks, color=measured, linewidth=1.6, label="measured"
+        rates, t, smoothed(rate, period), breaks, color=measured, linewidth=1.6, label="measured"
     )
     plot_broken(
-        rates, t, _smooth(model, width), breaks, color=simulated, linewidth=0.9, label="simulated"
+        rates, t, smoothed(model, period), breaks, color=simulated, linewidth=0.9, label="simulated"
     )
     rates.set(ylabel="yaw rate [rad/s]", title="Yaw rate, smoothed over 0.25 s")
     rates.legend(loc="upper right", fontsize=8.5, ncols=2)
     difference = rate - model
-    plot_broken(left, t, _smooth(difference, width), breaks, color=measured, linewidth=0.9)
+    plot_broken(left, t, smoothed(difference, period), breaks, color=measured, linewidth=0.9)
     left.set(ylabel="left over [rad/s]")
     left.set_title(
         f"measured less simulated: {found.yaw_rate_residual:.4f} rad/s rms, unsmoothed,"
@@ -97,14 +94,3 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     title = wrapped(caption(found), figure, 10.0)
     figure.suptitle(title, fontsize=10, color=theme.faint)
     return figure
-
-
-def _smooth(values: NDArray[Any], width: float) -> NDArray[np.float64]:
-    """Smooth a line by a Hann window; its gaps stay."""
-    size = max(1, round(width))
-    kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
-    whole = np.isfinite(values)
-    filled = np.where(whole, values, 0.0)
-    weight = np.convolve(whole.astype(np.float64), kernel, mode="same")
-    smooth = np.convolve(filled, kernel, mode="same") / np.maximum(weight, 1e-12)
-    return np.where(whole, smooth, np.nan)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer import vehicle_file
+from popsteer.lab.identify.smooth import smoothed
 from popsteer.lab.identify.table import caption, identified_table
 from popsteer.lab.report.axes import rounded
 from popsteer.lab.report.colours import named
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 __all__ = ["of_identification"]
 
-_SMOOTHING = 0.25  # s
 _PANELS = (
     Panel("yaw_rate", "Yaw rate, smoothed over 0.25 s [rad/s]", "yaw rate [rad/s]", 3),
     Panel("yaw_rate_residual", "Yaw rate, measured less simulated [rad/s]", "residual [rad/s]", 4),
@@ -90,8 +90,8 @@ def _scene(found: Identification) -> Scene:
         "yaw": log.yaw,
         "speed": broken(log.speed, log.gaps),
         "steer_deg": broken(np.degrees(log.steer), log.gaps),
-        "yaw_rate": _smooth(broken(records["yaw_rate"], log.gaps), log.period),
-        "yaw_rate_residual": _smooth(broken(residual, log.gaps), log.period),
+        "yaw_rate": smoothed(broken(records["yaw_rate"], log.gaps), log.period),
+        "yaw_rate_residual": smoothed(broken(residual, log.gaps), log.period),
         "position_error": broken(np.where(counts, records["position_error"], np.nan), log.gaps),
     }
     # The simulation restarts at intervals; the line breaks where it jumps.
@@ -101,7 +101,7 @@ def _scene(found: Identification) -> Scene:
         **common,
         "x": broken(x, [*log.gaps, *(np.flatnonzero(jumps) + 1).tolist()]),
         "y": y,
-        "yaw_rate": _smooth(broken(records["simulated_yaw_rate"], log.gaps), log.period),
+        "yaw_rate": smoothed(broken(records["simulated_yaw_rate"], log.gaps), log.period),
     }
     return Scene(
         title=log.name,
@@ -113,18 +113,6 @@ def _scene(found: Identification) -> Scene:
         vehicle=found.vehicle,
         distance_title="distance driven [m]",
     )
-
-
-def _smooth(values: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """Smooth a line by a Hann window; its gaps stay."""
-    size = max(1, round(_SMOOTHING / period))
-    kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
-    if len(kernel) > len(values):
-        return values
-    whole = np.isfinite(values)
-    weight = np.convolve(whole.astype(np.float64), kernel, mode="same")
-    smooth = np.convolve(np.where(whole, values, 0.0), kernel, mode="same")
-    return np.where(whole, smooth / np.maximum(weight, 1e-12), np.nan)
 
 
 def _histograms(found: Identification) -> list[dict[str, Any]]:
