@@ -128,7 +128,14 @@ def error_of(row: dict[str, Any]) -> float:
 def success_rates(
     values: NDArray[np.float64], good: NDArray[np.bool_]
 ) -> Iterator[tuple[float, float, Rate]]:
-    """Give the success rate of each tenth of the runs, with the range of `values` that it has."""
+    """Give the success rate of each tenth of the runs, with the range of `values` that it has.
+
+    Examples
+    --------
+    >>> values = np.arange(20.0)
+    >>> [rate.share for _, _, rate in success_rates(values, values < 9.0)]
+    [1.0, 1.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0]
+    """
     edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)).tolist()
     for low, high in pairwise(edges):
         inside = (values >= low) & (values <= high)
