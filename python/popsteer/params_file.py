@@ -15,22 +15,17 @@ min_lookahead = 6.0
 
 from __future__ import annotations
 
-import os
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from popsteer import controllers
 from popsteer.errors import ConfigError
 from popsteer.files import write_text_atomic
+from popsteer.toml_file import in_file, read
 
 if TYPE_CHECKING:
-    from popsteer.controllers import Params
+    import os
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+    from popsteer.controllers import Params
 
 __all__ = ["add_load_and_save", "as_toml", "load", "load_all", "save"]
 
@@ -62,6 +57,7 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "tuned.toml"
     ...     _ = file.write_text("[pop]\nlookahead_gain = 0\n[preview_pop]\nhorizon = 0.8\n")
@@ -69,19 +65,19 @@ def load_all(file: str | os.PathLike[str]) -> dict[str, Params]:
     >>> found["pop"].lookahead_gain, found["preview-pop"].horizon
     (0.0, 0.8)
     """
-    document = _read(file)
+    document = read(file, "tuning file")
     found: dict[str, Params] = {}
     for table, fields in document.items():
         name = table.replace("_", "-")
         if name not in controllers.names():
             known = [each.replace("-", "_") for each in controllers.names()]
-            raise _in_file(file, ConfigError.unknown("table", table, known))
+            raise in_file(file, ConfigError.unknown("table", table, known))
         if not isinstance(fields, dict):
-            raise _in_file(file, ConfigError(table, fields, f"a table of parameters, [{table}]"))
+            raise in_file(file, ConfigError(table, fields, f"a table of parameters, [{table}]"))
         found[name] = _made(file, table, fields, controllers.get(name).params)
     if not found:
         listed = ", ".join(f"[{each.replace('-', '_')}]" for each in controllers.names())
-        raise _in_file(file, ConfigError("tables", "none", f"at least one of {listed}"))
+        raise in_file(file, ConfigError("tables", "none", f"at least one of {listed}"))
     return found
 
 
@@ -108,6 +104,7 @@ def load(kind: type[Params], file: str | os.PathLike[str]) -> Params:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     save(popsteer.PidParams(kp=0.3), Path(folder) / "tuned.toml")
     ...     popsteer.PidParams.load(Path(folder) / "tuned.toml").kp
@@ -117,7 +114,7 @@ def load(kind: type[Params], file: str | os.PathLike[str]) -> Params:
     found = load_all(file)
     if name not in found:
         others = ", ".join(found)
-        raise _in_file(
+        raise in_file(
             file, ConfigError("controller", others, f"{name}, whose parameters these are")
         )
     return found[name]
@@ -141,6 +138,7 @@ def save(params: Params, file: str | os.PathLike[str]) -> None:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     popsteer.PreviewPopParams(horizon=0.8).save(Path(folder) / "tuned.toml")
     ...     load_all(Path(folder) / "tuned.toml")["preview-pop"].horizon
@@ -242,7 +240,7 @@ def _made(
     defaults: dict[str, Any] = kind().as_dict()
     for key, value in fields.items():
         if key not in defaults:
-            raise _in_file(file, ConfigError.unknown(f"key of [{table}]", key, defaults))
+            raise in_file(file, ConfigError.unknown(f"key of [{table}]", key, defaults))
         default = defaults[key]
         if isinstance(default, bool):
             fits, wanted = isinstance(value, bool), "true or false"
@@ -252,30 +250,8 @@ def _made(
             fits = isinstance(value, int | float) and not isinstance(value, bool)
             wanted = "a number"
         if not fits:
-            raise _in_file(file, ConfigError(f"{table}.{key}", value, wanted))
+            raise in_file(file, ConfigError(f"{table}.{key}", value, wanted))
     try:
         return kind(**fields)
     except ConfigError as error:
-        raise _in_file(file, error, f"[{table}] {error}") from None
-
-
-def _read(file: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read the tables of a TOML file."""
-    try:
-        return tomllib.loads(Path(file).read_bytes().decode("utf-8"))
-    except OSError as error:
-        why = error.strerror or str(error)
-    except UnicodeDecodeError as error:
-        why = f"not UTF-8 at byte {error.start}"
-    except (ValueError, RecursionError) as error:  # broken, too long a number, or nested too deep
-        why = f"not TOML: {error}"
-    refused = ConfigError("tuning file", os.fspath(file), f"a readable TOML file: {why}")
-    raise _in_file(file, refused, why)
-
-
-def _in_file(
-    file: str | os.PathLike[str], error: ConfigError, words: str | None = None
-) -> ConfigError:
-    """Put the file before the words of an error."""
-    error.args = (f"{os.fspath(file)}: {error if words is None else words}",)
-    return error
+        raise in_file(file, error, f"[{table}] {error}") from None

@@ -20,19 +20,15 @@ rear_axle = -1.35
 from __future__ import annotations
 
 import math
-import os
-import sys
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from popsteer._core import Vehicle
 from popsteer.errors import ConfigError
 from popsteer.files import write_text_atomic
+from popsteer.toml_file import in_file, read
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+if TYPE_CHECKING:
+    import os
 
 __all__ = ["as_toml", "load", "save"]
 
@@ -86,6 +82,7 @@ def load(file: str | os.PathLike[str]) -> Vehicle:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "car.toml"
     ...     _ = file.write_text("wheelbase = 2.7\nmax_lateral_acceleration = inf\n")
@@ -93,18 +90,18 @@ def load(file: str | os.PathLike[str]) -> Vehicle:
     >>> car.wheelbase, car.max_lateral_acceleration
     (2.7, None)
     """
-    fields = _read(file)
+    fields = read(file, "vehicle file")
     for key, value in fields.items():
         if key not in _MEANING:
-            raise _in_file(file, ConfigError.unknown("key", key, _MEANING))
+            raise in_file(file, ConfigError.unknown("key", key, _MEANING))
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise _in_file(file, ConfigError(key, value, "a number"))
+            raise in_file(file, ConfigError(key, value, "a number"))
         if key in _LIMITS and value == math.inf:
             fields[key] = None
     try:
         return Vehicle(**fields)
     except ConfigError as error:
-        raise _in_file(file, error) from None
+        raise in_file(file, error) from None
 
 
 def save(vehicle: Vehicle, file: str | os.PathLike[str]) -> None:
@@ -125,6 +122,7 @@ def save(vehicle: Vehicle, file: str | os.PathLike[str]) -> None:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     save(Vehicle(dead_time=0.15), Path(folder) / "car.toml")
     ...     load(Path(folder) / "car.toml").dead_time
@@ -162,26 +160,3 @@ def as_toml(vehicle: Vehicle) -> str:
         else:  # left out it would be the default
             lines.append(f"{key} = inf")
     return "\n".join(lines) + "\n"
-
-
-def _read(file: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read the keys and values of a TOML file."""
-    try:
-        text = Path(file).read_bytes().decode("utf-8")
-        return tomllib.loads(text)
-    except OSError as error:
-        why = error.strerror or str(error)
-    except UnicodeDecodeError as error:
-        why = f"not UTF-8 at byte {error.start}"
-    except (ValueError, RecursionError) as error:  # broken, too long a number, or nested too deep
-        why = f"not TOML: {error}"
-    refused = ConfigError("vehicle file", os.fspath(file), f"a readable TOML file: {why}")
-    raise _in_file(file, refused, why)
-
-
-def _in_file(
-    file: str | os.PathLike[str], error: ConfigError, words: str | None = None
-) -> ConfigError:
-    """Put the file before the words of an error."""
-    error.args = (f"{os.fspath(file)}: {error if words is None else words}",)
-    return error

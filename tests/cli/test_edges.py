@@ -57,6 +57,7 @@ def test_edges_writes_what_the_study_finds(
         assert f"{run.max_error:.3f}" in outcome.out
     assert f"Written to {tmp_path}/: edges.csv, edges.json" in outcome.out
     assert "end-of-path" in outcome.out
+    assert all(unit in outcome.out for unit in ("[s]", "[m]", "[deg]"))  # no markup
 
 
 def test_edges_by_default_drives_every_law_on_every_track(

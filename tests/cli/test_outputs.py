@@ -6,10 +6,12 @@ import os
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
 import pytest
 
 from popsteer import lab
 from popsteer.lab.bench import latency
+from popsteer.lab.stability import carrot, figures
 from tests.cli import command
 
 # Each command that writes, up to the place to write to.
@@ -182,6 +184,10 @@ def test_each_name_that_is_written_was_checked(
         f"popsteer.cli.{name}.check_folder",
         lambda folder, names: checked.extend(names),
     )
+    # Coarse figures of stability have the same names.
+    monkeypatch.setattr(figures, "_SPEEDS", np.linspace(1.0, 30.0, 4))
+    monkeypatch.setattr(figures, "_DISTANCES", np.geomspace(1.0, 25.0, 4))
+    monkeypatch.setattr(carrot, "_RADII", (20.0, 30.0))
     out = tmp_path / "out"
     outcome = command.call(capsys, *FOLDERS[name], str(out))
     assert outcome.status == 0

@@ -17,7 +17,16 @@ PACKAGE = ROOT / "python" / "popsteer"
 # parts of one layer do not know each other.
 LAYERS = (
     ("_core", "errors"),
-    ("status", "ranges", "files", "csv_file", "parameters", "prediction", "signatures"),
+    (
+        "status",
+        "ranges",
+        "files",
+        "csv_file",
+        "toml_file",
+        "parameters",
+        "prediction",
+        "signatures",
+    ),
     ("paper", "controllers", "vehicles", "vehicle_file", "reference"),
     ("planning", "logs", "params_file"),
     ("identification",),

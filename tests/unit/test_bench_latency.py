@@ -291,6 +291,7 @@ def test_run_file_that_cannot_be_written_leaves_nothing(
 ) -> None:
     monkeypatch.setattr(latency, "measure", lambda *_args, **_kwargs: report)
     monkeypatch.setattr(latency, "at_hand", lambda _data: drive)
+    monkeypatch.setattr(yardsticks, "at_hand", lambda _drive, _folder: yardsticks.Yardsticks())
     (tmp_path / "taken").write_text("", encoding="utf-8")
     with pytest.raises(OSError, match="taken"):
         latency.run(tmp_path / "taken" / "latency.json", Console(file=io.StringIO()))

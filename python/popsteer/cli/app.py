@@ -1,4 +1,4 @@
-"""The commands, put together."""
+"""The commands of ``popsteer``."""
 
 from __future__ import annotations
 

@@ -27,26 +27,11 @@ _P = TypeVar("_P", bound=_Params)
 
 
 def assigned(params: _P, assignments: Sequence[str], owner: str) -> _P:
-    """Change parameters as assignments say.
+    """Give a copy of parameters, changed as assignments say.
 
-    Parameters
-    ----------
-    params : any class of parameters
-        What is to be changed; it stays as it is.
-    assignments : sequence of str
-        ``NAME=VALUE`` each, with ``none`` for None; of two for one name the later counts.
-    owner : str
-        Whose parameters they are, for messages.
-
-    Returns
-    -------
-    same as `params`
-        A changed copy.
-
-    Raises
-    ------
-    ConfigError
-        A name is not known, or a value is not of its kind or out of its range.
+    The assignments are ``NAME=VALUE`` each, with ``none`` for None; of two for one name the later
+    counts. `owner` says in messages whose parameters they are. Raises ConfigError where a name is
+    not known, or a value is not of its kind or out of its range.
 
     Examples
     --------
@@ -64,27 +49,10 @@ min_speed
 
 
 def assigned_each(parts: Sequence[Any], assignments: Sequence[str], owner: str) -> list[Any]:
-    """Change several sets of parameters as assignments say: each of those that have a name.
+    """Give copies of several sets of parameters: each assignment changes those that have its name.
 
-    Parameters
-    ----------
-    parts : sequence of any classes of parameters
-        What is to be changed; they stay as they are. Only what is a number, a truth value or None
-        can be set.
-    assignments : sequence of str
-        ``NAME=VALUE`` each, as `assigned` takes them.
-    owner : str
-        Whose parameters they are, for messages.
-
-    Returns
-    -------
-    list
-        Changed copies; those of which nothing was named are the same objects.
-
-    Raises
-    ------
-    ConfigError
-        A name is not known, or a value is not of its kind or out of its range.
+    Assignments, owner and errors are those of `assigned`. Only what is a number, a truth value or
+    None can be set. Sets of which nothing was named are the same objects.
 
     Examples
     --------
@@ -145,19 +113,9 @@ def _value(name: str, text: str, default: object) -> object:
 
 
 def listed(kind: type[object], without: Sequence[str] = ()) -> str:
-    """List the parameters of a class, as its documentation has them.
+    """List the parameters of a class, as its documentation has them, but for those of `without`.
 
-    Parameters
-    ----------
-    kind : type
-        A class of parameters.
-    without : sequence of str, optional
-        Parameters to leave out.
-
-    Returns
-    -------
-    str
-        Two lines or more for each: name and default, and what it means.
+    There are two lines or more for each: name and default, and what it means.
 
     Examples
     --------

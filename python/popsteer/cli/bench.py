@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from popsteer import lab
 from popsteer.cli import options
 from popsteer.files import check_folder
@@ -34,11 +32,10 @@ def bench(
     *,
     yardsticks: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Folder with the files of the yardsticks. The default is benches/yardsticks, if it"
+        options.optional(
+            "DIR",
+            "Folder with the files of the yardsticks. The default is benches/yardsticks, if it"
             " exists.",
-            show_default=False,
         ),
     ] = None,
     out: options.Out = None,

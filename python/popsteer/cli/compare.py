@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Annotated
 
 import typer
 
 from popsteer import lab, presets, sim
-from popsteer.cli import inputs, options, outputs, pedals
+from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.progress import Progress
 from popsteer.cli.report import check, command_line
 from popsteer.files import check_folder
@@ -76,32 +75,30 @@ def compare(
     """Drive several controllers along one track."""
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
-    chosen = pedals.longitudinal(longitudinal, set_longitudinal, constant_speed)
+    chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed)
     with Progress() as progress:
-        mover = inputs.plant(plant, set_plant)
+        mover = vehicle_inputs.plant(plant, set_plant)
         itself = sim.vehicle_of(mover)
-        given = inputs.believed(vehicle, set_vehicle, itself)
+        given = vehicle_inputs.believed(vehicle, set_vehicle, itself)
         begin = inputs.start(course.path, start, start_at, start_offset, itself)
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
         if out is not None:
             check_folder(out, lab.compare.files.file_names(tuning.params))
         check(report)
-        comparison = lab.compare.run(
-            course.path,
-            tuning.params,
+        comparison = outputs.driven(
+            course,
+            tuning,
             mover,
+            vehicle_inputs.plant_label(plant),
+            progress,
             vehicle=given,
-            adapt=tuning.adapt,
-            preset=tuning.preset,
             start=begin.pose,
             start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
             longitudinal=made(chosen, course.path, given),
             settings=Settings(dt=dt),
-            progress=progress.update,
         )
-        comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         if step_time:
             comparison = lab.compare.time_steps(
                 comparison, tuning.params, progress.update, adapt=tuning.adapt

@@ -7,12 +7,12 @@ from typing import Annotated
 import typer
 
 from popsteer import lab, presets
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder
 from popsteer.lab.delay.runs import DEAD_TIME, DEAD_TIME_CONTROLLERS
-from popsteer.sim import CarlaIdentified, KinematicBicycle, Settings
+from popsteer.sim import CarlaIdentified, KinematicBicycle, Settings, plant_names
 
 __all__ = ["HELP", "delay"]
 
@@ -74,9 +74,9 @@ def delay(
     course = inputs.course(waypoints, track, closed=closed)
     if out is not None:
         check_folder(out, ["delay.csv", "delay.json"])
-    mover = inputs.plant(plant, set_plant)
+    mover = vehicle_inputs.plant(plant, set_plant)
     if not isinstance(mover, CarlaIdentified | KinematicBicycle):
-        raise ConfigError("--plant", plant, f"{', '.join(inputs.PLANTS)} or a file *.toml")
+        raise ConfigError("--plant", plant, f"{', '.join(plant_names())} or a file *.toml")
     begin = inputs.start(course.path, start, start_at, start_offset, mover.vehicle)
     tuning = inputs.tuned(
         names, preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS

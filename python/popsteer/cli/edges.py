@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 from popsteer import lab
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder
@@ -42,20 +40,18 @@ def edges(
     set_: options.Set = None,
     tracks: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAMES",
-            help="The pathological paths, separated by commas; all by default:"
+        options.optional(
+            "NAMES",
+            "The pathological paths, separated by commas; all by default:"
             f" {', '.join(track.name for track in lab.edges.edge_tracks())}.",
-            show_default=False,
         ),
     ] = None,
     plant: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME|FILE",
-            help="The plant, as compare's --plant names it. Some of the paths need one that can"
+        options.optional(
+            "NAME|FILE",
+            "The plant, as compare's --plant names it. Some of the paths need one that can"
             " reverse. The default is the kinematic bicycle with max_steer=0.6.",
-            show_default=False,
         ),
     ] = None,
     set_plant: options.SetPlant = None,
@@ -75,9 +71,9 @@ def edges(
     if out is not None:
         check_folder(out, ["edges.csv", "edges.json"])
     with Progress() as progress:
-        mover = EDGE_PLANT if plant is None else inputs.plant(plant)
-        mover = inputs.changed_plant(mover, "the plant", set_plant)
-        given = inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
+        mover = EDGE_PLANT if plant is None else vehicle_inputs.plant(plant)
+        mover = vehicle_inputs.changed_plant(mover, "the plant", set_plant)
+        given = vehicle_inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
         tuning = inputs.tuned(
             names,
             "default",

@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         status = 1  # whoever read the output has seen enough: `popsteer tracks | head` is no error
     except OSError as error:
         where = error.filename
-        # What failed in a long write is gone from the buffer: one more character tells.
+        # A long write that failed leaves the buffer empty: one more character shows it.
         if where is None and (_drop_what_fails(sys.stdout) or _is_full(sys.stdout)):
             where = "standard output"
         status = _refuse(f"{f'{where}: ' if where else ''}{error.strerror or error}")
@@ -83,7 +83,7 @@ def _set_up_streams() -> None:
         sys.exit(_refuse("standard output is closed"))
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
-            # A terminal that has no ψ shows a question mark rather than an error.
+            # A terminal without ψ shows a question mark instead of an error.
             stream.reconfigure(errors="replace")
 
 

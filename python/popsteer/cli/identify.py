@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ import typer
 
 from popsteer import lab, vehicles
 from popsteer._core import Vehicle
-from popsteer.cli import inputs, logs, options, outputs
+from popsteer.cli import logs, options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
 from popsteer.cli.report import check, command_line
@@ -46,21 +47,19 @@ def identify(
     log: logs.Log,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="File for the vehicle, *.toml, as popsteer.Vehicle.load and --vehicle read it. The"
+        options.optional(
+            "FILE",
+            "File for the vehicle, *.toml, as popsteer.Vehicle.load and --vehicle read it. The"
             " figure is drawn beside it; FILE.json has what was found, FILE-motion.csv the measured"
             " and the simulated motion.",
-            show_default=False,
         ),
     ] = None,
     vehicle: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME|FILE",
-            help="What is known of the vehicle already: a file *.toml,"
+        options.optional(
+            "NAME|FILE",
+            "What is known of the vehicle already: a file *.toml,"
             f" {', '.join(vehicles.names())}, or a plant's. What the log does not show stays.",
-            show_default=False,
         ),
     ] = None,
     set_vehicle: options.SetVehicle = None,
@@ -71,16 +70,13 @@ def identify(
     context: typer.Context,
 ) -> None:
     """Identify a vehicle from the log of a drive."""
-    from rich.console import Console
-    from rich.text import Text
-
     from popsteer.identification import identify as identified
     from popsteer.lab.identify import caption, identified_table
 
-    told: Vehicle | None = None
+    given: Vehicle | None = None
     if vehicle is not None or set_vehicle:
-        base = Vehicle() if vehicle is None else inputs.named_vehicle(vehicle)
-        told = assigned(base, set_vehicle or [], "the vehicle")
+        base = Vehicle() if vehicle is None else vehicle_inputs.named_vehicle(vehicle)
+        given = assigned(base, set_vehicle or [], "the vehicle")
     if out is not None:
         if out.suffix.lower() != ".toml":
             raise ConfigError("--out", str(out), "a file *.toml")
@@ -88,33 +84,26 @@ def identify(
     check(report)
     with Progress() as progress:
         drive = logs.read(log, column, topic, unit, progress)
-        found = identified(drive, told, progress=lambda share: progress.update("identify", share))
+        found = identified(drive, given, progress=lambda share: progress.update("identify", share))
         content = {} if out is None else _files(found, out, progress)
     page = {}
     if report is not None:
         origin = lab.report.Origin(command_line(context))
-        page[report] = lab.report.of_identification(found, told, origin)
+        page[report] = lab.report.of_identification(found, given, origin)
     write_files_atomic({**content, **page})
-    console = Console()
-    console.print(Text(caption(found), style="bold"), soft_wrap=True)
-    console.print()
-    console.print(identified_table(found, told))
-    if found.notes:
-        console.print()
-    for note in found.notes:
-        console.print(Text(f"- {note}", style="dim"), soft_wrap=not console.is_terminal)
-    if out is None:
-        print("--out FILE writes the vehicle, and a figure of how well it explains the log.")
-    else:
-        print(f"Written to {out}, {', '.join(file.name for file in content if file != out)}")
+    table = identified_table(found, given)
+    outputs.show(caption(found), [table], (f"- {note}" for note in found.notes))
+    nothing = "--out FILE writes the vehicle, and a figure of how well it explains the log."
+    outputs.written(out, (file for file in content if file != out), nothing)
     if report is not None:
         print(f"Written to {report}")
 
 
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:
     """Make the vehicle, and what stands beside it."""
+    from popsteer.lab.common.draw import files_of
     from popsteer.lab.identify import identified_csv, identified_json
-    from popsteer.lab.identify.figure import identified_files
+    from popsteer.lab.identify.figure import identified_figure
     from popsteer.vehicle_file import as_toml
 
     content = {
@@ -122,5 +111,5 @@ def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, b
         out.with_suffix(".json"): identified_json(found).encode(),
         out.with_name(f"{out.stem}-motion.csv"): identified_csv(found).encode(),
     }
-    drawn = identified_files(found, out.stem, progress.update)
+    drawn = files_of(partial(identified_figure, found), out.stem, progress.update)
     return content | {out.with_name(name): data for name, data in drawn.items()}

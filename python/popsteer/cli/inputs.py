@@ -1,4 +1,4 @@
-"""What the commands are given, as the library takes it."""
+"""The paths, starts, tuning and pedals that options ask for, as the library takes them."""
 
 from __future__ import annotations
 
@@ -7,47 +7,38 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 from popsteer import controllers as own_controllers
-from popsteer import plants, sim, tracks, vehicles
+from popsteer import tracks
 from popsteer._core import AdaptParams, Path, Vehicle
 from popsteer.cli.assignments import assigned, assigned_each
 from popsteer.errors import ConfigError
 from popsteer.lab import baselines
+from popsteer.lab.common.longitudinal import LongitudinalParams, params_of
 from popsteer.lab.common.names import controller_names
 from popsteer.lab.compare import parameters
 from popsteer.params_file import load_all
-from popsteer.sim import CarlaIdentified, KinematicBicycle, default_start
-from popsteer.sim.geometry import StartAt, made
+from popsteer.sim import default_start
+from popsteer.sim.geometry import StartAt
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from popsteer.plants.protocol import PythonPlant
     from popsteer.sim.closed_loop import Pose
 
 __all__ = [
     "DEFAULT_TRACK",
     "OWN_CONTROLLERS",
-    "PLANTS",
     "Course",
     "Start",
     "Tuning",
-    "believed",
-    "changed_plant",
     "course",
     "courses",
-    "named_vehicle",
+    "longitudinal",
     "names",
-    "plant",
-    "plant_label",
     "start",
     "tuned",
+    "usual_longitudinal",
 ]
 
-PLANTS: dict[str, type[CarlaIdentified | KinematicBicycle]] = {
-    "carla-identified": CarlaIdentified,
-    "kinematic-bicycle": KinematicBicycle,
-}
-"""The plants of the core by name."""
 OWN_CONTROLLERS = own_controllers.names()
 """The controllers of popsteer; the baselines are from elsewhere."""
 DEFAULT_TRACK = "racetrack"
@@ -83,28 +74,11 @@ class Tuning(NamedTuple):
 
 
 def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Course:
-    """Give the path that the options ask for.
+    """Give the path of a file of waypoints or of a shipped track; by default of `DEFAULT_TRACK`.
 
-    Parameters
-    ----------
-    waypoints : pathlib.Path, optional
-        A file of waypoints.
-    track : str, optional
-        Name of a shipped track; `DEFAULT_TRACK` where neither is given.
-    closed : bool
-        Whether the last waypoint of the file joins its first.
-
-    Returns
-    -------
-    Course
-        The path and its name.
-
-    Raises
-    ------
-    ConfigError
-        No track has this name, or the options exclude each other.
-    PathError
-        The file makes no path.
+    `closed` says that the last waypoint of the file joins its first. Raises ConfigError where no
+    track has this name or the options exclude each other, and PathError where the file makes no
+    path.
 
     Examples
     --------
@@ -124,28 +98,9 @@ def course(waypoints: FilePath | None, track: str | None, *, closed: bool) -> Co
 def courses(
     waypoints: Sequence[FilePath] | None, tracks: str | None, *, closed: bool
 ) -> list[Course]:
-    """Give the paths that the options of a command of many ask for.
+    """Give the paths of the shipped tracks that are named, then those of files of waypoints.
 
-    Parameters
-    ----------
-    waypoints : sequence of pathlib.Path or None
-        Files of waypoints.
-    tracks : str or None
-        Names of shipped tracks; `DEFAULT_TRACK` where neither is given.
-    closed : bool
-        Whether the last waypoint of each file joins its first.
-
-    Returns
-    -------
-    list of Course
-        The shipped tracks, then the files.
-
-    Raises
-    ------
-    ConfigError
-        As `course`.
-    PathError
-        A file makes no path.
+    Defaults and errors are those of `course`; `closed` counts for each of the files.
 
     Examples
     --------
@@ -162,24 +117,9 @@ def courses(
 
 
 def names(option: str, text: str) -> list[str]:
-    """Split a list of names at its commas.
+    """Split a list of names at its commas: each once, in the order given.
 
-    Parameters
-    ----------
-    option : str
-        The option that holds the list, for messages.
-    text : str
-        The list. Empty names are left out.
-
-    Returns
-    -------
-    list of str
-        The names, each once, in the order given.
-
-    Raises
-    ------
-    ConfigError
-        There is none.
+    Empty names are left out. Raises ConfigError, which names the option, where there is none.
 
     Examples
     --------
@@ -202,7 +142,7 @@ def tuned(
     known: Sequence[str] | None = None,
     given: Callable[[str], Any] | None = None,
 ) -> Tuning:
-    """Give what the controllers are tuned by, as the options ask for it.
+    """Give what the controllers are tuned by.
 
     Parameters
     ----------
@@ -269,30 +209,12 @@ def tuned(
 
 
 def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: Vehicle) -> Start:
-    """Give the pose that the options ask for.
+    """Give the pose at the start, and whose it is; the pose is None where no option gives it.
 
-    Parameters
-    ----------
-    path : Path
-        What is followed.
-    text : str or None
-        ``X,Y,YAW`` [m, m, rad].
-    at : {"pose", "rear", "front"}
-        Whose pose that is: the vehicle's point's, or that of an axle.
-    offset : float or None
-        How far to the left of the first waypoint [m], as `popsteer.sim.default_start` has it.
-    vehicle : Vehicle
-        What starts.
-
-    Returns
-    -------
-    Start
-        The pose, None where neither is given; and whose it is.
-
-    Raises
-    ------
-    ConfigError
-        They are not three numbers, the offset is out of its range, or both are given.
+    `text` is ``X,Y,YAW`` [m, m, rad], the pose of the vehicle's point or of the axle that `at`
+    names: "pose", "rear" or "front". `offset` is how far to the left of the first waypoint the
+    vehicle starts instead [m], as `popsteer.sim.default_start` has it. Raises ConfigError where
+    `text` is not three numbers, the offset is out of its range, or both are given.
 
     Examples
     --------
@@ -318,172 +240,41 @@ def start(path: Path, text: str | None, at: str, offset: float | None, vehicle: 
     return Start((x, y, yaw), place)
 
 
-def plant(
-    text: str, assignments: Sequence[str] | None = None
-) -> CarlaIdentified | KinematicBicycle | PythonPlant:
-    """Give the plant that an option names.
-
-    Parameters
-    ----------
-    text : str
-        The name of a plant, or a file ``*.toml`` of a vehicle: a kinematic bicycle is made of it.
-    assignments : sequence of str, optional
-        ``NAME=VALUE`` each: parameters of the plant and fields of its vehicle.
-
-    Returns
-    -------
-    CarlaIdentified or KinematicBicycle or PythonPlant
-        What moves.
-
-    Raises
-    ------
-    ConfigError
-        No plant has this name, the file holds no vehicle, or a parameter is refused.
-    PopsteerError
-        The plant needs an extra that is not installed.
-
-    Examples
-    --------
-    >>> plant("carla-identified").vehicle.rear_axle
-    -1.94
-    >>> plant("kinematic-bicycle", ["wheelbase=2.5"]).vehicle.wheelbase
-    2.5
-    """
-    if _is_file(text):
-        found: str | CarlaIdentified | KinematicBicycle | PythonPlant
-        found = KinematicBicycle(Vehicle.load(text))
-    else:
-        found = made(text)  # refuses an unknown one
-    whole = PLANTS[text]() if isinstance(found, str) else found
-    return changed_plant(whole, plant_label(text), assignments)
-
-
-def changed_plant(
-    plant: CarlaIdentified | KinematicBicycle | PythonPlant,
-    name: str,
+def longitudinal(
+    name: str | None,
     assignments: Sequence[str] | None,
-) -> CarlaIdentified | KinematicBicycle | PythonPlant:
-    """Change a plant as assignments say.
+    constant_speed: float | None,
+    usual: str = "coupled",
+) -> LongitudinalParams | None:
+    """Give the parameters of the controller of the pedals; None where a constant speed is kept.
 
-    Parameters
-    ----------
-    plant : CarlaIdentified or KinematicBicycle or PythonPlant
-        What is to be changed; it stays as it is.
-    name : str
-        What it is called, for messages.
-    assignments : sequence of str or None
-        ``NAME=VALUE`` each: parameters of the plant and fields of its vehicle.
-
-    Returns
-    -------
-    CarlaIdentified or KinematicBicycle or PythonPlant
-        A changed copy.
-
-    Raises
-    ------
-    ConfigError
-        A name is not known, or a value is refused.
+    `name` is the controller's, by default `usual`; the assignments, ``NAME=VALUE`` each, change its
+    parameters. Raises ConfigError where a name is not known, a value is refused, or a constant
+    speed is given as well.
 
     Examples
     --------
-    >>> changed_plant(KinematicBicycle(), "mine", ["steer_lag=0.3"]).vehicle.steer_lag
-    0.3
+    >>> longitudinal("speed-pid", ["kp=0.8"], None)
+    SpeedPidParams(kp=0.8, ki=0.1, kd=0.0)
     """
-    if not assignments:
-        return plant
-    if isinstance(plant, CarlaIdentified | KinematicBicycle):
-        changed, vehicle = assigned_each([plant, plant.vehicle], assignments, name)
-        return changed.replace(vehicle=vehicle)  # type: ignore[no-any-return]
-    configurable: Any = plant
-    params = assigned(configurable.params, assignments, name)
-    return configurable.with_params(params)  # type: ignore[no-any-return]
+    if constant_speed is not None:
+        if name or assignments:
+            raise ConfigError("--constant-speed", constant_speed, "given without --longitudinal")
+        return None
+    name = usual if name is None else name
+    return assigned(params_of(name), assignments or [], name)
 
 
-def plant_label(text: str) -> str:
-    """Say what to call a plant in tables.
+def usual_longitudinal(courses: Sequence[Path]) -> str:
+    """Name the controller of the pedals where no option does, from the user's own paths.
 
-    Parameters
-    ----------
-    text : str
-        As `plant` takes it.
-
-    Returns
-    -------
-    str
-        Its name; of a file the file's.
+    It is ``speed-tracker`` where one of them has speeds, as `popsteer plan` writes them: they are
+    there to be kept. Else it is the paper's, ``coupled``.
 
     Examples
     --------
-    >>> plant_label("cars/golf.toml")
-    'golf.toml'
+    >>> usual_longitudinal([])
+    'coupled'
     """
-    return FilePath(text).name if _is_file(text) else text
-
-
-def named_vehicle(text: str) -> Vehicle:
-    """Give the vehicle that an option names.
-
-    Parameters
-    ----------
-    text : str
-        A file ``*.toml`` of a vehicle, a name of `popsteer.vehicles.names`, or that of a plant.
-
-    Returns
-    -------
-    Vehicle
-        The vehicle.
-
-    Raises
-    ------
-    ConfigError
-        No vehicle has this name, or the file holds none.
-
-    Examples
-    --------
-    >>> named_vehicle("carla-identified").rear_axle
-    -1.94
-    """
-    if _is_file(text):
-        return Vehicle.load(text)
-    if text in vehicles.names():
-        return vehicles.get(text)
-    if text in plants.names():
-        return sim.vehicle_of(text)
-    known = (*vehicles.names(), *plants.names(), "a file *.toml")
-    raise ConfigError.unknown("vehicle", text, known)
-
-
-def believed(text: str | None, changes: Sequence[str] | None, itself: Vehicle) -> Vehicle:
-    """Give what the controllers know of the vehicle.
-
-    Parameters
-    ----------
-    text : str or None
-        As `named_vehicle` takes it; None for the plant's own.
-    changes : sequence of str or None
-        What is changed, ``NAME=VALUE`` each.
-    itself : Vehicle
-        What the plant is.
-
-    Returns
-    -------
-    Vehicle
-        What they are given.
-
-    Raises
-    ------
-    ConfigError
-        As `named_vehicle`, or a name is not known, or a value is not of its kind or out of its
-        range.
-
-    Examples
-    --------
-    >>> believed(None, ["dead_time=0.1", "max_steer_rate=0.4"], Vehicle()).max_steer_rate
-    0.4
-    """
-    vehicle = itself if text is None else named_vehicle(text)
-    return assigned(vehicle, changes or [], "the vehicle")
-
-
-def _is_file(text: str) -> bool:
-    return text.lower().endswith(".toml")
+    planned = any(course.speed is not None for course in courses)
+    return "speed-tracker" if planned else "coupled"

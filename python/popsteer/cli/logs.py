@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from popsteer import logs
+from popsteer.cli import options
 from popsteer.errors import ConfigError
 from popsteer.logs.log import COLUMNS
 from popsteer.logs.units import UNITS
@@ -25,28 +26,23 @@ Log: TypeAlias = Annotated[
 ]
 Column: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=COLUMN",
-        help=f"What a column of a CSV file is called; NAME of {', '.join(COLUMNS)}.",
-        show_default=False,
+    options.optional(
+        "NAME=COLUMN", f"What a column of a CSV file is called; NAME of {', '.join(COLUMNS)}."
     ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=TOPIC",
-        help="The topic of a bag; NAME of odometry, steer. By type, if left out.",
-        show_default=False,
+    options.optional(
+        "NAME=TOPIC", "The topic of a bag; NAME of odometry, steer. By type, if left out."
     ),
 ]
 Unit: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=UNIT",
-        help="The unit of a column: "
+    options.optional(
+        "NAME=UNIT",
+        "The unit of a column: "
         + "; ".join(f"{name} in {', '.join(known)}" for name, known in UNITS.items())
         + "; or a factor: -1, deg/15.5.",
-        show_default=False,
     ),
 ]
 
@@ -58,28 +54,10 @@ def read(
     units: list[str] | None,
     progress: Progress,
 ) -> logs.Log:
-    """Read the log that the options name.
+    """Read the log that the options name, ``NAME=VALUE`` each.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        The log.
-    columns, topics, units : list of str or None
-        ``NAME=VALUE`` each.
-    progress : Progress
-        Told how far it is.
-
-    Returns
-    -------
-    popsteer.logs.Log
-        The log.
-
-    Raises
-    ------
-    ConfigError
-        An option is not written NAME=VALUE.
-    LogError
-        The log cannot be read.
+    Raises ConfigError where an option is written otherwise, and LogError where the log cannot be
+    read.
     """
     return logs.read(
         file,
@@ -91,24 +69,9 @@ def read(
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Read what an option sets by name.
+    """Read what an option sets by name, ``NAME=VALUE`` each.
 
-    Parameters
-    ----------
-    option : str
-        The option, for messages.
-    given : list of str or None
-        ``NAME=VALUE`` each.
-
-    Returns
-    -------
-    dict of str to str
-        The values by name.
-
-    Raises
-    ------
-    ConfigError
-        One is not written NAME=VALUE.
+    Raises ConfigError, which names the option, where one is written otherwise.
 
     Examples
     --------

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from popsteer import lab, presets
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.progress import Progress
 from popsteer.cli.report import check, command_line, write
 from popsteer.files import check_folder
@@ -46,10 +46,8 @@ def matrix(
     set_: options.Set = None,
     waypoints: Annotated[
         list[Path] | None,
-        typer.Option(
-            metavar="FILE",
-            help="Waypoints to follow as well, as compare's --waypoints. Can be repeated.",
-            show_default=False,
+        options.optional(
+            "FILE", "Waypoints to follow as well, as compare's --waypoints. Can be repeated."
         ),
     ] = None,
     tracks: options.Tracks = None,
@@ -73,9 +71,9 @@ def matrix(
         check_folder(out, lab.matrix.table.FILES)
     check(report)
     with Progress() as progress:
-        movers = {name: inputs.plant(name) for name in inputs.names("--plants", plants)}
+        movers = {name: vehicle_inputs.plant(name) for name in inputs.names("--plants", plants)}
         given = {
-            name: inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
+            name: vehicle_inputs.believed(vehicle, set_vehicle, vehicle_of(mover))
             for name, mover in movers.items()
         }
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)

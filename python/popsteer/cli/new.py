@@ -38,7 +38,7 @@ What is in DIR:
   README.md        what to change, and in which order
 """
 
-# Of car.py, but for what is never known exactly.
+# The car of car.py, except for what is never known exactly.
 _VEHICLE = Vehicle(
     wheelbase=2.7,
     rear_axle=-1.35,
@@ -52,8 +52,7 @@ _SUFFIX = ".template"
 
 
 def new(
-    *,
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write.")],
+    *, folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write.")]
 ) -> None:
     """Write a project to begin from: own control loop, vehicle, path, test."""
     _check(folder)
@@ -90,7 +89,7 @@ def _write(folder: Path, name: str) -> None:
     rows = ["# x [m], y [m], speed [m/s]"]
     for k in range(201):
         x = float(k)
-        # It begins and ends straight on, and bends to both sides in between.
+        # Straight at both ends, with bends to both sides in between.
         y = 6.0 * (1.0 - math.cos(2.0 * math.pi * max(0.0, min(x - 20.0, 160.0)) / 80.0))
         rows.append(f"{x:g}, {y:.3f}, 8")
     (folder / "waypoints.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")

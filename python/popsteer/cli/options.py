@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -11,6 +11,9 @@ from popsteer import controllers, plants, presets, sim, tracks, vehicles
 from popsteer.lab.common.names import controller_names
 from popsteer.sim import Settings
 from popsteer.sim.closed_loop import START_OFFSET
+
+if TYPE_CHECKING:
+    from typer.models import OptionInfo
 
 __all__ = [
     "DEFAULT_DT",
@@ -45,6 +48,7 @@ __all__ = [
     "Tracks",
     "Vehicle",
     "Waypoints",
+    "optional",
 ]
 
 _PLANTS = (
@@ -53,6 +57,16 @@ _PLANTS = (
     " which is then driven as a kinematic bicycle."
 )
 _TRACKS = ", ".join(tracks.names())
+
+
+def optional(metavar: str, text: str, *names: str) -> OptionInfo:
+    """Describe an option that may be left out: `text` says what happens then.
+
+    `names` are its spellings, where it is not that of the argument.
+    """
+    option: OptionInfo = typer.Option(*names, metavar=metavar, help=text, show_default=False)
+    return option
+
 
 Controllers: TypeAlias = Annotated[
     str,
@@ -87,20 +101,18 @@ Preset: TypeAlias = Annotated[
 ]
 Params: TypeAlias = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="Tuning: a file *.toml as popsteer tune writes it, with a table for each controller,"
+    optional(
+        "FILE",
+        "Tuning: a file *.toml as popsteer tune writes it, with a table for each controller,"
         " such as [pop], which replaces the preset of that controller.",
-        show_default=False,
     ),
 ]
 Record: TypeAlias = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE.mcap",
-        help="Write the messages of ROS 2 as MCAP, which Foxglove, Rerun and popsteer identify"
+    optional(
+        "FILE.mcap",
+        "Write the messages of ROS 2 as MCAP, which Foxglove, Rerun and popsteer identify"
         " read; needs the extra 'ros2'.",
-        show_default=False,
     ),
 ]
 Seed: TypeAlias = Annotated[
@@ -108,38 +120,34 @@ Seed: TypeAlias = Annotated[
 ]
 Set: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="NAME=VALUE",
-        help="Set a parameter of every controller that has it, or of how the controllers adapt."
+    optional(
+        "NAME=VALUE",
+        "Set a parameter of every controller that has it, or of how the controllers adapt."
         " Can be repeated.",
-        show_default=False,
+        "--set",
     ),
 ]
 Waypoints: TypeAlias = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="Waypoints to follow. Each row has x [m], y [m] and, optionally, a reference speed"
+    optional(
+        "FILE",
+        "Waypoints to follow. Each row has x [m], y [m] and, optionally, a reference speed"
         " [m/s], separated by commas or white space. # starts a comment.",
-        show_default=False,
     ),
 ]
 Track: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME",
-        help=f"Shipped track to follow: {_TRACKS}. The first is the default; for replay, it is the"
+    optional(
+        "NAME",
+        f"Shipped track to follow: {_TRACKS}. The first is the default; for replay, it is the"
         " trajectory in the log.",
-        show_default=False,
     ),
 ]
 Tracks: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAMES",
-        help=f"Shipped tracks to follow, separated by commas: {_TRACKS}. The first is the default.",
-        show_default=False,
+    optional(
+        "NAMES",
+        f"Shipped tracks to follow, separated by commas: {_TRACKS}. The first is the default.",
     ),
 ]
 Closed: TypeAlias = Annotated[
@@ -151,38 +159,33 @@ Plants: TypeAlias = Annotated[
 ]
 OwnPlant: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME|FILE",
-        help=f"The plant: {_PLANTS} The default is a kinematic bicycle of --vehicle where that is"
+    optional(
+        "NAME|FILE",
+        f"The plant: {_PLANTS} The default is a kinematic bicycle of --vehicle where that is"
         " given, else carla-identified.",
-        show_default=False,
     ),
 ]
 SetPlant: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=VALUE",
-        help="Set a parameter of the plant or a field of its vehicle. Can be repeated.",
-        show_default=False,
+    optional(
+        "NAME=VALUE", "Set a parameter of the plant or a field of its vehicle. Can be repeated."
     ),
 ]
 Vehicle: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME|FILE",
-        help="The vehicle that the controllers are given: a file *.toml as popsteer.Vehicle.save"
+    optional(
+        "NAME|FILE",
+        "The vehicle that the controllers are given: a file *.toml as popsteer.Vehicle.save"
         f" writes it, {', '.join(vehicles.names())}, or the vehicle of a plant. The default is the"
         " plant's own.",
-        show_default=False,
     ),
 ]
 SetVehicle: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=VALUE",
-        help="Set a field of the vehicle of --vehicle, such as dead_time=0.1; 'none' removes a"
+    optional(
+        "NAME=VALUE",
+        "Set a field of the vehicle of --vehicle, such as dead_time=0.1; 'none' removes a"
         " limit. Can be repeated.",
-        show_default=False,
     ),
 ]
 NoAdapt: TypeAlias = Annotated[
@@ -190,12 +193,11 @@ NoAdapt: TypeAlias = Annotated[
 ]
 Start: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        metavar="X,Y,YAW",
-        help="Pose at the start [m, m, rad]. By default the front axle is"
+    optional(
+        "X,Y,YAW",
+        "Pose at the start [m, m, rad]. By default the front axle is"
         f" {START_OFFSET} m, but at most a wheelbase, to the right of the first waypoint, and the"
         " vehicle points along the path.",
-        show_default=False,
     ),
 ]
 StartAt: TypeAlias = Annotated[
@@ -208,83 +210,59 @@ StartAt: TypeAlias = Annotated[
 ]
 StartOffset: TypeAlias = Annotated[
     float | None,
-    typer.Option(
-        metavar="METRES",
-        help="Start with the front axle this far to the left of the first waypoint, pointing along"
+    optional(
+        "METRES",
+        "Start with the front axle this far to the left of the first waypoint, pointing along"
         " the path. Negative is to the right.",
-        show_default=False,
     ),
 ]
 Distributions: TypeAlias = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE",
-        help='A TOML file of what varies: NAME = "DISTRIBUTION" in each line. --vary changes it.',
-        show_default=False,
+    optional(
+        "FILE", 'A TOML file of what varies: NAME = "DISTRIBUTION" in each line. --vary changes it.'
     ),
 ]
 Speed: TypeAlias = Annotated[
     float | None,
-    typer.Option(
-        metavar="M/S",
-        help="Speed at the start. The default is that of --constant-speed, or else 0.",
-        show_default=False,
-    ),
+    optional("M/S", "Speed at the start. The default is that of --constant-speed, or else 0."),
 ]
 ConstantSpeed: TypeAlias = Annotated[
-    float | None,
-    typer.Option(
-        metavar="M/S",
-        help="Drive at this speed; a PI controller works the pedals.",
-        show_default=False,
-    ),
+    float | None, optional("M/S", "Drive at this speed; a PI controller works the pedals.")
 ]
 Longitudinal: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME",
-        help="The controller of the pedals: coupled, which is the paper's and the default;"
+    optional(
+        "NAME",
+        "The controller of the pedals: coupled, which is the paper's and the default;"
         " speed-pid, which tracks the reference speeds of the waypoints; or speed-tracker, which"
         " plans speeds within the limits of the vehicle that the controllers are given, and keeps"
         " them.",
-        show_default=False,
     ),
 ]
 PlannedLongitudinal: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        "--longitudinal",
-        metavar="NAME",
-        help="The controller of the pedals, as simulate has it. The default is speed-tracker where"
+    optional(
+        "NAME",
+        "The controller of the pedals, as simulate has it. The default is speed-tracker where"
         " --waypoints has speeds, else coupled.",
-        show_default=False,
+        "--longitudinal",
     ),
 ]
 SetLongitudinal: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=VALUE",
-        help="Set a parameter of the controller of the pedals. Can be repeated.",
-        show_default=False,
-    ),
+    optional("NAME=VALUE", "Set a parameter of the controller of the pedals. Can be repeated."),
 ]
 DEFAULT_DT = Settings().dt
 """The paper's control period [s]."""
 Dt: TypeAlias = Annotated[float, typer.Option(metavar="SECONDS", help="Control period.")]
 Out: TypeAlias = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="DIR",
-        help="Folder to write the files to. It is created if it is missing.",
-        show_default=False,
-    ),
+    Path | None, optional("DIR", "Folder to write the files to. It is created if it is missing.")
 ]
 Report: TypeAlias = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="Write the results as one page *.html: a map on which the cars drive, plots with a"
+    optional(
+        "FILE",
+        "Write the results as one page *.html: a map on which the cars drive, plots with a"
         " common cursor, tables, and the command. It needs nothing from the network.",
-        show_default=False,
     ),
 ]

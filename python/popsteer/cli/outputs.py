@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
@@ -12,6 +13,7 @@ from popsteer import lab
 from popsteer._core import build_profile
 from popsteer.cli.report import write as write_report
 from popsteer.files import write_files_atomic
+from popsteer.lab.common.layout import figure_names
 from popsteer.lab.compare.table import caption, notes
 
 if TYPE_CHECKING:
@@ -20,27 +22,30 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
+    from popsteer.cli.inputs import Course, Tuning
     from popsteer.cli.progress import Progress
+    from popsteer.cli.vehicle_inputs import Mover
     from popsteer.lab.compare import Comparison
     from popsteer.lab.report import Origin
 
-__all__ = ["beside", "console", "deliver", "say", "show", "write"]
+__all__ = [
+    "beside",
+    "console",
+    "deliver",
+    "driven",
+    "say",
+    "show",
+    "write",
+    "written",
+]
 
 _PIPED = 160
 
 
 def beside(out: Path) -> list[Path]:
-    """Name the figures that are drawn beside a file.
+    """Name the figures that are drawn beside a file, for a light and a dark background.
 
-    Parameters
-    ----------
-    out : pathlib.Path
-        The file.
-
-    Returns
-    -------
-    list of pathlib.Path
-        For a light and a dark background; none where the name has no suffix, as ``/dev/stdout``.
+    There are none where its name has no suffix, as ``/dev/stdout``.
 
     Examples
     --------
@@ -48,19 +53,13 @@ def beside(out: Path) -> list[Path]:
     >>> [file.name for file in beside(Path("car.toml"))]
     ['car.png', 'car.svg', 'car-dark.png', 'car-dark.svg']
     """
-    if not out.suffix:
-        return []
-    kinds = [(dark, kind) for dark in ("", "-dark") for kind in ("png", "svg")]
-    return [out.with_name(f"{out.stem}{dark}.{kind}") for dark, kind in kinds]
+    return [out.with_name(name) for name in figure_names(out.stem)] if out.suffix else []
 
 
 def console() -> Console:
     """Give the standard output as the tables are laid out for it.
 
-    Returns
-    -------
-    rich.console.Console
-        As wide as the terminal. A file or a pipe has room for all columns.
+    It is as wide as the terminal. A file or a pipe has room for all columns.
 
     Examples
     --------
@@ -74,13 +73,6 @@ def console() -> Console:
 def say(text: str, style: str = "") -> None:
     """Print a sentence: wrapped on a terminal, in one line elsewhere.
 
-    Parameters
-    ----------
-    text : str
-        The sentence.
-    style : str, optional
-        How rich shows it.
-
     Examples
     --------
     >>> say("5 waypoints", "bold")
@@ -91,17 +83,7 @@ def say(text: str, style: str = "") -> None:
 
 
 def show(head: str, tables: Iterable[Table], below: Iterable[str] = ()) -> None:
-    """Print tables, with what has to be known to read them.
-
-    Parameters
-    ----------
-    head : str
-        What the tables show.
-    tables : iterable of rich.table.Table
-        The tables, made for the width of `console`.
-    below : iterable of str, optional
-        Notes to print below them.
-    """
+    """Print tables, made for the width of `console`, with a heading above and notes below."""
     at = console()
     say(head, "bold")
     for table in tables:
@@ -113,34 +95,39 @@ def show(head: str, tables: Iterable[Table], below: Iterable[str] = ()) -> None:
         say(note, "dim")
 
 
+def driven(
+    course: Course,
+    tuning: Tuning,
+    plant: Mover,
+    label: str,
+    progress: Progress,
+    **settings: Any,  # noqa: ANN401 - as `popsteer.lab.compare.run` takes them
+) -> Comparison:
+    """Let tuned controllers drive a plant along a path, and name both."""
+    comparison = lab.compare.run(
+        course.path,
+        tuning.params,
+        plant,
+        adapt=tuning.adapt,
+        preset=tuning.preset,
+        progress=progress.update,
+        **settings,
+    )
+    return replace(comparison, track=course.name, plant=label)
+
+
 def deliver(
     comparison: Comparison,
     out: Path | None,
     progress: Progress,
-    report: Path | None = None,
-    origin: Origin | None = None,
+    report: Path | None,
+    origin: Origin,
 ) -> None:
     """Write the files of a comparison that are wanted, then print its table.
 
     In this order, so that the files are there also for one who reads only the head of the output.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-    out : pathlib.Path or None
-        The folder to write to.
-    progress : Progress
-        Shows what is being done.
-    report : pathlib.Path, optional
-        The page to write.
-    origin : Origin, optional
-        What that says of how it was made.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written; nothing was printed then.
+    `out` is the folder to write to, `report` the page. Raises OSError where a file cannot be
+    written; nothing was printed then.
     """
     if out is None:
         said = "--out DIR writes figures, records and metrics.json."
@@ -158,11 +145,11 @@ def deliver(
     print(said)
 
 
-def _page(comparison: Comparison, origin: Origin | None, progress: Progress) -> bytes:
+def _page(comparison: Comparison, origin: Origin, progress: Progress) -> bytes:
     """Make the page of a comparison; steps are timed for it where that means something."""
     progress.update("report", 0.0)
     untimed = not comparison.step_times and build_profile != "debug"
-    if untimed and origin is not None and comparison.first.settings.keep_records:
+    if untimed and comparison.first.settings.keep_records:
         comparison = lab.compare.time_steps(
             comparison, origin.params, progress.update, adapt=origin.adapt
         )
@@ -170,26 +157,10 @@ def _page(comparison: Comparison, origin: Origin | None, progress: Progress) -> 
 
 
 def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -> str:
-    """Write files into a folder, all or none.
+    """Write files by their names into a folder, all or none.
 
-    Parameters
-    ----------
-    content : mapping of str to bytes
-        The content of each file by its name in the folder.
-    out : pathlib.Path or None
-        The folder, if one is given.
-    otherwise : str, optional
-        What to say where none is.
-
-    Returns
-    -------
-    str
-        What was done, for a line at the end of the output.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written; then none is.
+    Gives what was done, for a line at the end of the output; `otherwise` where there is no folder.
+    Raises OSError where a file cannot be written; then none is.
 
     Examples
     --------
@@ -200,3 +171,18 @@ def write(content: Mapping[str, bytes], out: Path | None, otherwise: str = "") -
         return otherwise
     write_files_atomic({out / name: data for name, data in content.items()})
     return f"Written to {out}{os.sep}: {', '.join(sorted(content))}"
+
+
+def written(out: Path | None, others: Iterable[Path], otherwise: str) -> None:
+    """Say which file was written, and which beside it; `otherwise` where none was.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> written(Path("out/car.toml"), [Path("out/car.json")], "--out FILE writes the vehicle.")
+    Written to out/car.toml, car.json
+    """
+    if out is None:
+        print(otherwise)
+    else:
+        print(f"Written to {', '.join([str(out), *(each.name for each in others)])}")

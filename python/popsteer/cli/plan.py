@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Annotated
 
@@ -10,13 +11,13 @@ import typer
 
 from popsteer import planning
 from popsteer._core import Path, Vehicle
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
 from popsteer.csv_file import read_waypoints
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
-from popsteer.planning import SpeedLimits, SpeedProfile
+from popsteer.planning import SpeedLimits
 
 __all__ = ["HELP", "plan"]
 
@@ -57,40 +58,28 @@ def plan(
     ] = False,
     vehicle: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME|FILE",
-            help="The vehicle: a file *.toml as popsteer.Vehicle.save writes it, or the name of a"
+        options.optional(
+            "NAME|FILE",
+            "The vehicle: a file *.toml as popsteer.Vehicle.save writes it, or the name of a"
             " vehicle or of a plant.",
-            show_default=False,
         ),
     ] = None,
     set_vehicle: options.SetVehicle = None,
     set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Set a limit.", show_default=False),
+        list[str] | None, options.optional("NAME=VALUE", "Set a limit.", "--set")
     ] = None,
     driving: Annotated[
         str | None,
-        typer.Option(
-            metavar="V:A,...",
-            help="Largest driving acceleration [m/s²] over speed [m/s].",
-            show_default=False,
-        ),
+        options.optional("V:A,...", "Largest driving acceleration [m/s²] over speed [m/s]."),
     ] = None,
     braking: Annotated[
         str | None,
-        typer.Option(
-            metavar="V:A,...",
-            help="Largest braking deceleration [m/s²] over speed [m/s].",
-            show_default=False,
-        ),
+        options.optional("V:A,...", "Largest braking deceleration [m/s²] over speed [m/s]."),
     ] = None,
     speed_limit: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="FROM:TO:SPEED",
-            help="Speed limit [m/s] between two distances along the path [m].",
-            show_default=False,
+        options.optional(
+            "FROM:TO:SPEED", "Speed limit [m/s] between two distances along the path [m]."
         ),
     ] = None,
     keep_speeds: Annotated[
@@ -98,26 +87,21 @@ def plan(
     ] = False,
     smooth: Annotated[
         float | None,
-        typer.Option(
-            metavar="METRES",
-            help="First make a smooth path of recorded waypoints, at most this far from them;"
+        options.optional(
+            "METRES",
+            "First make a smooth path of recorded waypoints, at most this far from them;"
             " needs the extra 'plan'.",
-            show_default=False,
         ),
     ] = None,
     out: Annotated[
         FilePath | None,
-        typer.Option(
-            metavar="FILE",
-            help="File for the course, CSV. The figure is drawn beside it.",
-            show_default=False,
-        ),
+        options.optional("FILE", "File for the course, CSV. The figure is drawn beside it."),
     ] = None,
 ) -> None:
     """Find the fastest speeds along a path."""
     from popsteer.lab.plan.table import plan_caption, plan_table
 
-    car = inputs.believed(vehicle, set_vehicle, Vehicle())
+    car = vehicle_inputs.believed(vehicle, set_vehicle, Vehicle())
     limits = assigned(SpeedLimits(), set_ or [], "the limits")
     if driving is not None:
         limits = limits.replace(max_acceleration=_points("--driving", driving))
@@ -142,28 +126,21 @@ def plan(
         profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
         if out is not None:
             progress.update("figure", 0.6)
-            _write(profile, out, pictures)
+            content = {out: profile.as_csv().encode()}
+            if pictures:
+                from popsteer.lab.common.draw import files_of
+                from popsteer.lab.plan.figures import plan_figure
+
+                drawn = files_of(partial(plan_figure, profile), out.stem)
+                content |= {out.with_name(name): data for name, data in drawn.items()}
+            write_files_atomic(content)
     outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)])
     if profile.too_sharp.size:
         print(
             f"{profile.too_sharp.size} waypoints, the first of them {profile.too_sharp[0]}, bend"
             " more sharply than the wheels turn (max_steer)."
         )
-    if out is None:
-        print("--out FILE writes the course, and a figure of it.")
-    else:
-        print(f"Written to {', '.join([str(out), *(picture.name for picture in pictures)])}")
-
-
-def _write(profile: SpeedProfile, out: FilePath, pictures: list[FilePath]) -> None:
-    """Write the course, and draw it."""
-    content = {out: profile.as_csv().encode()}
-    if pictures:
-        from popsteer.lab.plan.figures import plan_files
-
-        drawn = plan_files(profile, out.stem)
-        content |= {picture: drawn[picture.name] for picture in pictures}
-    write_files_atomic(content)
+    outputs.written(out, pictures, "--out FILE writes the course, and a figure of it.")
 
 
 def _recorded(file: FilePath, *, closed: bool) -> Path | np.ndarray:
@@ -191,7 +168,7 @@ def _bounds(path: Path, texts: list[str], *, keep_speeds: bool) -> np.ndarray | 
     if keep_speeds:
         if path.speed is None:
             raise ConfigError("--keep-speeds", keep_speeds, "given with waypoints that have speeds")
-        # A stop is the end's or a cusp's; between them the vehicle has to get on.
+        # A speed of 0 is that of an end or a cusp; elsewhere it would stop the vehicle for good.
         given = np.abs(path.speed)
         bounds = np.where(given > 0.0, given, bounds)
     for text in texts:

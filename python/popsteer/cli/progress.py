@@ -1,4 +1,4 @@
-"""A progress bar that shows itself only where one waits."""
+"""A progress bar that appears after a second."""
 
 from __future__ import annotations
 
@@ -55,15 +55,7 @@ class Progress:
         self.stop()
 
     def update(self, what: str, share: float) -> None:
-        """Take note of how far it is.
-
-        Parameters
-        ----------
-        what : str
-            What is being done.
-        share : float
-            How much of it is done, 0 to 1.
-        """
+        """Take note of what is being done, and of the share of it that is done, 0 to 1."""
         with self._lock:
             self._now = (what, share)
             if self._bar is not None and self._task is not None:
@@ -87,10 +79,7 @@ class Progress:
     def _draw(self) -> None:
         what, share = self._now
         self._bar = Bar(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            console=self._console,
-            transient=True,
+            TextColumn("{task.description}"), BarColumn(), console=self._console, transient=True
         )
         self._task = self._bar.add_task(what, total=1.0)
         self._bar.update(self._task, completed=share)
@@ -111,20 +100,8 @@ class Progress:
 def kept_in(where: object) -> Iterator[None]:
     """Say, where Ctrl-C stops a command, that what is done is kept.
 
-    Parameters
-    ----------
-    where : object
-        The file or the storage where it is; None where it is lost.
-
-    Yields
-    ------
-    None
-        While it is done.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        As it came.
+    `where` is the file or the storage that has it; None where it is lost. KeyboardInterrupt goes on
+    as it came.
 
     Examples
     --------

@@ -7,17 +7,7 @@ from typing import Annotated
 
 import typer
 
-from popsteer.cli.ros2_options import (
-    Autoware,
-    CommandType,
-    Domain,
-    Localhost,
-    PathType,
-    Timeout,
-    Topic,
-    stop_on_signals,
-    topics_of,
-)
+from popsteer.cli import options, ros2_options
 
 __all__ = ["HELP", "record"]
 
@@ -42,25 +32,22 @@ def record(
     file: Annotated[
         Path, typer.Argument(metavar="FILE.mcap", help="The file to write.", show_default=False)
     ],
-    topic: Topic = None,
-    path_type: PathType = None,
-    command_type: CommandType = None,
-    autoware: Autoware = False,
-    seconds: Annotated[
-        float | None,
-        typer.Option(metavar="S", help="Record for so long.", show_default=False),
-    ] = None,
-    domain: Domain = None,
-    localhost: Localhost = False,
-    timeout: Timeout = 10.0,
+    topic: ros2_options.Topic = None,
+    path_type: ros2_options.PathType = None,
+    command_type: ros2_options.CommandType = None,
+    autoware: ros2_options.Autoware = False,
+    seconds: Annotated[float | None, options.optional("S", "Record for so long.")] = None,
+    domain: ros2_options.Domain = None,
+    localhost: ros2_options.Localhost = False,
+    timeout: ros2_options.Timeout = 10.0,
 ) -> None:
     """Record the topics of the ROS 2 node."""
     from popsteer.adapters.ros2.dds import Participant
     from popsteer.adapters.ros2.recording import Recording
     from popsteer.adapters.ros2.tap import tap
 
-    topics = topics_of(topic, path_type, command_type, autoware=autoware)
-    stopped = stop_on_signals()
+    topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware)
+    stopped = ros2_options.stop_on_signals()
     participant = Participant(domain, local=True if localhost else None)
     with Recording(file) as recording:
         counts = tap(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from popsteer import lab, presets, vehicles
-from popsteer.cli import inputs, logs, options
+from popsteer.cli import inputs, logs, options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
 from popsteer.cli.report import check, command_line
@@ -54,23 +55,17 @@ def replay(
     set_vehicle: options.SetVehicle = None,
     controllers: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAMES",
-            help=f"The controllers, of {', '.join(controller_names())}. By default {_DEFAULT}, or"
+        options.optional(
+            "NAMES",
+            f"The controllers, of {', '.join(controller_names())}. By default {_DEFAULT}, or"
             " the one of --params.",
-            show_default=False,
         ),
     ] = None,
     params: options.Params = None,
     preset: options.Preset = "default",
     set_: Annotated[
         list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="Set a parameter of each of the controllers.",
-            show_default=False,
-        ),
+        options.optional("NAME=VALUE", "Set a parameter of each of the controllers.", "--set"),
     ] = None,
     no_adapt: options.NoAdapt = False,
     waypoints: options.Waypoints = None,
@@ -84,14 +79,11 @@ def replay(
     context: typer.Context,
 ) -> None:
     """Let controllers watch a recorded drive."""
-    from rich.console import Console
-    from rich.text import Text
-
     from popsteer.lab.replay import caption, replay_table
     from popsteer.lab.replay import run as replayed
     from popsteer.lab.replay.table import FILES, NOTE, statuses
 
-    told = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
+    given = vehicle_inputs.believed(vehicle, set_vehicle, vehicle_inputs.named_vehicle(vehicle))
     chosen = _chosen(controllers, params, preset, set_ or [])
     course = None
     if waypoints is not None or track is not None or closed:
@@ -105,7 +97,7 @@ def replay(
         found = replayed(
             drive,
             chosen,
-            told,
+            given,
             path=None if course is None else course.path,
             course="the log's own trajectory" if course is None else course.name,
             adapt=adapt,
@@ -117,13 +109,8 @@ def replay(
         origin = lab.report.Origin(command_line(context), chosen, adapt)
         files[report] = lab.report.of_replay(found, origin)
     write_files_atomic(files)
-    console = Console()
-    console.print(Text(caption(found), style="bold"), soft_wrap=True)
-    console.print()
-    console.print(replay_table(found))
-    console.print()
-    for line in (*statuses(found), *drive.remarks, NOTE):
-        console.print(Text(line, style="dim"), soft_wrap=not console.is_terminal)
+    below = (*statuses(found), *drive.remarks, NOTE)
+    outputs.show(caption(found), [replay_table(found)], below)
     if out is None:
         print("--out DIR writes a row for each row of the log, the table, and a figure.")
     else:
@@ -149,11 +136,12 @@ def _chosen(
 
 def _files(found: Replay, folder: Path, progress: Progress) -> dict[Path, bytes]:
     """Make the files that go into a folder."""
+    from popsteer.lab.common.draw import files_of
     from popsteer.lab.replay import replay_csv, summary_csv
-    from popsteer.lab.replay.figure import replay_files
+    from popsteer.lab.replay.figure import replay_figure
 
     content = {
-        **replay_files(found, progress.update),
+        **files_of(partial(replay_figure, found), "replay", progress.update),
         "replay.csv": replay_csv(found).encode(),
         "summary.csv": summary_csv(found).encode(),
     }

@@ -18,19 +18,8 @@ _KINDS = (".html", ".htm")
 def check(file: Path | None) -> None:
     """Refuse a page that cannot be written, before the work that it is to show.
 
-    Parameters
-    ----------
-    file : pathlib.Path or None
-        The file that ``--report`` names, if it was given.
-
-    Raises
-    ------
-    ConfigError
-        It is no HTML file by its name.
-    ModuleNotFoundError
-        Plotly is not installed.
-    OSError
-        It cannot be written.
+    Raises ConfigError where it is no HTML file by its name, ModuleNotFoundError where Plotly is not
+    installed, and OSError where the file cannot be written.
 
     Examples
     --------
@@ -48,41 +37,12 @@ def check(file: Path | None) -> None:
 
 
 def command_line(context: typer.Context) -> str:
-    """Give the command as it was typed, for a shell.
-
-    Parameters
-    ----------
-    context : typer.Context
-        Of the command.
-
-    Returns
-    -------
-    str
-        ``popsteer`` and its arguments, quoted where they need it; empty where it is not known.
-    """
+    """Give the command as it was typed, quoted for a shell; empty where it is not known."""
     arguments = context.obj
     return shlex.join(["popsteer", *arguments]) if isinstance(arguments, list) else ""
 
 
 def write(file: Path, page: bytes) -> str:
-    """Write a page, whole or not at all.
-
-    Parameters
-    ----------
-    file : pathlib.Path
-        The file.
-    page : bytes
-        Its content.
-
-    Returns
-    -------
-    str
-        What was done, for a line at the end of the output.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-    """
+    """Write a page, whole or not at all, and say so; raises OSError where it cannot be written."""
     write_bytes_atomic(file, page)
     return f"Written to {file}"

@@ -9,18 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from popsteer import controllers
-from popsteer.cli import inputs, options
-from popsteer.cli.ros2_options import (
-    Autoware,
-    CommandType,
-    Domain,
-    Localhost,
-    PathType,
-    Timeout,
-    Topic,
-    stop_on_signals,
-    topics_of,
-)
+from popsteer.cli import inputs, options, ros2_options, vehicle_inputs
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -92,8 +81,7 @@ def ros2(
     ] = 5.0,
     rate: Annotated[float, typer.Option(metavar="HZ", help="Control steps a second.")] = 50.0,
     stale: Annotated[
-        float,
-        typer.Option(metavar="SECONDS", help="Odometry older than this is not steered by."),
+        float, typer.Option(metavar="SECONDS", help="Odometry older than this is not steered by.")
     ] = 0.3,
     hold: Annotated[
         float,
@@ -102,19 +90,19 @@ def ros2(
             help="How long the last command is held before the node brakes to a stand.",
         ),
     ] = 0.2,
-    topic: Topic = None,
-    path_type: PathType = None,
-    command_type: CommandType = None,
-    autoware: Autoware = False,
+    topic: ros2_options.Topic = None,
+    path_type: ros2_options.PathType = None,
+    command_type: ros2_options.CommandType = None,
+    autoware: ros2_options.Autoware = False,
     sim_time: Annotated[
         bool, typer.Option("--sim-time", help="Time is that of the topic clock.")
     ] = False,
     closed: Annotated[
         bool, typer.Option("--closed", help="The last point of each path joins its first.")
     ] = False,
-    domain: Domain = None,
-    localhost: Localhost = False,
-    timeout: Timeout = 10.0,
+    domain: ros2_options.Domain = None,
+    localhost: ros2_options.Localhost = False,
+    timeout: ros2_options.Timeout = 10.0,
     record: options.Record = None,
 ) -> None:
     """Run a ROS 2 node that steers, without ROS."""
@@ -123,16 +111,11 @@ def ros2(
     from popsteer.adapters.ros2.pacing import spin
     from popsteer.adapters.ros2.recording import Recording
 
-    given = inputs.believed(vehicle, set_vehicle, inputs.named_vehicle(vehicle))
+    given = vehicle_inputs.believed(vehicle, set_vehicle, vehicle_inputs.named_vehicle(vehicle))
     tuning = inputs.tuned(
-        [controller],
-        preset,
-        set_,
-        no_adapt=no_adapt,
-        params=params,
-        known=inputs.OWN_CONTROLLERS,
+        [controller], preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS
     )
-    topics = topics_of(topic, path_type, command_type, autoware=autoware)
+    topics = ros2_options.topics_of(topic, path_type, command_type, autoware=autoware)
     settings = Options(
         rate=rate,
         stale=stale,
@@ -143,7 +126,7 @@ def ros2(
         topics=topics,
     )
     make = partial(_make, controller, _limited(given, max_speed), tuning)
-    stopped = stop_on_signals()
+    stopped = ros2_options.stop_on_signals()
     with ExitStack() as stack:
         # First, so that it names the extra that is missing before a file is made.
         participant = Participant(domain, local=True if localhost else None)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from popsteer.cli import logs
+from popsteer.cli import logs, options
 from popsteer.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -31,17 +31,14 @@ __all__ = [
 
 Domain: TypeAlias = Annotated[
     int | None,
-    typer.Option(
-        metavar="ID",
-        help="DDS domain, 0 to 232. The default is that of ROS_DOMAIN_ID, or else 0.",
-        show_default=False,
+    options.optional(
+        "ID", "DDS domain, 0 to 232. The default is that of ROS_DOMAIN_ID, or else 0."
     ),
 ]
 Localhost: TypeAlias = Annotated[
     bool,
     typer.Option(
-        "--localhost",
-        help="Stay on this machine, as with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.",
+        "--localhost", help="Stay on this machine, as with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST."
     ),
 ]
 Autoware: TypeAlias = Annotated[
@@ -49,43 +46,32 @@ Autoware: TypeAlias = Annotated[
 ]
 PathType: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        metavar="path|trajectory",
-        help="What the path is: nav_msgs/Path, the default, or Autoware's Trajectory.",
-        show_default=False,
+    options.optional(
+        "path|trajectory", "What the path is: nav_msgs/Path, the default, or Autoware's Trajectory."
     ),
 ]
 CommandType: TypeAlias = Annotated[
     str | None,
-    typer.Option(
-        metavar="ackermann|control",
-        help="What the command is: AckermannDriveStamped, the default, or Autoware's Control.",
-        show_default=False,
+    options.optional(
+        "ackermann|control",
+        "What the command is: AckermannDriveStamped, the default, or Autoware's Control.",
     ),
 ]
 Topic: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="NAME=TOPIC",
-        help="Another topic for odometry, path, command, predicted, diagnostics or clock. Can be"
+    options.optional(
+        "NAME=TOPIC",
+        "Another topic for odometry, path, command, predicted, diagnostics or clock. Can be"
         " repeated.",
-        show_default=False,
     ),
 ]
 Timeout: TypeAlias = Annotated[
-    float,
-    typer.Option(metavar="SECONDS", help="How long to wait for the first messages."),
+    float, typer.Option(metavar="SECONDS", help="How long to wait for the first messages.")
 ]
 
 
 def stop_on_signals() -> Callable[[], bool]:
-    """Take Ctrl-C and SIGTERM as the wish to end in order.
-
-    Returns
-    -------
-    callable
-        Says whether one has come.
-    """
+    """Catch Ctrl-C and SIGTERM; gives a function that says whether one has come."""
     came: list[int] = []
     for kind in (signal.SIGINT, signal.SIGTERM):
         signal.signal(kind, lambda number, _: came.append(number))
@@ -97,24 +83,8 @@ def topics_of(
 ) -> Topics:
     """Give the topics that the options ask for.
 
-    Parameters
-    ----------
-    renamed : list of str or None
-        ``NAME=TOPIC`` each.
-    path_type, command_type : str or None
-        The types, in the words of the options.
-    autoware : bool
-        Whether names and types are Autoware's, where nothing else is said.
-
-    Returns
-    -------
-    Topics
-        The topics.
-
-    Raises
-    ------
-    ConfigError
-        A name or a type is not known.
+    `renamed` are ``NAME=TOPIC`` each. Names and types are Autoware's where `autoware` says so and
+    nothing else is given. Raises ConfigError where a name or a type is not known.
 
     Examples
     --------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Annotated
 
@@ -10,7 +9,7 @@ import typer
 
 from popsteer import controllers, lab, presets
 from popsteer._core import AdaptParams, Vehicle
-from popsteer.cli import inputs, options, outputs, pedals
+from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
 from popsteer.cli.report import check, command_line
@@ -20,10 +19,11 @@ from popsteer.lab import baselines
 from popsteer.lab.common.longitudinal import KINDS, made
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import Settings, vehicle_of
+from popsteer.sim.geometry import CORE_PLANTS
 
 __all__ = ["HELP", "simulate"]
 
-_PARAMS = {**inputs.PLANTS, "commonroad-...": PedalParams, "mujoco-car": MujocoCarParams}
+_PARAMS = {**CORE_PLANTS, "commonroad-...": PedalParams, "mujoco-car": MujocoCarParams}
 
 
 def _section(title: str, kind: type[object]) -> str:
@@ -102,19 +102,14 @@ def simulate(
     dt: options.Dt = options.DEFAULT_DT,
     set_run: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Set a parameter of the run. Can be repeated.",
-            show_default=False,
-        ),
+        options.optional("NAME=VALUE", "Set a parameter of the run. Can be repeated."),
     ] = None,
     replay_run: Annotated[
         str | None,
-        typer.Option(
-            metavar="FILE:RUN",
-            help="Drive one run of a popsteer sweep's FILE again, equal to the last bit."
+        options.optional(
+            "FILE:RUN",
+            "Drive one run of a popsteer sweep's FILE again, equal to the last bit."
             " Only --out and --report go with it.",
-            show_default=False,
         ),
     ] = None,
     record: options.Record = None,
@@ -127,11 +122,11 @@ def simulate(
         _alone(context)
         _again(replay_run, out, report, command_line(context))
         return
-    mover = inputs.plant(plant, set_plant)
+    mover = vehicle_inputs.plant(plant, set_plant)
     itself = vehicle_of(mover)
-    given = inputs.believed(vehicle, set_vehicle, itself)
+    given = vehicle_inputs.believed(vehicle, set_vehicle, itself)
     tuning = inputs.tuned([controller], preset, set_, no_adapt=no_adapt, params=params)
-    chosen = pedals.longitudinal(longitudinal, set_longitudinal, constant_speed)
+    chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed)
     settings = assigned(Settings(dt=dt), set_run or [], "the run")
     course = inputs.course(waypoints, track, closed=closed)
     begin = inputs.start(course.path, start, start_at, start_offset, itself)
@@ -140,22 +135,20 @@ def simulate(
     _check_record(record)
     check(report)
     with Progress() as progress:
-        comparison = lab.compare.run(
-            course.path,
-            tuning.params,
+        comparison = outputs.driven(
+            course,
+            tuning,
             mover,
+            vehicle_inputs.plant_label(plant),
+            progress,
             vehicle=given,
-            adapt=tuning.adapt,
-            preset=tuning.preset,
             start=begin.pose,
             start_at=begin.at,
             speed=speed,
             constant_speed=constant_speed,
             longitudinal=made(chosen, course.path, given),
             settings=settings,
-            progress=progress.update,
         )
-        comparison = replace(comparison, track=course.name, plant=inputs.plant_label(plant))
         origin = lab.report.Origin(
             command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
         )
@@ -182,7 +175,7 @@ def _write_record(comparison: lab.compare.Comparison, file: FilePath | None) -> 
 
 
 def _alone(context: typer.Context) -> None:
-    """Refuse options that would make another run of it."""
+    """Refuse options that would change the run."""
     for name, value in context.params.items():
         source = context.get_parameter_source(name)
         if (

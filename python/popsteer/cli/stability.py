@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from popsteer import lab, vehicles
-from popsteer.cli import inputs, options, outputs
+from popsteer.cli import inputs, options, outputs, vehicle_inputs
 from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
@@ -19,14 +19,8 @@ __all__ = ["HELP", "stability"]
 _CONTROLLERS = ",".join(LINEAR_CONTROLLERS)
 _SPEEDS = ",".join(f"{speed:g}" for speed in DEFAULT_SPEEDS)
 # Some of the figures are drawn for some controllers alone.
-_FILES = (
-    "stability.json",
-    *(
-        f"{name}{theme}.png"
-        for name in ("stability-margins", "stability-map", "carrot-offset", "preview-choice")
-        for theme in ("", "-dark")
-    ),
-)
+_FIGURES = ("stability-margins", "stability-map", "carrot-offset", "preview-choice")
+_FILES = ["stability.json", *(f"{name}{dark}.png" for name in _FIGURES for dark in ("", "-dark"))]
 
 HELP = """\
 Show how far the steering loop of each controller is from instability.
@@ -72,20 +66,15 @@ def stability(
     set_vehicle: options.SetVehicle = None,
     plant: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME|FILE",
-            help="The real vehicle, named as --vehicle names it. The default is the one that the"
+        options.optional(
+            "NAME|FILE",
+            "The real vehicle, named as --vehicle names it. The default is the one that the"
             " controllers are given.",
-            show_default=False,
         ),
     ] = None,
     set_plant: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Set a field of the real vehicle alone. Can be repeated.",
-            show_default=False,
-        ),
+        options.optional("NAME=VALUE", "Set a field of the real vehicle alone. Can be repeated."),
     ] = None,
     no_adapt: options.NoAdapt = False,
     dt: options.Dt = options.DEFAULT_DT,
@@ -93,8 +82,8 @@ def stability(
 ) -> None:
     """Show how far the steering loops are from instability."""
     names = inputs.names("--controllers", controllers)
-    given = assigned(inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
-    itself = given if plant is None else inputs.named_vehicle(plant)
+    given = assigned(vehicle_inputs.named_vehicle(vehicle), set_vehicle or [], "the vehicle")
+    itself = given if plant is None else vehicle_inputs.named_vehicle(plant)
     itself = assigned(itself, set_plant or [], "the vehicle")
     tuning = inputs.tuned(
         names, preset, set_, no_adapt=no_adapt, params=params, known=inputs.OWN_CONTROLLERS

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from popsteer import lab
-from popsteer.cli import inputs, options, outputs, pedals, varying
+from popsteer.cli import inputs, options, outputs, varying, vehicle_inputs
 from popsteer.cli.progress import Progress, kept_in
 from popsteer.cli.report import check, command_line, write
 from popsteer.files import check_files, write_files_atomic
@@ -49,11 +50,10 @@ def sweep(
     *,
     controller: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            help="The controller. The default is that of --params, or else"
+        options.optional(
+            "NAME",
+            "The controller. The default is that of --params, or else"
             f" {varying.DEFAULT_CONTROLLER}.",
-            show_default=False,
         ),
     ] = None,
     params: options.Params = None,
@@ -69,11 +69,7 @@ def sweep(
     set_vehicle: options.SetVehicle = None,
     vary: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=DISTRIBUTION",
-            help="Let a quantity vary. Can be repeated.",
-            show_default=False,
-        ),
+        options.optional("NAME=DISTRIBUTION", "Let a quantity vary. Can be repeated."),
     ] = None,
     distributions: options.Distributions = None,
     runs: Annotated[int, typer.Option(metavar="N", help="How many runs.")] = 1000,
@@ -81,8 +77,7 @@ def sweep(
     deviation: Annotated[
         float,
         typer.Option(
-            metavar="METRES",
-            help="How far off the path a successful run may be, after settling.",
+            metavar="METRES", help="How far off the path a successful run may be, after settling."
         ),
     ] = 0.5,
     start_offset: options.StartOffset = None,
@@ -93,35 +88,31 @@ def sweep(
     dt: options.Dt = options.DEFAULT_DT,
     workers: Annotated[
         int | None,
-        typer.Option(
-            metavar="N",
-            help="How many threads drive, or processes where plant or controller are in Python."
+        options.optional(
+            "N",
+            "How many threads drive, or processes where plant or controller are in Python."
             " The default is one a core.",
-            show_default=False,
         ),
     ] = None,
     dask: Annotated[
         str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Drive on a Dask cluster: the address of its scheduler, or local:N for N processes"
+        options.optional(
+            "ADDRESS",
+            "Drive on a Dask cluster: the address of its scheduler, or local:N for N processes"
             " of its own. Needs the extra 'dask'.",
-            show_default=False,
         ),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="File for the rows, *.parquet or *.csv. The figure is drawn beside it.",
-            show_default=False,
+        options.optional(
+            "FILE", "File for the rows, *.parquet or *.csv. The figure is drawn beside it."
         ),
     ] = None,
     report: options.Report = None,
     context: typer.Context,
 ) -> None:
     """Drive one controller thousands of times, each time otherwise."""
-    moved, told, label = varying.car(plant, set_plant, vehicle, set_vehicle)
+    moved, given, label = vehicle_inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     course = inputs.course(waypoints, track, closed=closed)
     job = lab.sweep.Job(
@@ -132,17 +123,17 @@ def sweep(
         varying.distributions(vary, distributions, moved),
         runs,
         seed,
-        vehicle=told,
+        vehicle=given,
         adapt=tuning.adapt,
         deviation=deviation,
         start_offset=start_offset,
         speed=speed,
         constant_speed=constant_speed,
-        longitudinal=pedals.longitudinal(
+        longitudinal=inputs.longitudinal(
             longitudinal,
             set_longitudinal,
             constant_speed,
-            pedals.usual([course.path] if waypoints is not None else []),
+            inputs.usual_longitudinal([course.path] if waypoints is not None else []),
         ),
         settings=Settings(dt=dt),
         course=course.name,
@@ -156,10 +147,11 @@ def sweep(
     with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
         if out is not None:
-            from popsteer.lab.sweep.figure import sweep_files
+            from popsteer.lab.common.draw import files_of
+            from popsteer.lab.sweep.figure import sweep_figure
 
             progress.update("figure", 1.0)
-            content = sweep_files(job, rows, out.stem)
+            content = files_of(partial(sweep_figure, job, rows), out.stem)
             write_files_atomic({out.with_name(name): data for name, data in content.items()})
         if report is not None:
             page = lab.report.of_sweep(
@@ -172,10 +164,9 @@ def sweep(
             said = write(report, page)
     summary = lab.sweep.summary
     outputs.show(summary.caption(job, rows), summary.tables(job, rows), summary.notes(job, rows))
-    if out is None:
-        print("--out FILE writes the rows, to repeat any run, and a figure of where it fails.")
-    else:
-        print(f"Written to {out}, {', '.join(picture.name for picture in pictures)}")
+    nothing = "--out FILE writes the rows, to repeat any run, and a figure of where it fails."
+    outputs.written(out, pictures, nothing)
+    if out is not None:
         worst = summary.worst(rows, 1)[0]["run"]
         print(f"The worst run again: popsteer simulate --replay-run {out}:{worst}")
     if report is not None:

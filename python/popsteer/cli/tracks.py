@@ -35,12 +35,7 @@ def list_tracks(
     *,
     names: Annotated[
         str | None,
-        typer.Option(
-            "--tracks",
-            metavar="NAMES",
-            help="The tracks, separated by commas; all by default.",
-            show_default=False,
-        ),
+        options.optional("NAMES", "The tracks, separated by commas; all by default.", "--tracks"),
     ] = None,
     out: options.Out = None,
 ) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from popsteer import controllers, lab
-from popsteer.cli import inputs, options, outputs, pedals, varying
+from popsteer.cli import inputs, options, outputs, varying, vehicle_inputs
 from popsteer.cli.progress import Progress, kept_in
 from popsteer.errors import ConfigError
 from popsteer.files import check_files, write_files_atomic
@@ -45,11 +46,10 @@ def tune(
     *,
     controller: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"The controller: {', '.join(controllers.names())}. The default is that of"
+        options.optional(
+            "NAME",
+            f"The controller: {', '.join(controllers.names())}. The default is that of"
             f" --params, or else {varying.DEFAULT_CONTROLLER}.",
-            show_default=False,
         ),
     ] = None,
     params: options.Params = None,
@@ -58,19 +58,16 @@ def tune(
     no_adapt: options.NoAdapt = False,
     search: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=DISTRIBUTION",
-            help="A parameter to search, and where: uniform(LOW,HIGH) or loguniform(LOW,HIGH). Can"
+        options.optional(
+            "NAME=DISTRIBUTION",
+            "A parameter to search, and where: uniform(LOW,HIGH) or loguniform(LOW,HIGH). Can"
             " be repeated. The default is a quarter to four times each of the main ones.",
-            show_default=False,
         ),
     ] = None,
     waypoints: Annotated[
         list[Path] | None,
-        typer.Option(
-            metavar="FILE",
-            help="Waypoints to tune on, as compare's --waypoints. Can be repeated.",
-            show_default=False,
+        options.optional(
+            "FILE", "Waypoints to tune on, as compare's --waypoints. Can be repeated."
         ),
     ] = None,
     tracks: options.Tracks = None,
@@ -81,11 +78,10 @@ def tune(
     set_vehicle: options.SetVehicle = None,
     vary: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=DISTRIBUTION",
-            help="What differs from car to car, as sweep has it. Can be repeated. The default is"
+        options.optional(
+            "NAME=DISTRIBUTION",
+            "What differs from car to car, as sweep has it. Can be repeated. The default is"
             " the steering.",
-            show_default=False,
         ),
     ] = None,
     distributions: options.Distributions = None,
@@ -99,49 +95,39 @@ def tune(
     dt: options.Dt = options.DEFAULT_DT,
     trials: Annotated[
         int | None,
-        typer.Option(
-            metavar="N",
-            help="How many trials there are to be in the end. The default is 100 where --seconds"
+        options.optional(
+            "N",
+            "How many trials there are to be in the end. The default is 100 where --seconds"
             " is not given.",
-            show_default=False,
         ),
     ] = None,
-    seconds: Annotated[
-        float | None,
-        typer.Option(metavar="S", help="How long to search, at most.", show_default=False),
-    ] = None,
+    seconds: Annotated[float | None, options.optional("S", "How long to search, at most.")] = None,
     effort_limit: Annotated[
         float,
         typer.Option(
-            metavar="FACTOR",
-            help="How many times the steering rate of before the tuning may take.",
+            metavar="FACTOR", help="How many times the steering rate of before the tuning may take."
         ),
     ] = 1.1,
     storage: Annotated[
         str | None,
-        typer.Option(
-            metavar="URL|FILE",
-            help="Where the trials are kept: any storage of Optuna, or a file for a journal. The"
+        options.optional(
+            "URL|FILE",
+            "Where the trials are kept: any storage of Optuna, or a file for a journal. The"
             " default is a journal beside --out.",
-            show_default=False,
         ),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="File for the tuning, *.toml. The figure is drawn beside it.",
-            show_default=False,
-        ),
+        options.optional("FILE", "File for the tuning, *.toml. The figure is drawn beside it."),
     ] = None,
 ) -> None:
     """Search for the parameters of a controller for a vehicle."""
-    moved, told, _ = varying.car(plant, set_plant, vehicle, set_vehicle)
+    moved, given, _ = vehicle_inputs.varied(plant, set_plant, vehicle, set_vehicle)
     name, tuning = varying.tuning(controller, params, preset, set_, no_adapt=no_adapt)
     if name not in controllers.names():
         raise ConfigError.unknown("controller", name, controllers.names())
     base = tuning.params[name]
-    wanted = lab.tune.usual_search(name, base, told)
+    wanted = lab.tune.usual_search(name, base, given)
     if search:
         pairs = [(each, *each.partition("=")) for each in search]
         for each, _, equals, _ in pairs:
@@ -150,7 +136,7 @@ def tune(
         wanted = {k.strip(): distribution(k.strip(), text) for _, k, _, text in pairs}
     varies = varying.distributions(vary, distributions, moved)
     if not vary and distributions is None:
-        # Noise is steered after by any tuning; it would hide what is looked for.
+        # Any tuning steers after noise, which would hide the differences between tunings.
         varies = {k: v for k, v in varies.items() if k in vehicle_of(moved).as_dict()}
     courses = inputs.courses(waypoints, tracks, closed=closed)
     shipped = len(courses) - len(waypoints or [])
@@ -163,14 +149,14 @@ def tune(
         varies,
         cars,
         seed,
-        vehicle=told,
+        vehicle=given,
         adapt=tuning.adapt,
         constant_speed=constant_speed,
-        longitudinal=pedals.longitudinal(
+        longitudinal=inputs.longitudinal(
             longitudinal,
             set_longitudinal,
             constant_speed,
-            pedals.usual([each.path for each in courses[shipped:]]),
+            inputs.usual_longitudinal([each.path for each in courses[shipped:]]),
         ),
         settings=Settings(dt=dt),
     )
@@ -193,14 +179,14 @@ def tune(
         )
         judged = lab.tune.report.judge(tuned, progress.update)
         if out is not None:
-            from popsteer.lab.tune.figure import tune_files
+            from popsteer.lab.common.draw import files_of
+            from popsteer.lab.tune.figure import tune_figure
 
-            content = {out.with_name(k): v for k, v in tune_files(tuned, out.stem).items()}
+            drawn = files_of(partial(tune_figure, tuned), out.stem)
+            content = {out.with_name(name): data for name, data in drawn.items()}
             write_files_atomic({**content, out: as_toml(tuned.params).encode()})
     report = lab.tune.report
     outputs.show(report.caption(tuned), report.tables(judged), report.notes(tuned, judged))
-    if out is None:
-        print("--out FILE writes the tuning, and a figure of the trials.")
-    else:
-        print(f"Written to {out}, {', '.join(picture.name for picture in pictures)}")
+    outputs.written(out, pictures, "--out FILE writes the tuning, and a figure of the trials.")
+    if out is not None:
         print(f"The trials are in {kept}.")

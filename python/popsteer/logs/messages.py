@@ -78,13 +78,7 @@ STEERING = {
 
 
 def typestore() -> Any:  # noqa: ANN401 - rosbags is an extra
-    """Give the types of ROS 2 and those above, as rosbags takes them.
-
-    Returns
-    -------
-    rosbags.typesys.store.Typestore
-        The types.
-    """
+    """Give the types of ROS 2 and those above, as rosbags takes them."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)

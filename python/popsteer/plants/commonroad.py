@@ -134,56 +134,22 @@ class CommonRoad:
         self._x: list[float] = []
 
     def with_params(self, params: PedalParams) -> CommonRoad:
-        """Give the same vehicle with other pedals.
-
-        Parameters
-        ----------
-        params : PedalParams
-            What the pedals do.
-
-        Returns
-        -------
-        CommonRoad
-            A new one.
-        """
+        """Give the same vehicle with other pedals."""
         dead_time, offset = self.vehicle.dead_time, self.vehicle.steer_offset
         return CommonRoad(
             self._kind, self._number, params, dead_time=dead_time, steer_offset=offset
         )
 
     def with_steering(self, *, dead_time: float, steer_offset: float) -> CommonRoad:
-        """Give the same vehicle with another dead time and offset of its steering.
-
-        Parameters
-        ----------
-        dead_time : float
-            Time from a command to its first effect on the wheels [s].
-        steer_offset : float
-            Angle of the wheels at the command 0 [rad].
-
-        Returns
-        -------
-        CommonRoad
-            A new one.
-        """
+        """Give the same vehicle with another dead time [s] and offset [rad] of its steering."""
         return CommonRoad(
             self._kind, self._number, self.params, dead_time=dead_time, steer_offset=steer_offset
         )
 
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
-        """Put the vehicle into a pose, rolling straight ahead.
+        """Put the vehicle into a pose of its rear axle [m, m, rad], rolling straight ahead [m/s].
 
-        Parameters
-        ----------
-        x, y, yaw : float
-            Pose of the rear axle [m, m, rad].
-        speed : float
-            Speed [m/s].
-
-        Raises
-        ------
-        InputError
-            The model cannot start at this speed.
+        Raises InputError where the model cannot start at this speed.
         """
         least = self._model.least_speed
         if not speed >= least:
@@ -204,32 +170,10 @@ class CommonRoad:
         reverse: bool = False,  # noqa: FBT001, FBT002 - by place, as the protocol has it
         /,
     ) -> PlantState:
-        """Move on under one command.
+        """Move on under one command, as `PythonPlant.advance`; the model may take finer steps.
 
-        Parameters
-        ----------
-        steer : float
-            Angle of the front wheels that is asked for [rad].
-        throttle, brake : float
-            Pedals, 0 to 1.
-        dt : float
-            Length of a step [s]; the model may take finer ones.
-        substeps : int
-            How many steps.
-        reverse : bool, default False
-            Whether the throttle drives backwards; these models do not.
-
-        Returns
-        -------
-        PlantState
-            Where the vehicle is then.
-
-        Raises
-        ------
-        InputError
-            It is to drive backwards.
-        PlantLimit
-            The model is not valid any further.
+        Raises InputError where it is to drive backwards, and PlantLimit where the model is not
+        valid any further.
         """
         if reverse:
             raise InputError("reverse", reverse, f"False, as {self.name} does not reverse")

@@ -107,48 +107,16 @@ class MujocoCar:
         )
 
     def with_params(self, params: MujocoCarParams) -> MujocoCar:
-        """Give a car with other parameters.
-
-        Parameters
-        ----------
-        params : MujocoCarParams
-            What is to be otherwise.
-
-        Returns
-        -------
-        MujocoCar
-            A new one.
-        """
+        """Give a car with other parameters."""
         dead_time, offset = self.vehicle.dead_time, self.vehicle.steer_offset
         return MujocoCar(params, dead_time=dead_time, steer_offset=offset)
 
     def with_steering(self, *, dead_time: float, steer_offset: float) -> MujocoCar:
-        """Give the same vehicle with another dead time and offset of its steering.
-
-        Parameters
-        ----------
-        dead_time : float
-            Time from a command to its first effect on the wheels [s].
-        steer_offset : float
-            Angle of the wheels at the command 0 [rad].
-
-        Returns
-        -------
-        MujocoCar
-            A new one.
-        """
+        """Give the same vehicle with another dead time [s] and offset [rad] of its steering."""
         return MujocoCar(self.params, dead_time=dead_time, steer_offset=steer_offset)
 
     def reset(self, x: float, y: float, yaw: float, speed: float, /) -> None:
-        """Put the car into a pose, rolling straight ahead.
-
-        Parameters
-        ----------
-        x, y, yaw : float
-            Pose of the rear axle [m, m, rad].
-        speed : float
-            Speed [m/s]; negative backwards.
-        """
+        """Put the car into a pose of its rear axle [m, m, rad], rolling straight ahead [m/s]."""
         data = self._data
         mujoco.mj_resetData(self._model, data)
         half = 0.5 * yaw
@@ -168,30 +136,9 @@ class MujocoCar:
         reverse: bool = False,  # noqa: FBT001, FBT002 - by place, as the protocol has it
         /,
     ) -> PlantState:
-        """Move on under one command.
+        """Move on under one command, as `PythonPlant.advance`; MuJoCo may take finer steps.
 
-        Parameters
-        ----------
-        steer : float
-            Angle of the front wheels that is asked for [rad].
-        throttle, brake : float
-            Pedals, 0 to 1.
-        dt : float
-            Length of a step [s]; MuJoCo may take finer ones.
-        substeps : int
-            How many steps.
-        reverse : bool, default False
-            Whether the throttle drives backwards.
-
-        Returns
-        -------
-        PlantState
-            Where the car is then.
-
-        Raises
-        ------
-        PlantLimit
-            It has tilted over, or the solver gave up.
+        Raises PlantLimit where it has tilted over, or the solver gave up.
         """
         wanted = _within(steer, -_MOST_STEER, _MOST_STEER)
         finer = math.ceil(dt / self._longest)

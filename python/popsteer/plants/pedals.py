@@ -44,20 +44,7 @@ class PedalParams(Parameters):
     braking: float = 9.0
 
     def acceleration(self, throttle: float, brake: float, speed: float) -> float:
-        """Give the acceleration by pedals and air.
-
-        Parameters
-        ----------
-        throttle, brake : float
-            Pedals, 0 to 1.
-        speed : float
-            Speed [m/s].
-
-        Returns
-        -------
-        float
-            Acceleration [m/s^2].
-        """
+        """Give the acceleration [m/s^2] by the pedals, 0 to 1, and by the air at a speed [m/s]."""
         return self.drive * throttle - self.braking * brake - self.drag * speed
 
 

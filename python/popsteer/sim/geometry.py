@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from popsteer._core import Vehicle
 
 __all__ = [
+    "CORE_PLANTS",
     "CorePlant",
     "Plant",
     "Pose",
     "StartAt",
     "made",
+    "object_of",
     "plant_name",
     "plant_names",
     "pose_of",
@@ -35,10 +37,11 @@ Pose: TypeAlias = tuple[float, float, float]
 StartAt: TypeAlias = Literal["pose", "rear", "front"]
 """Whose pose a start is: that of the vehicle's point, of its rear or of its front axle."""
 
-_CLASSES: dict[str, type[CarlaIdentified | KinematicBicycle]] = {
+CORE_PLANTS: dict[str, type[CarlaIdentified | KinematicBicycle]] = {
     "carla-identified": CarlaIdentified,
     "kinematic-bicycle": KinematicBicycle,
 }
+"""The classes of the plants of the core, by name."""
 _ASKED = ("name", "vehicle", "reverses", "reset", "advance")
 
 
@@ -89,7 +92,7 @@ def plant_name(plant: Plant) -> str:
             raise ConfigError.unknown("plant", plant, known)
         return plant
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
-        return next(name for name, kind in _CLASSES.items() if isinstance(plant, kind))
+        return next(name for name, kind in CORE_PLANTS.items() if isinstance(plant, kind))
     lacking = [asked for asked in _ASKED if not hasattr(plant, asked)]
     if lacking:
         raise TypeError(
@@ -102,22 +105,8 @@ def plant_name(plant: Plant) -> str:
 def made(plant: Plant) -> Plant:
     """Make a plant from elsewhere of its name; leave all others as they are.
 
-    Parameters
-    ----------
-    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant
-        The plant.
-
-    Returns
-    -------
-    same as `plant`, or PythonPlant
-        What a simulation takes.
-
-    Raises
-    ------
-    ConfigError
-        No plant has this name.
-    PopsteerError
-        It needs an extra that is not installed.
+    Raises ConfigError where no plant has this name, and PopsteerError where it needs an extra that
+    is not installed.
 
     Examples
     --------
@@ -126,6 +115,20 @@ def made(plant: Plant) -> Plant:
     """
     name = plant_name(plant)  # refuses an unknown one
     return plants.get(name) if isinstance(plant, str) and name in plants.names() else plant
+
+
+def object_of(plant: Plant) -> CarlaIdentified | KinematicBicycle | PythonPlant:
+    """Make a plant of its name, with its default parameters; leave an object as it is.
+
+    Raises what `made` does.
+
+    Examples
+    --------
+    >>> object_of("kinematic-bicycle").vehicle.wheelbase
+    3.0
+    """
+    found = made(plant)
+    return CORE_PLANTS[found]() if isinstance(found, str) else found
 
 
 def vehicle_of(plant: Plant) -> Vehicle:

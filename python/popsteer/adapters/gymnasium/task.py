@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 
 from popsteer import Path, PathError, SpeedPid, SpeedPidParams, Vehicle, tracks
-from popsteer._core import CarlaIdentified, Episodes, KinematicBicycle, Settings
+from popsteer._core import Episodes, Settings
 from popsteer.errors import ConfigError, in_range
 from popsteer.sim import plant_name, plant_names
 from popsteer.sim.closed_loop import at_constant_speed
-from popsteer.sim.geometry import made, pose_of, vehicle_of
+from popsteer.sim.geometry import CORE_PLANTS, made, pose_of, vehicle_of
 from popsteer.tracks import Track
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ __all__ = ["Actions", "Begin", "RewardWeights", "Task"]
 Actions: TypeAlias = Literal["steer", "steer-and-pedals"]
 """What the agent does: steer alone, at the path's speeds, or work the pedals as well."""
 
-_CORE = {"carla-identified": CarlaIdentified, "kinematic-bicycle": KinematicBicycle}
 # Without overshoot also behind a throttle that lags, as `popsteer.sim` keeps a constant speed.
 _KEEPING = SpeedPidParams(kp=1.0, ki=0.5)
 # Share of an open path on which a random start may lie: the rest is left to be driven.
@@ -119,7 +118,9 @@ class Task:
         self.longitudinal = keeping if actions == "steer" else None
         self.name = plant_name(plant)  # refuses what is no plant
         # A name of the core's is looked up once, not at each episode.
-        self.plant = _CORE[plant]() if isinstance(plant, str) and plant in _CORE else plant
+        self.plant = (
+            CORE_PLANTS[plant]() if isinstance(plant, str) and plant in CORE_PLANTS else plant
+        )
         self.ranges = self._checked_ranges(vehicle_ranges)
         self.random_start = bool(random_start)
         self.start_offset = _range("start_offset", start_offset, 1e3)

@@ -55,14 +55,8 @@ class Loop:
     def count(self, period: float, taken: float, missed: int) -> None:
         """Count a cycle.
 
-        Parameters
-        ----------
-        period : float
-            Time since the one before [s].
-        taken : float
-            How long it took itself [s].
-        missed : int
-            How many were missed before it.
+        `period` is the time since the one before, `taken` how long it took itself [s]; `missed` is
+        how many were missed before it.
         """
         self.cycles += 1
         self.missed += missed

@@ -61,17 +61,9 @@ float32 rear_wheel_angle_rad
 
 @lru_cache(maxsize=1)
 def store() -> Any:  # noqa: ANN401 - rosbags is an extra
-    """Give the types, as rosbags has them.
+    """Give the types of ROS 2 and those of steering, as rosbags has them.
 
-    Returns
-    -------
-    rosbags.typesys.store.Typestore
-        The types of ROS 2, and those of steering.
-
-    Raises
-    ------
-    PopsteerError
-        The extra ``ros2`` is not installed.
+    Raises PopsteerError where the extra ``ros2`` is not installed.
     """
     try:
         from rosbags.typesys import get_types_from_msg

@@ -72,34 +72,13 @@ class Ahead:
             self._stretches.append((first, arcs, headings))
 
     def reverse(self, segment: int) -> bool:
-        """Whether a segment is driven backwards.
-
-        Parameters
-        ----------
-        segment : int
-            The segment.
-
-        Returns
-        -------
-        bool
-            Whether it is.
-        """
+        """Whether a segment is driven backwards."""
         return self._reverse is not None and bool(self._reverse[segment])
 
     def turning(self, segment: int, *, reverse: bool) -> int:
-        """Find the segment to go on with in a direction.
+        """Find the segment to go on with in a direction, from the last one.
 
-        Parameters
-        ----------
-        segment : int
-            The last one.
-        reverse : bool
-            The direction.
-
-        Returns
-        -------
-        int
-            The last one itself, or the first after it that is driven so; itself where none is.
+        It is that itself, or the first after it that is driven so; itself where none is.
         """
         if self._reverse is None or self.reverse(segment) == reverse:
             return segment
@@ -110,21 +89,10 @@ class Ahead:
     def headings(
         self, segment: int, arc: float, distances: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Give the path's headings ahead, the turns of a lap included.
+        """Give the path's headings at distances ahead of a place, the turns of a lap included.
 
-        Parameters
-        ----------
-        segment : int
-            The segment of the vehicle's place.
-        arc : float
-            Arc length of that place [m].
-        distances : ndarray
-            How far ahead along the path [m].
-
-        Returns
-        -------
-        ndarray
-            Headings [rad], of the same shape.
+        Headings in [rad], distances in [m]. The place is given by its segment and its arc length
+        [m].
         """
         first, arcs, headings = self._stretches[self._stretch[segment]]
         ahead = arc + distances

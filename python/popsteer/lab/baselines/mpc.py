@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Mpc", "MpcCommand"]
 
-# Below this speed, in wheelbases a second, the vehicle hardly answers to its wheels, and the
-# problem would be about nothing.
+# Below this speed, in wheelbases a second, the vehicle hardly answers to its wheels: the problem is
+# set up for this speed instead.
 _LEAST_SPEED = 1.0 / 3.0
 # Farther from the path, in wheelbases, the linear model says nothing; from there on it is
 # approached as from here.
@@ -82,7 +82,7 @@ class Mpc:
         self.params = MpcParams() if params is None else params
         self.tracked_point = vehicle.front_axle
         resolved = self.params.resolved(vehicle)
-        # The chain from command to motion has its home in the core and, the same, in the reference.
+        # The reference has the same chain from command to motion as the core.
         self._chain = Chain(**vehicle.as_dict())
         self._ahead = Ahead(path)
         self._ends = resolved.stage_time * np.arange(resolved.stages + 1, dtype=np.float64)
@@ -90,18 +90,7 @@ class Mpc:
         self.reset()
 
     def with_vehicle(self, vehicle: Vehicle) -> Mpc:
-        """Give a fresh controller of another vehicle, on the same path.
-
-        Parameters
-        ----------
-        vehicle : Vehicle
-            The vehicle.
-
-        Returns
-        -------
-        Mpc
-            A new one.
-        """
+        """Give a fresh controller of another vehicle, on the same path."""
         return Mpc(self.path, vehicle, self.params)
 
     def reset(self) -> None:
@@ -166,23 +155,7 @@ class Mpc:
         *,
         reverse: bool | None = None,
     ) -> float:
-        """Answer as `step` does, with the angle alone.
-
-        Parameters
-        ----------
-        x, y, yaw, speed, dt, reverse
-            As `step`.
-
-        Returns
-        -------
-        float
-            The angle [rad].
-
-        Raises
-        ------
-        InputError, PopsteerError
-            As `step`.
-        """
+        """Answer as `step` does, with the angle alone [rad]."""
         self.update(x, y, yaw, speed, dt, reverse=reverse)
         return self.solve()
 
@@ -199,25 +172,17 @@ class Mpc:
     ) -> None:
         """Find the vehicle on the path, linearise ahead of it, hand the numbers to osqp.
 
-        Parameters
-        ----------
-        x, y, yaw, speed, dt, reverse
-            As `step`.
-
-        Raises
-        ------
-        InputError
-            As `step`.
+        Takes and raises what `step` does.
         """
         measured = VehicleState(x, y, yaw, speed).checked()
         dt = checked_dt(dt)
         segment = self._find(measured, reverse=reverse)
-        # What has come of the last commands by now, and will have when the next one arrives.
+        # The state now, and when the next command reaches the wheels.
         self._in_flight = self._in_flight.elapse(self._chain, self.previous_steer, dt, 0.0)
         now = measured.ahead(self._chain.no_slip)
         state, wheel = self._in_flight.predict(self._chain, now, _AS_GIVEN)
 
-        # As a vehicle that drives forward.
+        # Backwards, mirrored to a vehicle that drives forward.
         length, slip = self.vehicle.wheelbase, self._chain.no_slip - self.vehicle.rear_axle
         yaw, ahead = state.yaw, length - slip
         if self._reverse:
@@ -247,17 +212,9 @@ class Mpc:
         )
 
     def solve(self) -> float:
-        """Solve from the last solution, moved on by one stage.
+        """Solve from the last solution, moved on by one stage, for the angle [rad].
 
-        Returns
-        -------
-        float
-            The angle [rad].
-
-        Raises
-        ------
-        PopsteerError
-            osqp found no solution.
+        Raises PopsteerError where osqp found no solution.
         """
         self.previous_steer = self._mirror(self._problem.solve())
         return self.previous_steer

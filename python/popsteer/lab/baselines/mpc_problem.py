@@ -122,39 +122,19 @@ class Problem:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Within which angles the next command lies, but for its rate.
-
-        Returns
-        -------
-        tuple of float
-            The smallest and the largest [rad].
-        """
+        """Smallest and largest angle that the next command can have, but for its rate [rad]."""
         return float(self._low[0, 3]), float(self._high[0, 3])
 
     def update(self, now: Instant) -> None:
-        """Hand the numbers of an instant to osqp.
-
-        Parameters
-        ----------
-        now : Instant
-            The vehicle beside its path.
-        """
+        """Hand the numbers of an instant to osqp."""
         self._fill(now)
         bounds = {"l": self._low.ravel(), "u": self._high.ravel()}
         self._osqp.update(q=self._q.ravel(), Ax=self._data(), **bounds)
 
     def solve(self) -> float:
-        """Solve from the last solution, moved on by one stage.
+        """Solve from the last solution, moved on by one stage, for the next command [rad].
 
-        Returns
-        -------
-        float
-            The next command [rad].
-
-        Raises
-        ------
-        PopsteerError
-            osqp found no solution.
+        Raises PopsteerError where osqp found no solution.
         """
         self._osqp.warm_start(_moved_on(self._x), _moved_on(self._y))
         result = self._osqp.solve(raise_error=False)

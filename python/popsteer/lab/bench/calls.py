@@ -75,17 +75,10 @@ class _Law(Protocol):
 
 
 def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
-    """Give a maker of drivers for each call that is timed.
+    """Give a maker of drivers for each call that is timed, by its name in the report.
 
-    Parameters
-    ----------
-    drive : Drive
-        Gives the path, and the vehicle that the controllers are given.
-
-    Returns
-    -------
-    dict
-        Name in the report to maker. Each driver made has a state of its own.
+    Each driver made has a state of its own. The drive gives the path, and the vehicle that the
+    controllers are given.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""What the benchmark reports, and what is made of it."""
+"""The report of the benchmark, its ratios and its JSON."""
 
 from __future__ import annotations
 
@@ -53,18 +53,7 @@ class LatencyReport:
     timing: dict[str, Any]
 
     def row(self, name: str) -> Percentiles:
-        """Give the figures of a call that is always timed.
-
-        Parameters
-        ----------
-        name : str
-            The name in `results`.
-
-        Returns
-        -------
-        Percentiles
-            Its figures.
-        """
+        """Give the figures of a call that is always timed."""
         row = self.results[name]
         if row is None:
             raise KeyError(name)
@@ -74,12 +63,9 @@ class LatencyReport:
     def ratios(self) -> dict[str, float | None]:
         """What the step is compared with, from p50: the clock's own cost is in both sides.
 
-        Returns
-        -------
-        dict
-            ``reference_over_step``, ``reference_over_step_of_paper`` (both with the paper's
-            search), ``step_over_empty_call``, ``paper_over_step``, and ``numba_over_step`` and
-            ``mpc_over_step``, None where those were not at hand.
+        They are ``reference_over_step``, ``reference_over_step_of_paper`` (both with the paper's
+        search), ``step_over_empty_call``, ``paper_over_step``, and ``numba_over_step`` and
+        ``mpc_over_step``, None where those were not at hand.
         """
         return _ratios(
             {name: None if row is None else row.p50 for name, row in self.results.items()}
@@ -87,13 +73,7 @@ class LatencyReport:
 
     @property
     def net_ratios(self) -> dict[str, float | None]:
-        """The same from the net p50, without clock and loop: the strict ones.
-
-        Returns
-        -------
-        dict
-            As `ratios`.
-        """
+        """The same from the net p50, without clock and loop: the strict ones."""
         return _ratios(
             {name: None if row is None else row.net_p50 for name, row in self.results.items()}
         )
@@ -116,18 +96,10 @@ def _ratios(medians: dict[str, float | None]) -> dict[str, float | None]:
 
 
 def to_json(report: LatencyReport) -> str:
-    """Write a report as JSON.
+    """Write a report as JSON, with a line feed at its end.
 
-    Parameters
-    ----------
-    report : LatencyReport
-        The report.
-
-    Returns
-    -------
-    str
-        An object with ``build_profile``, ``results``, ``ratios``, ``net_ratios``, ``absent``,
-        ``states``, ``machine`` and ``timing``, and a line feed.
+    It is an object with ``build_profile``, ``results``, ``ratios``, ``net_ratios``, ``absent``,
+    ``states``, ``machine`` and ``timing``.
     """
     fields = asdict(report)
     ordered = {

@@ -26,27 +26,15 @@ DT = 0.05
 
 # Both drives are of one vehicle, the one that the plant was identified from.
 _PLANT = "carla-identified"
-# Beside the checkout, for who is in the checkout.
+# Beside the working directory, if that is the checkout.
 _RECORDING = FilePath("..", "shared", "data", "carla_racetrack")
 
 
 def at_hand(data: str | os.PathLike[str] | None = None) -> Drive:
     """Give the authors' recorded drive where it is at hand, else the embedded track's.
 
-    Parameters
-    ----------
-    data : str or os.PathLike, optional
-        Folder of the recording; by default ``../shared/data/carla_racetrack``, if it is there.
-
-    Returns
-    -------
-    Drive
-        The drive.
-
-    Raises
-    ------
-    PathError
-        A file of the folder cannot be read, or is no recording.
+    `data` is the folder of the recording; by default ``../shared/data/carla_racetrack``, if it is
+    there. Raises PathError where a file of the folder cannot be read or is no recording.
     """
     if data is not None:
         return recorded(data)
@@ -56,10 +44,7 @@ def at_hand(data: str | os.PathLike[str] | None = None) -> Drive:
 def embedded() -> Drive:
     """Drive the embedded race track with POP on the identified plant.
 
-    Returns
-    -------
-    Drive
-        The states of the closed loop, from a start at rest 2.44 m beside the path.
+    The states are those of the closed loop, from a start at rest 2.44 m beside the path.
 
     Examples
     --------
@@ -81,21 +66,10 @@ def embedded() -> Drive:
 def recorded(folder: str | os.PathLike[str]) -> Drive:
     """Read the drive that the paper's authors recorded in CARLA.
 
-    Parameters
-    ----------
-    folder : str or os.PathLike
-        Holds ``waypoints.csv``, ``trajectory.csv`` (t, x, y, speed of the front axle) and
-        ``tracking_error.csv`` (cross-track error, heading error).
-
-    Returns
-    -------
-    Drive
-        The states from the second row of the trajectory on; the first row is the vehicle's origin.
-
-    Raises
-    ------
-    PathError
-        A file cannot be read, or is not of this shape.
+    The folder holds ``waypoints.csv``, ``trajectory.csv`` (t, x, y, speed of the front axle) and
+    ``tracking_error.csv`` (cross-track error, heading error). The states begin with the second row
+    of the trajectory; the first row is the vehicle's origin. Raises PathError where a file cannot
+    be read or is not of this shape.
 
     Notes
     -----

@@ -17,15 +17,8 @@ __all__ = ["digits", "duration", "table"]
 def table(report: LatencyReport) -> Table:
     """Lay out a report; needs rich.
 
-    Parameters
-    ----------
-    report : LatencyReport
-        The report.
-
-    Returns
-    -------
-    rich.table.Table
-        A row for each call: percentiles, net p50, both over the empty call's, and p50 over POP's.
+    There is a row for each call: percentiles, net p50, both over the empty call's, and p50 over
+    POP's.
     """
     from rich import box
     from rich.table import Table

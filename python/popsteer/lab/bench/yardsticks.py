@@ -8,6 +8,7 @@ what is not at hand is left out, with its reason.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ROWS", "Yardsticks", "at_hand"]
 
-# Beside the working directory, for who is in the checkout.
+# Of the working directory, if that is the checkout.
 _FOLDER = Path("benches", "yardsticks")
 _NO_EXTRA = "not installed: pip install popsteer[yardsticks]"
 _NO_FOLDER = "not at hand: run in a checkout, or name its benches/yardsticks with --yardsticks"
@@ -49,7 +50,7 @@ ROWS = tuple(row for yardstick in _YARDSTICKS for row in yardstick.rows)
 
 @dataclass(frozen=True)
 class Yardsticks:
-    """What is at hand, and why the rest is not.
+    """The yardsticks that are at hand, and why the others are not.
 
     Attributes
     ----------
@@ -67,24 +68,10 @@ class Yardsticks:
 
 
 def at_hand(drive: Drive, folder: str | os.PathLike[str] | None = None) -> Yardsticks:
-    """Prepare the yardsticks that are at hand.
+    """Prepare the yardsticks that are at hand, and say why the others are not.
 
-    Parameters
-    ----------
-    drive : Drive
-        What they are to drive.
-    folder : str or os.PathLike, optional
-        Where their files are; by default ``benches/yardsticks``, if it is there.
-
-    Returns
-    -------
-    Yardsticks
-        Those that can be timed, and the reasons for the others.
-
-    Raises
-    ------
-    PopsteerError
-        The folder that was named has no such file.
+    `folder` is where their files are; by default ``benches/yardsticks``, if it is there. Raises
+    PopsteerError where the folder that was named has no such file.
     """
     makers: dict[str, Callable[[], Driver]] = {}
     calls: dict[str, int] = {}
@@ -98,13 +85,14 @@ def at_hand(drive: Drive, folder: str | os.PathLike[str] | None = None) -> Yards
         elif any(find_spec(module) is None for module in yardstick.needs):
             absent |= dict.fromkeys(yardstick.rows, _NO_EXTRA)
         else:
-            makers[yardstick.rows[0]] = _load(file)(drive)
+            makers[yardstick.rows[0]] = _load(file.resolve())(drive)
             calls[yardstick.rows[0]] = yardstick.calls
     return Yardsticks(makers, calls, absent)
 
 
+@cache
 def _load(file: Path) -> Callable[[Drive], Callable[[], Driver]]:
-    """Run a file as a module of its own; give its `prepare`."""
+    """Run a file as a module of its own, once, as numba compiles it; give its `prepare`."""
     spec = spec_from_file_location(f"popsteer_yardstick_{file.stem}", file)
     if spec is None or spec.loader is None:
         raise PopsteerError(f"{file}: is no Python file")

@@ -31,7 +31,7 @@ _EDGE = 2.0**-53  # the quantiles of 0 and 1 of the normal distribution are infi
 
 
 class Distribution(NamedTuple):
-    """A distribution, by its name and what it is made of.
+    """A distribution, by its name and its numbers.
 
     Examples
     --------
@@ -49,41 +49,18 @@ class Distribution(NamedTuple):
 
     @property
     def is_constant(self) -> bool:
-        """Whether it is a number.
-
-        Returns
-        -------
-        bool
-            True for one that always draws the same.
-        """
+        """Whether it is a number, and so always draws the same."""
         return self.name == "constant"
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The least and the greatest number that is drawn.
-
-        Returns
-        -------
-        tuple of float
-            Infinite for the normal distribution.
-        """
+        """The least and the greatest number that is drawn; infinite for the normal distribution."""
         if self.name == "normal":
             return -math.inf, math.inf
         return self.arguments[0], self.arguments[-1]
 
     def quantile(self, share: float) -> float:
-        """Give the number below which a share of the draws lies.
-
-        Parameters
-        ----------
-        share : float
-            0 to 1.
-
-        Returns
-        -------
-        float
-            The number.
-        """
+        """Give the number below which a share of the draws lies, 0 to 1."""
         first = self.arguments[0]
         if self.is_constant:
             return first

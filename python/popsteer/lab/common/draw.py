@@ -7,19 +7,25 @@ import textwrap
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from popsteer.lab.common.theme import THEMES
+
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+    from typing import Any
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
     from popsteer.lab.common.theme import Theme
 
-__all__ = ["drawn", "logarithmic", "wrapped"]
+__all__ = ["drawn", "files_of", "logarithmic", "plot_broken", "wrapped"]
 
 _DPI = 150
+_MOST_POINTS = 4000  # of a line; more cannot be told apart
 _EM = 0.55  # mean width of a character, of the height of the font
 # Without the date, so that the same figure is the same file.
 _METADATA: dict[str, dict[str, str | None]] = {
@@ -29,19 +35,7 @@ _METADATA: dict[str, dict[str, str | None]] = {
 
 
 def drawn(draw: Callable[[Theme], Figure], theme: Theme) -> dict[str, bytes]:
-    """Draw a figure in a theme.
-
-    Parameters
-    ----------
-    draw : callable
-        Makes the figure from the theme.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    dict
-        The content of the file by its kind, ``png`` and ``svg``.
+    """Draw a figure in a theme, and give the content of its files by kind: ``png`` and ``svg``.
 
     Examples
     --------
@@ -63,22 +57,49 @@ def drawn(draw: Callable[[Theme], Figure], theme: Theme) -> dict[str, bytes]:
     return content
 
 
+def files_of(
+    draw: Callable[[Theme], Figure],
+    stem: str,
+    progress: Callable[[str, float], object] | None = None,
+) -> dict[str, bytes]:
+    """Draw a figure into the files that `popsteer.lab.common.layout.figure_names` names.
+
+    `progress` is called with what is being done and the share of it that is done.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> list(files_of(lambda theme: Figure(figsize=(1, 1)), "plan"))
+    ['plan.png', 'plan.svg', 'plan-dark.png', 'plan-dark.svg']
+    """
+    content = {}
+    for done, (name, theme) in enumerate(THEMES.items()):
+        if progress is not None:
+            progress("figures", done / len(THEMES))
+        for kind, data in drawn(draw, theme).items():
+            content[f"{stem}{'' if name == 'light' else f'-{name}'}.{kind}"] = data
+    return content
+
+
+def plot_broken(
+    panel: Axes,
+    x: NDArray[Any],
+    y: NDArray[Any],
+    breaks: Sequence[int],
+    **style: Any,  # noqa: ANN401 - as matplotlib takes it
+) -> None:
+    """Draw a line that breaks at the gaps of a log, with no more points than can be seen.
+
+    `breaks` has the first row after each gap.
+    """
+    y = np.array(y, dtype=np.float64)
+    y[list(breaks)] = np.nan
+    every = max(1, len(x) // _MOST_POINTS)
+    panel.plot(x[::every], y[::every], **style)
+
+
 def wrapped(text: str, figure: Figure, size: float) -> str:
-    """Break a line that is wider than a figure.
-
-    Parameters
-    ----------
-    text : str
-        The line.
-    figure : matplotlib.figure.Figure
-        Where it stands.
-    size : float
-        Size of the font [pt].
-
-    Returns
-    -------
-    str
-        As many lines as it takes.
+    """Break a line that is wider than a figure; `size` is that of the font [pt].
 
     Examples
     --------
@@ -92,11 +113,6 @@ def wrapped(text: str, figure: Figure, size: float) -> str:
 
 def logarithmic(panel: Axes) -> None:
     """Make the vertical axis logarithmic, with plain numbers at 1, 2 and 5 of each decade.
-
-    Parameters
-    ----------
-    panel : matplotlib.axes.Axes
-        Where it is.
 
     Examples
     --------

@@ -6,11 +6,19 @@ import json
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from rich.table import Table
 
-__all__ = ["WIDE", "add_names", "blank_table", "json_text"]
+__all__ = [
+    "WIDE",
+    "add_names",
+    "add_numbers",
+    "blank_table",
+    "csv_text",
+    "figure_names",
+    "json_text",
+]
 
 WIDE = 118
 """Characters that all columns need side by side."""
@@ -20,15 +28,7 @@ _LONG = 20  # characters of a name that every table has room for
 def blank_table(gap: int = 2) -> Table:
     """Begin a table with a rule under its heads and nothing else around it.
 
-    Parameters
-    ----------
-    gap : int, default 2
-        Characters between columns.
-
-    Returns
-    -------
-    rich.table.Table
-        Without columns and rows.
+    `gap` is the number of characters between columns.
 
     Examples
     --------
@@ -48,16 +48,7 @@ def blank_table(gap: int = 2) -> Table:
 
 
 def add_names(table: Table, head: str, names: Iterable[str]) -> None:
-    """Add a column of names, whole ones: a long name is folded, never cut.
-
-    Parameters
-    ----------
-    table : rich.table.Table
-        The table.
-    head : str
-        The head of the column.
-    names : iterable of str
-        What will stand in it.
+    """Add a column for whole names: a long one is folded, never cut.
 
     Examples
     --------
@@ -70,18 +61,50 @@ def add_names(table: Table, head: str, names: Iterable[str]) -> None:
     table.add_column(head, no_wrap=fits, overflow="fold")
 
 
+def add_numbers(table: Table, *heads: str) -> None:
+    r"""Add columns of numbers, aligned to the right and never folded.
+
+    The heads are shown as they are: what stands in brackets is no markup.
+
+    Examples
+    --------
+    >>> table = blank_table()
+    >>> add_numbers(table, "error\n[m]", "time\n[s]")
+    >>> [column.justify for column in table.columns]
+    ['right', 'right']
+    """
+    from rich.text import Text
+
+    for head in heads:
+        table.add_column(Text(head), justify="right", no_wrap=True)
+
+
+def csv_text(comments: Sequence[str], names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    r"""Write a table as CSV: comments such as the units, the names of the columns, and the rows.
+
+    Examples
+    --------
+    >>> csv_text(["time in s"], ["run", "time"], [["1", "2.5"]])
+    '# time in s\nrun,time\n1,2.5\n'
+    """
+    lines = [f"# {comment}" for comment in comments]
+    lines += [",".join(cells) for cells in (names, *rows)]
+    return "\n".join(lines) + "\n"
+
+
+def figure_names(stem: str) -> list[str]:
+    """Name the files of a figure, for a light and a dark background.
+
+    Examples
+    --------
+    >>> figure_names("plan")
+    ['plan.png', 'plan.svg', 'plan-dark.png', 'plan-dark.svg']
+    """
+    return [f"{stem}{dark}.{kind}" for dark in ("", "-dark") for kind in ("png", "svg")]
+
+
 def json_text(document: dict[str, Any]) -> str:
-    r"""Write a document as JSON that people can read as well.
-
-    Parameters
-    ----------
-    document : dict
-        What it says; finite numbers alone.
-
-    Returns
-    -------
-    str
-        The text, with a newline at its end.
+    r"""Write a document as JSON that people can read as well; its numbers have to be finite.
 
     Examples
     --------

@@ -31,22 +31,9 @@ KINDS: dict[str, type[LongitudinalParams]] = {
 
 
 def params_of(name: str) -> LongitudinalParams:
-    """Give the default parameters of a longitudinal controller.
+    """Give the default parameters of a longitudinal controller, one of `KINDS`.
 
-    Parameters
-    ----------
-    name : str
-        Of `KINDS`.
-
-    Returns
-    -------
-    parameters
-        Those of the controller.
-
-    Raises
-    ------
-    ConfigError
-        No longitudinal controller has this name.
+    Raises ConfigError where none has this name.
 
     Examples
     --------
@@ -61,16 +48,6 @@ def params_of(name: str) -> LongitudinalParams:
 def name_of(params: LongitudinalParams) -> str:
     """Give the name of the longitudinal controller that has these parameters.
 
-    Parameters
-    ----------
-    params : parameters
-        Of `KINDS`.
-
-    Returns
-    -------
-    str
-        Its name.
-
     Examples
     --------
     >>> name_of(SpeedTrackerParams())
@@ -80,21 +57,10 @@ def name_of(params: LongitudinalParams) -> str:
 
 
 def made(params: LongitudinalParams | None, path: Path, vehicle: Vehicle) -> Longitudinal | None:
-    """Make the longitudinal controller of a run.
+    """Make the longitudinal controller of a run, as `popsteer.sim.run` takes it.
 
-    Parameters
-    ----------
-    params : parameters or None
-        Of `KINDS`; None for the paper's controller.
-    path : Path
-        What is driven along.
-    vehicle : Vehicle
-        What a `SpeedTracker` plans for.
-
-    Returns
-    -------
-    CoupledLongitudinal or SpeedPid or SpeedTracker or None
-        As `popsteer.sim.run` takes it.
+    Without parameters it is None, which stands for the paper's. A `SpeedTracker` plans for the path
+    and the vehicle.
 
     Examples
     --------

@@ -10,12 +10,7 @@ __all__ = ["describe"]
 
 
 def describe() -> dict[str, str]:
-    """Name processor, its cores, Python and system.
-
-    Returns
-    -------
-    dict
-        ``cpu``, ``cores``, ``python`` and ``platform``.
+    """Name ``cpu``, ``cores``, ``python`` and ``platform``.
 
     Examples
     --------

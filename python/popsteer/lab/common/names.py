@@ -9,12 +9,7 @@ __all__ = ["controller_names", "title_of"]
 
 
 def controller_names() -> tuple[str, ...]:
-    """Names of all that can be compared.
-
-    Returns
-    -------
-    tuple of str
-        The controllers of popsteer, then the baselines.
+    """Names of all that can be compared: the controllers of popsteer, then the baselines.
 
     Examples
     --------
@@ -26,16 +21,6 @@ def controller_names() -> tuple[str, ...]:
 
 def title_of(law: str) -> str:
     """Name of a controller as a person reads it; that of one's own is as it is.
-
-    Parameters
-    ----------
-    law : str
-        Name of a controller.
-
-    Returns
-    -------
-    str
-        Its title.
 
     Examples
     --------

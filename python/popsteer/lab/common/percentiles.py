@@ -35,19 +35,9 @@ class Percentiles:
 
     @classmethod
     def of(cls, singles: Sequence[int], net_p50: float | None) -> Percentiles:
-        """Sum up single calls.
+        """Sum up what single calls took [ns], by times that were read, never means of two of them.
 
-        Parameters
-        ----------
-        singles : sequence of int
-            What each call took [ns].
-        net_p50 : float or None
-            As the attribute; rounded to 0.01 ns.
-
-        Returns
-        -------
-        Percentiles
-            Times that were read, never means of two of them.
+        `net_p50` is rounded to 0.01 ns.
 
         Examples
         --------

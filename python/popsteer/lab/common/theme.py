@@ -30,18 +30,7 @@ class Theme(NamedTuple):
     """Colours for controllers of one's own, in turn."""
 
     def colours(self, names: Iterable[str]) -> dict[str, str]:
-        """Give each controller a colour.
-
-        Parameters
-        ----------
-        names : iterable of str
-            Names of controllers.
-
-        Returns
-        -------
-        dict
-            A colour for each.
-        """
+        """Give each controller a colour."""
         chosen: dict[str, str] = {}
         strangers = 0
         for name in names:
@@ -54,13 +43,7 @@ class Theme(NamedTuple):
 
     @property
     def settings(self) -> Any:  # noqa: ANN401 - matplotlib lists the keys, which change with it
-        """Settings of matplotlib that go with the theme.
-
-        Returns
-        -------
-        dict
-            For ``matplotlib.rc_context``.
-        """
+        """Settings of matplotlib that go with the theme, for ``matplotlib.rc_context``."""
         return {
             "axes.edgecolor": self.grid,
             "axes.facecolor": self.background,

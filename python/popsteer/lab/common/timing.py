@@ -1,4 +1,4 @@
-"""The clockwork of the latency benchmark.
+"""How the latency benchmark times calls.
 
 A step takes a fifth of a microsecond to a few, an empty call a twentieth, and reading the clock
 about as much, in ticks that are ten nanoseconds wide on some machines. So each call is driven

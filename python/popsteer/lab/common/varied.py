@@ -1,4 +1,4 @@
-"""Runs that differ: what can vary, how it is drawn, and what of it makes a plant and a start."""
+"""Runs that differ: what can vary, how it is drawn, and the plant and start of a draw."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _START = ("start_offset", "start_yaw", "start_speed")
 
 
 class Varied(NamedTuple):
-    """One run as its draw has it."""
+    """The plant, start and noise of one run."""
 
     plant: Any
     """What moves."""
@@ -36,21 +36,13 @@ class Varied(NamedTuple):
     speed: float | None
     """Speed at the start [m/s]; None where it does not vary."""
     noise: Noise | None
-    """How far off the controller sees the vehicle; None where nothing of it varies."""
+    """Noise of pose and speed as the controller gets them; None where no noise varies."""
 
 
 def varying(plant: Plant) -> tuple[str, ...]:
-    """Name what can vary.
+    """Name what can vary: fields of the plant's vehicle, parameters of the plant, noise and start.
 
-    Parameters
-    ----------
-    plant : plant
-        What moves; a name stands for no parameters of its own.
-
-    Returns
-    -------
-    tuple of str
-        Fields of the plant's vehicle, parameters of the plant, noise and start.
+    A plant that is given by its name has no parameters that vary.
 
     Examples
     --------
@@ -58,7 +50,7 @@ def varying(plant: Plant) -> tuple[str, ...]:
     (('wheelbase', 'turning_wheelbase', 'understeer'), True)
     """
     if isinstance(plant, CarlaIdentified | KinematicBicycle):
-        # Where the pose's point is, is no property of the car: poses are told from there.
+        # The place of the pose's point is no property of the car.
         fixed: tuple[str, ...] = ("vehicle", "rear_axle", "no_slip_point")
         of_plant = [*plant.vehicle.as_dict(), *plant.as_dict()]
     else:
@@ -69,19 +61,9 @@ def varying(plant: Plant) -> tuple[str, ...]:
 
 
 def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
-    """Give what varies unless it is said otherwise, as texts of distributions.
+    """Give what varies where nothing else is asked for: by name, the texts of distributions.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        What the plant is.
-    plant : plant
-        What moves.
-
-    Returns
-    -------
-    dict
-        The distribution of each quantity by its name.
+    `vehicle` is what the plant is.
 
     Examples
     --------
@@ -108,26 +90,9 @@ def usual(vehicle: Vehicle, plant: Plant) -> dict[str, str]:
 
 
 def draws(vary: Mapping[str, Distribution], runs: int, seed: int) -> dict[str, NDArray[np.float64]]:
-    """Draw a Latin hypercube: each quantity's values lie evenly over its quantiles.
+    """Draw a Latin hypercube: each quantity's values, one a run, lie evenly over its quantiles.
 
-    Parameters
-    ----------
-    vary : mapping of str to Distribution
-        What varies.
-    runs : int
-        How many draws.
-    seed : int
-        Where they come from.
-
-    Returns
-    -------
-    dict
-        The values of each quantity, one a run.
-
-    Raises
-    ------
-    PopsteerError
-        SciPy is not installed.
+    Raises PopsteerError where SciPy is not installed.
 
     Notes
     -----
@@ -142,7 +107,7 @@ def draws(vary: Mapping[str, Distribution], runs: int, seed: int) -> dict[str, N
         raise PopsteerError(
             'draws of a Latin hypercube need scipy: pip install "popsteer[sweep]"'
         ) from error
-    # One generator for all: the draws of a run hang on all of them.
+    # One generator for all quantities: adding one changes the draws of the others.
     cube = qmc.LatinHypercube(len(vary), rng=np.random.default_rng(seed)).random(runs)
     return {
         name: np.array([each.quantile(share) for share in column.tolist()])
@@ -151,19 +116,7 @@ def draws(vary: Mapping[str, Distribution], runs: int, seed: int) -> dict[str, N
 
 
 def run_seed(seed: int, run: int) -> int:
-    """Give the seed of a run: another for each, whatever else is driven.
-
-    Parameters
-    ----------
-    seed : int
-        That of all.
-    run : int
-        Which of them.
-
-    Returns
-    -------
-    int
-        0 to 2**64 - 1.
+    """Give the seed of a run, 0 to 2**64 - 1: another for each, whatever else is driven.
 
     Examples
     --------
@@ -176,29 +129,11 @@ def run_seed(seed: int, run: int) -> int:
 def varied(
     plant: Plant, path: Path, values: Mapping[str, float], offset: float | None = None
 ) -> Varied:
-    """Make a run of a draw.
+    """Make a run of a draw, `values`, whose names are of `varying`.
 
-    Parameters
-    ----------
-    plant : plant
-        What moves, as it is where nothing varies.
-    path : Path
-        What is followed.
-    values : mapping of str to float
-        What the draw says, of `varying`.
-    offset : float, optional
-        How far to the left it starts where that does not vary [m], as
-        `popsteer.sim.default_start` has it.
-
-    Returns
-    -------
-    Varied
-        Plant, start and noise.
-
-    Raises
-    ------
-    ConfigError
-        A name is not one that can vary with this plant, or a value out of its range.
+    `plant` is what moves where nothing varies. `offset` is how far to the left of the path it
+    starts where that does not vary [m], as `popsteer.sim.default_start` has it. Raises ConfigError
+    where a name cannot vary with this plant, or a value is out of its range.
 
     Examples
     --------

@@ -11,19 +11,9 @@ __all__ = ["differences"]
 
 
 def differences(believed: Vehicle, vehicle: Vehicle) -> str:
-    """Say what controllers were given that differs from it.
+    """Say in what the vehicle that controllers were given differs from the real one.
 
-    Parameters
-    ----------
-    believed : Vehicle
-        The vehicle that they were given.
-    vehicle : Vehicle
-        The vehicle as it is.
-
-    Returns
-    -------
-    str
-        To follow the name of the plant; empty where nothing differs.
+    The text follows the name of the plant; it is empty where nothing differs.
 
     Examples
     --------

@@ -22,26 +22,12 @@ _METRICS = "metrics.json"
 def files(
     comparison: Comparison, progress: Callable[[str, float], object] | None = None
 ) -> dict[str, bytes]:
-    """Compute the files of a comparison.
+    """Compute the files of a comparison, by name.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-    progress : callable, optional
-        Called with what is being done and the share of it that is done, 0 to 1.
-
-    Returns
-    -------
-    dict
-        The content of each file by its name: ``runs/LAW.csv`` for each controller, ``results`` and
-        ``overview`` as ``.png`` and ``.svg``, each for a light and, as ``-dark``, for a dark
-        background, and ``metrics.json``.
-
-    Raises
-    ------
-    ConfigError
-        The runs kept no records.
+    They are ``runs/LAW.csv`` for each controller, ``results`` and ``overview`` as ``.png`` and
+    ``.svg``, each for a light and, as ``-dark``, for a dark background, and ``metrics.json``.
+    `progress` is called with what is being done and the share of it that is done, 0 to 1. Raises
+    ConfigError where the runs kept no records.
 
     Examples
     --------
@@ -65,23 +51,13 @@ def files(
             content[_figure_name(figure, theme, kind)] = data
     if progress is not None:
         progress("figures", 1.0)
-    # The last to be written: whoever finds it finds the others too.
+    # Written last: where it exists, the others do too.
     content[_METRICS] = metrics_json(comparison).encode()
     return content
 
 
 def file_names(laws: Iterable[str]) -> list[str]:
-    """Give the names of the files of a comparison before there is one.
-
-    Parameters
-    ----------
-    laws : iterable of str
-        The controllers that are to be compared.
-
-    Returns
-    -------
-    list of str
-        The names that `files` will give.
+    """Give the names that `files` will give, before there is a comparison.
 
     Examples
     --------

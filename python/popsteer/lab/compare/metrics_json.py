@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["SCHEMA", "metrics_document", "metrics_json"]
 
 SCHEMA = 2
-"""Number of the layout; it grows when a reader of the old layout would be misled.
+"""Version of the layout; a change that would mislead readers of the old one raises it.
 
 2: `start` is the pose of the vehicle's point, no longer that of the front axle.
 """
@@ -29,20 +29,12 @@ _REAR = "rear_axle_"
 def metrics_document(comparison: Comparison) -> dict[str, Any]:
     """Lay out the figures of a comparison.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-
-    Returns
-    -------
-    dict
-        `schema`, `dt` [s], `plant`, `plant_vehicle` (what it is), `path` with `waypoints` and
-        `length` [m], `start` (pose of the vehicle's point), `controllers` with the metrics of each
-        controller in SI units and radians (those of the rear axle under `rear_axle`, the vehicle
-        that it believed under `vehicle`, the median time of a step under `step_time` [s] where that
-        was measured; `faults` lists by name what the controller said), and `paper` with the paper's
-        figures. A number that is not finite is None.
+    The document has `schema`, `dt` [s], `plant`, `plant_vehicle` (what it is), `path` with
+    `waypoints` and `length` [m], `start` (pose of the vehicle's point), `controllers` with the
+    metrics of each controller in SI units and radians (those of the rear axle under `rear_axle`,
+    the vehicle that it believed under `vehicle`, the median time of a step under `step_time` [s]
+    where that was measured; `faults` lists by name what the controller said), and `paper` with the
+    paper's figures. A number that is not finite is None.
 
     Examples
     --------
@@ -81,17 +73,7 @@ def metrics_document(comparison: Comparison) -> dict[str, Any]:
 
 
 def metrics_json(comparison: Comparison) -> str:
-    """Write the figures of a comparison as JSON.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-
-    Returns
-    -------
-    str
-        `metrics_document` as text.
+    """Write `metrics_document` as JSON.
 
     Examples
     --------

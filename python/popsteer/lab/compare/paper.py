@@ -39,17 +39,9 @@ _FIRST = (-181.3353, 80.5399)
 
 
 def is_authors_path(path: Path) -> bool:
-    """Whether a path is the one that the paper's figures were measured on.
+    """Whether the paper's figures were measured on a path.
 
-    Parameters
-    ----------
-    path : Path
-        Any path.
-
-    Returns
-    -------
-    bool
-        Whether number of waypoints, length and first waypoint are those of the authors' file.
+    It is, where number of waypoints, length and first waypoint are those of the authors' file.
 
     Examples
     --------

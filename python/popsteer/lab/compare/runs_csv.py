@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.lab.common.layout import csv_text
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -35,18 +36,10 @@ _UNITS = {
 
 
 def run_csv(run: Run) -> str:
-    """Write the records of a run as CSV.
+    """Write the records of a run as CSV, a row for each control step.
 
-    Parameters
-    ----------
-    run : Run
-        The run.
-
-    Returns
-    -------
-    str
-        Two comments, with what was run and with the units, a row of names, and a row for each
-        control step. The numbers read back to the same bits; one that is not finite is ``nan``.
+    Two comments above say what was run, and the units. The numbers read back to the same bits; one
+    that is not finite is ``nan``.
 
     Examples
     --------
@@ -61,11 +54,7 @@ def run_csv(run: Run) -> str:
     ['time', 'x', 'y', 'yaw', 'speed']
     """
     units = ", ".join(f"{name} [{_UNITS[name]}]" for name in run.records)
-    lines = [
-        f"# {' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s",
-        f"# {units}",
-        ",".join(run.records),
-    ]
+    head = f"{' '.join(run.law.split())} on {run.plant}, dt = {run.dt:g} s"
     columns = [np.asarray(column).tolist() for column in run.records.values()]
-    lines += [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
-    return "\n".join(lines) + "\n"
+    rows = (map(repr, row) for row in zip(*columns, strict=True))
+    return csv_text([head, units], run.records, rows)

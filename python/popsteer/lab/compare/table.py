@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.lab.common.layout import WIDE, add_names, blank_table
+from popsteer.lab.common.layout import WIDE, add_names, add_numbers, blank_table
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.compare.paper import PAPER, is_authors_path
@@ -22,17 +22,7 @@ __all__ = ["caption", "notes", "tables"]
 
 
 def caption(comparison: Comparison) -> str:
-    """Say in one line what was compared.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-
-    Returns
-    -------
-    str
-        Track, plant, what the controllers believed otherwise, preset and control period.
+    """Say in one line what was compared: track, plant, vehicle believed, preset, control period.
 
     Examples
     --------
@@ -54,15 +44,7 @@ def caption(comparison: Comparison) -> str:
 def notes(comparison: Comparison) -> list[str]:
     """Say what a reader has to know to compare the figures with the paper's.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-
-    Returns
-    -------
-    list of str
-        One sentence or two each; none where no controller of the paper is among the runs.
+    Notes on the paper are left out where none of its controllers is among the runs.
 
     Examples
     --------
@@ -104,19 +86,9 @@ def notes(comparison: Comparison) -> list[str]:
 
 
 def tables(comparison: Comparison, width: int = WIDE) -> list[Table]:
-    """Set out the figures of a comparison.
+    """Set out the figures of a comparison; the best one of a column is bold.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-    width : int, default 118
-        How many characters a line has. Where one table would not fit, there are two.
-
-    Returns
-    -------
-    list of rich.table.Table
-        To be printed one below the other. The best figure of a column is bold.
+    Where one table would not fit into `width` characters, there are two.
 
     Examples
     --------
@@ -146,8 +118,7 @@ def _table(comparison: Comparison, columns: list[_Column]) -> Table:
 
     table = blank_table(1)
     add_names(table, "controller", map(title_of, comparison.runs))
-    for column in columns:
-        table.add_column(Text(column.head), justify="right", no_wrap=True)
+    add_numbers(table, *(column.head for column in columns))
     best = [_best(comparison, column) for column in columns]
     for name, run in comparison.runs.items():
         cells = [Text(title_of(name))]

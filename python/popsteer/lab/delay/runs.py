@@ -45,13 +45,13 @@ class DeadTimeRow:
     predicted: Metrics
     """With it, and the controller given it: it predicts through it."""
     short: Metrics
-    """... and given to turn as if the wheelbase were 15 % shorter than it is."""
+    """... and given a turning wheelbase 15 % too short."""
     long: Metrics
-    """... as if it were 15 % longer."""
+    """... 15 % too long."""
     early: Metrics
-    """... and given 50 ms less."""
+    """... and given a dead time 50 ms too short."""
     later: Metrics
-    """... of 50 ms more."""
+    """... 50 ms too long."""
 
     def ratio(self, found: Metrics) -> float:
         """Give the error of a run over that without dead time.

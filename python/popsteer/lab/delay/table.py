@@ -7,7 +7,14 @@ from dataclasses import asdict, fields
 from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import WIDE, add_names, blank_table, json_text
+from popsteer.lab.common.layout import (
+    WIDE,
+    add_names,
+    add_numbers,
+    blank_table,
+    csv_text,
+    json_text,
+)
 from popsteer.lab.common.names import title_of
 from popsteer.lab.delay.runs import DEAD_TIME_PLANT, DeadTimeRow
 from popsteer.sim import plant_name
@@ -24,6 +31,7 @@ __all__ = ["delay_caption", "delay_csv", "delay_json", "delay_tables", "error_te
 SCHEMA = 2
 """Version of the document's layout."""
 _RUNS = tuple(field.name for field in fields(DeadTimeRow) if field.name not in ("law", "dead_time"))
+_ERRORS = ("mean_abs_cross_track_error", "max_abs_cross_track_error")
 _HEADS = {
     "prompt": "no dead\ntime [m]",
     "late": "not\npredicted [m]",
@@ -36,21 +44,7 @@ _HEADS = {
 
 
 def delay_caption(rows: Sequence[DeadTimeRow], track: str, plant: Plant = DEAD_TIME_PLANT) -> str:
-    """Say in one line what was driven.
-
-    Parameters
-    ----------
-    rows : sequence of DeadTimeRow
-        The runs.
-    track : str
-        What the path is called.
-    plant : CarlaIdentified or KinematicBicycle, default DEAD_TIME_PLANT
-        What moved.
-
-    Returns
-    -------
-    str
-        Track, plant and dead time, and what the figures are.
+    """Say in one line what was driven, on which track and plant, and what the figures are.
 
     Examples
     --------
@@ -68,19 +62,9 @@ and its ratio to that without dead time'
 
 
 def error_text(row: DeadTimeRow, found: Metrics) -> str:
-    """Say the error of a run, and its ratio to that without dead time.
+    """Say the error of one of a row's runs, and its ratio to that without dead time.
 
-    Parameters
-    ----------
-    row : DeadTimeRow
-        The runs of a controller.
-    found : Metrics
-        One of them.
-
-    Returns
-    -------
-    str
-        Such as "0.173 (1.00)"; "off the road" where the run did not finish.
+    Such as "0.173 (1.00)"; "off the road" where the run did not finish.
 
     Examples
     --------
@@ -99,17 +83,7 @@ def error_text(row: DeadTimeRow, found: Metrics) -> str:
 def delay_tables(rows: Sequence[DeadTimeRow], width: int = WIDE) -> list[Table]:
     """Set out the runs, a row for each controller.
 
-    Parameters
-    ----------
-    rows : sequence of DeadTimeRow
-        The runs.
-    width : int, default 118
-        How many characters a line has. Where one table would not fit, there are two.
-
-    Returns
-    -------
-    list of rich.table.Table
-        To be printed one below the other.
+    Where one table would not fit into `width` characters, there are two.
 
     Examples
     --------
@@ -126,12 +100,9 @@ def delay_tables(rows: Sequence[DeadTimeRow], width: int = WIDE) -> list[Table]:
 
 def _table(rows: Sequence[DeadTimeRow], runs: Sequence[str]) -> Table:
     """Set out some of the runs."""
-    from rich.text import Text
-
     table = blank_table()
     add_names(table, "controller", (title_of(row.law) for row in rows))
-    for run in runs:
-        table.add_column(Text(_HEADS[run]), justify="right", no_wrap=True)
+    add_numbers(table, *(_HEADS[run] for run in runs))
     for row in rows:
         cells = [
             f"{row.prompt.mean_abs_cross_track_error:.3f}"
@@ -146,15 +117,7 @@ def _table(rows: Sequence[DeadTimeRow], runs: Sequence[str]) -> Table:
 def delay_csv(rows: Sequence[DeadTimeRow]) -> str:
     """Write the runs as CSV, a row for each controller and run.
 
-    Parameters
-    ----------
-    rows : sequence of DeadTimeRow
-        The runs.
-
-    Returns
-    -------
-    str
-        The text; the ratio is empty where the run did not finish.
+    The ratio is empty where the run did not finish.
 
     Examples
     --------
@@ -164,19 +127,17 @@ def delay_csv(rows: Sequence[DeadTimeRow]) -> str:
     >>> len(delay_csv(delay.run(path, ["pop"])).splitlines())
     9
     """
-    lines = [
-        "# dead_time in s, errors in m",
-        "law,dead_time,run,finished,mean_abs_cross_track_error,max_abs_cross_track_error,ratio",
-    ]
+    lines = []
     for row in rows:
         for run in _RUNS:
             found = getattr(row, run)
             ratio = row.ratio(found)
-            errors = (found.mean_abs_cross_track_error, found.max_abs_cross_track_error)
+            errors = (getattr(found, name) for name in _ERRORS)
             cells = (row.law, repr(row.dead_time), run, str(found.finished).lower())
             shown = repr(ratio) if math.isfinite(ratio) else ""
-            lines.append(",".join((*cells, *map(repr, errors), shown)))
-    return "\n".join(lines) + "\n"
+            lines.append((*cells, *map(repr, errors), shown))
+    names = ("law", "dead_time", "run", "finished", *_ERRORS, "ratio")
+    return csv_text(["dead_time in s, errors in m"], names, lines)
 
 
 def delay_json(
@@ -184,21 +145,9 @@ def delay_json(
     track: str,
     plant: CarlaIdentified | KinematicBicycle = DEAD_TIME_PLANT,
 ) -> str:
-    """Write the runs as JSON, with all their metrics.
+    """Write the runs as JSON with all their metrics, in SI units and radians.
 
-    Parameters
-    ----------
-    rows : sequence of DeadTimeRow
-        The runs.
-    track : str
-        What the path is called.
-    plant : CarlaIdentified or KinematicBicycle, default DEAD_TIME_PLANT
-        What moved.
-
-    Returns
-    -------
-    str
-        The document; SI units and radians. What is no number is null.
+    What is no number is null.
 
     Examples
     --------

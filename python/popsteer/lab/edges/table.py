@@ -1,4 +1,4 @@
-"""The table of the edges, for people and for programs."""
+"""The table of the pathological paths, for people and for programs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import add_names, blank_table, json_text
+from popsteer.lab.common.layout import add_names, add_numbers, blank_table, csv_text, json_text
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.edges.runs import EDGE_CHANGES, EDGE_PLANT
@@ -28,19 +28,9 @@ SCHEMA = 2
 
 
 def edges_caption(plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None) -> str:
-    """Say in one line what the runs of the table have in common.
+    """Say in one line what the runs have in common: plant, speeds, largest angle, kind of error.
 
-    Parameters
-    ----------
-    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
-        What moved.
-    vehicle : Vehicle, optional
-        The vehicle that the controllers were given; the plant's own by default.
-
-    Returns
-    -------
-    str
-        Plant, speeds, largest angle, and what the errors are.
+    `vehicle` is what the controllers were given; the plant's own by default.
 
     Examples
     --------
@@ -58,16 +48,6 @@ def edges_caption(plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None) -> 
 def edges_table(rows: Sequence[EdgeRun]) -> Table:
     """Set out the runs, a row for each controller on each track.
 
-    Parameters
-    ----------
-    rows : sequence of EdgeRun
-        The runs.
-
-    Returns
-    -------
-    rich.table.Table
-        To be printed.
-
     Examples
     --------
     >>> from popsteer.lab.edges import edge_tracks
@@ -78,8 +58,7 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
     table = blank_table(1)
     add_names(table, "track", (row.track for row in rows))
     add_names(table, "controller", (title_of(row.law) for row in rows))
-    for head in ("fin-\nished", "time\n[s]", "max |e|\n[m]", "max jump\n[deg]"):
-        table.add_column(head, justify="right", no_wrap=True)
+    add_numbers(table, "fin-\nished", "time\n[s]", "max |e|\n[m]", "max jump\n[deg]")
     table.add_column("status, share of the steps", overflow="fold", min_width=14)
     for index, row in enumerate(rows):
         last = index + 1 == len(rows) or rows[index + 1].track != row.track
@@ -98,17 +77,7 @@ def edges_table(rows: Sequence[EdgeRun]) -> Table:
 
 
 def edges_notes(rows: Sequence[EdgeRun]) -> list[str]:
-    """Say why runs did not reach the end.
-
-    Parameters
-    ----------
-    rows : sequence of EdgeRun
-        The runs.
-
-    Returns
-    -------
-    list of str
-        A sentence for each of them.
+    """Say of each run that did not reach the end why.
 
     Examples
     --------
@@ -126,16 +95,8 @@ def edges_notes(rows: Sequence[EdgeRun]) -> list[str]:
 def share_text(row: EdgeRun) -> str:
     """Say in what share of the steps each condition held, in whole percent.
 
-    Parameters
-    ----------
-    row : EdgeRun
-        The run.
-
-    Returns
-    -------
-    str
-        The most frequent first; "ok" where none held. The shares of several conditions that held
-        in the same steps add up to more than the whole.
+    The most frequent comes first; it is "ok" where none held. The shares of several conditions that
+    held in the same steps add up to more than the whole.
 
     Examples
     --------
@@ -151,18 +112,9 @@ def share_text(row: EdgeRun) -> str:
 
 
 def edges_csv(rows: Sequence[EdgeRun]) -> str:
-    """Write the runs as CSV, a row for each controller on each track.
+    """Write the runs as CSV, a row for each controller on each track, in SI units and radians.
 
-    Parameters
-    ----------
-    rows : sequence of EdgeRun
-        The runs.
-
-    Returns
-    -------
-    str
-        The text; SI units and radians, and in the last column in how many steps each condition
-        held.
+    The last column says in how many steps each condition held.
 
     Examples
     --------
@@ -171,42 +123,22 @@ def edges_csv(rows: Sequence[EdgeRun]) -> str:
     >>> edges_csv(edges.run(["pop"], edge_tracks()[:1])).splitlines()[1]
     'track,law,finished,ending,time,max_error,max_jump,statuses'
     """
-    lines = [
-        "# time in s, max_error in m, max_jump in rad, statuses in steps",
-        "track,law,finished,ending,time,max_error,max_jump,statuses",
-    ]
+    lines = []
     for row in rows:
         counts = " ".join(f"{status}={count}" for status, count in row.statuses.items())
-        cells = (
-            row.track,
-            row.law,
-            str(row.finished).lower(),
-            row.ending,
-            *map(repr, (row.time, row.max_error, row.max_jump)),
-            counts,
-        )
-        lines.append(",".join(cells))
-    return "\n".join(lines) + "\n"
+        numbers = map(repr, (row.time, row.max_error, row.max_jump))
+        lines.append((row.track, row.law, str(row.finished).lower(), row.ending, *numbers, counts))
+    comment = "time in s, max_error in m, max_jump in rad, statuses in steps"
+    names = ["track", "law", "finished", "ending", "time", "max_error", "max_jump", "statuses"]
+    return csv_text([comment], names, lines)
 
 
 def edges_json(
     rows: Sequence[EdgeRun], plant: Plant = EDGE_PLANT, vehicle: Vehicle | None = None
 ) -> str:
-    """Write the runs as JSON.
+    """Write the runs as JSON, in SI units and radians.
 
-    Parameters
-    ----------
-    rows : sequence of EdgeRun
-        The runs.
-    plant : str or CarlaIdentified or KinematicBicycle or PythonPlant, default EDGE_PLANT
-        What moved.
-    vehicle : Vehicle, optional
-        The vehicle that the controllers were given; the plant's own by default.
-
-    Returns
-    -------
-    str
-        The document; SI units and radians.
+    `vehicle` is what the controllers were given; the plant's own by default.
 
     Examples
     --------

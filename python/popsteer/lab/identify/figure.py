@@ -2,77 +2,24 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from popsteer.lab.common.draw import drawn, wrapped
-from popsteer.lab.common.theme import THEMES
+from popsteer.lab.common.draw import plot_broken, wrapped
+from popsteer.lab.identify.smooth import smoothed
 from popsteer.lab.identify.table import caption
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
     from popsteer.identification import Identification
     from popsteer.lab.common.theme import Theme
 
-__all__ = ["identified_figure", "identified_files"]
-
-_SMOOTHING = 0.25
-_MOST_POINTS = 4000
-
-
-def identified_files(
-    found: Identification,
-    stem: str = "identify",
-    progress: Callable[[str, float], object] | None = None,
-) -> dict[str, bytes]:
-    """Draw the figure for both backgrounds.
-
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-    stem : str, default "identify"
-        What the files are called.
-    progress : callable, optional
-        Called with what is being done and the share of it.
-
-    Returns
-    -------
-    dict
-        The content of each file by its name.
-    """
-    content = {}
-    for done, (name, theme) in enumerate(THEMES.items()):
-        if progress is not None:
-            progress("figures", done / len(THEMES))
-        dark = "" if name == "light" else f"-{name}"
-        for kind, data in drawn(partial(identified_figure, found), theme).items():
-            content[f"{stem}{dark}.{kind}"] = data
-    return content
+__all__ = ["identified_figure"]
 
 
 def identified_figure(found: Identification, theme: Theme) -> Figure:
-    """Draw positions, yaw rates, and what is left of both.
-
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-    """
+    """Draw positions, yaw rates, and the residuals of both."""
     records = found.records
     t = records["t"] - records["t"][0]
     measured, simulated = theme.laws["pop"], theme.laws["pid"]
@@ -82,8 +29,8 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     rates = figure.add_subplot(grid[0, 1])
     left = figure.add_subplot(grid[1, 1], sharex=rates)
     off = figure.add_subplot(grid[2, 1], sharex=rates)
-    breaks = np.array(found.log.gaps, dtype=np.int64)
-    _draw(
+    breaks = found.log.gaps
+    plot_broken(
         track,
         records["x"],
         records["y"],
@@ -93,7 +40,7 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
         solid_capstyle="round",
         label="measured",
     )
-    _draw(
+    plot_broken(
         track,
         records["simulated_x"],
         np.where(records["counts"], records["simulated_y"], np.nan),
@@ -105,17 +52,19 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     track.set_aspect("equal", adjustable="datalim")
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
     track.legend(loc="best", fontsize=8.5)
-    width = _SMOOTHING / found.log.period
+    period = found.log.period
     rate = records["yaw_rate"]
     model = np.where(records["counts"], records["simulated_yaw_rate"], np.nan)
-    _draw(rates, t, _smooth(rate, width), breaks, color=measured, linewidth=1.6, label="measured")
-    _draw(
-        rates, t, _smooth(model, width), breaks, color=simulated, linewidth=0.9, label="simulated"
+    plot_broken(
+        rates, t, smoothed(rate, period), breaks, color=measured, linewidth=1.6, label="measured"
+    )
+    plot_broken(
+        rates, t, smoothed(model, period), breaks, color=simulated, linewidth=0.9, label="simulated"
     )
     rates.set(ylabel="yaw rate [rad/s]", title="Yaw rate, smoothed over 0.25 s")
     rates.legend(loc="upper right", fontsize=8.5, ncols=2)
     difference = rate - model
-    _draw(left, t, _smooth(difference, width), breaks, color=measured, linewidth=0.9)
+    plot_broken(left, t, smoothed(difference, period), breaks, color=measured, linewidth=0.9)
     left.set(ylabel="left over [rad/s]")
     left.set_title(
         f"measured less simulated: {found.yaw_rate_residual:.4f} rad/s rms, unsmoothed,"
@@ -124,7 +73,7 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
         fontweight="normal",
         color=theme.faint,
     )
-    _draw(
+    plot_broken(
         off,
         t,
         np.where(records["counts"], records["position_error"], np.nan),
@@ -145,28 +94,3 @@ def identified_figure(found: Identification, theme: Theme) -> Figure:
     title = wrapped(caption(found), figure, 10.0)
     figure.suptitle(title, fontsize=10, color=theme.faint)
     return figure
-
-
-def _draw(
-    panel: Axes,
-    x: NDArray[Any],
-    y: NDArray[Any],
-    breaks: NDArray[np.int64],
-    **style: Any,  # noqa: ANN401
-) -> None:
-    """Draw a line that stops at gaps; not more points than can be seen."""
-    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64).copy()
-    y[breaks] = np.nan
-    every = max(1, len(x) // _MOST_POINTS)
-    panel.plot(x[::every], y[::every], **style)
-
-
-def _smooth(values: NDArray[Any], width: float) -> NDArray[np.float64]:
-    """Take noise out of a line, and leave the holes in it."""
-    size = max(1, round(width))
-    kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
-    whole = np.isfinite(values)
-    filled = np.where(whole, values, 0.0)
-    weight = np.convolve(whole.astype(np.float64), kernel, mode="same")
-    smooth = np.convolve(filled, kernel, mode="same") / np.maximum(weight, 1e-12)
-    return np.where(whole, smooth, np.nan)

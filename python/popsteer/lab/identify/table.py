@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import blank_table, json_text
+from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, json_text
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -68,31 +68,28 @@ def caption(found: Identification) -> str:
     )
 
 
-def identified_table(found: Identification, told: Vehicle | None = None) -> Table:
+def identified_table(found: Identification, given: Vehicle | None = None) -> Table:
     """Set out what was found, with its standard errors.
 
     Parameters
     ----------
     found : Identification
         What was found.
-    told : Vehicle, optional
-        What was told before.
+    given : Vehicle, optional
+        What was known before.
 
     Returns
     -------
     rich.table.Table
         To be printed.
     """
-    from rich.text import Text
-
     table = blank_table()
     table.add_column("", no_wrap=True)
-    for head in ("found", "± error", "given"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "found", "± error", "given")
     table.add_column("", no_wrap=True)
     for row in _ROWS:
         value, error = getattr(found.vehicle, row.field), found.errors.get(row.field)
-        before = None if told is None else getattr(told, row.field)
+        before = None if given is None else getattr(given, row.field)
         if value is None and before is None:
             continue
         table.add_row(
@@ -107,14 +104,14 @@ def identified_table(found: Identification, told: Vehicle | None = None) -> Tabl
         f"turning length at {found.speed:.1f} m/s",
         f"{found.turning_length:.3f}",
         f"{found.turning_length_error:.3f}",
-        "" if told is None else f"{told.turning_length(found.speed):.3f}",
+        "" if given is None else f"{given.turning_length(found.speed):.3f}",
         "m",
     )
     table.add_row(
         "dead time and lag together",
         f"{1e3 * found.delay:.0f}",
         f"{1e3 * found.delay_error:.0f}",
-        "" if told is None else f"{1e3 * (told.dead_time + told.steer_lag):.0f}",
+        "" if given is None else f"{1e3 * (given.dead_time + given.steer_lag):.0f}",
         "ms",
     )
     table.add_row("yaw rate left over, rms", f"{found.yaw_rate_residual:.4f}", "", "", "rad/s")
@@ -172,10 +169,9 @@ def identified_csv(found: Identification) -> str:
         A comment with the units, a row of names, the rows.
     """
     records = {name: np.asarray(values, dtype=np.float64) for name, values in found.records.items()}
-    lines = ["# SI units and radians; counts: 1 where the row counts", ",".join(records)]
     columns = [values.tolist() for values in records.values()]
-    lines += [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
-    return "\n".join(lines) + "\n"
+    rows = ([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
+    return csv_text(["SI units and radians; counts: 1 where the row counts"], records, rows)
 
 
 def _number(value: float | None, row: _Row) -> str:

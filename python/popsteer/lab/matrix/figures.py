@@ -21,20 +21,7 @@ _MARKERS = "osD^vP*X"
 
 
 def matrix_figure(found: Matrix, theme: Theme) -> Figure:
-    """Draw a panel for each plant: a colour for each controller, a marker for each track.
-
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-    """
+    """Draw a panel for each plant: a colour for each controller, a marker for each track."""
     shown = list(rows(found))
     plants = list(dict.fromkeys(row.plant for row in shown))
     tracks = list(dict.fromkeys(row.track for row in shown))
@@ -57,7 +44,7 @@ def matrix_figure(found: Matrix, theme: Theme) -> Figure:
                 error,
                 markers[row.track],
                 color=colour,
-                # Hollow: what it did until it came to an end tells little.
+                # Hollow: the error of a run that did not finish says little.
                 markerfacecolor=colour if row.metrics.finished else theme.background,
                 markeredgecolor=theme.background if row.metrics.finished else colour,
                 markersize=8.5,

@@ -25,18 +25,7 @@ class Row(NamedTuple):
 
 
 def rows(found: Matrix) -> Iterator[Row]:
-    """Give the rows, plant by plant and track by track.
-
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-
-    Yields
-    ------
-    Row
-        In the order of the comparisons.
-    """
+    """Give the rows in the order of the comparisons: plant by plant, track by track."""
     for comparison in found.comparisons:
         for name, run in comparison.runs.items():
             time = comparison.step_times[name]

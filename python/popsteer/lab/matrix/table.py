@@ -8,7 +8,15 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import WIDE, add_names, blank_table, json_text
+from popsteer.lab.common.layout import (
+    WIDE,
+    add_names,
+    add_numbers,
+    blank_table,
+    csv_text,
+    figure_names,
+    json_text,
+)
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
 from popsteer.lab.compare.metrics_json import SCHEMA, metrics_document
@@ -24,10 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FILES", "matrix_caption", "matrix_files", "matrix_notes", "matrix_tables"]
 
-FILES = (
-    *("matrix.csv", "matrix.md", "matrix.json"),
-    *(f"matrix{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
-)
+FILES = ("matrix.csv", "matrix.md", "matrix.json", *figure_names("matrix"))
 """The names of the files that `matrix_files` gives."""
 
 _COLUMNS = (
@@ -38,18 +43,7 @@ _COLUMNS = (
 
 
 def matrix_caption(found: Matrix) -> str:
-    """Say in one line what was driven.
-
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-
-    Returns
-    -------
-    str
-        Preset, control period, and what the figures are.
-    """
+    """Say in one line what was driven: preset, control period, and what the figures are."""
     first = found.comparisons[0]
     return (
         f"preset {first.preset}, dt {first.dt:g} s; |cross-track error| of the whole run and after"
@@ -58,19 +52,9 @@ def matrix_caption(found: Matrix) -> str:
 
 
 def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
-    """Set out what was found, a row for each controller on each plant and track.
+    """Set out what was measured, a row for each controller on each plant and track.
 
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-    width : int, default 118
-        How many characters a line has. Where one table would not fit, each plant has its own.
-
-    Returns
-    -------
-    list of rich.table.Table
-        To be printed one below the other.
+    Where one table would not fit into `width` characters, each plant has its own.
     """
     shown = list(rows(found))
     if width >= WIDE:
@@ -83,8 +67,6 @@ def matrix_tables(found: Matrix, width: int = WIDE) -> list[Table]:
 
 def _table(shown: Sequence[Row], title: str) -> Table:
     """Set out some rows: with a column for the plant, or with the plant as the title."""
-    from rich.text import Text
-
     column = title == "plant"
     table = blank_table(2 if column else 1)
     if not column:
@@ -93,8 +75,7 @@ def _table(shown: Sequence[Row], title: str) -> Table:
         add_names(table, "plant", (row.plant for row in shown))
     add_names(table, "track", (row.track for row in shown))
     add_names(table, "controller", (title_of(row.law) for row in shown))
-    for head in ("mean\n[m]", "after\n[m]", "max after\n[m]", "step\n[µs]", "fin-\nished"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "mean\n[m]", "after\n[m]", "max after\n[m]", "step\n[µs]", "fin-\nished")
     for row in shown:
         figures = row.metrics
         table.add_row(
@@ -111,18 +92,7 @@ def _table(shown: Sequence[Row], title: str) -> Table:
 
 
 def matrix_notes(found: Matrix) -> list[str]:
-    """Say why runs did not reach the end.
-
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-
-    Returns
-    -------
-    list of str
-        A sentence for each of them.
-    """
+    """Say of each run that did not reach the end why."""
     return [
         f"{title_of(row.law)} on {row.plant}, {row.track}, ended after"
         f" {row.metrics.time:.1f} s: {row.ending}."
@@ -132,31 +102,17 @@ def matrix_notes(found: Matrix) -> list[str]:
 
 
 def matrix_files(found: Matrix) -> dict[str, bytes]:
-    """Compute the files.
+    """Compute the files, by name.
 
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-
-    Returns
-    -------
-    dict
-        The content of each file by its name: ``matrix.csv`` (a row for each controller on each
-        plant and track), ``matrix.json`` (all their metrics), ``matrix.md`` (the errors after
-        settling, a column for each controller; of runs that did not finish in brackets), and
-        ``matrix`` as ``.png`` and ``.svg``, the figure of error against step time, for a light and,
-        as ``-dark``, for a dark background.
+    They are ``matrix.csv`` (a row for each controller on each plant and track), ``matrix.json``
+    (all their metrics), ``matrix.md`` (the errors after settling, a column for each controller; of
+    runs that did not finish in brackets), and ``matrix`` as ``.png`` and ``.svg``, the figure of
+    error against step time, for a light and, as ``-dark``, for a dark background.
     """
-    from popsteer.lab.common.draw import drawn
-    from popsteer.lab.common.theme import THEMES
+    from popsteer.lab.common.draw import files_of
     from popsteer.lab.matrix.figures import matrix_figure
 
-    content = {
-        f"matrix{'' if name == 'light' else f'-{name}'}.{kind}": data
-        for name, theme in THEMES.items()
-        for kind, data in drawn(partial(matrix_figure, found), theme).items()
-    }
+    content = files_of(partial(matrix_figure, found), "matrix")
     content["matrix.csv"] = _csv(found).encode()
     content["matrix.md"] = _markdown(found).encode()
     document = {
@@ -171,17 +127,13 @@ def matrix_files(found: Matrix) -> dict[str, bytes]:
 
 
 def _csv(found: Matrix) -> str:
-    lines = [
-        "# errors in m, step_time in s",
-        ",".join(("plant", "track", "law", *_COLUMNS, "step_time", "ending")),
-    ]
+    lines = []
     for row in rows(found):
-        figures = row.metrics
-        numbers = (*(getattr(figures, column) for column in _COLUMNS), row.step_time)
+        numbers = (*(getattr(row.metrics, column) for column in _COLUMNS), row.step_time)
         ending = row.ending.replace('"', '""')
-        cells = [row.plant, row.track, row.law, *map(repr, numbers), f'"{ending}"']
-        lines.append(",".join(cells))
-    return "\n".join(lines) + "\n"
+        lines.append([row.plant, row.track, row.law, *map(repr, numbers), f'"{ending}"'])
+    names = ("plant", "track", "law", *_COLUMNS, "step_time", "ending")
+    return csv_text(["errors in m, step_time in s"], names, lines)
 
 
 def _markdown(found: Matrix) -> str:

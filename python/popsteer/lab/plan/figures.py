@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from popsteer.lab.common.draw import drawn
-from popsteer.lab.common.theme import THEMES
 from popsteer.planning.profile import LIMITS
 
 if TYPE_CHECKING:
@@ -19,7 +16,7 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.planning import SpeedProfile
 
-__all__ = ["plan_files"]
+__all__ = ["plan_figure"]
 
 # Limits that are alike share a colour of the theme's laws.
 _COLOURS = {
@@ -35,37 +32,8 @@ _COLOURS = {
 }
 
 
-def plan_files(profile: SpeedProfile, stem: str) -> dict[str, bytes]:
-    """Draw a plan.
-
-    Parameters
-    ----------
-    profile : SpeedProfile
-        The plan.
-    stem : str
-        What the files are called.
-
-    Returns
-    -------
-    dict
-        The content of each file by its name: PNG and SVG, on a light and on a dark background.
-
-    Examples
-    --------
-    >>> import popsteer
-    >>> path = popsteer.Path([(float(x), 0.0) for x in range(41)])
-    >>> sorted(plan_files(popsteer.planning.speed_profile(path), "plan"))
-    ['plan-dark.png', 'plan-dark.svg', 'plan.png', 'plan.svg']
-    """
-    content = {}
-    for name, theme in THEMES.items():
-        dark = "" if name == "light" else f"-{name}"
-        for kind, data in drawn(partial(_figure, profile), theme).items():
-            content[f"{stem}{dark}.{kind}"] = data
-    return content
-
-
-def _figure(profile: SpeedProfile, theme: Theme) -> Figure:
+def plan_figure(profile: SpeedProfile, theme: Theme) -> Figure:
+    """Draw the speeds with what limits them, and the accelerations, over the distance."""
     figure = Figure(figsize=(11.0, 6.2), layout="constrained")
     speeds, pulls = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     path = profile.path
@@ -121,7 +89,7 @@ def _draw_speeds(
                 distance[mine], speed[mine], 24.0, color=colour, clip_on=False, zorder=3, label=name
             )
             continue
-        # The line to a waypoint has the colour of what limits it, to a stop the last one's.
+        # A line has the colour of the limit at its end; up to a stop, of the limit at its start.
         shown = mine.copy()
         shown[:-1] |= mine[1:]
         shown[1:] |= mine[:-1] & stops[1:]
@@ -135,5 +103,5 @@ def _draw_speeds(
 
 
 def _round(values: NDArray[Any], *, closed: bool) -> NDArray[Any]:
-    """Add the first entry at the end of a closed path's."""
+    """Repeat the first entry at the end, if the path is closed."""
     return np.append(values, values[0]) if closed else values

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.lab.common.layout import blank_table
+from popsteer.lab.common.layout import add_numbers, blank_table
 from popsteer.planning.profile import LIMITS
 
 if TYPE_CHECKING:
@@ -30,19 +30,7 @@ _WORDS = {
 
 
 def plan_caption(profile: SpeedProfile, name: str) -> str:
-    """Say what a plan comes to in one line.
-
-    Parameters
-    ----------
-    profile : SpeedProfile
-        The plan.
-    name : str
-        What was planned.
-
-    Returns
-    -------
-    str
-        Name, length, time and speeds.
+    """Say in one line what a plan comes to: name, length, time and speeds.
 
     Examples
     --------
@@ -61,17 +49,7 @@ def plan_caption(profile: SpeedProfile, name: str) -> str:
 
 
 def plan_table(profile: SpeedProfile) -> Table:
-    """Make the table of what limits the speed along which share of the path.
-
-    Parameters
-    ----------
-    profile : SpeedProfile
-        The plan.
-
-    Returns
-    -------
-    rich.table.Table
-        A row for each limit that binds, the largest share first.
+    """Set out what limits the speed along which share of the path, the largest share first.
 
     Examples
     --------
@@ -80,12 +58,9 @@ def plan_table(profile: SpeedProfile) -> Table:
     >>> plan_table(popsteer.planning.speed_profile(path)).row_count
     3
     """
-    from rich.text import Text
-
     table = blank_table()
     table.add_column("limited by", no_wrap=True)
-    for head in ("share\n[%]", "length\n[m]", "speeds\n[m/s]"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "share\n[%]", "length\n[m]", "speeds\n[m/s]")
     for name, share in profile.shares().items():
         speeds = profile.speed[profile.limit == LIMITS.index(name)]
         low, high = float(np.min(speeds)), float(np.max(speeds))

@@ -2,74 +2,28 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from popsteer import controllers
-from popsteer.lab.common.draw import drawn, wrapped
-from popsteer.lab.common.theme import THEMES
+from popsteer.lab.common.draw import plot_broken, wrapped
 from popsteer.lab.replay.table import caption
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.replay.runs import Replay
 
-__all__ = ["replay_figure", "replay_files"]
-
-_MOST_POINTS = 4000
-
-
-def replay_files(
-    found: Replay, progress: Callable[[str, float], object] | None = None
-) -> dict[str, bytes]:
-    """Draw the figure for both backgrounds.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-    progress : callable, optional
-        Called with what is being done and the share of it.
-
-    Returns
-    -------
-    dict
-        The content of each file by its name.
-    """
-    content = {}
-    for done, (name, theme) in enumerate(THEMES.items()):
-        if progress is not None:
-            progress("figures", done / len(THEMES))
-        dark = "" if name == "light" else f"-{name}"
-        for kind, data in drawn(partial(replay_figure, found), theme).items():
-            content[f"replay{dark}.{kind}"] = data
-    return content
+__all__ = ["replay_figure"]
 
 
 def replay_figure(found: Replay, theme: Theme) -> Figure:
-    """Draw where the log drove, the angles, their differences, the errors and the statuses.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-    """
+    """Draw where the log drove, the angles, their differences, the errors and the statuses."""
     log = found.log
     t = log.t - log.t[0]
     colours = theme.colours(found.shadows)
@@ -83,19 +37,19 @@ def replay_figure(found: Replay, theme: Theme) -> Figure:
     track.plot(
         first.x, first.y, color=theme.path, linewidth=5.0, solid_capstyle="round", label="to follow"
     )
-    _draw(track, log.x, log.y, log.gaps, color=theme.text, linewidth=1.0, label="driven")
+    plot_broken(track, log.x, log.y, log.gaps, color=theme.text, linewidth=1.0, label="driven")
     track.set_aspect("equal", adjustable="datalim")
     track.set(xlabel="x [m]", ylabel="y [m]", title="Position")
     track.legend(loc="best", fontsize=8.5)
-    _draw(
+    plot_broken(
         angles, t, np.degrees(log.steer), log.gaps, color=theme.path, linewidth=3.5, label="driver"
     )
     for place, shadow in enumerate(found.shadows.values()):
         style: dict[str, Any] = {"color": colours[shadow.name], "linewidth": 0.9}
         title = controllers.get(shadow.name).title
-        _draw(angles, t, np.degrees(shadow.steer), log.gaps, label=title, **style)
-        _draw(differences, t, np.degrees(shadow.steer - log.steer), log.gaps, **style)
-        _draw(errors, t, shadow.cross_track_error, log.gaps, **style)
+        plot_broken(angles, t, np.degrees(shadow.steer), log.gaps, label=title, **style)
+        plot_broken(differences, t, np.degrees(shadow.steer - log.steer), log.gaps, **style)
+        plot_broken(errors, t, shadow.cross_track_error, log.gaps, **style)
         _draw_marks(marks, t, shadow.status, place, colours[shadow.name])
     angles.set(ylabel="angle [deg]", title="Angle of the wheels")
     angles.legend(loc="upper right", fontsize=8.5, ncols=3)
@@ -138,17 +92,3 @@ def _draw_marks(
                 linewidth=width,
                 solid_capstyle="butt",
             )
-
-
-def _draw(
-    panel: Axes,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    breaks: tuple[int, ...],
-    **style: Any,  # noqa: ANN401 - as matplotlib takes it
-) -> None:
-    """Draw a line that stops at gaps; not more points than can be seen."""
-    y = np.array(y, dtype=np.float64)
-    y[list(breaks)] = np.nan
-    every = max(1, len(x) // _MOST_POINTS)
-    panel.plot(x[::every], y[::every], **style)

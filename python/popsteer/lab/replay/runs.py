@@ -1,4 +1,4 @@
-"""Controllers along a log: each says what it would have commanded, the driver goes on driving."""
+"""Controllers along a log: each computes its command, and the driver's stays applied."""
 
 from __future__ import annotations
 
@@ -106,14 +106,14 @@ def run(
     tuning : mapping of str to parameters or None
         The parameters of each controller by its name; None for the defaults.
     vehicle : Vehicle
-        What they are told of the car.
+        The vehicle that they are given.
     path : Path, optional
         What they are to follow. By default each follows the trajectory that its own tracked point
         was driven along.
     course : str, optional
         What to call the path.
     adapt : AdaptParams or "auto" or None
-        How they adapt.
+        How they adapt; None: not at all.
     progress : callable, optional
         Called with the controller's name and the share of it that is done.
 
@@ -170,7 +170,7 @@ def _shadow(
         log.yaw.tolist(),
         log.speed.tolist(),
         log.steps.tolist(),
-        # What was applied since the row before; before the first the same as then.
+        # The angle applied since the row before; at the first row, the angle of that row.
         [log.steer[0], *log.steer[:-1].tolist()],
         strict=True,
     )
@@ -221,7 +221,7 @@ def own_path(log: Log, ahead: float = 0.0) -> Path:
 
 
 def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - each has a state of its own
-    """Tell a controller where it is: of two laps over one place it could choose the wrong one."""
+    """Give a controller its waypoint: where laps overlap, it could find the wrong one."""
     state = controller.state
     known = {**state.as_dict(), "waypoint": waypoint, "measured_waypoint": waypoint}
     controller.state = type(state)(**known)
@@ -229,7 +229,7 @@ def _place(controller: Any, waypoint: int) -> None:  # noqa: ANN401 - each has a
 
 def _own(log: Log, ahead: float) -> tuple[Path, NDArray[np.int64]]:
     """Make the path, and say near which of its waypoints each row is."""
-    # The way that the wheels roll: positions in noise would make a way of standing still.
+    # The distance by the speed: noisy positions of a standing car would add up to one.
     middle = 0.5 * np.abs(log.speed[1:] + log.speed[:-1])
     step = np.diff(log.t)
     gaps = np.array(log.gaps, dtype=np.int64) - 1
@@ -283,7 +283,7 @@ def _turns(way: Array, backwards: NDArray[np.bool_]) -> list[float]:
 
 
 def _smoothed(way: Array, values: Array, at: Array) -> Array:
-    """Smooth a coordinate over the way, its ends fixed by mirroring: as a line goes on."""
+    """Smooth a coordinate over the distance; it is mirrored at its ends, as a line goes on."""
     fine = np.linspace(at[0], at[-1], max(2, round((at[-1] - at[0]) / 0.1) + 1))
     width = min(SMOOTHING, (at[-1] - at[0]) / 6.0) / (fine[1] - fine[0])
     half = max(1, round(4.0 * width))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer import controllers
-from popsteer.lab.common.layout import blank_table
+from popsteer.lab.common.layout import add_numbers, blank_table, csv_text, figure_names
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FILES", "NOTE", "caption", "replay_csv", "replay_table", "summary_csv"]
 
-FILES = (
-    *(f"replay{theme}.{kind}" for theme in ("", "-dark") for kind in ("png", "svg")),
-    "replay.csv",
-    "summary.csv",
-)
+FILES = (*figure_names("replay"), "replay.csv", "summary.csv")
 """The names of the files: the figure, a row for each row of the log, and the table."""
 NOTE = (
     "differs: the controller's angle less the driver's, mean absolute and largest; rate: of the"
@@ -65,20 +61,10 @@ def replay_table(found: Replay) -> Table:
     rich.table.Table
         To be printed.
     """
-    from rich.text import Text
-
     table = blank_table()
     table.add_column("", no_wrap=True)
-    for head in (
-        "differs\n[deg]",
-        "max\n[deg]",
-        "rate\n[deg/s]",
-        "error\n[m]",
-        "max\n[m]",
-        "degraded\n[%]",
-        "fault\n[%]",
-    ):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "differs\n[deg]", "max\n[deg]", "rate\n[deg/s]", "error\n[m]", "max\n[m]")
+    add_numbers(table, "degraded\n[%]", "fault\n[%]")
     table.add_row(
         "driver", "", "", f"{_rate(found, found.log.steer):.2f}", *[""] * 4, end_section=True
     )
@@ -103,18 +89,7 @@ _SHOWN = {
 
 
 def statuses(found: Replay) -> list[str]:
-    """Say in a line for each controller which conditions held how often.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-
-    Returns
-    -------
-    list of str
-        Those of controllers that were not ok throughout.
-    """
+    """Say which conditions held how often, for each controller that was not always ok."""
     lines = []
     for shadow in found.shadows.values():
         held = ", ".join(
@@ -138,11 +113,11 @@ def summary_csv(found: Replay) -> str:
     str
         A row of names, a row for each controller.
     """
-    lines = [",".join(["controller", *_SHOWN])]
+    rows = []
     for shadow in found.shadows.values():
         figures = _figures(found, shadow)
-        lines.append(",".join([shadow.name, *(f"{figures[key]:.9g}" for key in _SHOWN)]))
-    return "\n".join(lines) + "\n"
+        rows.append([shadow.name, *(f"{figures[key]:.9g}" for key in _SHOWN)])
+    return csv_text([], ["controller", *_SHOWN], rows)
 
 
 def replay_csv(found: Replay) -> str:
@@ -163,14 +138,11 @@ def replay_csv(found: Replay) -> str:
         name: values.tolist() for name, values in found.log.as_dict().items()
     }
     for shadow in found.shadows.values():
-        columns[f"{shadow.name}.steer"] = shadow.steer.tolist()
-        columns[f"{shadow.name}.cross_track_error"] = shadow.cross_track_error.tolist()
-        columns[f"{shadow.name}.heading_error"] = shadow.heading_error.tolist()
-        columns[f"{shadow.name}.status"] = shadow.status.tolist()
-    lines = [f"# SI units and radians; steer: the driver's; status: bits: {bits}"]
-    lines.append(",".join(columns))
-    lines += [",".join(map(repr, row)) for row in zip(*columns.values(), strict=True)]
-    return "\n".join(lines) + "\n"
+        for quantity in ("steer", "cross_track_error", "heading_error", "status"):
+            columns[f"{shadow.name}.{quantity}"] = getattr(shadow, quantity).tolist()
+    comment = f"SI units and radians; steer: the driver's; status: bits: {bits}"
+    rows = zip(*columns.values(), strict=True)
+    return csv_text([comment], columns, (map(repr, row) for row in rows))
 
 
 def _figures(found: Replay, shadow: Shadow) -> dict[str, float]:

@@ -1,29 +1,33 @@
-"""Logarithmic axes whose marks are read at once."""
+"""Numbers and logarithmic axes of the figures of a page."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["log_axis"]
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = ["log_axis", "rounded"]
 
 _MANY = 2.5  # decades from which on 2 and 5 are left out
 
 
+def rounded(values: Iterable[float], digits: int = 4) -> list[float]:
+    """Round numbers to as many digits as can be seen, which keeps a page small.
+
+    Examples
+    --------
+    >>> rounded([1.23456, 98765.4])
+    [1.235, 98770.0]
+    """
+    return [float(f"{value:.{digits}g}") for value in values]
+
+
 def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
-    """Describe a logarithmic axis.
+    """Describe a logarithmic axis from `low` to `high` for plotly.
 
-    Parameters
-    ----------
-    title : str
-        Its title.
-    low, high : float
-        The least and the greatest value on it.
-
-    Returns
-    -------
-    dict
-        For plotly: marks at 1, 2 and 5 of each decade, or at 1 alone where there are many.
+    It has marks at 1, 2 and 5 of each decade, or at 1 alone where there are many.
 
     Examples
     --------

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["Colour", "colours_of", "named", "ranked", "style"]
 
 Colour = list[str]
-"""On light, on dark."""
+"""The colour on a light, and on a dark background."""
 
 _SURFACE = {"light": "#f6f8fa", "dark": "#151b23"}
 _ACCENT = {"light": "#0969da", "dark": "#4493f8"}
@@ -23,36 +23,14 @@ _RANKED = {
 
 
 def colours_of(names: Iterable[str]) -> dict[str, Colour]:
-    """Give each controller its colours.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Names of controllers.
-
-    Returns
-    -------
-    dict
-        The same as in the figures that are files.
-    """
+    """Give each controller the colours that it has in the figures that are files."""
     names = list(names)
     light, dark = (THEMES[name].colours(names) for name in ("light", "dark"))
     return {name: [light[name], dark[name]] for name in names}
 
 
 def named(role: str) -> Colour:
-    """Give the colours of a role.
-
-    Parameters
-    ----------
-    role : str
-        A field of `popsteer.lab.common.theme.Theme`, or a controller.
-
-    Returns
-    -------
-    list of str
-        On light, on dark.
-    """
+    """Give the colours of a field of `popsteer.lab.common.theme.Theme`, or of a controller."""
     return [
         theme.laws[role] if role in theme.laws else str(getattr(theme, role))
         for theme in (THEMES["light"], THEMES["dark"])
@@ -60,29 +38,12 @@ def named(role: str) -> Colour:
 
 
 def ranked(place: int) -> Colour:
-    """Give the colours of what has no name but a place, such as the worst run.
-
-    Parameters
-    ----------
-    place : int
-        Its place, from 0.
-
-    Returns
-    -------
-    list of str
-        On light, on dark.
-    """
+    """Give the colours of what has no name but a place from 0 on, such as the worst run."""
     return [_RANKED[name][place % len(_RANKED[name])] for name in ("light", "dark")]
 
 
 def style() -> str:
-    """Give the colours as custom properties of CSS, which change with the system's setting.
-
-    Returns
-    -------
-    str
-        Rules for the head of a page.
-    """
+    """Give the colours as custom properties of CSS, which change with the system's setting."""
 
     def rules(name: str) -> str:
         theme = THEMES[name]

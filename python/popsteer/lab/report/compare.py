@@ -91,18 +91,7 @@ def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes
 
 
 def scene_of(comparison: Comparison) -> Scene:
-    """Let the cars of a comparison drive on one map.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-
-    Returns
-    -------
-    Scene
-        A car for each controller.
-    """
+    """Let the cars of a comparison drive on one map; the runs need their records."""
     colours = colours_of(comparison.runs)
     parts = (comparison.plant, comparison.track)
     return Scene(
@@ -119,22 +108,7 @@ def scene_of(comparison: Comparison) -> Scene:
 
 
 def actor_of(run: Run, name: str, title: str, colour: Colour) -> Actor:
-    """Make a car of a run.
-
-    Parameters
-    ----------
-    run : Run
-        The run, with its records.
-    name, title : str
-        What it is called.
-    colour : list of str
-        On light, on dark.
-
-    Returns
-    -------
-    Actor
-        The car.
-    """
+    """Make a car of a run, which needs its records."""
     records = run.records
     x, y, yaw, speed = (records[key] for key in ("x", "y", "yaw", "speed"))
     columns = {

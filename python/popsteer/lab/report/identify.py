@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer import vehicle_file
+from popsteer.lab.identify.smooth import smoothed
 from popsteer.lab.identify.table import caption, identified_table
+from popsteer.lab.report.axes import rounded
 from popsteer.lab.report.colours import named
 from popsteer.lab.report.markup import block, paragraphs, table
 from popsteer.lab.report.origin import Origin
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
 
 __all__ = ["of_identification"]
 
-_SMOOTHING = 0.25  # s
 _PANELS = (
     Panel("yaw_rate", "Yaw rate, smoothed over 0.25 s [rad/s]", "yaw rate [rad/s]", 3),
     Panel("yaw_rate_residual", "Yaw rate, measured less simulated [rad/s]", "residual [rad/s]", 4),
@@ -34,7 +35,7 @@ _PANELS = (
 
 
 def of_identification(
-    found: Identification, told: Vehicle | None = None, origin: Origin | None = None
+    found: Identification, given: Vehicle | None = None, origin: Origin | None = None
 ) -> bytes:
     """Make the page of an identification.
 
@@ -42,7 +43,7 @@ def of_identification(
     ----------
     found : Identification
         What was found.
-    told : Vehicle, optional
+    given : Vehicle, optional
         What was known before.
     origin : Origin, optional
         The command that made it.
@@ -59,14 +60,14 @@ def of_identification(
     """
     origin = Origin() if origin is None else origin
     vehicle = block("The vehicle as found, for --vehicle", vehicle_file.as_toml(found.vehicle))
-    if told is not None:
-        vehicle += block("The vehicle as given before", vehicle_file.as_toml(told))
+    if given is not None:
+        vehicle += block("The vehicle as given before", vehicle_file.as_toml(given))
     return page_bytes(
         Page(
             title=f"The vehicle of {found.log.name}",
             lead=caption(found),
             command=origin.command,
-            results=table(identified_table(found, told), "What was found, with standard errors")
+            results=table(identified_table(found, given), "What was found, with standard errors")
             + paragraphs(found.notes),
             scenes=[_scene(found)],
             roles={"measured": named("pop"), "simulated": named("pid")},
@@ -89,18 +90,18 @@ def _scene(found: Identification) -> Scene:
         "yaw": log.yaw,
         "speed": broken(log.speed, log.gaps),
         "steer_deg": broken(np.degrees(log.steer), log.gaps),
-        "yaw_rate": _smooth(broken(records["yaw_rate"], log.gaps), log.period),
-        "yaw_rate_residual": _smooth(broken(residual, log.gaps), log.period),
+        "yaw_rate": smoothed(broken(records["yaw_rate"], log.gaps), log.period),
+        "yaw_rate_residual": smoothed(broken(residual, log.gaps), log.period),
         "position_error": broken(np.where(counts, records["position_error"], np.nan), log.gaps),
     }
-    # The simulated car begins anew now and then: the line breaks where it jumps.
+    # The simulation restarts at intervals; the line breaks where it jumps.
     x, y = records["simulated_x"], records["simulated_y"]
     jumps = np.hypot(np.diff(x), np.diff(y)) > 2.0 * np.abs(log.speed[1:]) * np.diff(time) + 0.05
     simulated = {
         **common,
         "x": broken(x, [*log.gaps, *(np.flatnonzero(jumps) + 1).tolist()]),
         "y": y,
-        "yaw_rate": _smooth(broken(records["simulated_yaw_rate"], log.gaps), log.period),
+        "yaw_rate": smoothed(broken(records["simulated_yaw_rate"], log.gaps), log.period),
     }
     return Scene(
         title=log.name,
@@ -114,20 +115,8 @@ def _scene(found: Identification) -> Scene:
     )
 
 
-def _smooth(values: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """Take noise out of a line, and leave the holes in it."""
-    size = max(1, round(_SMOOTHING / period))
-    kernel = np.hanning(2 * size + 1)[1:-1] if size > 1 else np.ones(1)
-    if len(kernel) > len(values):
-        return values
-    whole = np.isfinite(values)
-    weight = np.convolve(whole.astype(np.float64), kernel, mode="same")
-    smooth = np.convolve(np.where(whole, values, 0.0), kernel, mode="same")
-    return np.where(whole, smooth / np.maximum(weight, 1e-12), np.nan)
-
-
 def _histograms(found: Identification) -> list[dict[str, Any]]:
-    """Draw how large what is unexplained is."""
+    """Draw histograms of the residuals."""
     records = found.records
     counts = np.asarray(records["counts"], dtype=np.bool_)
     rate = (records["yaw_rate"] - records["simulated_yaw_rate"])[counts]
@@ -153,7 +142,7 @@ def _histogram(title: str, unit: str, values: NDArray[Any]) -> dict[str, Any]:
         "traces": [
             {
                 "type": "bar",
-                "x": [float(f"{middle:.5g}") for middle in middles],
+                "x": rounded(middles, 5),
                 "y": [int(count) for count in counts],
                 "marker": {"color": "@measured"},
                 "hovertemplate": "%{y} samples around %{x:.3g}<extra></extra>",

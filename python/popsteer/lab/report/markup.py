@@ -15,17 +15,7 @@ __all__ = ["block", "escape", "json_for_script", "paragraphs", "plain_table", "t
 
 
 def escape(text: str) -> str:
-    """Escape a text for HTML.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        For between tags and for attributes in quotes.
+    """Escape a text for HTML: for between tags and for attributes in quotes.
 
     Examples
     --------
@@ -36,17 +26,9 @@ def escape(text: str) -> str:
 
 
 def json_for_script(document: object) -> str:
-    r"""Write a document as JSON that may stand in a script element.
+    r"""Write a document as JSON that may stand in a script element; its numbers have to be finite.
 
-    Parameters
-    ----------
-    document : object
-        What it says; finite numbers alone.
-
-    Returns
-    -------
-    str
-        JSON without ``<``, ``>`` and ``&``, so that nothing in it ends the element.
+    It is without ``<``, ``>`` and ``&``, so that nothing in it ends the element.
 
     Examples
     --------
@@ -60,19 +42,10 @@ def json_for_script(document: object) -> str:
 
 
 def table(shown: Table, label: str) -> str:
-    """Set out a table of the terminal as one of HTML.
+    """Set out a table of the terminal as one of HTML, in a box that scrolls where it is too wide.
 
-    Parameters
-    ----------
-    shown : rich.table.Table
-        The table; cells of text.
-    label : str
-        What it shows, for readers that see no picture of it.
-
-    Returns
-    -------
-    str
-        The same heads and cells, bold ones bold; in a box that scrolls where it is too wide.
+    Its cells are text; bold ones stay bold. `label` says what it shows, for readers that see no
+    picture of it.
 
     Examples
     --------
@@ -94,23 +67,9 @@ def table(shown: Table, label: str) -> str:
 def plain_table(
     label: str, heads: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1
 ) -> str:
-    """Set out a table of plain cells.
+    """Set out a table of plain cells, with the label above it.
 
-    Parameters
-    ----------
-    label : str
-        What it shows; stands above it.
-    heads : sequence of str
-        The head of each column.
-    rows : iterable of sequences of str
-        The cells.
-    left : int, default 1
-        How many columns hold names rather than numbers.
-
-    Returns
-    -------
-    str
-        The table.
+    `left` is how many columns hold names rather than numbers.
     """
     cells = [[(cell, False) for cell in row] for row in rows]
     right = [place >= left for place in range(len(heads))]
@@ -157,38 +116,12 @@ def _text(cell: Any) -> tuple[str, bool]:  # noqa: ANN401 - rich takes anything 
 
 
 def paragraphs(lines: Iterable[str]) -> str:
-    """Set out sentences, one paragraph each.
-
-    Parameters
-    ----------
-    lines : iterable of str
-        The sentences.
-
-    Returns
-    -------
-    str
-        Small paragraphs.
-    """
+    """Set out sentences, one small paragraph each."""
     return "".join(f'<p class="note">{escape(line)}</p>' for line in lines)
 
 
 def block(title: str, text: str, *, is_open: bool = False) -> str:
-    """Set out a file or a command: a line that opens it, and a button that copies it.
-
-    Parameters
-    ----------
-    title : str
-        What it is.
-    text : str
-        Its content.
-    is_open : bool, default False
-        Whether it is open from the start.
-
-    Returns
-    -------
-    str
-        The block.
-    """
+    """Set out a file or a command: a line that opens it, and a button that copies it."""
     return (
         f"<details{' open' if is_open else ''}><summary>{escape(title)}</summary>"
         f'<div class="code"><button type="button" class="copy">Copy</button>'

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from popsteer.lab.common.names import title_of
 from popsteer.lab.matrix.rows import rows
 from popsteer.lab.matrix.table import matrix_caption, matrix_notes, matrix_tables
-from popsteer.lab.report.axes import log_axis
+from popsteer.lab.report.axes import log_axis, rounded
 from popsteer.lab.report.colours import colours_of
 from popsteer.lab.report.compare import scene_of
 from popsteer.lab.report.markup import escape, paragraphs, table
@@ -141,10 +141,8 @@ def _figure(found: Matrix, plant: str) -> dict[str, Any]:
                 "type": "scatter",
                 "mode": "markers",
                 "name": title_of(law),
-                "x": [float(f"{1e6 * row.step_time:.4g}") for row in own],
-                "y": [
-                    float(f"{row.metrics.settled_mean_abs_cross_track_error:.4g}") for row in own
-                ],
+                "x": rounded(1e6 * row.step_time for row in own),
+                "y": rounded(row.metrics.settled_mean_abs_cross_track_error for row in own),
                 "text": [
                     f"{row.track}{'' if row.metrics.finished else ', did not finish'}"
                     for row in own

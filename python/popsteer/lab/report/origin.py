@@ -33,46 +33,26 @@ class Origin:
 
 
 def vehicles(whole: Mapping[str, Vehicle], believed: Mapping[str, Vehicle]) -> Section:
-    """Show what was driven, and what the controllers were given of it.
+    """Show each plant's vehicle, and where it differs what the controllers were given of it.
 
-    Parameters
-    ----------
-    whole : mapping of str to Vehicle
-        The vehicles by name of the plant.
-    believed : mapping of str to Vehicle
-        What the controllers were given, by the same names.
-
-    Returns
-    -------
-    Section
-        A block for each that differs.
+    Both mappings are by name of the plant.
     """
     blocks = []
     for name, vehicle in whole.items():
         blocks.append(block(f"{name}: the vehicle", vehicle_file.as_toml(vehicle)))
-        told = believed.get(name, vehicle)
-        if told != vehicle:
-            said = differences(told, vehicle).removeprefix(", believed ")
+        given = believed.get(name, vehicle)
+        if given != vehicle:
+            said = differences(given, vehicle).removeprefix(", believed ")
             title = f"{name}: the vehicle that the controllers were given ({said})"
-            blocks.append(block(title, vehicle_file.as_toml(told)))
+            blocks.append(block(title, vehicle_file.as_toml(given)))
     return Section("vehicle", "Vehicle", "".join(blocks))
 
 
 def tuning(origin: Origin, *others: str) -> Section:
-    """Show the parameters.
+    """Show the parameters, and other blocks after them.
 
-    Parameters
-    ----------
-    origin : Origin
-        What made the page.
-    *others : str
-        Blocks to show after them.
-
-    Returns
-    -------
-    Section
-        The tuning of each controller as ``--params`` reads it, how they adapt, and of each plant
-        what is not of its vehicle.
+    They are the tuning of each controller as ``--params`` reads it, how they adapt, and of each
+    plant what is not of its vehicle.
     """
     blocks = []
     for name, params in origin.params.items():
@@ -90,18 +70,7 @@ def tuning(origin: Origin, *others: str) -> Section:
 
 
 def settings_block(settings: Settings) -> str:
-    """Show the settings of the runs.
-
-    Parameters
-    ----------
-    settings : Settings
-        How the runs went.
-
-    Returns
-    -------
-    str
-        A block.
-    """
+    """Show the settings of the runs."""
     values = settings.as_dict()
     values.pop("keep_records", None)
     return block("The run: settings, as --set-run takes them", _toml("run", values))

@@ -42,19 +42,10 @@ class Pack:
         self._known: dict[tuple[bytes, float], list[float]] = {}
 
     def add(self, values: ArrayLike, resolution: float) -> list[float]:
-        """Add a column.
+        """Add a column of numbers, rounded to `resolution`.
 
-        Parameters
-        ----------
-        values : array_like
-            The numbers, in one dimension.
-        resolution : float
-            What they are rounded to; a column that spans more than 2³⁰ of it is rounded to more.
-
-        Returns
-        -------
-        list
-            Where it is and how to read it: first number, count, resolution, offset.
+        A column that spans more than 2³⁰ of it is rounded to more. Gives where it is and how to
+        read it: first number, count, resolution, offset.
         """
         column = np.ascontiguousarray(values, dtype=np.float64)
         key = (column.tobytes(), resolution)
@@ -72,13 +63,7 @@ class Pack:
         return list(self._known[key])
 
     def text(self) -> str:
-        """Give all columns as text.
-
-        Returns
-        -------
-        str
-            Base64 of a zlib stream.
-        """
+        """Give all columns as text: Base64 of a zlib stream."""
         whole = np.concatenate([np.empty(0, dtype=np.uint32), *self._parts]).astype("<u4")
         planes = whole.view(np.uint8).reshape(-1, 4).T.tobytes()
         return base64.b64encode(zlib.compress(planes, 9)).decode("ascii")

@@ -77,34 +77,19 @@ class Page:
 
 
 def page_bytes(page: Page, library: Callable[[], str] | None = None) -> bytes:
-    """Put a page together.
+    """Put a page together: HTML in UTF-8, at most `LARGEST` bytes.
 
-    Parameters
-    ----------
-    page : Page
-        What it shows.
-    library : callable, optional
-        Gives the source of plotly; that of the installed package by default.
-
-    Returns
-    -------
-    bytes
-        HTML in UTF-8, at most `LARGEST` bytes. Where all samples are too many to draw or to carry,
-        every second one is kept, or every fourth and so on, and the page says so.
-
-    Raises
-    ------
-    PopsteerError
-        It is too large even so.
-    ModuleNotFoundError
-        Plotly, which the extra ``lab`` brings, is not installed.
+    Where all samples are too many to draw or to carry, every second one is kept, or every fourth
+    and so on, and the page says so. `library` gives the source of plotly; that of the installed
+    package by default. Raises PopsteerError where the page is too large even so, and
+    ModuleNotFoundError where Plotly, which the extra ``lab`` brings, is not installed.
     """
     plotly = (_plotly if library is None else library)()
     points = max((scene.points for scene in page.scenes), default=0)
     for stride in _STRIDES:
         if stride < _STRIDES[-1] and points > _MOST_POINTS * stride:
             continue
-        # A name of a file need not be text.
+        # The name of a file may hold bytes that are no text.
         content = _assembled(page, plotly, stride).encode("utf-8", "replace")
         if len(content) <= LARGEST:
             return content
@@ -154,7 +139,7 @@ def _assembled(page: Page, plotly: str, stride: int) -> str:
         "data": json_for_script(document),
         "code": "".join(_asset(f"{name}.js") for name in _ASSETS),
     }
-    # In one go: what is put in is not looked at again.
+    # In one pass, so that marks within the inserted texts stay as they are.
     return re.sub(r"{{([a-z]+)}}", lambda found: values[found[1]], _asset("page.html"))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from popsteer.lab.common.names import title_of
 from popsteer.lab.replay.table import NOTE, caption, replay_table, statuses
+from popsteer.lab.report.axes import rounded
 from popsteer.lab.report.colours import colours_of, named
 from popsteer.lab.report.markup import paragraphs, table
 from popsteer.lab.report.origin import Origin, tuning, vehicles
@@ -120,20 +121,7 @@ def _scene(found: Replay) -> Scene:
 
 
 def broken(values: NDArray[Any], gaps: Sequence[int]) -> NDArray[np.float64]:
-    """Break a line at the gaps of a log.
-
-    Parameters
-    ----------
-    values : (N,) array
-        A column.
-    gaps : sequence of int
-        The first row after each gap.
-
-    Returns
-    -------
-    (N,) ndarray of float64
-        With NaN there.
-    """
+    """Break a line at the gaps of a log, with NaN at the first row after each."""
     column = np.array(values, dtype=np.float64)
     column[list(gaps)] = np.nan
     return column
@@ -154,7 +142,7 @@ def _histogram(found: Replay) -> dict[str, Any]:
                 "type": "scatter",
                 "mode": "lines",
                 "name": title_of(name),
-                "x": [float(f"{edge:.4g}") for edge in edges],
+                "x": rounded(edges),
                 "y": [round(100.0 * count / len(each), 3) for count in (*counts.tolist(), 0)],
                 "line": {"color": f"@{name}", "shape": "hv", "width": 1.6},
                 "hovertemplate": "%{y:.2f} % of the rows from %{x:.2f}°",

@@ -53,7 +53,7 @@ ANGLES = Panel("steer_deg", "Steering angle [deg]", "δ [deg]", 2)
 
 @dataclass(frozen=True)
 class Actor:
-    """Who drives, or would have."""
+    """A car that drives, or a controller that only watched."""
 
     name: str
     title: str
@@ -85,24 +85,12 @@ class Scene:
 
     @property
     def samples(self) -> int:
-        """How many samples the longest of its columns has.
-
-        Returns
-        -------
-        int
-            Before any is left out.
-        """
+        """How many samples the longest of its columns has, before any is left out."""
         return max((len(each.columns["time"]) for each in self.actors), default=0)
 
     @property
     def points(self) -> int:
-        """How many points its plots have.
-
-        Returns
-        -------
-        int
-            Before any is left out.
-        """
+        """How many points its plots have, before any is left out."""
         drawn = [panel.column for panel in self.panels]
         return sum(
             len(actor.columns["time"]) * (1 + sum(name in actor.columns for name in drawn))
@@ -110,19 +98,9 @@ class Scene:
         )
 
     def document(self, pack: Pack, stride: int = 1) -> dict[str, Any]:
-        """Give the scene as a page carries it.
+        """Give the scene for JSON, as a page carries it; its numbers go into `pack`.
 
-        Parameters
-        ----------
-        pack : Pack
-            Takes its numbers.
-        stride : int, default 1
-            Of how many samples one is kept.
-
-        Returns
-        -------
-        dict
-            For JSON.
+        Of `stride` samples one is kept.
         """
         statuses: set[int] = set()
         actors = []
@@ -171,7 +149,7 @@ class Scene:
         count = len(actor.columns["time"])
         if stride == 1 or not count:
             return np.arange(count)
-        # The last sample is where it came to.
+        # The last sample shows where the run ended.
         chosen = [np.arange(0, count, stride), np.array([count - 1])]
         if "status" in actor.columns:
             change = np.flatnonzero(np.diff(actor.columns["status"].astype(np.int64)))
@@ -203,19 +181,9 @@ def _car(vehicle: Vehicle) -> dict[str, float]:
 
 
 def distances(path: Path, x: Array, y: Array, yaw: Array, speed: Array) -> NDArray[np.float64]:
-    """Tell how far along a path a vehicle was.
+    """Tell how far along a path a vehicle was [m], from its poses [m, m, rad] and speeds [m/s].
 
-    Parameters
-    ----------
-    path : Path
-        The path.
-    x, y, yaw, speed : (N,) array
-        Where the vehicle was, and how fast [m, m, rad, m/s].
-
-    Returns
-    -------
-    (N,) ndarray of float64
-        Arc lengths of the closest points, from sample to sample [m]; never less than before.
+    They are the arc lengths of the closest points, from sample to sample; never less than before.
 
     Examples
     --------
@@ -245,17 +213,7 @@ def distances(path: Path, x: Array, y: Array, yaw: Array, speed: Array) -> NDArr
 
 
 def travelled(time: Array, speed: Array) -> NDArray[np.float64]:
-    """Tell how far a vehicle has driven, by its speed.
-
-    Parameters
-    ----------
-    time, speed : (N,) array
-        In [s] and [m/s].
-
-    Returns
-    -------
-    (N,) ndarray of float64
-        In [m], from 0.
+    """Tell how far a vehicle has driven from the first sample on [m], by its speed [m/s].
 
     Examples
     --------

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.lab.report.axes import log_axis
-from popsteer.lab.sweep.summary import ERROR, UNITS, influence, success_rate
+from popsteer.lab.report.axes import log_axis, rounded
+from popsteer.lab.sweep.summary import axis_title, influence, outcomes, success_rates
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,28 +18,13 @@ if TYPE_CHECKING:
 
 __all__ = ["error_figure", "quantity_figures", "start_figure"]
 
-_BINS = 10
 _MOST = 9
 _DOTS = 1500
-_LEAST = 1e-4  # m: a logarithmic axis has no zero
 
 
 def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Draw how the greatest errors are distributed.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    dict
-        A histogram, all runs counted.
-    """
-    error, good = _errors(rows), _good(rows)
+    """Draw a histogram of the greatest errors of all runs."""
+    good, _, error = outcomes(rows)
     low, high = np.log10(error.min()), np.log10(error.max())
     edges = np.logspace(low - 1e-9, max(high, low + 0.1) + 1e-9, 61)
     middles = np.sqrt(edges[1:] * edges[:-1])
@@ -52,9 +36,9 @@ def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
                 {
                     "type": "bar",
                     "name": name,
-                    "x": [float(f"{middle:.4g}") for middle in middles],
+                    "x": rounded(middles),
                     "y": counts.tolist(),
-                    "width": [float(f"{width:.4g}") for width in np.diff(edges)],
+                    "width": rounded(np.diff(edges)),
                     "marker": {"color": f"@{role}"},
                     "hovertemplate": "%{y} runs around %{x:.3g} m",
                 }
@@ -75,20 +59,7 @@ def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Draw from which starts it fails, where offset and heading at the start vary.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    list of dict
-        One figure or none.
-    """
+    """Draw from which starts it fails, where offset and heading at the start vary; else nothing."""
     names = ("start_offset", "start_yaw")
     if any(name not in job.vary or job.vary[name].is_constant for name in names):
         return []
@@ -111,26 +82,15 @@ def start_figure(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any
 def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Draw the error over each quantity that varies, and the share that succeeds.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    list of dict
-        Those that failing has most to do with first; at most nine.
+    Those that failing has most to do with come first; there are at most nine.
     """
-    error, good = _errors(rows), _good(rows)
+    good, _, error = outcomes(rows)
     figures = []
     for name, weight in list(influence(job, rows).items())[:_MOST]:
         values = np.array([row[name] for row in rows])
         traces, note = _dots(rows, values, error)
         axis = log_axis("greatest error [m]", error.min(), error.max())
         axis["domain"] = [0.38, 1.0]
-        head = f"{name} [{UNITS[name]}]" if name in UNITS else name
         figures.append(
             {
                 "title": name,
@@ -138,7 +98,7 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
                 f" succeeds over tenths of the runs, with 95 % confidence.{note}",
                 "traces": [*traces, *_rates(values, good)],
                 "layout": {
-                    "xaxis": {"title": {"text": head}, "anchor": "y2"},
+                    "xaxis": {"title": {"text": axis_title(name)}, "anchor": "y2"},
                     "yaxis": axis,
                     "yaxis2": {"domain": [0.0, 0.28], "range": [-5, 105], "title": {"text": "%"}},
                     "shapes": [_limit(job.deviation, "y")],
@@ -150,21 +110,11 @@ def quantity_figures(job: Job, rows: Sequence[dict[str, Any]]) -> list[dict[str,
     return figures
 
 
-def _errors(rows: Sequence[dict[str, Any]]) -> NDArray[np.float64]:
-    found = [row[ERROR] if row["finished"] else row["max_abs_cross_track_error"] for row in rows]
-    return np.maximum(np.array(found, dtype=np.float64), _LEAST)
-
-
-def _good(rows: Sequence[dict[str, Any]]) -> NDArray[np.bool_]:
-    return np.array([row["success"] for row in rows], dtype=np.bool_)
-
-
 def _dots(
     rows: Sequence[dict[str, Any]], across: NDArray[Any], up: NDArray[Any]
 ) -> tuple[list[dict[str, Any]], str]:
     """Draw the runs as dots; of those that succeeded not more than can be told apart."""
-    good = _good(rows)
-    ended = np.array([row["finished"] for row in rows], dtype=np.bool_)
+    good, ended, _ = outcomes(rows)
     kinds = (
         ("succeeded", good, "good", "circle", 5, 0.45),
         ("failed", ~good & ended, "bad", "circle", 7, 0.9),
@@ -184,15 +134,10 @@ def _dots(
                 "type": "scatter",
                 "mode": "markers",
                 "name": name,
-                "x": [float(f"{value:.4g}") for value in across[shown]],
-                "y": [float(f"{value:.4g}") for value in up[shown]],
+                "x": rounded(across[shown]),
+                "y": rounded(up[shown]),
                 "text": [f"run {rows[k]['run']}" for k in shown],
-                "marker": {
-                    "color": f"@{role}",
-                    "symbol": symbol,
-                    "size": size,
-                    "opacity": opacity,
-                },
+                "marker": {"color": f"@{role}", "symbol": symbol, "size": size, "opacity": opacity},
                 "hovertemplate": "%{text}: %{x:.3g}, %{y:.3g}",
             }
         )
@@ -202,14 +147,9 @@ def _dots(
 
 def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> list[dict[str, Any]]:
     """Draw the share that succeeds over ten parts of the values, with its interval."""
-    edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1))
     x, share, up, down = [], [], [], []
-    for low, high in pairwise(edges):
-        inside = (values >= low) & (values <= high)
-        if not inside.any():
-            continue
-        rate = success_rate(int(good[inside].sum()), int(inside.sum()))
-        x.append(float(f"{0.5 * (low + high):.4g}"))
+    for low, high, rate in success_rates(values, good):
+        x += rounded([0.5 * (low + high)])
         share.append(round(100.0 * rate.share, 3))
         up.append(round(100.0 * (rate.high - rate.share), 3))
         down.append(round(100.0 * (rate.share - rate.low), 3))
@@ -231,23 +171,13 @@ def _rates(values: NDArray[Any], good: NDArray[np.bool_]) -> list[dict[str, Any]
 
 def _limit(value: float, axis: str) -> dict[str, Any]:
     """Draw a dashed line at the allowed error."""
-    line = {"color": "@faint", "dash": "dash", "width": 1}
-    if axis == "x":
-        return {
-            "type": "line",
-            "x0": value,
-            "x1": value,
-            "yref": "paper",
-            "y0": 0,
-            "y1": 1,
-            "line": line,
-        }
+    along, across = axis, "y" if axis == "x" else "x"
     return {
         "type": "line",
-        "y0": value,
-        "y1": value,
-        "xref": "paper",
-        "x0": 0,
-        "x1": 1,
-        "line": line,
+        f"{along}0": value,
+        f"{along}1": value,
+        f"{across}ref": "paper",
+        f"{across}0": 0,
+        f"{across}1": 1,
+        "line": {"color": "@faint", "dash": "dash", "width": 1},
     }

@@ -17,7 +17,7 @@ from popsteer.lab.report.page import Page, Section, page_bytes
 from popsteer.lab.report.scene import Panel, Scene
 from popsteer.lab.report.shares import error_figure, quantity_figures, start_figure
 from popsteer.lab.sweep.driving import repeat
-from popsteer.lab.sweep.summary import ERROR, caption, notes, success_rate, tables, worst
+from popsteer.lab.sweep.summary import caption, error_of, notes, success_rate, tables, worst
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -135,9 +135,8 @@ def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
     heads = ["run", "seed", "finished", "faults", "greatest error [m]"]
     lines = []
     for row in worst(rows, _TABLE):
-        error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         cells = [str(row["run"]), str(row["seed"]), "yes" if row["finished"] else "no"]
-        cells += [_fault_names(row["faults"]), f"{error:.3f}"]
+        cells += [_fault_names(row["faults"]), f"{error_of(row):.3f}"]
         cells += [f"{row[name]:.4g}" for name in job.vary]
         lines.append(cells)
     shown = plain_table("The worst runs", [*heads, *job.vary], lines, left=0)

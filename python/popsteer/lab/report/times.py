@@ -1,4 +1,4 @@
-"""What the steps of the controllers took: a histogram, and percentiles."""
+"""The time of the controllers' steps: a histogram, and percentiles."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from popsteer.lab.common.machine import describe
 from popsteer.lab.common.names import title_of
-from popsteer.lab.report.axes import log_axis
+from popsteer.lab.report.axes import log_axis, rounded
 from popsteer.lab.report.markup import paragraphs, plain_table
 
 if TYPE_CHECKING:
@@ -22,18 +22,7 @@ _SHARES = (50.0, 90.0, 99.0, 99.9)
 
 
 def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
-    """Draw how long the steps took, where they were timed.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-
-    Returns
-    -------
-    list of dict
-        One figure or none.
-    """
+    """Draw how long the steps took, where they were timed; else nothing."""
     if not comparison.latencies:
         return []
     times = {name: np.array(each) * 1e-3 for name, each in comparison.latencies.items()}
@@ -58,7 +47,7 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
                 "mode": "lines",
                 "name": title_of(name),
                 # Up at the first edge; a step holds until the next one.
-                "x": [float(f"{edge:.4g}") for edge in (edges[0], *edges)],
+                "x": rounded((edges[0], *edges)),
                 "y": [round(float(share), 3) for share in (0.0, *shares, 0.0)],
                 "line": {"color": f"@{name}", "shape": "hv", "width": 2},
                 "hovertemplate": "%{y:.1f} % of the steps from %{x:.3g} µs",
@@ -78,18 +67,7 @@ def latency_figure(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def latency_table(comparison: Comparison) -> str:
-    """Set out percentiles of the times, where steps were timed.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs.
-
-    Returns
-    -------
-    str
-        HTML; empty where none were.
-    """
+    """Set out percentiles of the times as HTML, where steps were timed; else nothing."""
     if not comparison.latencies:
         return ""
     rows = []

@@ -156,20 +156,8 @@ def driven_offset(radius: float, plant: sim.Plant, speed: float) -> tuple[float,
 def carrot_curve(plant: str) -> Carrot:
     """Compute and drive the offset of POP on circles of many radii.
 
-    Parameters
-    ----------
-    plant : str
-        Name of a plant.
-
-    Returns
-    -------
-    Carrot
-        The offsets, at `LATERAL` of lateral acceleration.
-
-    Raises
-    ------
-    ConfigError
-        No plant has this name.
+    The plant is given by its name; the lateral acceleration is `LATERAL`. Raises ConfigError where
+    no plant has this name.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Figure of the theory page: what a margin of dead time costs in a bend, by rope and by preview."""
+"""Figure of the theory page: offset in a bend against dead-time margin, POP and preview POP."""
 
 from __future__ import annotations
 
@@ -35,17 +35,9 @@ _MARKED = {_POP: (1.0, 3.0, 6.0, 9.0), next(iter(_MODELS)): (0.02, 0.25, 2.0)}
 
 
 def choice_curves(result: Stability) -> dict[str, Choice]:
-    """Compute the curves of the figure.
+    """Compute the curves of the figure, each by what it shows.
 
-    Parameters
-    ----------
-    result : Stability
-        A study of controllers on a vehicle.
-
-    Returns
-    -------
-    dict
-        A curve of each by what it shows; none where the study lacks POP or preview POP.
+    There are none where the study lacks POP or preview POP.
     """
     pop, preview = result.params.get("pop"), result.params.get("preview-pop")
     if not (isinstance(pop, PopParams) and isinstance(preview, PreviewPopParams)):
@@ -60,22 +52,7 @@ def choice_curves(result: Stability) -> dict[str, Choice]:
 
 
 def choice_figure(result: Stability, curves: Mapping[str, Choice], theme: Theme) -> Figure:
-    """Draw offsets in a bend against dead-time margins.
-
-    Parameters
-    ----------
-    result : Stability
-        The study.
-    curves : mapping
-        Of `choice_curves`.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-    """
+    """Draw offsets in a bend against dead-time margins."""
     figure = Figure(figsize=(8.4, 4.6), layout="constrained")
     panel = figure.subplots()
     for said, found in curves.items():

@@ -41,22 +41,13 @@ _DISTANCES = np.geomspace(1.0, 25.0, 41)
 def stability_figures(
     result: Stability, progress: Callable[[str, float], object] | None = None
 ) -> dict[str, bytes]:
-    """Draw the figures of a stability study, on a light and on a dark background.
+    """Draw the figures of a stability study as PNG, on a light and on a dark background.
 
-    Parameters
-    ----------
-    result : Stability
-        Controllers and vehicle; the figures have a range of speeds of their own.
-    progress : callable, optional
-        Called now and then with what is being made and the share of it that is done.
-
-    Returns
-    -------
-    dict
-        Content of each PNG file by its name: ``stability-margins``, the margins of all controllers
-        over speed; ``stability-map``, where one has a lookahead, the dead-time margin over speed
-        and lookahead; ``carrot-offset``, by how much POP cuts bends on the plants of popsteer;
-        ``preview-choice``, with POP and preview POP among them, what margin costs in a bend.
+    They are ``stability-margins``, the margins of all controllers over speed; ``stability-map``,
+    where one has a lookahead, the dead-time margin over speed and lookahead; ``carrot-offset``, by
+    how much POP cuts bends on the plants of popsteer; and ``preview-choice``, with POP and preview
+    POP among them, what margin costs in a bend. They have a range of speeds of their own.
+    `progress` is called now and then with what is being made and the share of it that is done.
     """
 
     def tell(share: float) -> None:

@@ -68,17 +68,7 @@ class LinearLaw(NamedTuple):
 
 
 def no_slip(vehicle: Vehicle) -> float:
-    """Tell where the point lies that moves where the vehicle looks.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        The vehicle.
-
-    Returns
-    -------
-    float
-        How far ahead of the pose's point [m].
+    """Tell how far ahead of the pose's point the point lies that moves where the vehicle looks [m].
 
     Examples
     --------
@@ -90,21 +80,9 @@ def no_slip(vehicle: Vehicle) -> float:
 
 
 def lookahead(params: Params, vehicle: Vehicle, speed: float) -> float | None:
-    """Give the lookahead distance of a controller.
+    """Give the lookahead distance of a controller at a speed [m/s] in [m]; None where it has none.
 
-    Parameters
-    ----------
-    params : any class of parameters
-        Tuning of the controller.
-    vehicle : Vehicle
-        The vehicle that it is given, with which defaults scale.
-    speed : float
-        Speed [m/s].
-
-    Returns
-    -------
-    float or None
-        The distance [m]; None of a controller that has none.
+    Defaults scale with the vehicle.
 
     Examples
     --------
@@ -174,31 +152,12 @@ _LINEAR: dict[type[Any], Callable[[Any, Vehicle, float, float], Weights]] = {
 def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> LinearLaw:
     """Linearise a controller about straight driving on the path.
 
-    POP is taken without its grid of candidates and within the span that it may move in one step,
-    pure pursuit without `alpha_by_arccos`, whose bearing has no slope at zero; both with the
-    lookahead point inside the window that is searched. Preview POP is taken within its limits. The
-    gain and the steering offset that a controller estimates are taken as constants.
-
-    Parameters
-    ----------
-    params : PopParams or PurePursuitParams or StanleyParams or PidParams or PreviewPopParams
-        Tuning of the controller.
-    vehicle : Vehicle
-        The vehicle that it is given.
-    speed : float
-        Speed [m/s], positive.
-    dt : float
-        Control period [s].
-
-    Returns
-    -------
-    LinearLaw
-        Its weights.
-
-    Raises
-    ------
-    ConfigError
-        The controller has no linear loop, or no lookahead.
+    Speed in [m/s], period in [s]. POP is taken without its grid of candidates and within the span
+    that it may move in one step, pure pursuit without `alpha_by_arccos`, whose bearing has no slope
+    at zero; both with the lookahead point inside the window that is searched. Preview POP is taken
+    within its limits. The gain and the steering offset that a controller estimates are taken as
+    constants. Raises ConfigError where the controller has no linear loop or no lookahead, or a
+    number is out of its range.
 
     Examples
     --------

@@ -49,22 +49,9 @@ def preview_pop(
 ) -> tuple[list[float], list[float], list[float], list[float]]:
     """Linearise the controller about straight driving, within its neighbourhood and its limits.
 
-    Parameters
-    ----------
-    params : PreviewPopParams
-        Tuning of the controller.
-    vehicle : Vehicle
-        The vehicle that it is given.
-    speed : float
-        Speed [m/s], positive.
-    dt : float
-        Control period [s].
-
-    Returns
-    -------
-    tuple of four lists
-        Weights of the cross-track errors, of the heading errors, of the angles and of the slip, the
-        latest first, as `popsteer.lab.stability.linear.Weights` has them.
+    Gives weights of the cross-track errors, of the heading errors, of the angles and of the slip,
+    the latest first, as `popsteer.lab.stability.linear.Weights` has them. Speed in [m/s], period in
+    [s].
 
     Examples
     --------
@@ -88,23 +75,9 @@ def preview_pop(
 def preview_gains(
     params: PreviewPopParams, vehicle: Vehicle, speed: float, dt: float
 ) -> PreviewGains:
-    """Carry the cost back over the horizon, as the controller does in each step.
+    """Carry the cost back over the horizon on a straight, as the controller does in each step.
 
-    Parameters
-    ----------
-    params : PreviewPopParams
-        Tuning of the controller.
-    vehicle : Vehicle
-        The vehicle that it is given.
-    speed : float
-        Speed [m/s], positive.
-    dt : float
-        Control period [s].
-
-    Returns
-    -------
-    PreviewGains
-        The gains, on a straight.
+    Speed in [m/s], period in [s].
 
     Examples
     --------

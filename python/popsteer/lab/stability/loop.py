@@ -112,28 +112,20 @@ class Loop:
         self._heading = heading + ahead * cross_track + slip * (beside * estimated + by_heading)
 
     def gain(self, dead_time: float | None = None) -> _Response:
-        """Evaluate L at the frequencies.
+        """Evaluate the gain L of the open loop, broken at the command, at the frequencies.
 
-        Parameters
-        ----------
-        dead_time : float, optional
-            Dead time of the vehicle [s], instead of its own.
-
-        Returns
-        -------
-        (N,) ndarray of complex
-            The gain of the open loop, broken at the command.
+        `dead_time` is that of the vehicle [s], instead of its own.
         """
         dead_time = self._vehicle.dead_time if dead_time is None else dead_time
         speed, dt, lag, back = self._speed, self._dt, self._vehicle.steer_lag, self._back
         steps = math.floor(dead_time / dt + 1e-9)
-        # A command acts first at the end of a period, for what the dead time leaves of it.
+        # A command acts first at the end of a period, in the part that the dead time leaves.
         first = self._step_response(dt - max(dead_time - steps * dt, 0.0))
         rest = self._step_response(dt) - first
         pushed = back**steps * (first[:, None] + rest[:, None] * back)
 
         kept = decay(dt, lag)
-        swing = lag * (1.0 - kept)  # what a yaw rate turns the car by before it has died out
+        swing = lag * (1.0 - kept)  # the turn in a period by a yaw rate of 1 that decays
         z = 1.0 / back
         rate = pushed[2] / (z - kept)
         yaw = (pushed[1] + swing * rate) / (z - 1.0)
@@ -186,7 +178,7 @@ def _predicted(
     turning = speed / believed.turning_length(speed)
     whole = math.floor(dead_time / dt + 1e-9)
     part = max(dead_time - whole * dt, 0.0)
-    # The wheels now: those that the commands would give without a dead time, so much later.
+    # The wheels now are those without a dead time, a dead time ago.
     kept, oldest = decay(dt, lag), back ** (whole + 1)
     wheel = oldest * (1.0 - kept) * back / (1.0 - kept * back)
     wheel = oldest + (wheel - oldest) * decay(dt - part, lag)

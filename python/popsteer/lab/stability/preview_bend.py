@@ -1,4 +1,4 @@
-"""What preview POP keeps of a bend: nothing, but for what its model is wrong about.
+"""The offset of preview POP in a bend: none, except by the errors of its model.
 
 In a steady bend of curvature κ the prediction with the right model foresees no error and asks for
 no move. Where the vehicle turns by l = L + K v² and the model by l', the controller commands
@@ -27,7 +27,7 @@ __all__ = ["Choice", "choice", "preview_offset"]
 
 
 class Choice(NamedTuple):
-    """What comes of a parameter that trades margin for accuracy, at each of its values."""
+    """Margin and accuracy at each value of a parameter that trades one for the other."""
 
     values: tuple[float, ...]
     """The values."""

@@ -41,7 +41,7 @@ _LONGEST = 20.0  # dead time beyond which the margin counts as infinite [s]
 
 
 class Margins(NamedTuple):
-    """Margins of a loop: by how much one thing may change until it is no longer stable.
+    """Margins of a loop: how far one quantity may change before the loop becomes unstable.
 
     All three are NaN where the loop is not stable to begin with.
     """

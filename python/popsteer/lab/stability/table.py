@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
-from popsteer.lab.common.layout import add_names, blank_table, json_text
+from popsteer.lab.common.layout import add_names, add_numbers, blank_table, json_text
 from popsteer.lab.common.names import title_of
 from popsteer.lab.common.vehicle import differences
 from popsteer.lab.stability.linear import lookahead
@@ -29,17 +29,7 @@ NOTE = (
 
 
 def stability_caption(result: Stability) -> str:
-    """Say in one line what was measured.
-
-    Parameters
-    ----------
-    result : Stability
-        The margins.
-
-    Returns
-    -------
-    str
-        Vehicle, preset and control period.
+    """Say in one line what was measured: vehicle, preset and control period.
 
     Examples
     --------
@@ -61,28 +51,16 @@ def stability_caption(result: Stability) -> str:
 def stability_table(result: Stability) -> Table:
     """Set out margins, a row for each controller and speed.
 
-    Parameters
-    ----------
-    result : Stability
-        The margins.
-
-    Returns
-    -------
-    rich.table.Table
-        To be printed.
-
     Examples
     --------
     >>> from popsteer.lab import stability
     >>> stability_table(stability.run(["stanley", "pop"], speeds=[5.0, 10.0])).row_count
     4
     """
-    from rich.text import Text
-
     table = blank_table()
     add_names(table, "controller", map(title_of, result.margins))
-    for head in ("speed\n[m/s]", "lookahead\n[m]", "gain\n[-]", "phase\n[deg]", "dead time\n[ms]"):
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    add_numbers(table, "speed\n[m/s]", "lookahead\n[m]", "gain\n[-]")
+    add_numbers(table, "phase\n[deg]", "dead time\n[ms]")
     for name, rows in result.margins.items():
         for index, (speed, found) in enumerate(zip(result.speeds, rows, strict=True)):
             table.add_row(
@@ -95,18 +73,9 @@ def stability_table(result: Stability) -> Table:
 
 
 def stability_json(result: Stability) -> str:
-    """Write margins as JSON.
+    """Write margins as JSON, in SI units and radians.
 
-    Parameters
-    ----------
-    result : Stability
-        The margins.
-
-    Returns
-    -------
-    str
-        The document; SI units and radians. What is infinite, or missing as the loop is unstable, is
-        null.
+    What is infinite, or missing as the loop is unstable, is null.
 
     Examples
     --------

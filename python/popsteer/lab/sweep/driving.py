@@ -63,20 +63,7 @@ def drive(
 
 
 def drive_text(text: str, runs: Sequence[int]) -> list[dict[str, Any]]:
-    """Drive some runs of a sweep on one thread, in a process that has its text alone.
-
-    Parameters
-    ----------
-    text : str
-        The sweep, as `Job.text` has it.
-    runs : sequence of int
-        Which of its runs.
-
-    Returns
-    -------
-    list of dict
-        As `drive`.
-    """
+    """Drive some runs as `drive`, on one thread of a process that has `Job.text` alone."""
     return drive(_job(text), runs, threads=1)
 
 
@@ -125,7 +112,7 @@ def repeat(
 
 @lru_cache(maxsize=2)
 def _job(text: str) -> Job:
-    """Keep what a worker was given last: the draws are of all runs."""
+    """Keep the jobs that a worker got last: the draws of all runs take time to make."""
     return from_text(text)
 
 
@@ -135,7 +122,7 @@ def _by_core(
     threads: int | None,
     progress: Callable[[float], object] | None,
 ) -> list[dict[str, Any]]:
-    """Drive runs in one call."""
+    """Drive runs in one call of the core."""
     made = [job.made(run) for run in runs]
     path, pedals = job.road
     driver: Any = controller(job.controller, path, job.given, job.params, job.adapt)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from popsteer.lab.common.draw import drawn, logarithmic
-from popsteer.lab.common.theme import THEMES
-from popsteer.lab.sweep.summary import ERROR, UNITS, caption, influence, success_rate
+from popsteer.lab.common.draw import logarithmic
+from popsteer.lab.sweep.summary import axis_title, caption, influence, outcomes, success_rates
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,28 +19,15 @@ if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.sweep.job import Job
 
-__all__ = ["sweep_figure", "sweep_files"]
+__all__ = ["sweep_figure"]
 
 _MOST = 9
-_BINS = 10
 
 
 def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figure:
     """Draw two panels for each quantity: the error of each run, and the share that succeeds.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Those that failing has most to do with first; at most nine.
+    Those that failing has most to do with come first; there are at most nine.
     """
     names = list(influence(job, rows))[:_MOST] or ["run"]
     across = min(len(names), 3)
@@ -51,10 +36,7 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
     grid = figure.subplots(
         2 * down, across, squeeze=False, height_ratios=[3.0, 1.0] * down, sharey="row"
     )
-    good = np.array([row["success"] for row in rows], dtype=bool)
-    ended = np.array([row["finished"] for row in rows], dtype=bool)
-    most = np.array([row["max_abs_cross_track_error"] for row in rows])
-    error = np.maximum(np.where(ended, [row[ERROR] for row in rows], most), 1e-4)
+    good, ended, error = outcomes(rows)
     kinds = (
         ("succeeded", good, theme.laws["pop"], "o", 5.0, 0.35),
         ("failed", ~good & ended, theme.laws["pid"], "o", 11.0, 0.9),
@@ -81,7 +63,7 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
         _rates(below, values, good, theme)
         above.set_xlim(below.get_xlim())
         below.xaxis.set_major_locator(MaxNLocator(4))
-        below.set_xlabel(f"{name} [{UNITS[name]}]" if name in UNITS else name)
+        below.set_xlabel(axis_title(name))
     for panel in grid[0::2, 0]:
         panel.set_ylabel("greatest |cross-track error|\nafter settling [m]")
     for panel in grid[1::2, 0]:
@@ -103,38 +85,8 @@ def sweep_figure(job: Job, rows: Sequence[dict[str, Any]], theme: Theme) -> Figu
 
 def _rates(panel: Any, values: Any, good: Any, theme: Theme) -> None:  # noqa: ANN401 - matplotlib's
     """Draw the share that succeeds over ten parts of the values, with its interval."""
-    edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1))
-    for low, high in pairwise(edges):
-        inside = (values >= low) & (values <= high)
-        if not inside.any():
-            continue
-        rate = success_rate(int(good[inside].sum()), int(inside.sum()))
+    for low, high, rate in success_rates(values, good):
         panel.fill_between([low, high], rate.low, rate.high, color=theme.laws["pop"], alpha=0.25)
         panel.plot([low, high], [rate.share] * 2, color=theme.laws["pop"], linewidth=1.8)
     panel.set_ylim(-0.05, 1.05)
     panel.yaxis.set_major_formatter("{x:g}")
-
-
-def sweep_files(job: Job, rows: Sequence[dict[str, Any]], stem: str) -> dict[str, bytes]:
-    """Draw the figure into the bytes of its files.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-    stem : str
-        What the files are called.
-
-    Returns
-    -------
-    dict
-        ``STEM.png``, ``STEM.svg`` and the same with ``-dark``.
-    """
-    content = {}
-    for name, theme in THEMES.items():
-        files = drawn(lambda each: sweep_figure(job, rows, each), theme)
-        for kind, data in files.items():
-            content[f"{stem}{'' if name == 'light' else f'-{name}'}.{kind}"] = data
-    return content

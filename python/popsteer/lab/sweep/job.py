@@ -29,7 +29,7 @@ from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.varied import Varied, draws, run_seed, varied
 from popsteer.sim.closed_loop import at_constant_speed
-from popsteer.sim.geometry import plant_name
+from popsteer.sim.geometry import CORE_PLANTS, object_of, plant_name
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 
 if TYPE_CHECKING:
@@ -48,7 +48,6 @@ __all__ = ["SCHEMA", "Job", "from_text"]
 SCHEMA = "popsteer-sweep/2"
 """What a file of a sweep says it is."""
 _MAX_RUNS = 10_000_000
-_CORE = {"carla-identified": CarlaIdentified, "kinematic-bicycle": KinematicBicycle}
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +143,7 @@ class Job:
         plant
             With its default parameters where it was given by its name.
         """
-        made = sim.geometry.made(self.plant)
-        return _CORE[made]() if isinstance(made, str) else made
+        return object_of(self.plant)
 
     @cached_property
     def given(self) -> Vehicle:
@@ -321,22 +319,9 @@ class Job:
 
 
 def from_text(text: str) -> Job:
-    """Make a sweep of its text.
+    """Make a sweep of its `Job.text`.
 
-    Parameters
-    ----------
-    text : str
-        As `Job.text` has it.
-
-    Returns
-    -------
-    Job
-        The same sweep.
-
-    Raises
-    ------
-    PopsteerError
-        It is no sweep, or one of another version of popsteer.
+    Raises PopsteerError where that is no sweep, or one of another version of popsteer.
     """
     try:
         document = json.loads(text)
@@ -381,8 +366,8 @@ def from_text(text: str) -> Job:
 
 def _plant(document: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any kind of plant
     name = document["name"]
-    if name in _CORE:
-        return _CORE[name](Vehicle(**document["vehicle"]), **document["params"])
+    if name in CORE_PLANTS:
+        return CORE_PLANTS[name](Vehicle(**document["vehicle"]), **document["params"])
     found: Any = plants.get(name)
     return found.with_params(found.params.replace(**document["params"]))
 

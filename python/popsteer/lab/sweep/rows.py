@@ -28,22 +28,9 @@ _META = b"popsteer"
 def journal_of(file: Path) -> Path:
     """Name the journal of a sweep's file.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        What the rows are to be in at the end.
-
-    Returns
-    -------
-    pathlib.Path
-        The file beside it that holds them until then.
-
-    Raises
-    ------
-    ConfigError
-        The file is neither Parquet nor CSV by its name.
-    PopsteerError
-        Parquet needs an extra that is not installed.
+    It is the file beside it that holds the rows until all are there. Raises ConfigError where the
+    file is neither Parquet nor CSV by its name, and PopsteerError where Parquet needs an extra that
+    is not installed.
 
     Examples
     --------
@@ -102,7 +89,7 @@ class Journal:
     def __enter__(self) -> Self:
         file = self._file
         file.parent.mkdir(parents=True, exist_ok=True)
-        if file.exists() and not file.is_file():  # a device could be read without an end
+        if file.exists() and not file.is_file():  # reading a device might never end
             raise PopsteerError(f"{file}: is no regular file")
         stream = file.open("a+b", buffering=0)
         try:
@@ -125,15 +112,8 @@ class Journal:
     def add(self, rows: Iterable[dict[str, Any]]) -> None:
         """Write rows to the disk; one that is there already is left alone.
 
-        Parameters
-        ----------
-        rows : iterable of dict
-            As `popsteer.lab.sweep.drive` gives them.
-
-        Raises
-        ------
-        OSError
-            They cannot be written; all rows before them stand.
+        The rows are as `popsteer.lab.sweep.drive` gives them. Raises OSError where they cannot be
+        written; all rows before them stand.
         """
         new = {row["run"]: row for row in rows if row["run"] not in self.rows}
         lines = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in new.values())
@@ -176,41 +156,17 @@ class Journal:
 
 
 def write(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> None:
-    """Write the file of a sweep, whole or not at all, sorted by run.
+    """Write the file of a sweep, whole or not at all, sorted by run; it says the sweep too.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        Parquet or CSV, by its name.
-    job : Job
-        The sweep, which the file says too.
-    rows : iterable of dict
-        All its rows.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written; what stood there before still does.
+    Raises OSError where it cannot be written; what stood there before still does.
     """
     write_bytes_atomic(file, content(file, job, rows))
 
 
 def content(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> bytes:
-    """Give what the file of a sweep holds.
+    """Give what the file of a sweep holds: Parquet or CSV, by its name.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        Its name says Parquet or CSV.
-    job : Job
-        The sweep.
-    rows : iterable of dict
-        All its rows.
-
-    Returns
-    -------
-    bytes
-        The same for the same rows, in whatever order they came.
+    It is the same for the same rows, in whatever order they came.
     """
     ordered = sorted(rows, key=lambda row: int(row["run"]))
     columns = {name: [row[name] for row in ordered] for name in ordered[0]}
@@ -232,24 +188,10 @@ def content(file: Path, job: Job, rows: Iterable[dict[str, Any]]) -> bytes:
 
 
 def read(file: Path) -> tuple[Job, list[dict[str, Any]]]:
-    """Read the file of a sweep, or its journal.
+    """Read the sweep and its rows from a file that `write` wrote, or from a journal.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        What `write` wrote, or a journal.
-
-    Returns
-    -------
-    tuple
-        The sweep and its rows.
-
-    Raises
-    ------
-    PopsteerError
-        It is no sweep, or one of another version; names the file.
-    OSError
-        It cannot be read.
+    Raises PopsteerError, which names the file, where it is no sweep or one of another version, and
+    OSError where it cannot be read.
     """
     try:
         text, rows = _parsed(file)
@@ -259,24 +201,9 @@ def read(file: Path) -> tuple[Job, list[dict[str, Any]]]:
 
 
 def read_row(file: Path, run: int) -> tuple[Job, dict[str, Any]]:
-    """Read one row of a sweep.
+    """Read the sweep and the row of one run, from a file as `read` takes it.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        As `read` takes it.
-    run : int
-        Which run.
-
-    Returns
-    -------
-    tuple
-        The sweep and the row.
-
-    Raises
-    ------
-    ConfigError
-        The file has no such run.
+    Raises ConfigError where the file has no such run.
     """
     job, rows = read(file)
     found = next((row for row in rows if row["run"] == run), None)
@@ -327,21 +254,9 @@ def _check_same(file: Path, text: str, job: Job) -> None:
 
 
 def check_same(file: Path, other: Job, job: Job) -> None:
-    """Refuse a file of another sweep.
+    """Refuse a file of another sweep, `other`, where `job` was asked for.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        The file, for the message.
-    other : Job
-        What it holds.
-    job : Job
-        What was asked for.
-
-    Raises
-    ------
-    PopsteerError
-        They differ; says in what.
+    Raises PopsteerError, which says in what they differ.
     """
     _check_same(file, other.text, job)
 

@@ -1,4 +1,4 @@
-"""A sweep from its first run to its last, on from where it was stopped."""
+"""A sweep from its first run to its last; one that was stopped is continued."""
 
 from __future__ import annotations
 

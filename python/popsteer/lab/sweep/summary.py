@@ -1,8 +1,9 @@
-"""What the rows of a sweep come to."""
+"""Success rate, percentiles, worst runs and causes of failure of a sweep."""
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,26 +11,31 @@ import numpy as np
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
+    from numpy.typing import NDArray
     from rich.table import Table
 
     from popsteer.lab.sweep.job import Job
 
 __all__ = [
     "ERROR",
-    "UNITS",
+    "Outcomes",
     "Rate",
+    "axis_title",
     "caption",
+    "error_of",
     "influence",
     "notes",
+    "outcomes",
     "success_rate",
+    "success_rates",
     "tables",
     "worst",
 ]
 
 ERROR = "settled_max_abs_cross_track_error"
-"""What a run succeeds by."""
+"""The error that decides whether a run succeeds."""
 UNITS = {
     "steer_offset": "rad",
     "steer_lag": "s",
@@ -57,10 +63,12 @@ _SHOWN = (
 )
 _PERCENTILES = (50.0, 90.0, 99.0, 100.0)
 _WORST = 5
+_BINS = 10
+_LEAST = 1e-4  # m: a logarithmic axis has no zero
 
 
 class Rate(NamedTuple):
-    """A share of runs, and between what the true one lies with 95 % confidence."""
+    """A share of runs, and the ends of its 95 % confidence interval."""
 
     share: float
     low: float
@@ -68,17 +76,7 @@ class Rate(NamedTuple):
 
 
 def success_rate(successes: int, runs: int) -> Rate:
-    """Give the share of the runs that succeeded, with Wilson's interval.
-
-    Parameters
-    ----------
-    successes, runs : int
-        How many succeeded, of how many.
-
-    Returns
-    -------
-    Rate
-        The share, and the ends of its 95 % confidence interval.
+    """Give the share of the runs that succeeded, with Wilson's 95 % confidence interval.
 
     Notes
     -----
@@ -101,20 +99,65 @@ def success_rate(successes: int, runs: int) -> Rate:
     return Rate(share, max(min(middle - half, share), 0.0), min(max(middle + half, share), 1.0))
 
 
+class Outcomes(NamedTuple):
+    """What became of the runs, an entry each."""
+
+    good: NDArray[np.bool_]
+    """Whether it succeeded."""
+    ended: NDArray[np.bool_]
+    """Whether it finished."""
+    error: NDArray[np.float64]
+    """The greatest |cross-track error| [m], as `error_of`; at least 1e-4, for logarithmic axes."""
+
+
+def outcomes(rows: Sequence[dict[str, Any]]) -> Outcomes:
+    """Give what became of the runs."""
+    error = np.maximum(np.array([error_of(row) for row in rows], dtype=np.float64), _LEAST)
+    good, ended = (
+        np.array([row[name] for row in rows], dtype=np.bool_) for name in ("success", "finished")
+    )
+    return Outcomes(good, ended, error)
+
+
+def error_of(row: dict[str, Any]) -> float:
+    """Greatest |cross-track error| after settling [m]; of a run that did not finish, of all."""
+    found: float = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
+    return found
+
+
+def success_rates(
+    values: NDArray[np.float64], good: NDArray[np.bool_]
+) -> Iterator[tuple[float, float, Rate]]:
+    """Give the success rate of each tenth of the runs, with the range of `values` that it has.
+
+    Examples
+    --------
+    >>> values = np.arange(20.0)
+    >>> [rate.share for _, _, rate in success_rates(values, values < 9.0)]
+    [1.0, 1.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0]
+    """
+    edges = np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)).tolist()
+    for low, high in pairwise(edges):
+        inside = (values >= low) & (values <= high)
+        if inside.any():
+            yield low, high, success_rate(int(good[inside].sum()), int(inside.sum()))
+
+
+def axis_title(name: str) -> str:
+    """Give a quantity that varies with its unit.
+
+    Examples
+    --------
+    >>> axis_title("steer_lag"), axis_title("friction")
+    ('steer_lag [s]', 'friction')
+    """
+    return f"{name} [{UNITS[name]}]" if name in UNITS else name
+
+
 def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str, Any]]:
-    """Give the worst runs, the worst first.
+    """Give the worst runs, at most `count`, the worst first.
 
-    Parameters
-    ----------
-    rows : sequence of dict
-        The rows of a sweep.
-    count : int, default 5
-        How many at most.
-
-    Returns
-    -------
-    list of dict
-        First those that did not finish, then those with faults, then by the greatest error.
+    First come those that did not finish, then those with faults, then by the greatest error.
 
     Examples
     --------
@@ -126,30 +169,18 @@ def worst(rows: Sequence[dict[str, Any]], count: int = _WORST) -> list[dict[str,
     """
 
     def badness(row: dict[str, Any]) -> tuple[bool, bool, float, int]:
-        error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         # Smaller numbers first where all else is equal.
-        return not row["finished"], row["faults"] != 0, error, -row["run"]
+        return not row["finished"], row["faults"] != 0, error_of(row), -row["run"]
 
     return sorted(rows, key=badness, reverse=True)[:count]
 
 
 def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Tell how much each quantity that varies has to do with failing.
+    """Tell how much each quantity that varies has to do with failing, the most first.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    dict
-        The greatest distance between the distribution functions of the quantity in runs that
-        failed and in those that succeeded (Kolmogorov and Smirnov), 0 to 1, the greatest first;
-        0 for all where every run did the same. Where none failed, the tenth of the runs with the
-        greatest error counts as failed.
+    It is the greatest distance between the distribution functions of the quantity in runs that
+    failed and in those that succeeded (Kolmogorov and Smirnov), 0 to 1; 0 for all where every run
+    did the same. Where none failed, the tenth of the runs with the greatest error counts as failed.
     """
     good = np.array([row["success"] for row in rows], dtype=bool)
     if good.all() and len(rows) >= 10:
@@ -172,20 +203,7 @@ def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
 
 
 def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
-    """Say in one line what came out.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    str
-        The success rate and its interval.
-    """
+    """Say in one line what came out: the success rate and its interval."""
     good = sum(row["success"] for row in rows)
     rate = success_rate(good, len(rows))
     where = f" on {job.course}" if job.course else ""
@@ -197,20 +215,7 @@ def caption(job: Job, rows: Sequence[dict[str, Any]]) -> str:
 
 
 def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Say what the table has no room for.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    list of str
-        Sentences.
-    """
+    """Say what the table has no room for."""
     settled = job.settings.settling_time if job.settings is not None else 5.0
     said = [
         (
@@ -226,9 +231,9 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
         said.append(f"{len(faulty)} said a fault: {', '.join(names)}.")
     drawn = ", ".join(f"{name} {each}" for name, each in job.vary.items())
     said.append(f"Drawn from seed {job.seed}: {drawn or 'nothing'}.")
-    told = influence(job, rows)
-    if told and max(told.values()) > 0.0:
-        first = ", ".join(f"{name} {value:.2f}" for name, value in list(told.items())[:3])
+    weights = influence(job, rows)
+    if weights and max(weights.values()) > 0.0:
+        first = ", ".join(f"{name} {value:.2f}" for name, value in list(weights.items())[:3])
         failed = any(not row["success"] for row in rows)
         what = "failing has" if failed else "the greatest errors have"
         said.append(f"What {what} most to do with (0 nothing, 1 all): {first}.")
@@ -236,47 +241,30 @@ def notes(job: Job, rows: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def tables(job: Job, rows: Sequence[dict[str, Any]]) -> list[Table]:
-    """Set out the percentiles, and the worst runs.
-
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        Its rows.
-
-    Returns
-    -------
-    list of rich.table.Table
-        To be printed one below the other.
-    """
+    """Set out the percentiles, and the worst runs."""
     from rich.text import Text
 
-    from popsteer.lab.common.layout import blank_table
+    from popsteer.lab.common.layout import add_numbers, blank_table
 
     shares = blank_table()
     shares.add_column("of all runs", no_wrap=True)
-    for share in _PERCENTILES:
-        head = "worst" if share == 100.0 else "median" if share == 50.0 else f"{share:g} %"
-        shares.add_column(head, justify="right", no_wrap=True)
+    heads = {50.0: "median", 100.0: "worst"}
+    add_numbers(shares, *(heads.get(share, f"{share:g} %") for share in _PERCENTILES))
     for name, said in _SHOWN:
         values = [row[name] for row in rows if math.isfinite(row[name])]
         cells = np.percentile(values, _PERCENTILES, method="higher") if values else []
         shares.add_row(Text(said), *(f"{value:.4f}" for value in cells))
     bad = blank_table()
-    for head in ("worst run", "finished", "faults", "max [m]"):
-        bad.add_column(Text(head), justify="right", no_wrap=True)
-    told = list(influence(job, rows))[:3]
-    for name in told:
-        # Three long names side by side are too wide for a terminal.
-        bad.add_column(Text(name.replace("_", "_\n")), justify="right", no_wrap=True)
+    chief = list(influence(job, rows))[:3]
+    # Three long names side by side are too wide for a terminal.
+    broken = (name.replace("_", "_\n") for name in chief)
+    add_numbers(bad, "worst run", "finished", "faults", "max [m]", *broken)
     for row in worst(rows):
-        error = row[ERROR] if row["finished"] else row["max_abs_cross_track_error"]
         bad.add_row(
             str(row["run"]),
             "yes" if row["finished"] else "no",
             "yes" if row["faults"] else "–",
-            f"{error:.3f}",
-            *(f"{row[name]:.4g}" for name in told),
+            f"{error_of(row):.3f}",
+            *(f"{row[name]:.4g}" for name in chief),
         )
     return [shares, bad]

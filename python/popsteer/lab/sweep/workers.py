@@ -1,7 +1,6 @@
-"""Who drives the runs of a sweep: the core's threads, processes, or a Dask cluster.
+"""What drives the runs of a sweep: the core's threads, processes, or a Dask cluster.
 
-Whoever it is takes runs in chunks and gives rows back; a chunk that a dead worker had is given to
-another.
+Each takes runs in chunks and returns rows. If a worker dies, another one gets its chunk.
 """
 
 from __future__ import annotations
@@ -39,23 +38,10 @@ _DASK_TIMEOUT = 10.0  # s for a scheduler to answer
 def on_core(
     job: Job, runs: Sequence[int], threads: int | None, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on the core's threads.
+    """Drive runs on the core's threads, and give their rows as they come.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep; of plant and controller in Rust.
-    runs : sequence of int
-        Which of its runs.
-    threads : int, optional
-        As `popsteer.sim.run_many` has it.
-    progress : callable
-        Called with the number of runs that are done, in fractions.
-
-    Yields
-    ------
-    list of dict
-        Rows, as they come.
+    Plant and controller have to be in Rust. `threads` is as `popsteer.sim.run_many` has it;
+    `progress` is called with the number of runs that are done, in fractions.
     """
     for begin in range(0, len(runs), _CORE_CHUNK):
         chunk = runs[begin : begin + _CORE_CHUNK]
@@ -69,28 +55,10 @@ def on_core(
 def on_processes(
     job: Job, runs: Sequence[int], workers: int | None, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on processes of their own.
+    """Drive runs on processes of their own, as many as cores by default; give rows as they come.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    runs : sequence of int
-        Which of its runs.
-    workers : int, optional
-        How many processes; as many as there are cores by default.
-    progress : callable
-        Called with the number of runs that are done.
-
-    Yields
-    ------
-    list of dict
-        Rows, as they come.
-
-    Raises
-    ------
-    PopsteerError
-        The processes die again and again.
+    `progress` is called with the number of runs that are done. Raises PopsteerError where the
+    processes die again and again.
     """
     workers = len(os.sched_getaffinity(0)) if workers is None else workers
     remaining = _chunks(runs, workers)
@@ -105,7 +73,7 @@ def on_processes(
             while pending:
                 ready, _waiting = wait(pending, timeout=_LOOK, return_when=FIRST_COMPLETED)
                 for future in ready:
-                    rows = future.result()  # before it is struck off: a dead one is given again
+                    rows = future.result()  # raises where a worker died: its chunk stays
                     pending.pop(future)
                     done += len(rows)
                     yield rows
@@ -122,29 +90,11 @@ def on_processes(
 def on_dask(
     job: Job, runs: Sequence[int], where: str, progress: Callable[[float], object]
 ) -> Iterator[Rows]:
-    """Drive runs on a Dask cluster.
+    """Drive runs on a Dask cluster, and give their rows as they come.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    runs : sequence of int
-        Which of its runs.
-    where : str
-        The address of a scheduler, or ``local:N`` for N processes of its own.
-    progress : callable
-        Called with the number of runs that are done.
-
-    Yields
-    ------
-    list of dict
-        Rows, as they come.
-
-    Raises
-    ------
-    PopsteerError
-        The scheduler does not answer, its workers have another version of popsteer or none, or
-        the extra is missing.
+    `where` is the address of a scheduler, or ``local:N`` for N processes of its own. `progress` is
+    called with the number of runs that are done. Raises PopsteerError where the scheduler does not
+    answer, its workers have another version of popsteer or none, or the extra is missing.
     """
     try:
         import dask
@@ -154,7 +104,7 @@ def on_dask(
             '--dask needs the extra "dask": pip install "popsteer[dask]"'
         ) from error
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    # A worker that dies may take its task with it any number of times.
+    # A task is given up only after many workers have died with it.
     dask.config.set({"distributed.scheduler.allowed-failures": 20})
     with _interrupts_held():
         cluster: Any = _cluster(where) if where.startswith("local:") else None
@@ -193,7 +143,7 @@ def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
     if not 1 <= count <= 1024:
         raise ConfigError("--dask", where, "local:N with N in [1, 1024], or an address")
     with warnings.catch_warnings():
-        # Nobody looks at its pages; another cluster may have their usual port.
+        # Its dashboard is not used, and another cluster may have the usual port.
         warnings.filterwarnings("ignore", message="Port .* is already in use")
         return LocalCluster(
             n_workers=count,
@@ -205,7 +155,7 @@ def _cluster(where: str) -> Any:  # noqa: ANN401 - distributed is an extra
 
 
 def _check_versions(client: Any, where: str) -> None:  # noqa: ANN401
-    """Refuse workers that would drive otherwise."""
+    """Refuse workers with another version of popsteer."""
     found = client.run(_version, on_error="return")
     for worker, version in found.items():
         if version != __version__:

@@ -6,32 +6,18 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from popsteer.lab.common.draw import drawn, logarithmic
+from popsteer.lab.common.draw import logarithmic
 from popsteer.lab.common.names import title_of
-from popsteer.lab.common.theme import THEMES
 
 if TYPE_CHECKING:
     from popsteer.lab.common.theme import Theme
     from popsteer.lab.tune.study import Tuned
 
-__all__ = ["tune_figure", "tune_files"]
+__all__ = ["tune_figure"]
 
 
 def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
-    """Draw the trials, their Pareto front, and the tuning before and after.
-
-    Parameters
-    ----------
-    tuned : Tuned
-        What was found.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-    """
+    """Draw the trials, their Pareto front, and the tuning before and after."""
     figure = Figure(figsize=(7.4, 5.2), layout="constrained")
     panel = figure.subplots()
     usual, front = tuned.usual, tuned.front
@@ -83,25 +69,3 @@ def tune_figure(tuned: Tuned, theme: Theme) -> Figure:
     title = f"{title_of(tuned.problem.controller)}: {len(tuned.trials)} trials on {tracks}"
     figure.suptitle(f"{title}, {cars} {'cars' if cars > 1 else 'car'}", fontsize=11)
     return figure
-
-
-def tune_files(tuned: Tuned, stem: str) -> dict[str, bytes]:
-    """Draw the figure into the bytes of its files.
-
-    Parameters
-    ----------
-    tuned : Tuned
-        What was found.
-    stem : str
-        What the files are called.
-
-    Returns
-    -------
-    dict
-        ``STEM.png``, ``STEM.svg`` and the same with ``-dark``.
-    """
-    content = {}
-    for name, theme in THEMES.items():
-        for kind, data in drawn(lambda each: tune_figure(tuned, each), theme).items():
-            content[f"{stem}{'' if name == 'light' else f'-{name}'}.{kind}"] = data
-    return content

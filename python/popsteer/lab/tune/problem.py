@@ -333,7 +333,7 @@ class Problem:
 
 
 def usual_search(name: str, base: Params, vehicle: Vehicle) -> dict[str, Distribution]:
-    """Give what is searched unless it is said otherwise.
+    """Give what is searched by default.
 
     Parameters
     ----------

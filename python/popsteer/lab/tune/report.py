@@ -1,4 +1,4 @@
-"""What a tuning comes to, on what it was tuned on and on what it has not seen."""
+"""How good a tuning is, on the tracks and cars of the search and on others."""
 
 from __future__ import annotations
 
@@ -35,18 +35,9 @@ class Judged(NamedTuple):
 def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) -> list[Judged]:
     """Judge what was chosen by what the search has seen, and by what it has not.
 
-    Parameters
-    ----------
-    tuned : Tuned
-        What was found.
-    progress : callable, optional
-        Called with what is being done and the share of it that is done.
-
-    Returns
-    -------
-    list of Judged
-        The tracks and cars of the search; the shipped tracks that it did not have, with cars drawn
-        from another seed; and its own tracks with those cars.
+    There are the tracks and cars of the search; its own tracks with cars drawn from another seed;
+    and the shipped tracks that it did not have, with those cars. `progress` is called with what is
+    being done and the share of it that is done.
     """
     problem = tuned.problem
     others = {
@@ -70,18 +61,7 @@ def judge(tuned: Tuned, progress: Callable[[str, float], object] | None = None) 
 
 
 def caption(tuned: Tuned) -> str:
-    """Say in one line what was found.
-
-    Parameters
-    ----------
-    tuned : Tuned
-        What was found.
-
-    Returns
-    -------
-    str
-        The tuning, and what it began with.
-    """
+    """Say in one line what was found: the tuning, or that it stays as it was."""
     name, count = tuned.problem.controller, len(tuned.trials)
     if tuned.chosen is None:
         return (
@@ -93,28 +73,14 @@ def caption(tuned: Tuned) -> str:
 
 
 def tables(judged: list[Judged]) -> list[Table]:
-    """Set out the tracks, a row each.
-
-    Parameters
-    ----------
-    judged : list of Judged
-        As `judge` gives them.
-
-    Returns
-    -------
-    list of rich.table.Table
-        One table.
-    """
-    from rich.text import Text
-
-    from popsteer.lab.common.layout import add_names, blank_table
+    """Set out the tracks, a row each."""
+    from popsteer.lab.common.layout import add_names, add_numbers, blank_table
 
     table = blank_table(gap=1)
     add_names(table, "track", (name for part in judged for name in part.problem.paths))
     table.add_column("seen", no_wrap=True)
     for head in ("mean\n[m]", "worst\n[m]", "steering\n[rad/s]"):
-        table.add_column(Text(f"{head}\nbefore"), justify="right", no_wrap=True)
-        table.add_column(Text("\n\nafter"), justify="right", no_wrap=True)
+        add_numbers(table, f"{head}\nbefore", "\n\nafter")
     for part in judged:
         for name in part.problem.paths:
             old, new = part.usual.errors[name], part.tuned.errors[name]
@@ -130,18 +96,7 @@ def tables(judged: list[Judged]) -> list[Table]:
 
 
 def losses(judged: list[Judged]) -> list[str]:
-    """Say where the tuning that was chosen is worse than the one that it began with.
-
-    Parameters
-    ----------
-    judged : list of Judged
-        As `judge` gives them.
-
-    Returns
-    -------
-    list of str
-        A sentence for each kind of loss.
-    """
+    """Say where the tuning that was chosen is worse than the one that it began with."""
     error, effort = [], []
     for part in judged:
         for name in part.problem.paths:
@@ -161,20 +116,7 @@ def losses(judged: list[Judged]) -> list[str]:
 
 
 def notes(tuned: Tuned, judged: list[Judged]) -> list[str]:
-    """Say what the table has no room for.
-
-    Parameters
-    ----------
-    tuned : Tuned
-        What was found.
-    judged : list of Judged
-        As `judge` gives them.
-
-    Returns
-    -------
-    list of str
-        Sentences.
-    """
+    """Say what the table has no room for."""
     vary = ", ".join(f"{name} {each}" for name, each in tuned.problem.vary.items())
     said = [
         (

@@ -1,4 +1,4 @@
-"""The search for a better tuning, by Optuna: to be stopped, gone on with, and shared."""
+"""The search for a better tuning by Optuna; it can be stopped, continued and shared."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Trial", "Tuned", "run"]
 
 _NAME = "popsteer-tune"
-_STARTUP = 15  # trials drawn at random before the model of the others says where
+_STARTUP = 15  # random trials before the model of the others proposes any
 _MAX_TRIALS = 1_000_000
 
 
@@ -226,7 +226,7 @@ def _near_the_best(
         return None
     best = min(within, key=lambda each: (each.error, each.number))
     random = np.random.default_rng([problem.seed, len(tried)])
-    # Steps of all sizes: how far the better ones are is not known.
+    # Steps of all sizes, as the distance to better ones is not known.
     step = math.exp(random.uniform(math.log(0.01), math.log(0.5)))
     found = {}
     for name, each in problem.search.items():
@@ -278,7 +278,7 @@ def _study(
     except (OSError, PopsteerError):
         raise
     except Exception as error:
-        # Storages raise what their databases do.
+        # A storage raises the errors of its database.
         said = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise PopsteerError(f"{storage}: no study can be opened there: {said}") from error
     known = study.user_attrs.get("popsteer")

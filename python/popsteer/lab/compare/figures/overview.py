@@ -32,18 +32,8 @@ _BAR = 0.42  # of the distance between controllers
 def overview_figure(comparison: Comparison, theme: Theme) -> Figure:
     """Draw the controllers together.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Above, the cross-track error of all controllers over the distance along the path; below, the
-        mean absolute cross-track and heading errors beside the paper's.
+    Above is the cross-track error of all controllers over the distance along the path; below are
+    the mean absolute cross-track and heading errors beside the paper's.
     """
     figure = Figure(figsize=(12.0, 8.0), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.1))
     panels = figure.subplot_mosaic([["all", "all"], ["cross-track", "heading"]])
@@ -70,7 +60,7 @@ def _draw_all(panel: Axes, comparison: Comparison, colours: dict[str, str], them
             run.records["cross_track_error"],
             color=colours[name],
             linewidth=1.8 if name == "pop" else 1.2,
-            # One that left the road stays behind those that can be compared.
+            # A run that left the road is drawn behind those that can be compared.
             alpha=1.0 if run.metrics.finished else 0.4,
             zorder=2.0 if run.metrics.finished else 1.5,
             label=title_of(name),

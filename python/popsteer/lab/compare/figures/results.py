@@ -54,22 +54,11 @@ _SERIES = (
 
 
 def results_figure(comparison: Comparison, theme: Theme) -> Figure:
-    """Draw what each controller did.
+    """Draw what each controller did: a column for each.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-    theme : Theme
-        The colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Rows: path driven against path, cross-track error, heading error and steering command over
-        time; a column for each controller. The limits of a row are the same in all columns, and fit
-        what the controllers do once the start has died out; a note in each panel gives its
-        extremes.
+    The rows are the path driven against the path, and cross-track error, heading error and steering
+    command over time. The limits of a row are the same in all columns, and fit what the controllers
+    do once the start has died out; a note in each panel gives its extremes.
     """
     runs = comparison.runs
     extent = _extent(comparison)

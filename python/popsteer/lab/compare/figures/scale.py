@@ -19,20 +19,8 @@ def limit(run: Run, record: str) -> float:
     """Bound what a record does once the start has died out.
 
     The start, metres beside the path, would leave the rest a flat line; and a run that leaves the
-    road would do so to the other controllers.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    record : str
-        Name of a record.
-
-    Returns
-    -------
-    float
-        The largest absolute value after the settling time, and at least a fifth of the largest of
-        all; 0 of a run that did not finish.
+    road would do so to the other controllers. The bound is the largest absolute value after the
+    settling time, and at least a fifth of the largest of all; 0 of a run that did not finish.
     """
     if not run.metrics.finished:
         return 0.0
@@ -44,15 +32,7 @@ def limit(run: Run, record: str) -> float:
 def nice_limit(limits: Iterable[float]) -> float:
     """Round the largest of some bounds up, with room for a note.
 
-    Parameters
-    ----------
-    limits : iterable of float
-        Bounds.
-
-    Returns
-    -------
-    float
-        At least 1.35 times the largest, in steps of two digits; 1 where all are 0.
+    It is at least 1.35 times the largest, in steps of two digits; 1 where all are 0.
 
     Examples
     --------

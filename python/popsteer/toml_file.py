@@ -1,0 +1,42 @@
+"""TOML files of popsteer: read, and refused by the name of the file."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from popsteer.errors import ConfigError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["in_file", "read", "tomllib"]
+
+
+def read(file: str | os.PathLike[str], kind: str) -> dict[str, Any]:
+    """Read the keys and tables of a TOML file; `kind` says in an error what it should be.
+
+    Raises ConfigError, which names the file, where it cannot be read or is no TOML.
+    """
+    try:
+        return tomllib.loads(Path(file).read_bytes().decode("utf-8"))
+    except OSError as error:
+        why = error.strerror or str(error)
+    except UnicodeDecodeError as error:
+        why = f"not UTF-8 at byte {error.start}"
+    except (ValueError, RecursionError) as error:  # broken, too long a number, or nested too deep
+        why = f"not TOML: {error}"
+    refused = ConfigError(kind, os.fspath(file), f"a readable TOML file: {why}")
+    raise in_file(file, refused, why)
+
+
+def in_file(
+    file: str | os.PathLike[str], error: ConfigError, words: str | None = None
+) -> ConfigError:
+    """Put the file before the words of an error."""
+    error.args = (f"{os.fspath(file)}: {error if words is None else words}",)
+    return error
