@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -172,7 +173,7 @@ def paragraphs(lines: Iterable[str]) -> str:
     return "".join(f'<p class="note">{escape(line)}</p>' for line in lines)
 
 
-def block(title: str, text: str, *, is_open: bool = False) -> str:
+def block(title: str, text: str, *, is_open: bool = False, wraps: bool = False) -> str:
     """Set out a file or a command: a line that opens it, and a button that copies it.
 
     Parameters
@@ -183,14 +184,19 @@ def block(title: str, text: str, *, is_open: bool = False) -> str:
         Its content.
     is_open : bool, default False
         Whether it is open from the start.
+    wraps : bool, default False
+        Whether its lines break in a narrow window: between words, not at their hyphens.
 
     Returns
     -------
     str
         The block.
     """
+    shown = escape(text)
+    if wraps:
+        shown = re.sub(r"\S*-\S*", r'<span class="word">\g<0></span>', shown)
     return (
         f"<details{' open' if is_open else ''}><summary>{escape(title)}</summary>"
         f'<div class="code"><button type="button" class="copy">Copy</button>'
-        f'<pre tabindex="0"><code>{escape(text)}</code></pre></div></details>'
+        f'<pre tabindex="0"><code>{shown}</code></pre></div></details>'
     )
