@@ -9,8 +9,8 @@ import pytest
 import popsteer
 from popsteer import Vehicle
 from popsteer.lab import stability
-from popsteer.lab.stability import margins
 from popsteer.lab.stability import figures as drawing
+from popsteer.lab.stability import margins
 from tests.cli import command
 
 if TYPE_CHECKING:
