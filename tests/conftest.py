@@ -6,11 +6,14 @@ import os
 import signal
 from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
+from tests.browser import Browser
+
 if TYPE_CHECKING:
-    import pytest
+    from collections.abc import Iterator
 
 # Hypothesis mixes the constants of all modules from outside of site-packages into what it draws: a
 # popsteer on PYTHONPATH, and whichever of benches/ other tests have imported, would change the
@@ -49,3 +52,10 @@ def pytest_configure(config: pytest.Config) -> None:
         "markers",
         "covers(*names): public names of popsteer that the test compares with the reference",
     )
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """One browser for all tests of a worker: it takes longer to start than to open a page."""
+    with Browser(tmp_path_factory.mktemp("profile")) as found:
+        yield found

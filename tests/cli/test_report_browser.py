@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -12,15 +12,14 @@ import popsteer
 from popsteer import tracks
 from popsteer.lab import compare, matrix, replay, report
 from popsteer.logs import Log
-from tests.browser import Browser
+from tests.cli.report_page import READY, SIZES, box_of, cars, cursor, fits, put
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
+    from tests.browser import Browser
+
 NAMES = ["pure-pursuit", "stanley", "pop"]
-SIZES = [(360, 740), (1280, 900), (2560, 1400)]
-READY = "document.documentElement.dataset.ready"
 
 
 def _path(name: str) -> popsteer.Path:
@@ -43,12 +42,6 @@ def file(comparison: compare.Comparison, tmp_path_factory: pytest.TempPathFactor
     return file
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with Browser(tmp_path_factory.mktemp("profile")) as found:
-        yield found
-
-
 @pytest.fixture
 def page(browser: Browser, file: Path) -> Browser:
     """The page, open at a usual width."""
@@ -57,41 +50,6 @@ def page(browser: Browser, file: Path) -> Browser:
     browser.wait(READY)
     browser.run("document.getElementById('drive').scrollIntoView({behavior: 'instant'})")
     return browser
-
-
-def _value(page: Browser) -> float:
-    """Where the cursor is."""
-    return float(page.run("Number(document.getElementById('cursor').value)"))
-
-
-def _set(page: Browser, value: float) -> None:
-    page.run(
-        "(() => { const s = document.getElementById('cursor');"
-        f" s.value = {value}; s.dispatchEvent(new Event('input')); }})()"
-    )
-
-
-def _cars(page: Browser) -> dict[str, tuple[float, float]]:
-    """Where the cars are on the map [m]."""
-    found: dict[str, Any] = page.run(
-        """(() => {
-          const {xaxis, yaxis} = document.getElementById('map')._fullLayout;
-          const cars = [...document.querySelectorAll('#map [data-actor]')];
-          return Object.fromEntries(cars.map((car) => {
-            const m = car.transform.baseVal.consolidate().matrix;
-            return [car.dataset.actor, [xaxis.p2l(m.e), yaxis.p2l(m.f)]];
-          }));
-        })()"""
-    )
-    return {name: (float(x), float(y)) for name, (x, y) in found.items()}
-
-
-def _box(page: Browser, selector: str) -> dict[str, float]:
-    found: dict[str, float] = page.run(
-        f"(({{x, y, width, height}}) => ({{x, y, width, height}}))"
-        f"(document.querySelector('{selector}').getBoundingClientRect())"
-    )
-    return found
 
 
 def _near(places: dict[str, tuple[float, float]], runs: compare.Comparison, at: float) -> None:
@@ -107,28 +65,7 @@ def _near(places: dict[str, tuple[float, float]], runs: compare.Comparison, at: 
 def test_page_fits_its_window_and_asks_the_network_for_nothing(
     browser: Browser, file: Path, size: tuple[int, int], dark: bool
 ) -> None:
-    width, height = size
-    browser.look(width, height, dark=dark, mobile=width < 500)
-    browser.open(file.as_uri())
-    browser.wait(READY)
-    browser.wait("document.querySelector('#gallery .plot .main-svg')")
-    assert browser.errors == []
-    assert browser.requests == [file.as_uri()]
-    assert browser.run("document.documentElement.scrollWidth") == width
-    # What is not in a box that scrolls by itself lies within the window.
-    outside = browser.run(
-        f"""[...document.querySelectorAll('body *')].filter((each) => {{
-          const box = each.getBoundingClientRect();
-          return box.width && box.right > {width} + 1
-            && !each.closest('.scroll, pre, .hidden, svg');
-        }}).map((each) => each.outerHTML.slice(0, 80))"""
-    )
-    assert outside == []
-    background = browser.run("getComputedStyle(document.body).backgroundColor")
-    assert background == ("rgb(13, 17, 23)" if dark else "rgb(255, 255, 255)")
-    picture = browser.screenshot()
-    assert picture.startswith(b"\x89PNG")
-    assert len(picture) > 10_000  # a blank one is smaller
+    fits(browser, file, size, dark=dark)
 
 
 def test_letters_of_the_plots_follow_the_scheme_when_it_changes(page: Browser) -> None:
@@ -149,16 +86,16 @@ def test_letters_of_the_plots_follow_the_scheme_when_it_changes(page: Browser) -
 def test_pointer_over_a_plot_moves_cursor_cars_and_values(
     page: Browser, comparison: compare.Comparison
 ) -> None:
-    box = _box(page, "#panels .nsewdrag")
+    box = box_of(page, "#panels .nsewdrag")
     x = box["x"] + 0.4 * box["width"]
     page.point(x, box["y"] + 20.0)
-    at = _value(page)
+    at = cursor(page)
     first, last = page.run("document.getElementById('panels')._fullLayout.xaxis.range")
     assert abs(at - (first + 0.4 * (last - first))) < 0.1
-    line = _box(page, "#panels .line")
+    line = box_of(page, "#panels .line")
     assert abs(line["x"] - x) < 2.0
     assert line["height"] > 300.0  # over all plots
-    _near(_cars(page), comparison, at)
+    _near(cars(page), comparison, at)
     cells = page.run("[...document.querySelectorAll('#readout tbody tr')].map((r) => r.innerText)")
     for name, text in zip(NAMES, cells, strict=True):
         error = comparison.runs[name].records["cross_track_error"]
@@ -169,7 +106,7 @@ def test_pointer_over_a_plot_moves_cursor_cars_and_values(
 def test_cars_look_and_steer_as_their_records_have_it(
     page: Browser, comparison: compare.Comparison
 ) -> None:
-    _set(page, 6.0)
+    put(page, 6.0)
     shown = page.run(
         """Object.fromEntries([...document.querySelectorAll('#map [data-actor]')].map((car) => {
           const m = car.transform.baseVal.consolidate().matrix;
@@ -190,7 +127,7 @@ def test_cars_look_and_steer_as_their_records_have_it(
 def test_statuses_are_read_and_drawn(page: Browser, comparison: compare.Comparison) -> None:
     status = comparison.runs["stanley"].records["status"]
     k = int(np.flatnonzero(status)[0])
-    _set(page, 0.05 * k + 1e-4)
+    put(page, 0.05 * k + 1e-4)
     cell = "document.querySelectorAll('#readout tbody tr')[1].lastElementChild"
     said = popsteer.Status(int(status[k]))
     assert page.run(f"[{cell}.textContent, {cell}.className]") == [
@@ -220,51 +157,51 @@ def test_pointer_on_the_map_moves_the_cursor_to_that_place(
     )
     page.point(*place)
     # The nearest of three cars that go the same way, one pixel of map beside it at most.
-    places = _cars(page)
+    places = cars(page)
     assert min(abs(x - records["x"][k]) for x, _ in places.values()) < 1.5
-    assert abs(_value(page) - 0.05 * k) < 1.5
+    assert abs(cursor(page) - 0.05 * k) < 1.5
 
 
 def test_space_plays_and_pauses_and_cars_drive(
     page: Browser, comparison: compare.Comparison
 ) -> None:
-    before = _cars(page)
+    before = cars(page)
     page.press(" ")
     assert page.run("document.getElementById('play').getAttribute('aria-label')") == "Pause"
     page.wait("Number(document.getElementById('cursor').value) > 3")
     page.press(" ")
-    at = _value(page)
-    after = _cars(page)
+    at = cursor(page)
+    after = cars(page)
     assert page.run("document.getElementById('play').getAttribute('aria-label')") == "Play"
     assert all(np.hypot(after[n][0] - before[n][0], after[n][1] - before[n][1]) > 3 for n in NAMES)
     _near(after, comparison, at)
-    assert _value(page) == at
+    assert cursor(page) == at
     assert page.errors == []
 
 
 def test_playing_stops_at_the_end_and_begins_anew(page: Browser) -> None:
     page.press("End")
-    end = _value(page)
+    end = cursor(page)
     page.press("ArrowLeft", shift=True)
-    assert 0.3 < end - _value(page) < 0.7
+    assert 0.3 < end - cursor(page) < 0.7
     page.press(" ")
     page.wait("document.getElementById('play').getAttribute('aria-label') === 'Play'")
-    assert _value(page) == end
+    assert cursor(page) == end
     page.press(" ")
     page.wait(f"Number(document.getElementById('cursor').value) < {end} / 2")
     page.press(" ")
 
 
 def test_arrows_move_the_cursor_by_a_step(page: Browser) -> None:
-    _set(page, 5.0)
+    put(page, 5.0)
     page.run("document.activeElement.blur()")
     page.press("ArrowRight")
-    assert abs(_value(page) - 5.05) < 1e-3
+    assert abs(cursor(page) - 5.05) < 1e-3
     page.press("ArrowLeft")
     page.press("ArrowLeft", shift=True)
-    assert abs(_value(page) - 4.5) < 1e-3
+    assert abs(cursor(page) - 4.5) < 1e-3
     page.press("Home")
-    assert _value(page) == 0.0
+    assert cursor(page) == 0.0
     text = page.run("document.getElementById('cursor').getAttribute('aria-valuetext')")
     assert text == "0.00 s"
 
@@ -279,11 +216,11 @@ def test_keyboard_reaches_every_control(page: Browser) -> None:
 
 
 def test_distance_puts_the_cars_side_by_side_under_the_same_cursor(page: Browser) -> None:
-    _set(page, 12.0)
-    apart = {name: x for name, (x, _) in _cars(page).items()}
+    put(page, 12.0)
+    apart = {name: x for name, (x, _) in cars(page).items()}
     page.run("document.querySelector('input[value=distance]').click()")
     page.wait("document.getElementById('now').textContent.endsWith(' m')")
-    together = {name: x for name, (x, _) in _cars(page).items()}
+    together = {name: x for name, (x, _) in cars(page).items()}
     assert max(together.values()) - min(together.values()) < 2.5
     assert max(apart.values()) - min(apart.values()) > max(together.values()) - min(
         together.values()
@@ -294,11 +231,11 @@ def test_distance_puts_the_cars_side_by_side_under_the_same_cursor(page: Browser
     assert title == "distance along the path [m]"
     page.run("document.querySelector('input[value=time]').click()")
     page.wait("document.getElementById('now').textContent.endsWith(' s')")
-    assert abs(_value(page) - 12.0) < 0.05
+    assert abs(cursor(page) - 12.0) < 0.05
 
 
 def test_hidden_controller_leaves_map_and_plots(page: Browser) -> None:
-    _set(page, 6.0)
+    put(page, 6.0)
     page.run("document.querySelector('#readout tbody input').click()")
     page.wait("document.querySelector('#map [data-actor=pure-pursuit]').style.display === 'none'")
     shown = page.run(
@@ -314,19 +251,19 @@ def test_map_follows_the_car_that_is_chosen(page: Browser) -> None:
         "(() => { const v = document.getElementById('view'); v.value = 2;"
         " v.dispatchEvent(new Event('change')); })()"
     )
-    _set(page, 10.0)
+    put(page, 10.0)
     middle = "((r) => (r[0] + r[1]) / 2)(document.getElementById('map')._fullLayout.xaxis.range)"
     for _ in range(100):
-        _set(page, 10.0)
-        if abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5:
+        put(page, 10.0)
+        if abs(float(page.run(middle)) - cars(page)["pop"][0]) < 0.5:
             break
-    assert abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5
+    assert abs(float(page.run(middle)) - cars(page)["pop"][0]) < 0.5
     width = "((r) => r[1] - r[0])(document.getElementById('map')._fullLayout.xaxis.range)"
     near = page.run(width)
     page.look(1280, 900, dark=True)
     page.wait("getComputedStyle(document.body).backgroundColor === 'rgb(13, 17, 23)'")
     page.wait(f"Math.abs({width} - {near}) < 1")  # the change of colours keeps it there
-    assert abs(float(page.run(middle)) - _cars(page)["pop"][0]) < 0.5
+    assert abs(float(page.run(middle)) - cars(page)["pop"][0]) < 0.5
     assert page.errors == []
 
 
@@ -375,8 +312,8 @@ def test_log_with_a_gap_is_drawn_with_a_gap_and_driven_by_the_driver(
         driver = f"document.getElementById('{plot}').data.find((t) => t.actor === 'driver').{axis}"
         broken = browser.run(f"[...{driver}].flatMap((v, k) => Number.isFinite(v) ? [] : [k])")
         assert broken == [200], plot
-    _set(browser, 5.0)
-    places = _cars(browser)
+    put(browser, 5.0)
+    places = cars(browser)
     assert abs(places["driver"][0] - 40.0) < 0.05
     # The others are rays on the driver's car.
     assert places["stanley"] == places["pop"] == places["driver"]

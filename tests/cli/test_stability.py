@@ -9,8 +9,8 @@ import pytest
 import popsteer
 from popsteer import Vehicle
 from popsteer.lab import stability
-from popsteer.lab.stability import carrot, margins
 from popsteer.lab.stability import figures as drawing
+from popsteer.lab.stability import margins
 from tests.cli import command
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ def test_stability_prints_the_margins_of_each_controller_at_each_speed(
     assert "[m/s]" in outcome.out
 
 
+@pytest.mark.usefixtures("_coarse")
 def test_stability_takes_the_vehicle_from_a_file_and_as_it_is_changed(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -70,6 +71,7 @@ def test_stability_takes_the_vehicle_from_a_file_and_as_it_is_changed(
     assert document["laws"]["pop"] == [{"speed": 8.0, "lookahead": 10.6, **found._asdict()}]
 
 
+@pytest.mark.usefixtures("_coarse")
 def test_stability_of_a_plant_that_nobody_told_says_what_was_believed(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -102,6 +104,7 @@ def test_stability_of_a_named_vehicle_begins_with_its_figures(
     )
 
 
+@pytest.mark.usefixtures("_coarse")
 def test_stability_json_has_null_where_there_is_no_number(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -113,12 +116,10 @@ def test_stability_json_has_null_where_there_is_no_number(
     assert [row[name] for name in ("lookahead", "gain", "phase", "dead_time")] == [None] * 4
 
 
+@pytest.mark.usefixtures("_coarse")
 def test_stability_figures_are_drawn_on_both_backgrounds(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(drawing, "_SPEEDS", np.linspace(1.0, 30.0, 4))
-    monkeypatch.setattr(drawing, "_DISTANCES", np.geomspace(1.0, 25.0, 4))
-    monkeypatch.setattr(carrot, "_RADII", (20.0, 30.0))
     outcome = command.call(capsys, "stability", "--speeds", "5", "--out", str(tmp_path / "f"))
     assert outcome.status == 0
     figures = {"stability-margins", "stability-map", "carrot-offset", "preview-choice"}
@@ -129,10 +130,8 @@ def test_stability_figures_are_drawn_on_both_backgrounds(
         assert (tmp_path / "f" / name).read_bytes().startswith(b"\x89PNG")
 
 
-def test_stability_figures_of_a_law_without_lookahead_are_fewer(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(drawing, "_SPEEDS", np.linspace(1.0, 30.0, 4))
+@pytest.mark.usefixtures("_coarse")
+def test_stability_figures_of_a_law_without_lookahead_are_fewer() -> None:
     reported: list[float] = []
     drawn = drawing.stability_figures(
         stability.run(["stanley"]), lambda what, share: reported.append(share)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -120,10 +121,16 @@ def paragraphs(lines: Iterable[str]) -> str:
     return "".join(f'<p class="note">{escape(line)}</p>' for line in lines)
 
 
-def block(title: str, text: str, *, is_open: bool = False) -> str:
-    """Set out a file or a command: a line that opens it, and a button that copies it."""
+def block(title: str, text: str, *, is_open: bool = False, wraps: bool = False) -> str:
+    """Set out a file or a command: a line that opens it, and a button that copies it.
+
+    With `wraps`, its lines break in a narrow window: between words, not at their hyphens.
+    """
+    shown = escape(text)
+    if wraps:
+        shown = re.sub(r"\S*-\S*", r'<span class="word">\g<0></span>', shown)
     return (
         f"<details{' open' if is_open else ''}><summary>{escape(title)}</summary>"
         f'<div class="code"><button type="button" class="copy">Copy</button>'
-        f'<pre tabindex="0"><code>{escape(text)}</code></pre></div></details>'
+        f'<pre tabindex="0"><code>{shown}</code></pre></div></details>'
     )

@@ -124,7 +124,7 @@ def _assembled(page: Page, plotly: str, stride: int) -> str:
         "version": escape(__version__),
         "style": style() + _asset("page.css"),
         "links": _links(page),
-        "command": block("The command that repeats this", page.command, is_open=True)
+        "command": block("The command that repeats this", page.command, is_open=True, wraps=True)
         if page.command
         else "",
         "results": page.results,

@@ -45,8 +45,8 @@ def error_figure(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
             )
     return {
         "title": "Greatest |cross-track error| of a run",
-        "note": f"After settling; of runs that did not finish, of all. {len(rows)} runs;"
-        f" allowed are {job.deviation:g} m.",
+        "note": f"{len(rows)} runs, each after settling, or as a whole where it did not finish;"
+        f" the limit is {job.deviation:g} m.",
         "traces": traces,
         "layout": {
             "barmode": "stack",
@@ -116,7 +116,7 @@ def _dots(
     """Draw the runs as dots; of those that succeeded not more than can be told apart."""
     good, ended, _ = outcomes(rows)
     kinds = (
-        ("succeeded", good, "good", "circle", 5, 0.45),
+        ("succeeded", good, "good", "circle", 5, 0.45 if len(rows) > 300 else 0.8),
         ("failed", ~good & ended, "bad", "circle", 7, 0.9),
         ("did not finish", ~ended, "bad", "x", 8, 0.9),
     )

@@ -60,10 +60,24 @@ class TrackMap {
     const layout = layoutStyle({
       uirevision: this.scene.title,
       showlegend: false, hovermode: "closest", dragmode: coarse ? false : "zoom",
-      xaxis: axisStyle({ title: { text: "x [m]", standoff: 4 }, zeroline: false }),
-      yaxis: axisStyle({ title: { text: "y [m]", standoff: 4 }, zeroline: false, scaleanchor: "x" }),
+      xaxis: axisStyle({ title: { text: "x [m]", standoff: 4 }, zeroline: false, ...this.margin("x") }),
+      yaxis: axisStyle({ title: { text: "y [m]", standoff: 4 }, zeroline: false, scaleanchor: "x", ...this.margin("y") }),
     });
     return Plotly.react(this.element, this.traces(), layout, { ...plotConfig, scrollZoom: !coarse });
+  }
+
+  // Room for a car at the ends of what is drawn, which would end at the frame.
+  margin(axis) {
+    const { actors, paths } = this.scene;
+    let low = Infinity, high = -Infinity;
+    for (const values of [...actors.map((actor) => actor.columns[axis] ?? []), ...paths.map((path) => path[axis === "x" ? 0 : 1])]) {
+      for (const value of values) {
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+    }
+    const room = 0.05 * (high - low);
+    return high > low ? { autorangeoptions: { include: [low - room, high + room] } } : {};
   }
 
   // Fits the layer to the area of the plot, and makes the cars.
