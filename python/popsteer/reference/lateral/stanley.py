@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_optional
-from popsteer.reference.lateral import (
-    Belief,
-    Decision,
-    Tracked,
-    check_follow,
-    limit_steer,
-    or_scaled,
-    resolved,
-)
+from popsteer.reference.lateral import Belief, Decision, Params, Tracked, limit_steer
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import atan, wrap
@@ -29,7 +21,7 @@ __all__ = ["Stanley", "StanleyParams", "StanleyState"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class StanleyParams:
+class StanleyParams(Params):
     """Parameters of `Stanley`; the paper's Table 1 by default.
 
     Attributes
@@ -48,12 +40,10 @@ class StanleyParams:
         Length of path over which its heading is taken [m]; None is a wheelbase. More: less of the
         waypoints' noise is steered, and bends shorter than this are cut. 0, or `heading_behind`:
         the heading of one segment, as printed.
-    search_distance : float or None
-        Arc of the path that is searched on each side of the last place [m], besides the distance
-        travelled in a step; None is two wheelbases.
-    lost_distance : float or None
-        Distance from the path beyond which the vehicle is lost and is searched for on the whole
-        path [m]; None is ten wheelbases.
+    search_distance, lost_distance : float or None
+        Arc of the path that is searched on each side of the last place, besides the distance
+        travelled in a step; distance from the path beyond which the vehicle is lost and is searched
+        for on the whole path [m]. None is two, and ten wheelbases.
 
     Raises
     ------
@@ -80,24 +70,14 @@ class StanleyParams:
         config_in_range(self, "speed_gain", 0.0, 1e6)
         config_optional(self, "softening", 1e-9, 1e6)
         config_optional(self, "smoothing_length", 0.0, 1e4)
-        check_follow(self)
+        super().__post_init__()
 
-    def resolved(self, vehicle: Vehicle) -> StanleyParams:
-        """Return the parameters with the defaults that scale with `vehicle` filled in.
-
-        Examples
-        --------
-        >>> from popsteer.reference import Vehicle
-        >>> round(StanleyParams().resolved(Vehicle(wheelbase=0.3)).softening, 12)
-        1e-06
-        """
-        return replace(
-            self,
-            softening=or_scaled(self.softening, 1e-5 / 3.0 * vehicle.wheelbase),
-            smoothing_length=or_scaled(self.smoothing_length, vehicle.wheelbase),
-            search_distance=or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
-            lost_distance=or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
-        )
+    def scaled(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return the defaults that scale with `vehicle`, by parameter."""
+        return super().scaled(vehicle) | {
+            "softening": 1e-5 / 3.0 * vehicle.wheelbase,
+            "smoothing_length": vehicle.wheelbase,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,21 +97,6 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     δ = -(ψ_e + atan(k_χ χ_e / (k_s + k_v v))), limited to ±δ_max. The signs are those of this
     package's errors, positive to the left; the paper's are the opposite.
 
-    Parameters
-    ----------
-    path : Path
-        The path to follow.
-    vehicle : Vehicle, optional
-        What is steered; `Vehicle()` without.
-    params : StanleyParams, optional
-        The parameters; the paper's without.
-    adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. Without, as by default
-        where an estimate counts: with a dead time.
-    monitor : MonitorParams or None, optional
-        From where on a step says that something is wrong; None for never. Without, as
-        ``MonitorParams()``.
-
     Examples
     --------
     >>> from popsteer.reference import Path
@@ -144,20 +109,16 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     PARAMS = StanleyParams
     STATE = StanleyState
 
-    def prepare(self) -> None:
-        """Work out what every step needs."""
-        self._softening = resolved(self._resolved.softening)
-        self._smoothing_length = resolved(self._resolved.smoothing_length)
-
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
-        speed = self._softening + self.params.speed_gain * at.vehicle.forward_speed()
-        pull = atan(self.params.cross_track_gain * at.closest.cross_track_error() / speed)
-        if self.params.heading_behind:
+        params = self._resolved
+        speed = params.softening + params.speed_gain * at.vehicle.forward_speed()
+        pull = atan(params.cross_track_gain * at.closest.cross_track_error() / speed)
+        if params.heading_behind:
             path_yaw = path_yaw_behind(self.path, at.closest.nearest_waypoint(self.path))
-        elif self._smoothing_length > 0.0:
+        elif params.smoothing_length > 0.0:
             arc_length = at.closest.arc_length(self.path)
-            smoothing = self._smoothing_length
+            smoothing = params.smoothing_length
             path_yaw = Preview.yaw_at(self.path, smoothing, at.closest.segment, arc_length)
         else:
             path_yaw = at.closest.path_yaw()

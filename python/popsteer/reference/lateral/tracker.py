@@ -94,9 +94,25 @@ class Tracker(
         adapt: AdaptParams | Literal["auto"] | None = "auto",
         monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
+        """Steer a vehicle along a path.
+
+        Parameters
+        ----------
+        path : Path
+            The path to follow.
+        vehicle : Vehicle, optional
+            What is steered; `Vehicle()` without.
+        params : optional
+            The controller's parameters; the defaults of their class without.
+        adapt : AdaptParams or None, optional
+            How the controller adapts to its vehicle; None for not at all. Without, as by default
+            where an estimate counts: with a dead time, and always in `PreviewPop`.
+        monitor : MonitorParams or None, optional
+            From where on a step says that something is wrong; None for never. Without, as
+            ``MonitorParams()``.
+        """
         params = self.PARAMS() if params is None else params
         super().__init__(path, Vehicle() if vehicle is None else vehicle, params)
-        self.prepare()
         self._vehicle_given = vehicle is not None
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
         self._adapt = self.default_adapt() if adapt == "auto" else adapt
