@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from popsteer.reference.error import config_optional, input_in_range
+from popsteer.reference.error import config_optional, input_within
 from popsteer.reference.lateral.command import Command
 from popsteer.reference.path.follow import Follow, Located
-from popsteer.reference.vehicle.estimator import AdaptParams
+from popsteer.reference.vehicle.estimate import AdaptParams
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import Corrections
+    from popsteer.reference.vehicle.estimate import Corrections
 
 __all__ = ["Belief", "Command", "Decision", "LateralLaw"]
 
@@ -212,4 +212,4 @@ def limit_steer(vehicle: Vehicle, steer: float) -> tuple[float, Status]:
 
 def check_steer(field: str, steer: float, max_steer: float) -> float:
     """Return a remembered angle [rad], where it is within the limit."""
-    return input_in_range(field, steer, -max_steer, max_steer)
+    return input_within(field, steer, max_steer)

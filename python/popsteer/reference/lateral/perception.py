@@ -18,7 +18,7 @@ from popsteer.reference.lateral.tracker_state import (
 from popsteer.reference.limits import MIN_DT
 from popsteer.reference.math import saturate
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.vehicle.estimator import Corrections
+from popsteer.reference.vehicle.estimate import Corrections
 from popsteer.reference.vehicle.past import Past
 
 if TYPE_CHECKING:
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from popsteer.reference.path.follow import Follow, Located
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.delay import InFlight
-    from popsteer.reference.vehicle.estimator import AdaptParams, Estimator
+    from popsteer.reference.vehicle.estimate import AdaptParams
+    from popsteer.reference.vehicle.estimator import Estimator
     from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["Perception", "observe_slip", "perceive_aged", "predict_now"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import config_count, config_optional, input_in_range
+from popsteer.reference.error import config_count, config_optional, input_within
 from popsteer.reference.lateral import Belief, Decision, Params, Tracked, limit_steer
 from popsteer.reference.lateral.error_buffer import BOUND, CAPACITY, push, restore
 from popsteer.reference.lateral.tracker import Tracker
@@ -200,10 +200,10 @@ class Pid(Tracker[PidParams, PidState]):
         """Return `state`, where what is remembered in it is what this controller could remember."""
         previous = state.previous_error
         if previous is not None:
-            previous = input_in_range("previous_error", previous, -BOUND, BOUND)
+            previous = input_within("previous_error", previous, BOUND)
         position = state.previous_position
         if position is not None:
             most = 4.0 * MAX_COORDINATE
-            x, y = (input_in_range("previous_position", at, -most, most) for at in position)
+            x, y = (input_within("previous_position", at, most) for at in position)
             position = (x, y)
         return replace(state, previous_error=previous, previous_position=position)

@@ -6,7 +6,7 @@ import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import config_in_range, config_odd
+from popsteer.reference.error import config_count, config_in_range
 from popsteer.reference.geometry import get_distance
 from popsteer.reference.lateral import Belief, Decision, Tracked, check_steer
 from popsteer.reference.lateral.search import SearchParams, find_lookahead
@@ -81,7 +81,7 @@ class PopParams(SearchParams):
 
     def __post_init__(self) -> None:
         config_in_range(self, "steer_span", 1e-6, PI)
-        config_odd(self, "candidate_count", 3, MAX_CANDIDATES)
+        config_count(self, "candidate_count", 3, MAX_CANDIDATES, odd=True)
         super().__post_init__()
 
     def scaled(self, vehicle: Vehicle) -> dict[str, float]:

@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle.estimator import AdaptParams, Estimate
+    from popsteer.reference.vehicle.estimate import AdaptParams, Estimate
 
 __all__ = ["HANDOVER_TIME", "Tracker"]
 
