@@ -76,7 +76,7 @@ class Params:
         config_optional(self, "search_distance", 0.0, 1e6)
         config_optional(self, "lost_distance", 1e-3, 1e9)
 
-    def scaled(self, vehicle: Vehicle) -> dict[str, float]:
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         """Return the defaults that scale with `vehicle`, by parameter."""
         wheelbase = vehicle.wheelbase
         return {"search_distance": 2.0 * wheelbase, "lost_distance": 10.0 * wheelbase}
@@ -90,7 +90,7 @@ class Params:
         >>> PopParams(window_ahead=9).resolved(Vehicle(wheelbase=2.5)).min_lookahead
         5.0
         """
-        scaled = self.scaled(vehicle).items()
+        scaled = self._scaled(vehicle).items()
         return replace(self, **{name: at for name, at in scaled if getattr(self, name) is None})
 
 

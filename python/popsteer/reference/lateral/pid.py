@@ -79,10 +79,10 @@ class PidParams(Params):
         config_optional(self, "smoothing_length", 0.0, 1e4)
         super().__post_init__()
 
-    def scaled(self, vehicle: Vehicle) -> dict[str, float]:
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         """Return the defaults that scale with `vehicle`, by parameter."""
         wheelbase = vehicle.wheelbase
-        return super().scaled(vehicle) | {
+        return super()._scaled(vehicle) | {
             "kp": 0.25 * (3.0 / wheelbase),
             "ki": 0.01 * (3.0 / wheelbase),
             "kd": 0.2 * (3.0 / wheelbase),

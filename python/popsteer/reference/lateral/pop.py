@@ -84,9 +84,9 @@ class PopParams(SearchParams):
         config_count(self, "candidate_count", 3, MAX_CANDIDATES, odd=True)
         super().__post_init__()
 
-    def scaled(self, vehicle: Vehicle) -> dict[str, float]:
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         """Return the defaults that scale with `vehicle`, by parameter."""
-        return super().scaled(vehicle) | {"min_lookahead": 2.0 * vehicle.wheelbase}
+        return super()._scaled(vehicle) | {"min_lookahead": 2.0 * vehicle.wheelbase}
 
 
 @dataclass(frozen=True, kw_only=True)

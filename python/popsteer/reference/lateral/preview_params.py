@@ -87,11 +87,11 @@ class PreviewPopParams(Params):
         config_optional(self, "smoothing_length", 0.0, 1e3)
         super().__post_init__()
 
-    def scaled(self, vehicle: Vehicle) -> dict[str, float]:
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         """Return the defaults that scale with `vehicle`, by parameter."""
         wheelbase = vehicle.wheelbase
         rate = vehicle.max_steer_rate
-        return super().scaled(vehicle) | {
+        return super()._scaled(vehicle) | {
             "steer_span_rate": 60.0 * (PI / 180.0) if rate is None else rate,
             "heading_cost": wheelbase,
             "steer_rate_cost": wheelbase / 12.0,

@@ -74,9 +74,9 @@ class PurePursuitParams(SearchParams):
     def __post_init__(self) -> None:
         super().__post_init__()
 
-    def scaled(self, vehicle: Vehicle) -> dict[str, float]:
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         """Return the defaults that scale with `vehicle`, by parameter."""
-        return super().scaled(vehicle) | {"min_lookahead": 10.0 / 3.0 * vehicle.wheelbase}
+        return super()._scaled(vehicle) | {"min_lookahead": 10.0 / 3.0 * vehicle.wheelbase}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -32,9 +32,9 @@ class SearchParams(Params):
         config_optional(self, "grid_spacing", 1e-6, 1e3)
         super().__post_init__()
 
-    def scaled(self, vehicle: Vehicle) -> dict[str, float]:
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         """Return the defaults that scale with `vehicle`, by parameter."""
-        return super().scaled(vehicle) | {
+        return super()._scaled(vehicle) | {
             "lookahead_tolerance": vehicle.wheelbase / 300.0,
             "window_ahead": 20.0 / 3.0 * vehicle.wheelbase,
             "grid_spacing": vehicle.wheelbase / 300.0,

@@ -72,9 +72,9 @@ class StanleyParams(Params):
         config_optional(self, "smoothing_length", 0.0, 1e4)
         super().__post_init__()
 
-    def scaled(self, vehicle: Vehicle) -> dict[str, float]:
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         """Return the defaults that scale with `vehicle`, by parameter."""
-        return super().scaled(vehicle) | {
+        return super()._scaled(vehicle) | {
             "softening": 1e-5 / 3.0 * vehicle.wheelbase,
             "smoothing_length": vehicle.wheelbase,
         }
