@@ -14,9 +14,9 @@ pub struct BangBangParams {
     pub amplitude: f64,
     /// Cross-track errors up to this leave the wheels straight [m].
     pub deadband: f64,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance); two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance); ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 

@@ -32,9 +32,9 @@ pub struct PidParams {
     /// derivative is then how fast the front axle moves across that heading, which noise of the
     /// waypoints hardly reaches. 0: that of the error, as printed.
     pub smoothing_length: Option<f64>,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance); two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance); ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 

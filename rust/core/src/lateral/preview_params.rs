@@ -35,9 +35,9 @@ pub struct PreviewPopParams {
     /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
     /// More: less of the waypoints' noise is steered, and bends shorter than this are cut.
     pub smoothing_length: Option<f64>,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance); two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance); ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 

@@ -35,9 +35,9 @@ pub struct PurePursuitParams {
     /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
     /// 1/300 of the wheelbase by default.
     pub grid_spacing: Option<f64>,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance); two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance); ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 

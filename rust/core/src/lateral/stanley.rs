@@ -26,9 +26,9 @@ pub struct StanleyParams {
     /// the waypoints' noise is steered, and bends shorter than this are cut. 0, or
     /// `heading_behind`: the heading of one segment, as printed.
     pub smoothing_length: Option<f64>,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance); two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance); ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 
