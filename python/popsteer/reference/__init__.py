@@ -38,7 +38,7 @@ from typing import TYPE_CHECKING
 
 from popsteer.prediction import Prediction
 from popsteer.reference import geometry, math
-from popsteer.reference.error import input_in_range
+from popsteer.reference.error import input_in_range, input_within
 from popsteer.reference.lateral.bang_bang import BangBang, BangBangParams, BangBangState
 from popsteer.reference.lateral.command import Command
 from popsteer.reference.lateral.monitor import MonitorParams
@@ -52,7 +52,7 @@ from popsteer.reference.lateral.pure_pursuit import (
     PurePursuitState,
 )
 from popsteer.reference.lateral.stanley import Stanley, StanleyParams, StanleyState
-from popsteer.reference.limits import MAX_COORDINATE, MAX_YAW
+from popsteer.reference.limits import MAX_YAW
 from popsteer.reference.longitudinal import Pedals
 from popsteer.reference.longitudinal.coupled import CoupledLongitudinal, CoupledLongitudinalParams
 from popsteer.reference.longitudinal.speed_pid import SpeedPid, SpeedPidParams, SpeedPidState
@@ -68,8 +68,8 @@ from popsteer.reference.path.owned import Path
 from popsteer.reference.path.projection import Projection
 from popsteer.reference.path.resample import Window
 from popsteer.reference.vehicle import Vehicle, bicycle
-from popsteer.reference.vehicle.estimator import AdaptParams, Estimate
-from popsteer.reference.vehicle.state import VehicleState, checked_dt
+from popsteer.reference.vehicle.estimate import AdaptParams, Estimate
+from popsteer.reference.vehicle.state import VehicleState, checked_dt, checked_point
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def wrap(angle: float, /) -> float:
     >>> wrap(7.0)
     0.7168146928204138
     """
-    return math.wrap(input_in_range("angle", angle, -MAX_YAW, MAX_YAW))
+    return math.wrap(input_within("angle", angle, MAX_YAW))
 
 
 def get_distance(a: Point, b: Point, /) -> float:
@@ -159,7 +159,7 @@ def get_distance(a: Point, b: Point, /) -> float:
     >>> get_distance((0.0, 0.0), (3.0, 4.0))
     5.0
     """
-    return geometry.get_distance(_checked_point(a), _checked_point(b))
+    return geometry.get_distance(checked_point(a), checked_point(b))
 
 
 def get_predicted_location(
@@ -198,9 +198,9 @@ def state_transition(
     x, y, yaw, speed, yaw_rate = state
     longitudinal, lateral = control
     x, y, yaw, speed, steer, dt = _checked_motion(x, y, yaw, speed, steer, dt)
-    yaw_rate = input_in_range("yaw_rate", yaw_rate, -1e6, 1e6)
-    longitudinal = input_in_range("longitudinal", longitudinal, -1e6, 1e6)
-    lateral = input_in_range("lateral", lateral, -1e6, 1e6)
+    yaw_rate = input_within("yaw_rate", yaw_rate, 1e6)
+    longitudinal = input_within("longitudinal", longitudinal, 1e6)
+    lateral = input_within("lateral", lateral, 1e6)
     return bicycle.state_transition(
         (x, y, yaw, speed, yaw_rate), (longitudinal, lateral), steer, dt
     )
@@ -230,23 +230,15 @@ def kinematic_bicycle(
     (5.0, 0.0, 0.0, 10.5)
     """
     x, y, yaw, speed, steer, dt = _checked_motion(x, y, yaw, speed, steer, dt)
-    acceleration = input_in_range("acceleration", acceleration, -1e6, 1e6)
+    acceleration = input_within("acceleration", acceleration, 1e6)
     wheelbase = input_in_range("wheelbase", wheelbase, 1e-3, 1e3)
     return bicycle.kinematic_bicycle(x, y, yaw, speed, steer, acceleration, wheelbase, dt)
-
-
-def _checked_point(point: Point) -> Point:
-    x, y = point
-    return (
-        input_in_range("x", x, -MAX_COORDINATE, MAX_COORDINATE),
-        input_in_range("y", y, -MAX_COORDINATE, MAX_COORDINATE),
-    )
 
 
 def _checked_motion(
     x: float, y: float, yaw: float, speed: float, steer: float, dt: float
 ) -> tuple[float, float, float, float, float, float]:
     vehicle = VehicleState(x, y, yaw, speed).checked()
-    steer = input_in_range("steer", steer, -PI, PI)
+    steer = input_within("steer", steer, PI)
     dt = checked_dt(dt)
     return vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, steer, dt

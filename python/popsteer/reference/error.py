@@ -10,11 +10,11 @@ from popsteer import errors
 __all__ = [
     "config_count",
     "config_in_range",
-    "config_odd",
     "config_optional",
     "in_range",
     "input_below",
     "input_in_range",
+    "input_within",
 ]
 
 
@@ -40,10 +40,7 @@ def _number(value: float) -> float:
 def config_in_range(params: object, field: str, low: float, high: float) -> None:
     """Settle one field of new parameters: made a float, and found in [low, high].
 
-    Raises
-    ------
-    ConfigError
-        Naming the field, where its value is not.
+    Raises `ConfigError`, naming the field, where its value is not.
 
     Examples
     --------
@@ -62,10 +59,7 @@ def config_in_range(params: object, field: str, low: float, high: float) -> None
 def config_optional(params: object, field: str, low: float, high: float) -> None:
     """Settle one field of new parameters that may be None: None, or as `config_in_range`.
 
-    Raises
-    ------
-    ConfigError
-        Naming the field, where its value is not.
+    Raises `ConfigError`, naming the field, where its value is not.
 
     Examples
     --------
@@ -79,55 +73,29 @@ def config_optional(params: object, field: str, low: float, high: float) -> None
         config_in_range(params, field, low, high)
 
 
-def config_count(params: object, field: str, low: int, high: int) -> None:
-    """Settle one field of new parameters: a whole number in [low, high].
+def config_count(params: object, field: str, low: int, high: int, *, odd: bool = False) -> None:
+    """Settle one field of new parameters: a whole number in [low, high], odd where that is asked.
 
-    Raises
-    ------
-    ConfigError
-        Naming the field, where its value is not.
+    Raises `ConfigError`, naming the field, where its value is not.
 
     Examples
     --------
     >>> from types import SimpleNamespace
-    >>> config_count(SimpleNamespace(buffer_length=0), "buffer_length", 1, 500)
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: buffer_length must be a count in [1, 500], got 0
-    """
-    value = operator.index(getattr(params, field))
-    if not low <= value <= high:
-        raise errors.ConfigError(field, value, errors.count_in_range(low, high))
-    object.__setattr__(params, field, value)
-
-
-def config_odd(params: object, field: str, low: int, high: int) -> None:
-    """Settle one field of new parameters: an odd whole number in [low, high].
-
-    Raises
-    ------
-    ConfigError
-        Naming the field, where its value is not.
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> config_odd(SimpleNamespace(candidate_count=20), "candidate_count", 3, 101)
+    >>> config_count(SimpleNamespace(candidate_count=20), "candidate_count", 3, 101, odd=True)
     Traceback (most recent call last):
     popsteer.errors.ConfigError: candidate_count must be odd and in [3, 101], got 20
     """
     value = operator.index(getattr(params, field))
-    if value % 2 == 0 or not low <= value <= high:
-        raise errors.ConfigError(field, value, errors.odd_in_range(low, high))
+    if (odd and value % 2 == 0) or not low <= value <= high:
+        wanted = errors.odd_in_range if odd else errors.count_in_range
+        raise errors.ConfigError(field, value, wanted(low, high))
     object.__setattr__(params, field, value)
 
 
 def input_in_range(field: str, value: float, low: float, high: float) -> float:
     """Return `value` as a float, where it lies in [low, high].
 
-    Raises
-    ------
-    InputError
-        Naming the argument, where it does not.
+    Raises `InputError`, naming the argument, where it does not.
 
     Examples
     --------
@@ -141,13 +109,15 @@ def input_in_range(field: str, value: float, low: float, high: float) -> float:
     return value
 
 
+def input_within(field: str, value: float, most: float) -> float:
+    """Return `value` as a float, where it lies within `most` either way; as `input_in_range`."""
+    return input_in_range(field, value, -most, most)
+
+
 def input_below(field: str, value: int, count: int) -> int:
     """Return `value`, where it is an index below `count`.
 
-    Raises
-    ------
-    InputError
-        Naming the argument, where it is not.
+    Raises `InputError`, naming the argument, where it is not.
 
     Examples
     --------

@@ -26,26 +26,71 @@ impl fmt::Display for Requirement {
     }
 }
 
-/// A parameter that a constructor refuses.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConfigError {
-    /// The name of the parameter.
-    pub field: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// What it has to be.
-    pub requirement: Requirement,
+macro_rules! refusal {
+    ($(#[$doc:meta])* $error:ident, $check:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $error {
+            /// The name of the parameter or of the argument.
+            pub field: &'static str,
+            /// Its value.
+            pub value: f64,
+            /// What it has to be.
+            pub requirement: Requirement,
+        }
+
+        impl fmt::Display for $error {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                let Self { field, value, requirement } = self;
+                write!(f, "{field} must be {requirement}, got {value:?}")
+            }
+        }
+
+        impl core::error::Error for $error {}
+
+        /// `value`, or the error that names it where it is not in `[low, high]`.
+        ///
+        /// # Errors
+        ///
+        #[doc = concat!("[`", stringify!($error), "`].")]
+        #[inline]
+        pub fn $check(field: &'static str, value: f64, low: f64, high: f64) -> Result<f64, $error> {
+            if in_range(value, low, high) {
+                Ok(value)
+            } else {
+                let requirement = Requirement::InRange(low, high);
+                Err($error { field, value, requirement })
+            }
+        }
+    };
 }
 
-/// An input of a step, or a state to restore, that is refused. The controller's state is unchanged.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InputError {
-    /// The name of the argument.
-    pub field: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// What it has to be.
-    pub requirement: Requirement,
+refusal! {
+    /// A parameter that a constructor refuses.
+    ConfigError, config_in_range
+}
+refusal! {
+    /// An input of a step, or a state to restore, that is refused. The controller's state is
+    /// unchanged.
+    InputError, input_in_range
+}
+
+/// A parameter that may be left out: as [`config_in_range`] where it is given.
+pub(crate) fn config_optional(
+    field: &'static str,
+    value: Option<f64>,
+    low: f64,
+    high: f64,
+) -> Result<(), ConfigError> {
+    value.map_or(Ok(()), |value| {
+        config_in_range(field, value, low, high).map(|_| ())
+    })
+}
+
+/// `value` where it lies within `most` either way, as [`input_in_range`].
+#[inline]
+pub(crate) fn input_within(field: &'static str, value: f64, most: f64) -> Result<f64, InputError> {
+    input_in_range(field, value, -most, most)
 }
 
 /// Waypoints that do not make a path.
@@ -94,26 +139,6 @@ pub enum PathError {
     },
 }
 
-impl fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} must be {}, got {:?}",
-            self.field, self.requirement, self.value
-        )
-    }
-}
-
-impl fmt::Display for InputError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} must be {}, got {:?}",
-            self.field, self.requirement, self.value
-        )
-    }
-}
-
 impl fmt::Display for PathError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -148,57 +173,10 @@ impl fmt::Display for PathError {
     }
 }
 
-impl core::error::Error for ConfigError {}
-impl core::error::Error for InputError {}
 impl core::error::Error for PathError {}
 
 /// Whether `value` is a number in `[low, high]`; false for NaN.
 #[inline]
 pub(crate) fn in_range(value: f64, low: f64, high: f64) -> bool {
     low <= value && value <= high
-}
-
-/// `value`, or the error that names it where it is not in `[low, high]`.
-///
-/// # Errors
-///
-/// [`ConfigError`].
-pub fn config_in_range(
-    field: &'static str,
-    value: f64,
-    low: f64,
-    high: f64,
-) -> Result<f64, ConfigError> {
-    if in_range(value, low, high) {
-        Ok(value)
-    } else {
-        Err(ConfigError {
-            field,
-            value,
-            requirement: Requirement::InRange(low, high),
-        })
-    }
-}
-
-/// `value`, or the error that names it where it is not in `[low, high]`.
-///
-/// # Errors
-///
-/// [`InputError`].
-#[inline]
-pub fn input_in_range(
-    field: &'static str,
-    value: f64,
-    low: f64,
-    high: f64,
-) -> Result<f64, InputError> {
-    if in_range(value, low, high) {
-        Ok(value)
-    } else {
-        Err(InputError {
-            field,
-            value,
-            requirement: Requirement::InRange(low, high),
-        })
-    }
 }

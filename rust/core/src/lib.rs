@@ -81,3 +81,22 @@ pub use lateral::{Command, LateralLaw, LateralState, Status, Tracker};
 pub use path::Path;
 pub use path::PathView;
 pub use vehicle::{Vehicle, VehicleState};
+
+/// `Default` for types that have it as the constant `DEFAULT`.
+macro_rules! default_is_constant {
+    ($($kind:path),+ $(,)?) => {$(
+        impl Default for $kind {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+    )+};
+}
+
+default_is_constant! {
+    Vehicle, vehicle::AdaptParams, vehicle::Estimate,
+    lateral::PopParams, lateral::PreviewPopParams, lateral::PurePursuitParams,
+    lateral::PidParams, lateral::StanleyParams, lateral::BangBangParams, lateral::MonitorParams,
+    longitudinal::coupled::CoupledLongitudinalParams, longitudinal::speed_pid::SpeedPidParams,
+    longitudinal::speed_tracker::SpeedTrackerParams,
+}

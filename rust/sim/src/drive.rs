@@ -65,8 +65,6 @@ impl Default for Drive {
     }
 }
 
-impl Drive {}
-
 /// A longitudinal law on a run, with what it remembers.
 #[derive(Clone, Debug)]
 pub(crate) struct Pedalling {

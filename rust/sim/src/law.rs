@@ -4,10 +4,10 @@ use popsteer_core::lateral::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
     PurePursuit, PurePursuitState, Stanley, StanleyState,
 };
-use popsteer_core::lateral::{Belief, Decision};
-use popsteer_core::path::{Follow, Located};
+use popsteer_core::lateral::{Belief, Decision, Steered};
+use popsteer_core::path::Located;
 use popsteer_core::vehicle::AdaptParams;
-use popsteer_core::{InputError, LateralLaw, LateralState, PathView, Vehicle};
+use popsteer_core::{InputError, LateralLaw, LateralState, PathView};
 
 macro_rules! laws {
     ($($law:ident($state:ident)),+ $(,)?) => {
@@ -32,12 +32,8 @@ macro_rules! laws {
                 match self { $(Self::$law(law) => LawState::$law(law.initial_state()),)+ }
             }
 
-            fn follow(&self) -> &Follow {
-                match self { $(Self::$law(law) => law.follow(),)+ }
-            }
-
-            fn vehicle(&self) -> &Vehicle {
-                match self { $(Self::$law(law) => law.vehicle(),)+ }
+            fn steered(&self) -> &Steered {
+                match self { $(Self::$law(law) => law.steered(),)+ }
             }
 
             fn predicts(&self) -> bool {

@@ -89,12 +89,7 @@ mod tests {
             speed: 2.0,
         };
         let mut perception = Perception::new(noise, 1, 2);
-        let here = VehicleState {
-            x: 0.0,
-            y: 0.0,
-            yaw: 0.0,
-            speed: 0.0,
-        };
+        let here = VehicleState::ORIGIN;
         let count = 20_000;
         let mut sums = [0.0; 4];
         for _ in 0..count {

@@ -18,7 +18,7 @@ from popsteer.lab.baselines.mpc_params import MpcParams
 from popsteer.lab.baselines.mpc_problem import Instant, Problem
 from popsteer.reference import Vehicle as Chain
 from popsteer.reference.vehicle.delay import InFlight
-from popsteer.reference.vehicle.estimator import Corrections
+from popsteer.reference.vehicle.estimate import Corrections
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 import enum
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from math import nan
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Generic, TypeVar
 
-from popsteer.reference.error import config_optional, input_in_range
+from popsteer.reference.error import config_optional, input_within
 from popsteer.reference.lateral.command import Command
 from popsteer.reference.path.follow import Follow, Located
-from popsteer.reference.vehicle.estimator import AdaptParams
+from popsteer.reference.vehicle.estimate import AdaptParams
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import Corrections
+    from popsteer.reference.vehicle.estimate import Corrections
 
 __all__ = ["Belief", "Command", "Decision", "LateralLaw"]
 
@@ -65,19 +65,33 @@ class Belief:
     estimate: Corrections
 
 
-class Params(Protocol):
-    """What the parameters of every controller have."""
+@dataclass(frozen=True, kw_only=True)
+class Params:
+    """What the parameters of all controllers share: `search_distance` and `lost_distance`.
 
-    @property
-    def search_distance(self) -> float | None:
-        """How far from the last place the vehicle is looked for [m]; None is two wheelbases."""
+    Each class has them as its last fields.
+    """
 
-    @property
-    def lost_distance(self) -> float | None:
-        """From where on the vehicle is lost [m]; None is ten wheelbases."""
+    def __post_init__(self) -> None:
+        config_optional(self, "search_distance", 0.0, 1e6)
+        config_optional(self, "lost_distance", 1e-3, 1e9)
+
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return the defaults that scale with `vehicle`, by parameter."""
+        wheelbase = vehicle.wheelbase
+        return {"search_distance": 2.0 * wheelbase, "lost_distance": 10.0 * wheelbase}
 
     def resolved(self, vehicle: Vehicle) -> Self:
-        """Return the parameters with the defaults that scale with `vehicle` filled in."""
+        """Return the parameters with the defaults that scale with `vehicle` filled in.
+
+        Examples
+        --------
+        >>> from popsteer.reference import PopParams, Vehicle
+        >>> PopParams(window_ahead=9).resolved(Vehicle(wheelbase=2.5)).min_lookahead
+        5.0
+        """
+        scaled = self._scaled(vehicle).items()
+        return replace(self, **{name: at for name, at in scaled if getattr(self, name) is None})
 
 
 ParamsT = TypeVar("ParamsT", bound=Params)
@@ -91,7 +105,8 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         self._path = path
         self._vehicle = vehicle
         self._params = params
-        self._resolved = params.resolved(vehicle)
+        # By the same names; none that scales with the vehicle is None.
+        self._resolved = SimpleNamespace(**vars(params.resolved(vehicle)))
 
     @property
     def path(self) -> PathView:
@@ -107,9 +122,6 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
     def params(self) -> ParamsT:
         """The parameters, as given."""
         return self._params
-
-    def prepare(self) -> None:
-        """Work out what every step needs of the parameters; nothing, unless overridden."""
 
     def predicts(self) -> bool:
         """Tell whether the controller reads the `Belief`: every step then models the wheels."""
@@ -172,7 +184,7 @@ class Tracked(enum.Enum):
     REAR_AXLE = enum.auto()
     NO_SLIP_POINT = enum.auto()
 
-    def follow(self, vehicle: Vehicle, params: Params) -> Follow:
+    def follow(self, vehicle: Vehicle, params: SimpleNamespace) -> Follow:
         """Return how the point is followed, with the distances of resolved parameters."""
         wheelbase = vehicle.wheelbase
         if self is Tracked.FRONT_AXLE:
@@ -183,15 +195,9 @@ class Tracked(enum.Enum):
             base, reference_offset = vehicle.no_slip, 0.0
         return replace(
             Follow.of(vehicle, base, reference_offset),
-            search_distance=resolved(params.search_distance),
-            lost_distance=resolved(params.lost_distance),
+            search_distance=params.search_distance,
+            lost_distance=params.lost_distance,
         )
-
-
-def check_follow(params: Params) -> None:
-    """Settle the parameters that every controller has."""
-    config_optional(params, "search_distance", 0.0, 1e6)
-    config_optional(params, "lost_distance", 1e-3, 1e9)
 
 
 def limit_steer(vehicle: Vehicle, steer: float) -> tuple[float, Status]:
@@ -203,16 +209,6 @@ def limit_steer(vehicle: Vehicle, steer: float) -> tuple[float, Status]:
     return steer, Status.OK
 
 
-def or_scaled(given: float | None, default: float) -> float:
-    """Return a parameter that is given, or its default for the vehicle."""
-    return default if given is None else given
-
-
-def resolved(given: float | None) -> float:
-    """Return a parameter after its defaults were filled in."""
-    return nan if given is None else given
-
-
 def check_steer(field: str, steer: float, max_steer: float) -> float:
     """Return a remembered angle [rad], where it is within the limit."""
-    return input_in_range(field, steer, -max_steer, max_steer)
+    return input_within(field, steer, max_steer)

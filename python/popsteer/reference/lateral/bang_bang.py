@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range
-from popsteer.reference.lateral import (
-    Belief,
-    Decision,
-    Tracked,
-    check_follow,
-    limit_steer,
-    or_scaled,
-)
+from popsteer.reference.lateral import Belief, Decision, Params, Tracked, limit_steer
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 
 if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
-    from popsteer.reference.vehicle import Vehicle
 
 __all__ = ["BangBang", "BangBangParams", "BangBangState"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class BangBangParams:
+class BangBangParams(Params):
     """Parameters of `BangBang`.
 
     Attributes
@@ -61,22 +53,7 @@ class BangBangParams:
     def __post_init__(self) -> None:
         config_in_range(self, "amplitude", 0.0, 1.57)
         config_in_range(self, "deadband", 0.0, 1e6)
-        check_follow(self)
-
-    def resolved(self, vehicle: Vehicle) -> BangBangParams:
-        """Return the parameters with the defaults that scale with `vehicle` filled in.
-
-        Examples
-        --------
-        >>> from popsteer.reference import Vehicle
-        >>> BangBangParams().resolved(Vehicle(wheelbase=2.5)).search_distance
-        5.0
-        """
-        return replace(
-            self,
-            search_distance=or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
-            lost_distance=or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
-        )
+        super().__post_init__()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,21 +69,6 @@ class BangBangState(TrackerState):
 
 class BangBang(Tracker[BangBangParams, BangBangState]):
     """A fixed angle back towards the path: -amplitude sign(χ_e) outside the deadband, 0 inside.
-
-    Parameters
-    ----------
-    path : Path
-        The path to follow.
-    vehicle : Vehicle, optional
-        What is steered; `Vehicle()` by default.
-    params : BangBangParams, optional
-        The parameters; those of the published code by default.
-    adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. By default
-        ``AdaptParams()`` if the vehicle has a dead time.
-    monitor : MonitorParams or None, optional
-        The thresholds beyond which a step reports a fault; None for no monitor. By default
-        ``MonitorParams()``.
 
     Examples
     --------

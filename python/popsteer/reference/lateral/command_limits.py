@@ -12,7 +12,7 @@ from popsteer.reference.vehicle.estimator import MAX_STEER_OFFSET
 if TYPE_CHECKING:
     from popsteer.reference.lateral import LateralLaw
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import Corrections
+    from popsteer.reference.vehicle.estimate import Corrections
 
 __all__ = ["limit", "widest_offset"]
 

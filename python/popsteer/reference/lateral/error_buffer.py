@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 
 from popsteer import errors
-from popsteer.reference.error import input_in_range
+from popsteer.reference.error import input_within
 
 __all__ = ["BOUND", "CAPACITY", "Buffer", "push", "restore"]
 
@@ -66,5 +66,5 @@ def restore(length: int, terms: tuple[float, ...], following: int, total: float)
     following = operator.index(following)
     if not low <= following <= high:
         raise errors.InputError("next", following, errors.count_in_range(low, high))
-    terms = tuple(input_in_range("terms", term, -BOUND, BOUND) for term in terms)
-    return terms, following, input_in_range("sum", total, -BOUND, BOUND)
+    terms = tuple(input_within("terms", term, BOUND) for term in terms)
+    return terms, following, input_within("sum", total, BOUND)

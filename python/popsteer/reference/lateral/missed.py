@@ -59,15 +59,11 @@ def elapse(state: StateT, dt: float) -> tuple[StateT, float]:
     return state, elapsed
 
 
-def _step(tracker: Holding[StateT]) -> Callable[..., Command]:
-    step: Callable[..., Command] = getattr(tracker, "step")  # noqa: B009 - a tracker's
-    return step
-
-
 class Holding(Generic[StateT]):
     """The methods `steer` and `step_or_hold` of a tracker."""
 
     _state: StateT
+    step: Callable[..., Command]
 
     def steer(
         self,
@@ -82,7 +78,7 @@ class Holding(Generic[StateT]):
         pose_age: float = 0.0,
     ) -> float:
         """Return the angle of `step` alone [rad]; same arguments, same state afterwards."""
-        command = _step(self)(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
+        command = self.step(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
         return command.steer
 
     def step_or_hold(
@@ -106,7 +102,7 @@ class Holding(Generic[StateT]):
         the last step.
         """
         try:
-            return _step(self)(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
+            return self.step(x, y, yaw, speed, dt, applied_steer=applied_steer, pose_age=pose_age)
         except InputError:
             state = miss(self._state, dt)
         state = replace(state, held=state.held + 1)

@@ -18,18 +18,20 @@ from popsteer.reference.lateral.tracker_state import (
 from popsteer.reference.limits import MIN_DT
 from popsteer.reference.math import saturate
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.vehicle.estimator import Corrections
+from popsteer.reference.vehicle.estimate import Corrections
 from popsteer.reference.vehicle.past import Past
 
 if TYPE_CHECKING:
     from popsteer.reference.lateral import LateralLaw
+    from popsteer.reference.lateral.reported import Reported
     from popsteer.reference.path.follow import Follow, Located
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.delay import InFlight
-    from popsteer.reference.vehicle.estimator import AdaptParams, Estimator
+    from popsteer.reference.vehicle.estimate import AdaptParams
+    from popsteer.reference.vehicle.estimator import Estimator
     from popsteer.reference.vehicle.state import VehicleState
 
-__all__ = ["Perception", "observe_slip", "perceive_aged", "predict_now"]
+__all__ = ["Perception", "observe_slip", "perceive"]
 
 StateT = TypeVar("StateT", bound=TrackerState)
 
@@ -48,7 +50,28 @@ class Perception(NamedTuple):
     """Distance travelled since the pose was measured [m]."""
 
 
-def perceive_aged(
+def perceive(
+    law: LateralLaw[Any, StateT],
+    adapt: AdaptParams | None,
+    state: StateT,
+    vehicle: VehicleState,
+    dt: float,
+    reported: Reported,
+    *,
+    models: bool,
+) -> tuple[StateT, Perception]:
+    """Return measured and predicted vehicle, after all that is `reported`, which is checked."""
+    car, (applied, age) = law.vehicle, reported
+    if applied is not None:
+        # The angle that was applied takes the place of the last command.
+        state, _ = law.set_steer(replace(state, steer=applied), applied)
+    if age > 0.0 or past_of(state) is not None:
+        return _perceive_aged(car, adapt, state, vehicle, dt, age, models=models)
+    state, predicted, belief = _predict_now(car, adapt, state, vehicle, dt)
+    return state, Perception(vehicle, predicted, belief, observed=dt, travel=0.0)
+
+
+def _perceive_aged(
     car: Vehicle,
     adapt: AdaptParams | None,
     state: StateT,
@@ -102,7 +125,7 @@ def perceive_aged(
     )
 
 
-def predict_now(
+def _predict_now(
     car: Vehicle, adapt: AdaptParams | None, state: StateT, vehicle: VehicleState, dt: float
 ) -> tuple[StateT, VehicleState, Belief]:
     """Return the state, and the vehicle as the controller is to see it.

@@ -5,16 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import config_count, config_optional, input_in_range
-from popsteer.reference.lateral import (
-    Belief,
-    Decision,
-    Tracked,
-    check_follow,
-    limit_steer,
-    or_scaled,
-    resolved,
-)
+from popsteer.reference.error import config_count, config_optional, input_within
+from popsteer.reference.lateral import Belief, Decision, Params, Tracked, limit_steer
 from popsteer.reference.lateral.error_buffer import BOUND, CAPACITY, push, restore
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
@@ -31,7 +23,7 @@ __all__ = ["Pid", "PidParams", "PidState"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PidParams:
+class PidParams(Params):
     """Parameters of `Pid`; the paper's Table 1 by default.
 
     Attributes
@@ -87,27 +79,17 @@ class PidParams:
         config_optional(self, "ki", 0.0, 1e6)
         config_optional(self, "kd", 0.0, 1e6)
         config_optional(self, "smoothing_length", 0.0, 1e4)
-        check_follow(self)
+        super().__post_init__()
 
-    def resolved(self, vehicle: Vehicle) -> PidParams:
-        """Return the parameters with the defaults that scale with `vehicle` filled in.
-
-        Examples
-        --------
-        >>> from popsteer.reference import Vehicle
-        >>> PidParams().resolved(Vehicle()).kp, PidParams(kp=0.1).resolved(Vehicle()).kp
-        (0.25, 0.1)
-        """
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return the defaults that scale with `vehicle`, by parameter."""
         wheelbase = vehicle.wheelbase
-        return replace(
-            self,
-            kp=or_scaled(self.kp, 0.25 * (3.0 / wheelbase)),
-            ki=or_scaled(self.ki, 0.01 * (3.0 / wheelbase)),
-            kd=or_scaled(self.kd, 0.2 * (3.0 / wheelbase)),
-            smoothing_length=or_scaled(self.smoothing_length, 2.0 * wheelbase),
-            search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
-        )
+        return super()._scaled(vehicle) | {
+            "kp": 0.25 * (3.0 / wheelbase),
+            "ki": 0.01 * (3.0 / wheelbase),
+            "kd": 0.2 * (3.0 / wheelbase),
+            "smoothing_length": 2.0 * wheelbase,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,21 +129,6 @@ class Pid(Tracker[PidParams, PidState]):
     δ = -(k_P e + k_I Σ e Δt + k_D (e - e_previous) / Δt), limited to ±δ_max. The sign is that of
     this package's error, positive left of the path. The first step has no derivative.
 
-    Parameters
-    ----------
-    path : Path
-        The path to follow.
-    vehicle : Vehicle, optional
-        What is steered; `Vehicle()` by default.
-    params : PidParams, optional
-        The parameters; the paper's by default.
-    adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. By default
-        ``AdaptParams()`` if the vehicle has a dead time.
-    monitor : MonitorParams or None, optional
-        The thresholds beyond which a step reports a fault; None for no monitor. By default
-        ``MonitorParams()``.
-
     Examples
     --------
     >>> from popsteer.reference import Path
@@ -174,34 +141,27 @@ class Pid(Tracker[PidParams, PidState]):
     PARAMS = PidParams
     STATE = PidState
 
-    def prepare(self) -> None:
-        """Work out what every step needs."""
-        self._kp = resolved(self._resolved.kp)
-        self._ki = resolved(self._resolved.ki)
-        self._kd = resolved(self._resolved.kd)
-        self._smoothing_length = resolved(self._resolved.smoothing_length)
-
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
         error = at.closest.cross_track_error()
-        state = self.state
+        params, state = self._resolved, self.state
         if at.direction_changed or at.off_path:
             state = self.forget_path(state)
         # At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0:
-            term = error * at.dt if self.params.integral_with_dt else error
-            length = self.params.buffer_length
+            term = error * at.dt if params.integral_with_dt else error
+            length = params.buffer_length
             terms, following, total = push(state.terms, state.next, state.sum, term, length)
             state = replace(state, terms=terms, next=following, sum=total)
         position = None
         rate = 0.0
-        if self._smoothing_length > 0.0:
+        if params.smoothing_length > 0.0:
             position = at.position
             if state.previous_position is not None:
                 rate = self._rate_across(state.previous_position, at)
         elif state.previous_error is not None:
             rate = (error - state.previous_error) / at.dt
-        wanted = -(self._kp * error + self._ki * state.sum + self._kd * rate)
+        wanted = -(params.kp * error + params.ki * state.sum + params.kd * rate)
         steer, status = limit_steer(self.vehicle, wanted)
         self._state = replace(state, previous_error=error, previous_position=position)
         return Decision(steer, at.closest.point, status)
@@ -215,7 +175,8 @@ class Pid(Tracker[PidParams, PidState]):
         step = (at.position[0] - previous[0], at.position[1] - previous[1])
         half = 0.5 * (step[0] * at.heading[0] + step[1] * at.heading[1])
         middle = at.closest.arc_length(self.path) - half
-        yaw = Preview.yaw_at(self.path, self._smoothing_length, at.closest.segment, middle)
+        smoothing = self._resolved.smoothing_length
+        yaw = Preview.yaw_at(self.path, smoothing, at.closest.segment, middle)
         return (step[1] * cos(yaw) - step[0] * sin(yaw)) / at.dt
 
     def forget_path(self, state: PidState) -> PidState:
@@ -241,10 +202,10 @@ class Pid(Tracker[PidParams, PidState]):
         """Return `state`, where what is remembered in it is what this controller could remember."""
         previous = state.previous_error
         if previous is not None:
-            previous = input_in_range("previous_error", previous, -BOUND, BOUND)
+            previous = input_within("previous_error", previous, BOUND)
         position = state.previous_position
         if position is not None:
             most = 4.0 * MAX_COORDINATE
-            x, y = (input_in_range("previous_position", at, -most, most) for at in position)
+            x, y = (input_within("previous_position", at, most) for at in position)
             position = (x, y)
         return replace(state, previous_error=previous, previous_position=position)

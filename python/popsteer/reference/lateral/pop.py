@@ -6,17 +6,10 @@ import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import config_in_range, config_odd
+from popsteer.reference.error import config_count, config_in_range
 from popsteer.reference.geometry import get_distance
-from popsteer.reference.lateral import (
-    Belief,
-    Decision,
-    Tracked,
-    check_follow,
-    check_steer,
-    or_scaled,
-)
-from popsteer.reference.lateral.search import Search, check_search
+from popsteer.reference.lateral import Belief, Decision, Tracked, check_steer
+from popsteer.reference.lateral.search import SearchParams, find_lookahead
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, saturate
@@ -35,7 +28,7 @@ MAX_CANDIDATES = 100_001
 
 
 @dataclass(frozen=True, kw_only=True)
-class PopParams:
+class PopParams(SearchParams):
     """Parameters of `Pop`; the paper's Table 1 by default.
 
     Attributes
@@ -93,29 +86,12 @@ class PopParams:
 
     def __post_init__(self) -> None:
         config_in_range(self, "steer_span", 1e-6, PI)
-        config_odd(self, "candidate_count", 3, MAX_CANDIDATES)
-        check_search(self)
-        check_follow(self)
+        config_count(self, "candidate_count", 3, MAX_CANDIDATES, odd=True)
+        super().__post_init__()
 
-    def resolved(self, vehicle: Vehicle) -> PopParams:
-        """Return the parameters with the defaults that scale with `vehicle` filled in.
-
-        Examples
-        --------
-        >>> from popsteer.reference import Vehicle
-        >>> PopParams().resolved(Vehicle(wheelbase=2.5)).min_lookahead
-        5.0
-        """
-        wheelbase = vehicle.wheelbase
-        return replace(
-            self,
-            min_lookahead=or_scaled(self.min_lookahead, 2.0 * wheelbase),
-            lookahead_tolerance=or_scaled(self.lookahead_tolerance, wheelbase / 300.0),
-            window_ahead=or_scaled(self.window_ahead, 20.0 / 3.0 * wheelbase),
-            grid_spacing=or_scaled(self.grid_spacing, wheelbase / 300.0),
-            search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
-        )
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return the defaults that scale with `vehicle`, by parameter."""
+        return super()._scaled(vehicle) | {"min_lookahead": 2.0 * vehicle.wheelbase}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,21 +120,6 @@ class Pop(Tracker[PopParams, PopState]):
     it only places the tracked point. The last angle is looked at first and wins ties, so a
     vehicle at rest, where every candidate predicts the same location, keeps its wheels still.
 
-    Parameters
-    ----------
-    path : Path
-        The path to follow.
-    vehicle : Vehicle, optional
-        What is steered; `Vehicle()` by default.
-    params : PopParams, optional
-        The parameters; the paper's by default.
-    adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. By default
-        ``AdaptParams()`` if the vehicle has a dead time.
-    monitor : MonitorParams or None, optional
-        The thresholds beyond which a step reports a fault; None for no monitor. By default
-        ``MonitorParams()``.
-
     Examples
     --------
     >>> from popsteer.reference import Path
@@ -173,19 +134,15 @@ class Pop(Tracker[PopParams, PopState]):
     PARAMS = PopParams
     STATE = PopState
 
-    def prepare(self) -> None:
-        """Work out what every step needs."""
-        self._search = Search.of(self._resolved)
-
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Run Algorithm 1; the numbers are those of its lines."""
         speed = at.vehicle.forward_speed()
         previous_steer = at.mirror(self.state.previous_steer)
         # 2: ld = ld_min + k_v * v
-        lookahead = self._search.min_lookahead + self._search.lookahead_gain * speed
+        lookahead = self._resolved.min_lookahead + self._resolved.lookahead_gain * speed
         # 3: lp_i = get_lookahead_point_index(x, y, {w}, ld)
         # 4: lp = get_lookahead_point({w}, lp_i)
-        target = self._search.find(self.path, at, lookahead)
+        target = find_lookahead(self.path, self._resolved, at, lookahead)
         # 1, 5 to 15: with the vehicle at the origin. Distances are the same there, and no digits
         # are lost far from it.
         lookahead_point = (target.point[0] - at.position[0], target.point[1] - at.position[1])

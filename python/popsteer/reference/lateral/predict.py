@@ -20,7 +20,7 @@ from popsteer.reference.lateral.tracker_state import (
 from popsteer.reference.limits import MAX_DT
 from popsteer.reference.vehicle.bicycle import Rollout
 from popsteer.reference.vehicle.delay import InFlight
-from popsteer.reference.vehicle.estimator import Corrections
+from popsteer.reference.vehicle.estimate import Corrections
 from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.reference.vehicle.timed import clipped
 
@@ -129,6 +129,7 @@ class Predicting(Generic[StateT]):
     _vehicle: Vehicle
     _models: bool
     _state: StateT
+    step: Callable[..., Command]
 
     def predict(self, time: float = 1.0, dt: float = 0.05) -> Prediction:
         """Predict the trajectory that the controller intends, from the last step on.
@@ -145,8 +146,7 @@ class Predicting(Generic[StateT]):
         before = self._state
 
         def step(vehicle: VehicleState) -> float:
-            step: Callable[..., Command] = getattr(self, "step")  # noqa: B009 - a tracker's
-            return step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
+            return self.step(vehicle.x, vehicle.y, vehicle.yaw, vehicle.speed, dt).steer
 
         # Predicted poses have no age, and carry no information on the vehicle.
         self._state = replace(with_past(before, None), last_measured=None, held_time=0.0)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_optional
-from popsteer.reference.lateral import check_follow, or_scaled
+from popsteer.reference.lateral import Params
 from popsteer.reference.math import PI
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ __all__ = ["PreviewPopParams"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PreviewPopParams:
+class PreviewPopParams(Params):
     """Parameters of `PreviewPop`.
 
     Attributes
@@ -87,29 +87,16 @@ class PreviewPopParams:
         config_in_range(self, "approach_angle", 1e-3, 0.5 * PI)
         config_optional(self, "min_speed", 1e-3, 1e4)
         config_optional(self, "smoothing_length", 0.0, 1e3)
-        check_follow(self)
+        super().__post_init__()
 
-    def resolved(self, vehicle: Vehicle) -> PreviewPopParams:
-        """Return the parameters with the defaults that scale with `vehicle` filled in.
-
-        Examples
-        --------
-        >>> from popsteer.reference import Vehicle
-        >>> params = PreviewPopParams().resolved(Vehicle())
-        >>> params.heading_cost, params.steer_rate_cost, params.min_speed, params.smoothing_length
-        (3.0, 0.25, 5.0, 2.0)
-        """
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return the defaults that scale with `vehicle`, by parameter."""
         wheelbase = vehicle.wheelbase
         rate = vehicle.max_steer_rate
-        return replace(
-            self,
-            steer_span_rate=or_scaled(
-                self.steer_span_rate, 60.0 * (PI / 180.0) if rate is None else rate
-            ),
-            heading_cost=or_scaled(self.heading_cost, wheelbase),
-            steer_rate_cost=or_scaled(self.steer_rate_cost, wheelbase / 12.0),
-            min_speed=or_scaled(self.min_speed, 5.0 / 3.0 * wheelbase),
-            smoothing_length=or_scaled(self.smoothing_length, 2.0 / 3.0 * wheelbase),
-            search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
-        )
+        return super()._scaled(vehicle) | {
+            "steer_span_rate": 60.0 * (PI / 180.0) if rate is None else rate,
+            "heading_cost": wheelbase,
+            "steer_rate_cost": wheelbase / 12.0,
+            "min_speed": 5.0 / 3.0 * wheelbase,
+            "smoothing_length": 2.0 / 3.0 * wheelbase,
+        }

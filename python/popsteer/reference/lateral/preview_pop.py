@@ -14,22 +14,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.reference.lateral import (
-    Belief,
-    Decision,
-    Tracked,
-    check_steer,
-    limit_steer,
-    resolved,
-)
-from popsteer.reference.lateral.approach import Straightening
+from popsteer.reference.lateral import Belief, Decision, Tracked, check_steer, limit_steer
+from popsteer.reference.lateral.approach import FULL_RATE, Approach, Straightening
 from popsteer.reference.lateral.cost_to_go import COMMANDED, regulator, stage, transition
 from popsteer.reference.lateral.limited import limited
 from popsteer.reference.lateral.plan import Horizon, Limits, Reached
 from popsteer.reference.lateral.preview_params import PreviewPopParams
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
-from popsteer.reference.math import atan, decay, divide, saturate, sqrt, tan, wrap
+from popsteer.reference.math import atan, decay, divide, saturate, tan, wrap
 from popsteer.reference.path.preview import Preview
 from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
@@ -40,16 +33,6 @@ if TYPE_CHECKING:
     from popsteer.reference.path.follow import Located
 
 __all__ = ["PreviewPop", "PreviewPopState"]
-
-
-_LAGS = 3.0
-"""Least horizon in steering lags, for a vehicle with a `max_steer_rate`; added to `_TURNS`."""
-_TURNS = 1.5
-"""And in halves of the shortest time in which the vehicle can turn by the approach angle."""
-_MOST_HORIZONS = 2.0
-"""Longest horizon, as a multiple of the parameter `horizon`."""
-_FULL_RATE = 0.5
-"""Share of `min_speed` from which on wheels with a `max_steer_rate` turn at that rate."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,20 +70,6 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     of the lateral acceleration, at any step, the best plan that keeps them takes its place
     (`limited`).
 
-    Parameters
-    ----------
-    path : Path
-        The path to follow.
-    vehicle : Vehicle, optional
-        What is steered; `Vehicle()` by default.
-    params : PreviewPopParams, optional
-        The parameters; ``PreviewPopParams()`` by default.
-    adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. ``AdaptParams()`` by default.
-    monitor : MonitorParams or None, optional
-        The thresholds beyond which a step reports a fault; None for no monitor. By default
-        ``MonitorParams()``.
-
     Examples
     --------
     >>> from popsteer.reference import Path
@@ -112,18 +81,6 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     TRACKED = Tracked.NO_SLIP_POINT
     PARAMS = PreviewPopParams
     STATE = PreviewPopState
-
-    def prepare(self) -> None:
-        """Work out what every step needs."""
-        span_rate = resolved(self._resolved.steer_span_rate)
-        rate = self.vehicle.max_steer_rate
-        # Largest rate of the commanded angle: the lesser of the parameter's and the vehicle's.
-        self._rate_is_the_vehicles = rate is not None and rate <= span_rate
-        self._steer_span_rate = span_rate if rate is None or span_rate < rate else rate
-        self._heading_cost = resolved(self._resolved.heading_cost)
-        self._steer_rate_cost = resolved(self._resolved.steer_rate_cost)
-        self._min_speed = resolved(self._resolved.min_speed)
-        self._smoothing_length = resolved(self._resolved.smoothing_length)
 
     def predicts(self) -> bool:
         """Tell whether the controller reads the `Belief`: it does."""
@@ -143,13 +100,14 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     def _choose(self, previous_steer: float, at: Located, belief: Belief) -> tuple[float, Status]:
         """Find the best angle in the neighbourhood; both angles are of the mirrored vehicle."""
         vehicle, estimate = self.vehicle, belief.estimate
-        speed = at.vehicle.forward_speed()
-        pace = speed if speed > self._min_speed else self._min_speed
+        approach = Approach.of(vehicle, self._resolved)
+        speed, min_speed = at.vehicle.forward_speed(), self._resolved.min_speed
+        pace = speed if speed > min_speed else min_speed
         length = vehicle.turning_length(speed) / estimate.gain
-        count, period = steps(self._horizon_at(pace), at.dt)
+        count, period = steps(approach.horizon_at(pace), at.dt)
         horizon, path_yaw = self._predict(at, belief, pace * period, count, length / period)
 
-        rate, span = self._rate_and_span(speed, at.dt)
+        rate, span = approach.rate_and_span(speed, at.dt)
         tangent = tan(previous_steer)
         commanded = tangent / length
         wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
@@ -159,12 +117,12 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         by_error, by_heading = horizon.best.cost[COMMANDED, :2].tolist()
         error = at.closest.cross_track_error()
         straightening = Straightening(
-            curvature=self._widest(pace, length),
+            curvature=approach.widest(pace, length),
             rate=rate / (length * pace),
             lag=vehicle.steer_lag * speed,
             unlimited=divide(by_heading, by_error),
         )
-        pull = self._approach_angle_at(error, straightening) * by_heading
+        pull = approach.angle_at(error, straightening) * by_heading
         largest = divide(pull if pull > 0.0 else 0.0, abs(by_error))
         driven = tan(at.mirror(wheel)) / length
         start = np.array(
@@ -182,7 +140,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         # At a constant rate of the angle, its tangent changes faster at large angles. A plan at the
         # vehicle's own rate does not count on that: on their way back to straight the wheels lose
         # it, and would be late.
-        steepness = 1.0 if self._rate_is_the_vehicles else 1.0 + tangent * tangent
+        steepness = 1.0 if approach.rate_is_the_vehicles else 1.0 + tangent * tangent
         most_later = rate * period * steepness / length
         least, greatest = self._curvatures(at, belief, length)
         if span <= 0.0:
@@ -202,7 +160,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         # SATURATED means that the vehicle limits the angle. Arriving at a limit of the curvature
         # counts; being held back by `steer_span_rate`, which is a choice, does not.
         arrives = reached.of_curvature() and low - 1e-10 <= angle <= high + 1e-10
-        is_the_vehicles = self._rate_is_the_vehicles and speed >= _FULL_RATE * self._min_speed
+        is_the_vehicles = approach.rate_is_the_vehicles and speed >= FULL_RATE * min_speed
         limits = arrives or (reached is not Reached.NOTHING and is_the_vehicles)
         return saturate(angle, low, high), Status.SATURATED if limits else Status.OK
 
@@ -220,74 +178,18 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         offset = at.mirror(belief.estimate.slip_length)
         drift = step * belief.estimate.slip
         here = at.closest.arc_length(self.path)
-        segment, smoothing = at.closest.segment, self._smoothing_length
+        segment, smoothing = at.closest.segment, self._resolved.smoothing_length
         preview = Preview(self.path, smoothing, segment, here, count * step)
         path_yaw, turns = preview.turns(here, step, count)
         models = [transition(step, lag, kept, offset, turn, drift) for turn in turns]
-        move_cost = (self._steer_rate_cost * length_per_time) ** 2
-        best = regulator(models, stage(self._heading_cost, offset), move_cost)
+        move_cost = (self._resolved.steer_rate_cost * length_per_time) ** 2
+        best = regulator(models, stage(self._resolved.heading_cost, offset), move_cost)
         return Horizon(models, best), path_yaw
 
     def _remember(self, reached: Sequence[Reached]) -> None:
         """Keep the limits that the plan reached: three bits a step, the first the lowest."""
         code = sum(limit << 3 * k for k, limit in enumerate(reached))
         self._state = replace(self.state, reached_limits=code)
-
-    def _horizon_at(self, pace: float) -> float:
-        """Return the horizon at a speed [s].
-
-        It is longer than the parameter if the vehicle's wheels need longer to straighten it on its
-        approach to the path.
-        """
-        horizon, vehicle = self.params.horizon, self.vehicle
-        if not self._rate_is_the_vehicles:
-            return horizon
-        # Half the time in which wheels that turn out and back at their rate turn the vehicle by
-        # the approach angle.
-        length = vehicle.turning_length(pace)
-        turn = sqrt(self.params.approach_angle * length / (pace * self._steer_span_rate))
-        needed = _LAGS * vehicle.steer_lag + _TURNS * turn
-        most = _MOST_HORIZONS * horizon
-        needed = needed if needed < most else most
-        return needed if needed > horizon else horizon
-
-    def _rate_and_span(self, speed: float, dt: float) -> tuple[float, float]:
-        """Return the planned rate of the wheels [rad/s], and their travel in a period `dt` [rad].
-
-        Below `min_speed` the wheels turn in proportion to the distance travelled. Where the rate is
-        the vehicle's `max_steer_rate`, they turn at the full rate down to `_FULL_RATE` times
-        `min_speed`, and in proportion to the distance below. The prediction assumes at least
-        `min_speed`: it covers a distance sooner than the vehicle, so the planned rate is larger by
-        the same factor.
-        """
-        rate = self._steer_span_rate
-        if speed >= self._min_speed:
-            return rate, rate * dt
-        slow = speed / self._min_speed
-        if not self._rate_is_the_vehicles:
-            return rate, rate * dt * slow
-        if slow < _FULL_RATE:
-            return rate / _FULL_RATE, rate * dt * (slow / _FULL_RATE)
-        return rate / slow, rate * dt
-
-    def _approach_angle_at(self, error: float, straightening: Straightening) -> float:
-        """Return the heading at which a path `error` [m] away is approached [rad].
-
-        `approach_angle` for a vehicle without limits of its own: `steer_span_rate` is a choice and
-        does not make the approach flatter.
-        """
-        approach_angle = self.params.approach_angle
-        if self._rate_is_the_vehicles or self.vehicle.max_lateral_acceleration is not None:
-            return straightening.steepest(approach_angle, abs(error))
-        return approach_angle
-
-    def _widest(self, pace: float, length: float) -> float:
-        """Return the largest curvature that the vehicle drives at a speed [1/m]."""
-        steered = tan(self.vehicle.max_steer) / length
-        most = self.vehicle.max_lateral_acceleration
-        if most is not None and most / (pace * pace) < steered:
-            return most / (pace * pace)
-        return steered
 
     def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
         """Return the least and the greatest curvature that may be commanded [1/m].

@@ -7,16 +7,8 @@ from math import copysign
 from typing import TYPE_CHECKING
 
 from popsteer.reference.geometry import get_distance
-from popsteer.reference.lateral import (
-    Belief,
-    Decision,
-    Tracked,
-    check_follow,
-    check_steer,
-    limit_steer,
-    or_scaled,
-)
-from popsteer.reference.lateral.search import Search, check_search
+from popsteer.reference.lateral import Belief, Decision, Tracked, check_steer, limit_steer
+from popsteer.reference.lateral.search import SearchParams, find_lookahead
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import PI, acos, atan2, divide, sin
@@ -30,7 +22,7 @@ __all__ = ["PurePursuit", "PurePursuitParams", "PurePursuitState"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PurePursuitParams:
+class PurePursuitParams(SearchParams):
     """Parameters of `PurePursuit`; the paper's Table 1, and the published code's least lookahead.
 
     Attributes
@@ -85,28 +77,11 @@ class PurePursuitParams:
     lost_distance: float | None = None
 
     def __post_init__(self) -> None:
-        check_search(self)
-        check_follow(self)
+        super().__post_init__()
 
-    def resolved(self, vehicle: Vehicle) -> PurePursuitParams:
-        """Return the parameters with the defaults that scale with `vehicle` filled in.
-
-        Examples
-        --------
-        >>> from popsteer.reference import Vehicle
-        >>> PurePursuitParams().resolved(Vehicle()).min_lookahead
-        10.0
-        """
-        wheelbase = vehicle.wheelbase
-        return replace(
-            self,
-            min_lookahead=or_scaled(self.min_lookahead, 10.0 / 3.0 * wheelbase),
-            lookahead_tolerance=or_scaled(self.lookahead_tolerance, wheelbase / 300.0),
-            window_ahead=or_scaled(self.window_ahead, 20.0 / 3.0 * wheelbase),
-            grid_spacing=or_scaled(self.grid_spacing, wheelbase / 300.0),
-            search_distance=or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance=or_scaled(self.lost_distance, 10.0 * wheelbase),
-        )
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return the defaults that scale with `vehicle`, by parameter."""
+        return super()._scaled(vehicle) | {"min_lookahead": 10.0 / 3.0 * vehicle.wheelbase}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,21 +109,6 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
     δ = atan(2 L sin α / ld), limited to ±δ_max, with α the bearing of the lookahead point off
     the heading and ld = max(ld_min, k_v v).
 
-    Parameters
-    ----------
-    path : Path
-        The path to follow.
-    vehicle : Vehicle, optional
-        What is steered; `Vehicle()` by default.
-    params : PurePursuitParams, optional
-        The parameters; by default the paper's, with the published code's least lookahead.
-    adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. By default
-        ``AdaptParams()`` if the vehicle has a dead time.
-    monitor : MonitorParams or None, optional
-        The thresholds beyond which a step reports a fault; None for no monitor. By default
-        ``MonitorParams()``.
-
     Examples
     --------
     >>> from popsteer.reference import Path
@@ -161,27 +121,20 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
     PARAMS = PurePursuitParams
     STATE = PurePursuitState
 
-    def prepare(self) -> None:
-        """Work out what every step needs."""
-        self._search = Search.of(self._resolved)
-
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
-        wheelbase = self.vehicle.wheelbase
-        scheduled = self._search.lookahead_gain * at.vehicle.forward_speed()
-        if scheduled > self._search.min_lookahead:
-            lookahead = scheduled
-        else:
-            lookahead = self._search.min_lookahead
+        wheelbase, params = self.vehicle.wheelbase, self._resolved
+        scheduled = params.lookahead_gain * at.vehicle.forward_speed()
+        lookahead = scheduled if scheduled > params.min_lookahead else params.min_lookahead
         # -0.0, a lookahead of nothing on the other side, becomes 0.0.
         lookahead = lookahead + 0.0
-        target = self._search.find(self.path, at, lookahead)
+        target = find_lookahead(self.path, params, at, lookahead)
         to = (target.point[0] - at.position[0], target.point[1] - at.position[1])
         cosine, sine = at.heading
         ahead = to[0] * cosine + to[1] * sine
         left = to[1] * cosine - to[0] * sine
         # atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
-        if self.params.alpha_by_arccos:
+        if params.alpha_by_arccos:
             alpha = _alpha_by_arccos(ahead, left, lookahead, self.state.previous_alpha)
             self._state = replace(self.state, previous_alpha=alpha)
             wanted = atan2(2.0 * wheelbase * sin(alpha), lookahead)
@@ -189,7 +142,7 @@ class PurePursuit(Tracker[PurePursuitParams, PurePursuitState]):
             # sin(alpha) is left / distance, with the distance on the other side.
             distance = get_distance(at.position, target.point)
             # Towards a point behind the circle would lead away from it, straight behind for good.
-            behind = self._search.exact_lookahead and ahead < 0.0
+            behind = params.exact_lookahead and ahead < 0.0
             aside = copysign(distance, left) if behind else left
             wanted = atan2(2.0 * wheelbase * aside, lookahead * distance)
         steer, status = limit_steer(self.vehicle, wanted)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.reference.error import input_in_range
+from popsteer.reference.error import input_in_range, input_within
 from popsteer.reference.math import PI
 from popsteer.reference.vehicle.past import MAX_POSE_AGE
 
@@ -47,4 +47,4 @@ class Reported(NamedTuple):
 
 def _checked_steer(vehicle: Vehicle, steer: float) -> float:
     limit = 0.5 * PI
-    return vehicle.at_wheels(input_in_range("applied_steer", steer, -limit, limit))
+    return vehicle.at_wheels(input_within("applied_steer", steer, limit))

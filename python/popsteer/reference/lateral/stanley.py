@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from popsteer.reference.error import config_in_range, config_optional
-from popsteer.reference.lateral import (
-    Belief,
-    Decision,
-    Tracked,
-    check_follow,
-    limit_steer,
-    or_scaled,
-    resolved,
-)
+from popsteer.reference.lateral import Belief, Decision, Params, Tracked, limit_steer
 from popsteer.reference.lateral.tracker import Tracker
 from popsteer.reference.lateral.tracker_state import TrackerState
 from popsteer.reference.math import atan, wrap
@@ -29,7 +21,7 @@ __all__ = ["Stanley", "StanleyParams", "StanleyState"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class StanleyParams:
+class StanleyParams(Params):
     """Parameters of `Stanley`; the paper's Table 1 by default.
 
     Attributes
@@ -80,24 +72,14 @@ class StanleyParams:
         config_in_range(self, "speed_gain", 0.0, 1e6)
         config_optional(self, "softening", 1e-9, 1e6)
         config_optional(self, "smoothing_length", 0.0, 1e4)
-        check_follow(self)
+        super().__post_init__()
 
-    def resolved(self, vehicle: Vehicle) -> StanleyParams:
-        """Return the parameters with the defaults that scale with `vehicle` filled in.
-
-        Examples
-        --------
-        >>> from popsteer.reference import Vehicle
-        >>> round(StanleyParams().resolved(Vehicle(wheelbase=0.3)).softening, 12)
-        1e-06
-        """
-        return replace(
-            self,
-            softening=or_scaled(self.softening, 1e-5 / 3.0 * vehicle.wheelbase),
-            smoothing_length=or_scaled(self.smoothing_length, vehicle.wheelbase),
-            search_distance=or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
-            lost_distance=or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
-        )
+    def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
+        """Return the defaults that scale with `vehicle`, by parameter."""
+        return super()._scaled(vehicle) | {
+            "softening": 1e-5 / 3.0 * vehicle.wheelbase,
+            "smoothing_length": vehicle.wheelbase,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,21 +99,6 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     δ = -(ψ_e + atan(k_χ χ_e / (k_s + k_v v))), limited to ±δ_max. The signs are those of this
     package's errors, positive to the left; the paper's are the opposite.
 
-    Parameters
-    ----------
-    path : Path
-        The path to follow.
-    vehicle : Vehicle, optional
-        What is steered; `Vehicle()` by default.
-    params : StanleyParams, optional
-        The parameters; the paper's by default.
-    adapt : AdaptParams or None, optional
-        How the controller adapts to its vehicle; None for not at all. By default
-        ``AdaptParams()`` if the vehicle has a dead time.
-    monitor : MonitorParams or None, optional
-        The thresholds beyond which a step reports a fault; None for no monitor. By default
-        ``MonitorParams()``.
-
     Examples
     --------
     >>> from popsteer.reference import Path
@@ -144,20 +111,16 @@ class Stanley(Tracker[StanleyParams, StanleyState]):
     PARAMS = StanleyParams
     STATE = StanleyState
 
-    def prepare(self) -> None:
-        """Work out what every step needs."""
-        self._softening = resolved(self._resolved.softening)
-        self._smoothing_length = resolved(self._resolved.smoothing_length)
-
     def decide(self, at: Located, belief: Belief) -> Decision:  # noqa: ARG002 - not needed here
         """Decide the angle for a located vehicle."""
-        speed = self._softening + self.params.speed_gain * at.vehicle.forward_speed()
-        pull = atan(self.params.cross_track_gain * at.closest.cross_track_error() / speed)
-        if self.params.heading_behind:
+        params = self._resolved
+        speed = params.softening + params.speed_gain * at.vehicle.forward_speed()
+        pull = atan(params.cross_track_gain * at.closest.cross_track_error() / speed)
+        if params.heading_behind:
             path_yaw = path_yaw_behind(self.path, at.closest.nearest_waypoint(self.path))
-        elif self._smoothing_length > 0.0:
+        elif params.smoothing_length > 0.0:
             arc_length = at.closest.arc_length(self.path)
-            smoothing = self._smoothing_length
+            smoothing = params.smoothing_length
             path_yaw = Preview.yaw_at(self.path, smoothing, at.closest.segment, arc_length)
         else:
             path_yaw = at.closest.path_yaw()

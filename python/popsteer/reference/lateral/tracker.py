@@ -24,12 +24,7 @@ from popsteer.reference.lateral.command_limits import limit, widest_offset
 from popsteer.reference.lateral.missed import Holding, elapse
 from popsteer.reference.lateral.monitor import Measured, Monitor, MonitorParams
 from popsteer.reference.lateral.monitor_state import MonitorState
-from popsteer.reference.lateral.perception import (
-    Perception,
-    observe_slip,
-    perceive_aged,
-    predict_now,
-)
+from popsteer.reference.lateral.perception import observe_slip, perceive
 from popsteer.reference.lateral.predict import Predicting
 from popsteer.reference.lateral.replan import carry_over
 from popsteer.reference.lateral.reported import Reported
@@ -61,7 +56,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle.estimator import AdaptParams, Estimate
+    from popsteer.reference.vehicle.estimate import AdaptParams, Estimate
 
 __all__ = ["HANDOVER_TIME", "Tracker"]
 
@@ -94,9 +89,25 @@ class Tracker(
         adapt: AdaptParams | Literal["auto"] | None = "auto",
         monitor: MonitorParams | Literal["auto"] | None = "auto",
     ) -> None:
+        """Steer a vehicle along a path.
+
+        Parameters
+        ----------
+        path : Path
+            The path to follow.
+        vehicle : Vehicle, optional
+            What is steered; `Vehicle()` without.
+        params : optional
+            The controller's parameters; the defaults of their class without.
+        adapt : AdaptParams or None, optional
+            How the controller adapts to its vehicle; None for not at all. Without, as by default
+            where an estimate counts: with a dead time, and always in `PreviewPop`.
+        monitor : MonitorParams or None, optional
+            From where on a step says that something is wrong; None for never. Without, as
+            ``MonitorParams()``.
+        """
         params = self.PARAMS() if params is None else params
         super().__init__(path, Vehicle() if vehicle is None else vehicle, params)
-        self.prepare()
         self._vehicle_given = vehicle is not None
         self._follow = self.TRACKED.follow(self._vehicle, self._resolved)
         self._adapt = self.default_adapt() if adapt == "auto" else adapt
@@ -240,7 +251,9 @@ class Tracker(
         dt = checked_dt(dt)
         reported = Reported(applied_steer, pose_age).checked(self._vehicle)
         self._state, dt = elapse(self._state, dt)
-        now, predicted, belief, observed, travel = self._perceive(vehicle, dt, reported)
+        self._state, (now, predicted, belief, observed, travel) = perceive(
+            self, self._adapt, self._state, vehicle, dt, reported, models=self._models
+        )
 
         at = self._follow.locate(self._path, self._state.waypoint, predicted, dt)
         self._state = replace(self._state, waypoint=at.closest.segment)
@@ -309,22 +322,6 @@ class Tracker(
         state, goes_on = self.set_steer(state, steer)
         remaining = 0.0 if goes_on else HANDOVER_TIME
         return replace(state, steer=steer, handover_offset=None, handover_remaining=remaining)
-
-    def _perceive(self, vehicle: VehicleState, dt: float, reported: Reported) -> Perception:
-        """Return measured and predicted vehicle, after all that is `reported`."""
-        applied, age = reported
-        if applied is not None:
-            # All that goes on from the last command goes on from what was applied instead.
-            self._state, _ = self.set_steer(replace(self._state, steer=applied), applied)
-        if age > 0.0 or past_of(self._state) is not None:
-            self._state, perception = perceive_aged(
-                self._vehicle, self._adapt, self._state, vehicle, dt, age, models=self._models
-            )
-            return perception
-        self._state, predicted, belief = predict_now(
-            self._vehicle, self._adapt, self._state, vehicle, dt
-        )
-        return Perception(vehicle, predicted, belief, observed=dt, travel=0.0)
 
     def _checked(self, state: StateT) -> StateT:
         """Return `state`, where it is one that this tracker could have on its path.

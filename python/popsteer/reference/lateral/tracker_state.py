@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, fields, replace
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
-from popsteer.reference.error import input_below, input_in_range
+from popsteer.reference.error import input_below, input_within
 from popsteer.reference.lateral.command import Command
 from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.math import atan2, wrap
 from popsteer.reference.path.stop import Ahead
 from popsteer.reference.vehicle.delay import InFlight
-from popsteer.reference.vehicle.estimator import Corrections, Estimator
+from popsteer.reference.vehicle.estimate import Corrections
+from popsteer.reference.vehicle.estimator import Estimator
 from popsteer.reference.vehicle.past import Past
 from popsteer.reference.vehicle.state import VehicleState
 
@@ -74,10 +75,10 @@ class Deviation(NamedTuple):
         """Return the same, as floats, where each is within its bound."""
         most = 4.0 * MAX_COORDINATE
         return Deviation(
-            input_in_range("answer", self.cross_track_error, -most, most),
-            input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW),
-            input_in_range("answer", self.along_x, -most, most),
-            input_in_range("answer", self.along_y, -most, most),
+            input_within("answer", self.cross_track_error, most),
+            input_within("answer", self.yaw, 2.0 * MAX_YAW),
+            input_within("answer", self.along_x, most),
+            input_within("answer", self.along_y, most),
         )
 
 
@@ -96,7 +97,7 @@ class Place(NamedTuple):
     def checked(self) -> Place:
         """Return the same, as floats, where each is within its bound."""
         most = 4.0 * MAX_COORDINATE
-        return Place(*(input_in_range("place", value, -most, most) for value in self))
+        return Place(*(input_within("place", value, most) for value in self))
 
 
 class Answer(NamedTuple):
@@ -132,31 +133,22 @@ class Answer(NamedTuple):
 
     def checked(self) -> Answer:
         """Return the same, as floats, where each is within its bound."""
-        measured, predicted = (
-            Deviation(*self.measured).checked(),
-            Deviation(*self.predicted).checked(),
-        )
-        most = 4.0 * MAX_COORDINATE
-        x, y = self.target
-        x = input_in_range("answer", x, -most, most)
-        y = input_in_range("answer", y, -most, most)
-        return Answer(measured, predicted, (x, y), self.reverse, *self._checked_ahead())
-
-    def _checked_ahead(self) -> tuple[Ahead, tuple[float, float, float, float]]:
-        """Return the rest, as floats, where each is within its bound."""
+        measured = Deviation(*self.measured).checked()
+        predicted = Deviation(*self.predicted).checked()
+        x, y = (input_within("answer", at, 4.0 * MAX_COORDINATE) for at in self.target)
         speed, distance = self.ahead
         if speed is not None:
-            speed = input_in_range("answer", speed, -2.0 * MAX_SPEED, 2.0 * MAX_SPEED)
+            speed = input_within("answer", speed, 2.0 * MAX_SPEED)
         if distance != inf:
-            distance = input_in_range("answer", distance, -MAX_DISTANCE, MAX_DISTANCE)
-        x, y, yaw, now = self.vehicle
+            distance = input_within("answer", distance, MAX_DISTANCE)
+        here, there, yaw, now = self.vehicle
         vehicle = (
-            input_in_range("answer", x, -MAX_COORDINATE, MAX_COORDINATE),
-            input_in_range("answer", y, -MAX_COORDINATE, MAX_COORDINATE),
-            input_in_range("answer", yaw, -MAX_YAW, MAX_YAW),
-            input_in_range("answer", now, -MAX_SPEED, MAX_SPEED),
+            input_within("answer", here, MAX_COORDINATE),
+            input_within("answer", there, MAX_COORDINATE),
+            input_within("answer", yaw, MAX_YAW),
+            input_within("answer", now, MAX_SPEED),
         )
-        return Ahead(speed, distance), vehicle
+        return Answer(measured, predicted, (x, y), self.reverse, Ahead(speed, distance), vehicle)
 
 
 _NOWHERE = Deviation(cross_track_error=0.0, yaw=0.0, along_x=1.0, along_y=0.0)
@@ -318,27 +310,18 @@ def estimator_of(state: TrackerState) -> Estimator:
         moment=np.array([state.turn_measured, state.offset_measured]),
         turn=state.turn,
         change=state.change,
-        estimate=Corrections(
-            gain=state.gain,
-            steer_offset=state.steer_offset,
-            longer_dead_time=state.longer_dead_time,
-            slip=state.slip,
-            slip_length=state.slip_length,
-            acceleration=state.acceleration,
-        ),
+        estimate=Corrections(*(getattr(state, each.name) for each in fields(Corrections))),
     )
 
 
 def with_estimator(state: StateT, estimator: Estimator) -> StateT:
     """Return the state with what the motion of the vehicle has shown."""
-    last_measured, estimate = estimator.last_measured, estimator.estimate
+    last_measured = estimator.last_measured
     (turn_turn, turn_offset), (_, offset_offset) = estimator.information.tolist()
     turn_measured, offset_measured = estimator.moment.tolist()
     return replace(
         state,
-        last_measured=None
-        if last_measured is None
-        else (last_measured.x, last_measured.y, last_measured.yaw, last_measured.speed),
+        last_measured=None if last_measured is None else astuple(last_measured),
         turn_turn=turn_turn,
         turn_offset=turn_offset,
         offset_offset=offset_offset,
@@ -346,12 +329,7 @@ def with_estimator(state: StateT, estimator: Estimator) -> StateT:
         offset_measured=offset_measured,
         turn=estimator.turn,
         change=estimator.change,
-        gain=estimate.gain,
-        steer_offset=estimate.steer_offset,
-        longer_dead_time=estimate.longer_dead_time,
-        slip=estimate.slip,
-        slip_length=estimate.slip_length,
-        acceleration=estimate.acceleration,
+        **vars(estimator.estimate),
     )
 
 

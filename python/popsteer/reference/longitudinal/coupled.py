@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from popsteer.reference.error import config_in_range, input_in_range
+from popsteer.reference.error import config_in_range, input_within
 from popsteer.reference.limits import MAX_SPEED
 from popsteer.reference.longitudinal import Pedals
 from popsteer.reference.math import PI
@@ -96,7 +96,7 @@ class CoupledLongitudinal:
         cutoff = self._params.cutoff
         steer_limit = self._params.steer_limit
         speed_limit = self._params.speed_limit
-        speed = input_in_range("speed", speed, -MAX_SPEED, MAX_SPEED)
-        steer = input_in_range("steer", steer, -PI, PI)
+        speed = input_within("speed", speed, MAX_SPEED)
+        steer = input_within("steer", steer, PI)
         reserve = (speed_limit - speed) / speed_limit - abs(steer) / steer_limit
         return Pedals.from_command(cutoff + reserve * (1.0 - cutoff))

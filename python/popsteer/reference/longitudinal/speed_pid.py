@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from popsteer.reference.error import config_in_range, input_in_range
+from popsteer.reference.error import config_in_range, input_within
 from popsteer.reference.limits import MAX_SPEED
 from popsteer.reference.longitudinal import Pedals
 from popsteer.reference.math import saturate
@@ -134,8 +134,8 @@ class SpeedPid:
         InputError
             For a number that is not finite or beyond its bound; the state is then unchanged.
         """
-        speed = input_in_range("speed", speed, -MAX_SPEED, MAX_SPEED)
-        target_speed = input_in_range("target_speed", target_speed, -MAX_SPEED, MAX_SPEED)
+        speed = input_within("speed", speed, MAX_SPEED)
+        target_speed = input_within("target_speed", target_speed, MAX_SPEED)
         dt = checked_dt(dt)
         error = target_speed - speed
         previous = self._state.previous_error
@@ -146,8 +146,8 @@ class SpeedPid:
 
     def check_state(self, state: SpeedPidState) -> SpeedPidState:
         """Return `state`, where it is one that this controller could have."""
-        integral = input_in_range("integral", state.integral, -1.0, 1.0)
+        integral = input_within("integral", state.integral, 1.0)
         error = state.previous_error
         if error is not None:
-            error = input_in_range("previous_error", error, -2.0 * MAX_SPEED, 2.0 * MAX_SPEED)
+            error = input_within("previous_error", error, 2.0 * MAX_SPEED)
         return SpeedPidState(integral=integral, previous_error=error)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import config_in_range, input_below, input_in_range
+from popsteer.reference.error import config_in_range, input_below, input_within
 from popsteer.reference.limits import MAX_SPEED
 from popsteer.reference.math import saturate, sqrt
 from popsteer.reference.path.follow import Follow
@@ -163,14 +162,10 @@ class SpeedTracker:
         car = self._vehicle
         self._driving = DRIVING if car.max_acceleration is None else car.max_acceleration
         self._braking = BRAKING if car.max_deceleration is None else car.max_deceleration
-        self._follow = Follow(
-            base=car.rear_axle,
-            reference_offset=0.0,
-            rear_axle=car.rear_axle,
-            search_distance=2.0 * car.wheelbase,
+        self._follow = replace(
+            Follow.of(car, car.rear_axle, 0.0),
             lost_distance=10.0 * car.wheelbase,
             arrival_distance=TURNING * car.wheelbase,
-            opposite_distance=car.wheelbase * 10.0 / 3.0,
         )
         self._plan = _planned(path, car, self._driving, self._braking)
 
@@ -209,8 +204,8 @@ class SpeedTracker:
     def state(self, state: SpeedTrackerState) -> None:
         if state.waypoint is not None:
             input_below("waypoint", state.waypoint, len(self._path))
-        input_in_range("acceleration", state.acceleration, -MAX_SPEED, MAX_SPEED)
-        input_in_range("integral", state.integral, -MOST_INTEGRAL, MOST_INTEGRAL)
+        input_within("acceleration", state.acceleration, MAX_SPEED)
+        input_within("integral", state.integral, MOST_INTEGRAL)
         self._state = state
 
     def set_path(self, path: Path) -> None:
@@ -313,7 +308,7 @@ class SpeedTracker:
             found, share = segment, 0.0
         else:
             wrapped = arc - path.length if path.closed and arc >= path.length else arc
-            found = _segment_by_arc(path, wrapped)
+            found = path.segment_by_arc(wrapped)
             share = saturate((wrapped - path.s[found]) / path.segment_length(found), 0.0, 1.0)
         following = path.next(found)
         here = self._plan[found] * self._plan[found]
@@ -324,14 +319,8 @@ class SpeedTracker:
 
 def _end_of(path: PathView, end: int, segment: int) -> float:
     """Return the arc length at the end of a section [m], counted on across the seam."""
-    arc = path.s[end + 1] if end + 1 < len(path) else path.length
+    arc = path.segment_end(end)
     return arc + path.length if end < segment else arc
-
-
-def _segment_by_arc(path: PathView, arc: float) -> int:
-    """Return the segment at `arc` [m]: the first before the path, the last beyond it."""
-    begun = bisect_right(path.s, arc)
-    return path.segment_at(begun - 1 if begun > 0 else 0)
 
 
 def _planned(path: PathView, car: Vehicle, driving: float, braking: float) -> list[float]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import input_below, input_in_range
-from popsteer.reference.limits import MAX_COORDINATE, MAX_YAW
+from popsteer.reference.error import input_below, input_in_range, input_within
+from popsteer.reference.limits import MAX_YAW
 from popsteer.reference.math import cos, sin
 from popsteer.reference.path import locate, projection, relocalise, resample
 from popsteer.reference.path.locate import OPPOSITE
 from popsteer.reference.path.lookahead import get_crossing, get_lookahead_point
 from popsteer.reference.path.view import PathView
+from popsteer.reference.vehicle.state import checked_point
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
@@ -37,15 +38,17 @@ class Path(PathView):
     closed : bool, optional
         Whether the last waypoint leads back to the first.
     reverse : iterable of bool, optional
-        For each waypoint whether the segment that leaves it is driven backwards; by default the
-        signs of the speeds say so.
+        For each waypoint whether the segment that leaves it is driven backwards; by default
+        where the speed at its start is negative; where that is 0, where the speed at its end
+        is; where both are, as the segment before it.
     drop_duplicates : bool, optional
         Whether of neighbours that coincide only the last is kept, instead of refusing them.
 
     Raises
     ------
     PathError
-        As `PathView`.
+        Fewer than two waypoints (three for a closed path), a speed too many or
+        too few, a number that is not finite or beyond its bound, neighbours that coincide.
 
     Examples
     --------
@@ -59,7 +62,7 @@ class Path(PathView):
 
     def nearest_waypoint(self, x: float, y: float) -> int:
         """Find the waypoint nearest to (x, y) [m] of all; the first of several."""
-        return projection.nearest_waypoint(self, _position(x, y))
+        return projection.nearest_waypoint(self, checked_point((x, y)))
 
     def locate(
         self,
@@ -72,8 +75,8 @@ class Path(PathView):
         opposite_distance: float = OPPOSITE,
     ) -> Projection:
         """Project (x, y) [m] onto the path near the segment at `waypoint`; see `locate.locate`."""
-        position = _position(x, y)
-        yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
+        position = checked_point((x, y))
+        yaw = input_within("yaw", yaw, MAX_YAW)
         waypoint = input_below("waypoint", waypoint, len(self))
         reach = input_in_range("reach", reach, 0.0, 1e9)
         opposite = input_in_range("opposite_distance", opposite_distance, 0.0, 1e9)
@@ -85,7 +88,7 @@ class Path(PathView):
         self, x: float, y: float, lookahead: float, segment: int
     ) -> tuple[Point, bool]:
         """Find the first crossing of the lookahead circle; see `lookahead.get_crossing`."""
-        position = _position(x, y)
+        position = checked_point((x, y))
         lookahead = input_in_range("lookahead", lookahead, 0.0, 1e6)
         segment = self.segment_at(input_below("segment", segment, len(self)))
         closest = projection.find_closest_point(self, segment, position)
@@ -95,14 +98,14 @@ class Path(PathView):
         self, x: float, y: float, yaw: float, *, opposite_distance: float = OPPOSITE
     ) -> int:
         """Find the segment to start from after a jump to (x, y) [m] with heading `yaw` [rad]."""
-        position = _position(x, y)
-        yaw = input_in_range("yaw", yaw, -MAX_YAW, MAX_YAW)
+        position = checked_point((x, y))
+        yaw = input_within("yaw", yaw, MAX_YAW)
         opposite = input_in_range("opposite_distance", opposite_distance, 0.0, 1e9)
         return relocalise.relocalise(self, position, yaw, opposite)
 
     def project(self, x: float, y: float, nearest: int | None = None) -> Projection:
         """Project (x, y) [m] exactly onto the two segments at waypoint `nearest`."""
-        position = _position(x, y)
+        position = checked_point((x, y))
         return projection.project(self, self._near(nearest, position), position)
 
     def path_yaw_behind(self, nearest: int) -> float:
@@ -189,7 +192,7 @@ class Path(PathView):
         >>> path.get_lookahead_point(0.0, 0.0, 6.0, grid_spacing=0.5)
         Lookahead(index=12, point=(6.0, 0.0), found=True)
         """
-        position = _position(x, y)
+        position = checked_point((x, y))
         nearest = self._near(nearest, position)
         lookahead = input_in_range("lookahead", lookahead, 0.0, 1e6)
         tolerance = input_in_range("tolerance", tolerance, 1e-9, 1e3)
@@ -204,11 +207,3 @@ class Path(PathView):
         if nearest is None:
             return projection.nearest_waypoint(self, position)
         return input_below("nearest", nearest, len(self))
-
-
-def _position(x: float, y: float) -> Point:
-    """Return a position whose coordinates are finite and within their bound."""
-    return (
-        input_in_range("x", x, -MAX_COORDINATE, MAX_COORDINATE),
-        input_in_range("y", y, -MAX_COORDINATE, MAX_COORDINATE),
-    )

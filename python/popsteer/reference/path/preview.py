@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import dataclass
 from math import fmod, inf
 from typing import TYPE_CHECKING
@@ -167,7 +166,7 @@ class Preview:
             if arc_length < stretch.start:
                 return stretch.first, arc_length - stretch.start
         arc_length = _on_path(path, arc_length)
-        segment = _segment_at(path, arc_length)
+        segment = path.segment_by_arc(arc_length)
         return segment, arc_length - path.s[segment]
 
     def _point_at(self, arc_length: float) -> Point:
@@ -199,8 +198,3 @@ def _on_path(path: PathView, arc_length: float) -> float:
         return arc_length
     rest = fmod(arc_length, path.length)
     return rest + path.length if rest < 0.0 else rest
-
-
-def _segment_at(path: PathView, arc_length: float) -> int:
-    """Find the last segment whose start does not lie beyond `arc_length`, or the first of all."""
-    return min(max(bisect_right(path.s, arc_length) - 1, 0), path.segments - 1)

@@ -196,14 +196,11 @@ def project(path: PathView, nearest: int, position: Point) -> Projection:
     >>> found.segment, found.point, found.arc_length, found.cross_track_error
     (1, (10.0, 5.0), 15.0, -2.0)
     """
+    closest = find_closest_point(path, path.segment_at(nearest), position)
     incoming = path.previous(nearest)
-    outgoing = None if path.next(nearest) is None else nearest
-    if incoming is not None and outgoing is not None:
+    if incoming is not None:
         behind = find_closest_point(path, incoming, position)
-        ahead = find_closest_point(path, outgoing, position)
-        closest = behind if behind.squared_distance < ahead.squared_distance else ahead
-    else:
-        closest = find_closest_point(path, nearest if incoming is None else incoming, position)
+        closest = behind if behind.squared_distance < closest.squared_distance else closest
     return closest.projection(path)
 
 

@@ -46,7 +46,7 @@ class Ahead(NamedTuple):
             distance_to_stop = inf
         else:
             seam = path.length if end < segment else 0.0
-            distance_to_stop = _segment_end(path, end) + seam - arc
+            distance_to_stop = path.segment_end(end) + seam - arc
         if path.speed is None:
             return cls(None, distance_to_stop)
         creep = CREEP * follow.arrival_distance
@@ -73,8 +73,7 @@ def _speed_beside(
         arc += path.length
     elif path.closed and arc > path.length:
         arc -= path.length
-    begun = sum(1 for s in path.s if s <= arc)
-    segment = path.segment_at(max(begun - 1, 0))
+    segment = path.segment_by_arc(arc)
     share = (arc - path.s[segment]) / path.segment_length(segment)
     if path.reverse is not None:
         # The rear axle may not have come to this section yet, or be past it.
@@ -102,11 +101,6 @@ def _at_stop(speed: float, other: float, creep: float) -> float:
     """
     faster = max(speed, other)
     return max(speed, creep if faster <= 0.0 else min(faster, creep))
-
-
-def _segment_end(path: PathView, index: int) -> float:
-    """Return the arc length at the end of segment `index` [m]."""
-    return path.s[index + 1] if index + 1 < len(path) else path.length
 
 
 def section_end(path: PathView, index: int) -> int | None:

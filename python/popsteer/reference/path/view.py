@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Sized
 from typing import TYPE_CHECKING
 
@@ -25,26 +26,7 @@ class PathView:
     Segment k runs from waypoint k to its successor: N - 1 segments in an open path, N in a
     closed one.
 
-    Parameters
-    ----------
-    xy : iterable of pairs of float
-        The waypoints [m], shape (N, 2).
-    speed : iterable of float, optional
-        Reference speed at each waypoint [m/s].
-    closed : bool, optional
-        Whether the last waypoint leads back to the first.
-    reverse : iterable of bool, optional
-        For each waypoint whether the segment that leaves it is driven backwards; by default
-        where the speed at its start is negative; where that is 0, where the speed at its end
-        is; where both are, as the segment before it.
-    drop_duplicates : bool, optional
-        Whether of neighbours that coincide only the last is kept, instead of refusing them.
-
-    Raises
-    ------
-    PathError
-        Fewer than two waypoints (three for a closed path), a speed too many or
-        too few, a number that is not finite or beyond its bound, neighbours that coincide.
+    Made as a `Path`, which answers a user's questions besides.
 
     Examples
     --------
@@ -154,10 +136,17 @@ class PathView:
         """Return the segment that starts at waypoint `index`, or ends there where none starts."""
         return min(index, self.segments - 1)
 
+    def segment_end(self, index: int) -> float:
+        """Return the arc length at the end of segment `index` [m]."""
+        return self._s[index + 1] if index + 1 < len(self) else self._length
+
     def segment_length(self, index: int) -> float:
         """Return the length of segment `index` [m]."""
-        end = self._s[index + 1] if index + 1 < len(self) else self._length
-        return end - self._s[index]
+        return self.segment_end(index) - self._s[index]
+
+    def segment_by_arc(self, arc: float) -> int:
+        """Return the last segment whose start does not lie beyond `arc` [m], or the first."""
+        return self.segment_at(max(bisect_right(self._s, arc) - 1, 0))
 
     def is_reverse(self, index: int) -> bool:
         """Tell whether segment `index` is driven backwards."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from popsteer.reference.error import config_in_range, config_optional, input_in_range
+from popsteer.reference.error import config_in_range, config_optional, input_within
 from popsteer.reference.limits import MAX_SPEED
 from popsteer.reference.math import saturate
 
@@ -136,7 +136,7 @@ class Vehicle:
         InputError
             Where the speed is not finite or beyond its bound.
         """
-        speed = input_in_range("speed", speed, -MAX_SPEED, MAX_SPEED)
+        speed = input_within("speed", speed, MAX_SPEED)
         base = self.wheelbase if self.turning_wheelbase is None else self.turning_wheelbase
         return base + self.understeer * speed * speed
 

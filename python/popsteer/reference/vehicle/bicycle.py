@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from popsteer.reference.geometry import Point
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import Corrections
+    from popsteer.reference.vehicle.estimate import Corrections
 
 __all__ = [
     "Rollout",
@@ -266,7 +266,7 @@ class Rollout:
     Examples
     --------
     >>> from popsteer.reference.vehicle import Vehicle
-    >>> from popsteer.reference.vehicle.estimator import Corrections
+    >>> from popsteer.reference.vehicle.estimate import Corrections
     >>> rollout = Rollout(Vehicle(), Corrections(), VehicleState(0.0, 0.0, 0.0, 10.0))
     >>> rollout.drive(0.0, [(0.0, 0.5)])
     0.0

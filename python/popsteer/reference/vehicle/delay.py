@@ -11,15 +11,22 @@ from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import input_in_range
+from popsteer.reference.error import input_in_range, input_within
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.vehicle.bicycle import Rollout
-from popsteer.reference.vehicle.timed import Timed, checked_count, clipped, push_or_join, take
+from popsteer.reference.vehicle.timed import (
+    Timed,
+    checked_count,
+    checked_entries,
+    clipped,
+    push_or_join,
+    take,
+)
 from popsteer.reference.vehicle.wheels import Reached, move_wheel
 
 if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import Corrections
+    from popsteer.reference.vehicle.estimate import Corrections
     from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["InFlight"]
@@ -85,20 +92,16 @@ class InFlight:
             Where they cannot: an angle beyond a quarter turn, a duration that is none, durations
             that do not add up to the dead time.
         """
-        limit = 0.5 * PI
         field = "commands_in_flight"
-        wheel = input_in_range("wheel", self.wheel, -limit, limit)
+        wheel = input_within("wheel", self.wheel, 0.5 * PI)
         dead_time = vehicle.dead_time + longer
         slack = 1e-9 * (1.0 + dead_time)
+        commands = checked_entries(field, self.commands, dead_time + slack)
         total = 0.0
-        commands = []
-        for each in self.commands:
-            steer = input_in_range(field, each[0], -limit, limit)
-            duration = input_in_range(field, each[1], 0.0, dead_time + slack)
-            commands.append((steer, duration))
+        for _, duration in commands:
             total += duration
         input_in_range(field, total, dead_time - slack, dead_time + slack)
-        return InFlight(tuple(commands), wheel)
+        return InFlight(commands, wheel)
 
     def reaching(self, vehicle: Vehicle, last: float, dt: float) -> Reached:
         """Return what reaches the wheels in `dt` [s] after `last` [rad] was commanded."""

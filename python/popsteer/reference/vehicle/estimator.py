@@ -22,9 +22,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.reference.error import config_in_range, config_optional, input_in_range
+from popsteer.reference.error import input_in_range, input_within
 from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.math import cos, exp, saturate, sin, wrap
+from popsteer.reference.vehicle.estimate import Corrections
 from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
@@ -33,9 +34,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from popsteer.reference.vehicle import Vehicle
+    from popsteer.reference.vehicle.estimate import AdaptParams
     from popsteer.reference.vehicle.wheels import Reached
 
-__all__ = ["AdaptParams", "Corrections", "Estimate", "Estimator"]
+__all__ = ["Estimator"]
 
 ACCELERATION_TIME = 0.1
 """Time constant of the estimated acceleration [s]."""
@@ -72,132 +74,6 @@ MAX_TURN = 1e30
 """Bound of a turn, which no valid input reaches; squares of its changes keep to `MAX_SUM`."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class AdaptParams:
-    """How fast a controller adapts to its vehicle.
-
-    Attributes
-    ----------
-    turn_time : float
-        Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
-        switches them off. Shorter: faster, and more noise of the heading in the estimates.
-    slip_time : float
-        Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more noise
-        of the position in the estimate.
-    min_speed : float or None
-        Below this speed the slip is not estimated [m/s], because the position moves too little to
-        show it. None is 5/3 wheelbases a second.
-
-    Raises
-    ------
-    ConfigError
-        Naming the parameter that is out of its range.
-
-    Examples
-    --------
-    >>> AdaptParams(turn_time=20)
-    AdaptParams(turn_time=20.0, slip_time=5.0, min_speed=None)
-    """
-
-    turn_time: float = 10.0
-    slip_time: float = 5.0
-    min_speed: float | None = None
-
-    def __post_init__(self) -> None:
-        config_in_range(self, "turn_time", 0.0, 1e6)
-        config_in_range(self, "slip_time", 0.0, 1e6)
-        config_optional(self, "min_speed", 0.0, 1e3)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Estimate:
-    """The vehicle as it is estimated: its parameters, corrected by what its motion has shown.
-
-    Attributes
-    ----------
-    gain : float
-        Ratio of the measured turning to that of the vehicle's parameters. Controllers use it for a
-        vehicle with a dead time, and 1 for others.
-    steer_offset : float
-        Steering offset: angle of the wheels at the command 0 [rad].
-    dead_time : float
-        Time from a command to its first effect on the wheels [s].
-    slip : float
-        Slip of the no-slip point on a straight: direction of its motion less the heading [rad].
-    slip_length : float
-        Change of the slip per curvature [m].
-    acceleration : float
-        Acceleration [m/s²].
-
-    Examples
-    --------
-    >>> from popsteer.reference import Path, PreviewPop, Vehicle
-    >>> controller = PreviewPop(Path([(0.0, 0.0), (9.0, 0.0)]), Vehicle(dead_time=0.2))
-    >>> controller.estimate.gain, controller.estimate.dead_time
-    (1.0, 0.2)
-    """
-
-    gain: float = 1.0
-    steer_offset: float = 0.0
-    dead_time: float = 0.0
-    slip: float = 0.0
-    slip_length: float = 0.0
-    acceleration: float = 0.0
-
-
-@dataclass(frozen=True)
-class Corrections:
-    """The estimates as corrections to the vehicle's parameters; `Estimate` in the Rust core.
-
-    Attributes
-    ----------
-    gain : float
-        Ratio of the measured turning to that of the vehicle's parameters. Controllers use 1 for a
-        vehicle without a dead time.
-    steer_offset : float
-        Steering offset, in addition to the vehicle's `steer_offset` [rad].
-    longer_dead_time : float
-        Dead time, in addition to the vehicle's `dead_time` [s]; may be negative.
-    slip : float
-        Slip of the no-slip point on a straight: direction of its motion less the heading [rad].
-    slip_length : float
-        Change of the slip per curvature [m].
-    acceleration : float
-        Acceleration [m/s²].
-    """
-
-    gain: float = 1.0
-    steer_offset: float = 0.0
-    longer_dead_time: float = 0.0
-    slip: float = 0.0
-    slip_length: float = 0.0
-    acceleration: float = 0.0
-
-    def speed_after(self, speed: float, time: float) -> float:
-        """Return the speed after `time` [s] at the estimated acceleration; braking stops at 0.
-
-        Examples
-        --------
-        >>> Corrections(acceleration=-4.0).speed_after(1.0, 0.5)
-        0.0
-        """
-        following = speed + self.acceleration * time
-        if speed >= 0.0:
-            return saturate(following, 0.0, MAX_SPEED)
-        return saturate(following, -MAX_SPEED, 0.0)
-
-    def of(self, vehicle: Vehicle) -> Estimate:
-        """Return the corrected parameters of `vehicle`."""
-        return Estimate(
-            gain=self.gain,
-            steer_offset=vehicle.steer_offset + self.steer_offset,
-            dead_time=vehicle.dead_time + self.longer_dead_time,
-            slip=self.slip,
-            slip_length=self.slip_length,
-            acceleration=self.acceleration,
-        )
-
-
 @dataclass(frozen=True)
 class Estimator:
     """The estimator's state: sums with exponential forgetting, and the estimates they give.
@@ -224,7 +100,7 @@ class Estimator:
     --------
     10 s of a vehicle that turns although its wheels are straight:
 
-    >>> from popsteer.reference.vehicle import Vehicle
+    >>> from popsteer.reference import AdaptParams, Vehicle
     >>> from popsteer.reference.vehicle.wheels import Reached
     >>> estimator = Estimator(last_measured=VehicleState(0.0, 0.0, 0.0, 10.0))
     >>> now = VehicleState(1.0, 0.0, 0.01, 10.0)
@@ -241,7 +117,7 @@ class Estimator:
     moment: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
     turn: float = 0.0
     change: float = 0.0
-    estimate: Corrections = Corrections()
+    estimate: Corrections = field(default_factory=Corrections)
 
     def observe_turn(
         self,
@@ -381,24 +257,24 @@ class Estimator:
         if last_measured is not None:
             most = 2.0 * MAX_COORDINATE
             last_measured = VehicleState(
-                x=input_in_range("last_measured", last_measured.x, -most, most),
-                y=input_in_range("last_measured", last_measured.y, -most, most),
-                yaw=input_in_range("last_measured", last_measured.yaw, -MAX_YAW, MAX_YAW),
-                speed=input_in_range("last_measured", last_measured.speed, -MAX_SPEED, MAX_SPEED),
+                x=input_within("last_measured", last_measured.x, most),
+                y=input_within("last_measured", last_measured.y, most),
+                yaw=input_within("last_measured", last_measured.yaw, MAX_YAW),
+                speed=input_within("last_measured", last_measured.speed, MAX_SPEED),
             )
         (aa, ab), (_, bb) = self.information.tolist()
         ay, by = self.moment.tolist()
         aa = input_in_range("turn_turn", aa, 0.0, MAX_SUM)
-        ab = input_in_range("turn_offset", ab, -MAX_SUM, MAX_SUM)
+        ab = input_within("turn_offset", ab, MAX_SUM)
         bb = input_in_range("offset_offset", bb, 0.0, MAX_SUM)
-        ay = input_in_range("turn_measured", ay, -MAX_SUM, MAX_SUM)
-        by = input_in_range("offset_measured", by, -MAX_SUM, MAX_SUM)
+        ay = input_within("turn_measured", ay, MAX_SUM)
+        by = input_within("offset_measured", by, MAX_SUM)
         change = input_in_range("change", self.change, 0.0, MAX_SUM)
-        turn = input_in_range("turn", self.turn, -MAX_TURN, MAX_TURN)
+        turn = input_within("turn", self.turn, MAX_TURN)
         estimate = self.estimate
         gain = input_in_range("gain", estimate.gain, MIN_GAIN, MAX_GAIN)
         others = {
-            field: input_in_range(field, getattr(estimate, field), -most, most)
+            field: input_within(field, getattr(estimate, field), most)
             for field, most in (
                 ("steer_offset", MAX_STEER_OFFSET),
                 ("longer_dead_time", _most_longer(vehicle)),

@@ -9,17 +9,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import input_in_range
+from popsteer.reference.error import input_in_range, input_within
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.vehicle.bicycle import Rollout
-from popsteer.reference.vehicle.timed import Timed, checked_count, clipped, push_or_join
+from popsteer.reference.vehicle.timed import (
+    Timed,
+    checked_count,
+    checked_entries,
+    clipped,
+    push_or_join,
+)
 from popsteer.reference.vehicle.wheels import Reached, move_wheel
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimator import Corrections
+    from popsteer.reference.vehicle.estimate import Corrections
     from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["MAX_POSE_AGE", "Past"]
@@ -60,7 +66,7 @@ class Past:
 
     >>> from popsteer.reference.vehicle import Vehicle
     >>> from popsteer.reference.vehicle.state import VehicleState
-    >>> from popsteer.reference.vehicle.estimator import Corrections
+    >>> from popsteer.reference.vehicle.estimate import Corrections
     >>> seen = VehicleState(0.0, 0.0, 0.0, 10.0)
     >>> Past.settled(0.0).advance(Vehicle(), seen, 0.5, Corrections())
     VehicleState(x=5.0, y=0.0, yaw=0.0, speed=10.0)
@@ -95,14 +101,9 @@ class Past:
         InputError
             Where they cannot: an angle beyond a quarter turn, a duration that is negative.
         """
-        limit = 0.5 * PI
-        wheel = input_in_range("past_wheel", self.wheel, -limit, limit)
+        wheel = input_within("past_wheel", self.wheel, 0.5 * PI)
         since = input_in_range("past_since", self.since, 0.0, MAX_SINCE)
-        angles = []
-        for each in self.angles:
-            angle = input_in_range("past_angles", each[0], -limit, limit)
-            angles.append((angle, input_in_range("past_angles", each[1], 0.0, MAX_SINCE)))
-        return Past(tuple(angles), wheel, since)
+        return Past(checked_entries("past_angles", self.angles, MAX_SINCE), wheel, since)
 
     def elapse(
         self, vehicle: Vehicle, commands: Iterable[tuple[float, float]], wheel: float, dt: float

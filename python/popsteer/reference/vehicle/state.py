@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import input_in_range
+from popsteer.reference.error import input_in_range, input_within
 from popsteer.reference.limits import MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT
 from popsteer.reference.math import cos, saturate, sin, wrap
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
 
-__all__ = ["VehicleState", "checked_dt"]
+__all__ = ["VehicleState", "checked_dt", "checked_point"]
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,10 @@ class VehicleState:
             Naming the first field that is not.
         """
         return VehicleState(
-            x=input_in_range("x", self.x, -MAX_COORDINATE, MAX_COORDINATE),
-            y=input_in_range("y", self.y, -MAX_COORDINATE, MAX_COORDINATE),
-            yaw=input_in_range("yaw", self.yaw, -MAX_YAW, MAX_YAW),
-            speed=input_in_range("speed", self.speed, -MAX_SPEED, MAX_SPEED),
+            x=input_within("x", self.x, MAX_COORDINATE),
+            y=input_within("y", self.y, MAX_COORDINATE),
+            yaw=input_within("yaw", self.yaw, MAX_YAW),
+            speed=input_within("speed", self.speed, MAX_SPEED),
         )
 
     def bounded(self) -> VehicleState:
@@ -107,3 +107,9 @@ def checked_dt(dt: float) -> float:
     popsteer.errors.InputError: dt must be in [1e-06, 1000], got -0.05
     """
     return input_in_range("dt", dt, MIN_DT, MAX_DT)
+
+
+def checked_point(point: Point) -> Point:
+    """Return a point whose coordinates are finite and within their bound; else `InputError`."""
+    x, y = point
+    return input_within("x", x, MAX_COORDINATE), input_within("y", y, MAX_COORDINATE)

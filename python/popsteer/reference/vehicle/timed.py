@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from popsteer import errors
+from popsteer.reference.error import input_in_range, input_within
+from popsteer.reference.math import PI
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-__all__ = ["Timed", "checked_count", "clipped", "push_or_join", "take"]
+__all__ = ["Timed", "checked_count", "checked_entries", "clipped", "push_or_join", "take"]
 
 Timed = tuple[tuple[float, float], ...]
 """Angles [rad], oldest first, and how long each lasts [s]."""
@@ -33,16 +35,18 @@ def clipped(timed: Iterable[tuple[float, float]], time: float) -> Iterator[tuple
 
 
 def checked_count(field: str, timed: Timed, capacity: int) -> Timed:
-    """Return angles that are no more than `capacity`.
-
-    Raises
-    ------
-    InputError
-        Naming `field`, where there are too many.
-    """
+    """Return angles that are no more than `capacity`; else raise `InputError`, naming `field`."""
     if len(timed) > capacity:
         raise errors.InputError(field, len(timed), errors.count_in_range(0, capacity))
     return timed
+
+
+def checked_entries(field: str, timed: Timed, longest: float) -> Timed:
+    """Return angles, as floats, up to a quarter turn that last up to `longest` [s]; else raise."""
+    return tuple(
+        (input_within(field, each[0], 0.5 * PI), input_in_range(field, each[1], 0.0, longest))
+        for each in timed
+    )
 
 
 def push_or_join(

@@ -1,19 +1,20 @@
 //! How preview POP approaches a path: no steeper than the vehicle can straighten before it gets
-//! there.
+//! there. For that the horizon is long enough, and the wheels turn at a rate that they keep.
 
-use crate::math::sqrt;
+use crate::math::{larger, smaller, sqrt};
+use crate::vehicle::Vehicle;
 
 /// Least horizon in steering lags, for a vehicle with a `max_steer_rate`; added to [`TURNS`]. With
 /// fewer, wheels of 0.2 rad/s with 0.3 s of lag oscillate about a straight.
-pub(super) const LAGS: f64 = 3.0;
+const LAGS: f64 = 3.0;
 
 /// And in halves of the shortest time in which the vehicle can turn by the approach angle. 2 would
 /// be all of that time; less suffices, because the vehicle does not turn that far at once.
-pub(super) const TURNS: f64 = 1.5;
+const TURNS: f64 = 1.5;
 
 /// Longest horizon, as a multiple of the parameter `horizon`. Larger values make the steps longer
 /// and the commands coarser.
-pub(super) const MOST_HORIZONS: f64 = 2.0;
+const MOST_HORIZONS: f64 = 2.0;
 
 /// Share of `min_speed` from which on wheels with a `max_steer_rate` turn at that rate. Smaller: a
 /// creeping vehicle joins its path sooner, and turns its wheels more in noise.
@@ -52,24 +53,96 @@ impl Straightening {
     #[inline]
     pub(super) fn steepest(&self, approach_angle: f64, error: f64) -> f64 {
         let reached = sqrt(approach_angle * self.rate);
-        let curvature = if self.curvature < reached {
-            self.curvature
-        } else {
-            reached
-        };
+        let curvature = smaller(self.curvature, reached);
         let turning = 0.5 * curvature / self.rate + LAGS_IN_HAND * self.lag;
-        let turning = if self.unlimited < turning {
-            self.unlimited
-        } else {
-            turning
-        };
+        let turning = smaller(self.unlimited, turning);
         // Written so, no digits cancel.
         let twice = 2.0 * error;
         let angle = twice / (turning + sqrt(turning * turning + twice / curvature));
-        if angle < approach_angle {
-            angle
+        smaller(angle, approach_angle)
+    }
+}
+
+/// What a vehicle and the parameters of preview POP allow an approach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Approach {
+    /// Largest rate of the commanded angle [rad/s]: the lesser of `steer_span_rate` and the
+    /// vehicle's `max_steer_rate`.
+    pub(super) rate: f64,
+    /// Whether that is the vehicle's `max_steer_rate`.
+    pub(super) rate_is_the_vehicles: bool,
+    /// Tangent of the vehicle's `max_steer`.
+    pub(super) max_tangent: f64,
+    pub(super) horizon: f64,
+    /// The parameter `approach_angle` [rad].
+    pub(super) angle: f64,
+    pub(super) min_speed: f64,
+}
+
+impl Approach {
+    /// The horizon at a speed [s]. It is longer than the parameter if the vehicle's wheels need
+    /// longer to straighten it on its approach to the path.
+    #[inline]
+    pub(super) fn horizon_at(&self, vehicle: &Vehicle, pace: f64) -> f64 {
+        if !self.rate_is_the_vehicles {
+            return self.horizon;
+        }
+        // Half the time in which wheels that turn out and back at their rate turn the vehicle by
+        // the approach angle.
+        let length = vehicle.turning_length(pace);
+        let turn = sqrt(self.angle * length / (pace * self.rate));
+        let needed = LAGS * vehicle.steer_lag + TURNS * turn;
+        let most = MOST_HORIZONS * self.horizon;
+        larger(smaller(needed, most), self.horizon)
+    }
+
+    /// The planned rate of the wheels [rad/s], and their travel in a control period `dt` [rad].
+    ///
+    /// Below `min_speed` the wheels turn in proportion to the distance travelled. Where the rate is
+    /// the vehicle's `max_steer_rate`, they turn at the full rate down to [`FULL_RATE`] times
+    /// `min_speed`, and in proportion to the distance below. The prediction assumes at least
+    /// `min_speed`: it covers a distance sooner than the vehicle, so the planned rate is larger by
+    /// the same factor.
+    #[inline]
+    pub(super) fn rate_and_span(&self, speed: f64, dt: f64) -> (f64, f64) {
+        let rate = self.rate;
+        if speed >= self.min_speed {
+            return (rate, rate * dt);
+        }
+        let slow = speed / self.min_speed;
+        if !self.rate_is_the_vehicles {
+            (rate, rate * dt * slow)
+        } else if slow < FULL_RATE {
+            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
         } else {
-            approach_angle
+            (rate / slow, rate * dt)
+        }
+    }
+
+    /// The heading at which a path `error` [m] away is approached [rad]: `approach_angle` for a
+    /// vehicle without limits of its own, because `steer_span_rate` is a choice and does not make
+    /// the approach flatter.
+    #[inline]
+    pub(super) fn angle_at(
+        &self,
+        vehicle: &Vehicle,
+        error: f64,
+        straightening: &Straightening,
+    ) -> f64 {
+        if self.rate_is_the_vehicles || vehicle.max_lateral_acceleration.is_some() {
+            straightening.steepest(self.angle, error.abs())
+        } else {
+            self.angle
+        }
+    }
+
+    /// The largest curvature that the vehicle drives at a speed [1/m].
+    #[inline]
+    pub(super) fn widest(&self, vehicle: &Vehicle, pace: f64, length: f64) -> f64 {
+        let steered = self.max_tangent / length;
+        match vehicle.max_lateral_acceleration {
+            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
+            _ => steered,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Bang-bang: a fixed angle back towards the path, the floor to measure against.
 
-use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled};
-use crate::error::{ConfigError, InputError, config_in_range};
-use crate::path::follow::{Follow, Located};
+use super::{Belief, Decision, LateralLaw, LateralState, Steered, Tracked, or_scaled};
+use crate::error::{ConfigError, config_in_range};
+use crate::path::follow::Located;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 
@@ -14,11 +14,9 @@ pub struct BangBangParams {
     pub amplitude: f64,
     /// Cross-track errors up to this leave the wheels straight [m].
     pub deadband: f64,
-    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
-    /// distance travelled in a step; two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
-    /// path [m]; ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 
@@ -30,9 +28,7 @@ impl BangBangParams {
         search_distance: None,
         lost_distance: None,
     };
-}
 
-impl BangBangParams {
     /// The parameters with the defaults that scale with `vehicle` filled in.
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         Self {
@@ -43,12 +39,6 @@ impl BangBangParams {
     }
 }
 
-impl Default for BangBangParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// What [`BangBang`] remembers: nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BangBangState {}
@@ -56,8 +46,7 @@ pub struct BangBangState {}
 /// `steer = -amplitude sign(cross_track_error)` outside the deadband, 0 inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BangBang {
-    vehicle: Vehicle,
-    follow: Follow,
+    steered: Steered,
     amplitude: f64,
     deadband: f64,
 }
@@ -71,15 +60,11 @@ impl BangBang {
     pub fn new(vehicle: Vehicle, params: BangBangParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
         let params = params.resolved(&vehicle);
+        let distances = (params.search_distance, params.lost_distance);
         Ok(Self {
             amplitude: config_in_range("amplitude", params.amplitude, 0.0, 1.57)?,
             deadband: config_in_range("deadband", params.deadband, 0.0, 1e6)?,
-            follow: Tracked::FrontAxle.follow(
-                &vehicle,
-                params.search_distance,
-                params.lost_distance,
-            )?,
-            vehicle,
+            steered: Tracked::FrontAxle.of(vehicle, distances)?,
         })
     }
 }
@@ -93,12 +78,8 @@ impl LateralLaw for BangBang {
         BangBangState {}
     }
 
-    fn vehicle(&self) -> &Vehicle {
-        &self.vehicle
-    }
-
-    fn follow(&self) -> &Follow {
-        &self.follow
+    fn steered(&self) -> &Steered {
+        &self.steered
     }
 
     fn decide(
@@ -116,15 +97,11 @@ impl LateralLaw for BangBang {
         } else {
             0.0
         };
-        let (steer, status) = self.vehicle.limit_steer(wanted);
+        let (steer, status) = self.vehicle().limit_steer(wanted);
         Decision {
             steer,
             target: at.closest.point,
             status,
         }
-    }
-
-    fn check_state(&self, _state: &BangBangState) -> Result<(), InputError> {
-        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! The terms that the integral of a PID sums: the last so many.
 
-use crate::error::{InputError, Requirement, input_in_range};
+use crate::error::{InputError, Requirement, input_within};
 use crate::math::from_count;
 
 /// Bound of errors, terms and their sums [m], [m s], which no valid input reaches.
@@ -97,9 +97,9 @@ impl ErrorBuffer {
             });
         }
         for &term in terms {
-            input_in_range("terms", term, -BOUND, BOUND)?;
+            input_within("terms", term, BOUND)?;
         }
-        input_in_range("sum", sum, -BOUND, BOUND)?;
+        input_within("sum", sum, BOUND)?;
         let start = if count == buffer.length { next } else { 0 };
         for (k, &term) in terms.iter().enumerate() {
             if let Some(place) = buffer.terms.get_mut(Self::around(start + k, length)) {

@@ -46,7 +46,7 @@ pub use tracker_state::{Answer, Deviation, Handover, Place, TrackerState};
 
 use core::fmt;
 
-use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::error::{ConfigError, InputError, config_in_range, input_within};
 use crate::geometry::Point;
 use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
@@ -96,11 +96,20 @@ pub trait LateralLaw {
     /// The state before the first step.
     fn initial_state(&self) -> Self::State;
 
+    /// The vehicle that is steered, and how it follows the path.
+    fn steered(&self) -> &Steered;
+
     /// The vehicle that is steered.
-    fn vehicle(&self) -> &Vehicle;
+    #[inline]
+    fn vehicle(&self) -> &Vehicle {
+        &self.steered().vehicle
+    }
 
     /// Which point of the vehicle is tracked, and how it is searched for on the path.
-    fn follow(&self) -> &Follow;
+    #[inline]
+    fn follow(&self) -> &Follow {
+        &self.steered().follow
+    }
 
     /// Whether the controller reads the [`Belief`]: its wheels are then modelled at every step.
     fn predicts(&self) -> bool {
@@ -121,13 +130,24 @@ pub trait LateralLaw {
     /// # Errors
     ///
     /// [`InputError`], naming the field that is not.
-    fn check_state(&self, state: &Self::State) -> Result<(), InputError>;
+    fn check_state(&self, _state: &Self::State) -> Result<(), InputError> {
+        Ok(())
+    }
 
     /// How a tracker of this controller adapts by default: only if estimates are used, which is in
     /// controllers that predict and for vehicles with a dead time.
     fn default_adapt(&self) -> Option<AdaptParams> {
         (self.predicts() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
     }
+}
+
+/// A checked vehicle, and which of its points a controller tracks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steered {
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// Which point of it is tracked, and how it is searched for on the path.
+    pub follow: Follow,
 }
 
 /// Which axle a controller steers by.
@@ -139,25 +159,25 @@ enum Tracked {
 }
 
 impl Tracked {
-    /// How the vehicle's point is followed, with these distances.
-    fn follow(
+    /// How this point of a checked `vehicle` follows the path, with distances after their defaults
+    /// were filled in.
+    fn of(
         self,
-        vehicle: &Vehicle,
-        search_distance: Option<f64>,
-        lost_distance: Option<f64>,
-    ) -> Result<Follow, ConfigError> {
+        vehicle: Vehicle,
+        (search, lost): (Option<f64>, Option<f64>),
+    ) -> Result<Steered, ConfigError> {
         let wheelbase = vehicle.wheelbase;
-        let (search, lost) = (resolved(search_distance), resolved(lost_distance));
         let (base, reference_offset) = match self {
             Self::FrontAxle => (vehicle.rear_axle, wheelbase),
             Self::RearAxle => (vehicle.rear_axle, 0.0),
             Self::NoSlipPoint => (vehicle.no_slip(), 0.0),
         };
-        Ok(Follow {
-            search_distance: config_in_range("search_distance", search, 0.0, 1e6)?,
-            lost_distance: config_in_range("lost_distance", lost, 1e-3, 1e9)?,
-            ..Follow::of(vehicle, base, reference_offset)
-        })
+        let follow = Follow {
+            search_distance: within("search_distance", search, 0.0, 1e6)?,
+            lost_distance: within("lost_distance", lost, 1e-3, 1e9)?,
+            ..Follow::of(&vehicle, base, reference_offset)
+        };
+        Ok(Steered { vehicle, follow })
     }
 }
 
@@ -181,11 +201,16 @@ fn or_scaled(given: Option<f64>, default: f64) -> Option<f64> {
 }
 
 /// A parameter after its defaults were filled in; one that was not is refused as not a number.
-fn resolved(given: Option<f64>) -> f64 {
-    given.unwrap_or(f64::NAN)
+fn within(
+    field: &'static str,
+    value: impl Into<Option<f64>>,
+    low: f64,
+    high: f64,
+) -> Result<f64, ConfigError> {
+    config_in_range(field, value.into().unwrap_or(f64::NAN), low, high)
 }
 
 /// Whether a remembered angle is within the limit.
 fn check_steer(field: &'static str, steer: f64, max_steer: f64) -> Result<(), InputError> {
-    input_in_range(field, steer, -max_steer, max_steer).map(|_| ())
+    input_within(field, steer, max_steer).map(|_| ())
 }

@@ -8,7 +8,7 @@
 
 use super::command::Status;
 use super::monitor_state::MonitorState;
-use crate::error::{ConfigError, config_in_range};
+use crate::error::{ConfigError, config_in_range, config_optional};
 use crate::math::{saturate, wrap};
 use crate::path::follow::Located;
 use crate::vehicle::{Vehicle, VehicleState};
@@ -38,17 +38,9 @@ impl MonitorParams {
     ///
     /// [`ConfigError`], naming the one that is not.
     pub fn checked(self) -> Result<Self, ConfigError> {
-        if let Some(limit) = self.deviation_limit {
-            config_in_range("deviation_limit", limit, 0.0, 1e9)?;
-        }
+        config_optional("deviation_limit", self.deviation_limit, 0.0, 1e9)?;
         config_in_range("turn_tolerance", self.turn_tolerance, 0.0, 1e9)?;
         Ok(self)
-    }
-}
-
-impl Default for MonitorParams {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }
 

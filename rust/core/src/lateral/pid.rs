@@ -1,12 +1,12 @@
 //! PID on the cross-track error, the paper's Equation 1.
 
 use super::error_buffer::{BOUND, ErrorBuffer};
-use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
-use crate::error::{ConfigError, InputError, Requirement, config_in_range, input_in_range};
+use super::{Belief, Decision, LateralLaw, LateralState, Steered, Tracked, or_scaled, within};
+use crate::error::{ConfigError, InputError, Requirement, input_within};
 use crate::geometry::Point;
 use crate::limits::MAX_COORDINATE;
 use crate::math::{cos, from_count, saturate, sin};
-use crate::path::follow::{Follow, Located};
+use crate::path::follow::Located;
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
@@ -32,11 +32,9 @@ pub struct PidParams {
     /// derivative is then how fast the front axle moves across that heading, which noise of the
     /// waypoints hardly reaches. 0: that of the error, as printed.
     pub smoothing_length: Option<f64>,
-    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
-    /// distance travelled in a step; two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
-    /// path [m]; ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 
@@ -52,9 +50,7 @@ impl PidParams {
         search_distance: None,
         lost_distance: None,
     };
-}
 
-impl PidParams {
     /// The parameters with the defaults that scale with `vehicle` filled in.
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         let wheelbase = vehicle.wheelbase;
@@ -67,12 +63,6 @@ impl PidParams {
             lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
             ..self
         }
-    }
-}
-
-impl Default for PidParams {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }
 
@@ -96,8 +86,7 @@ pub struct PidState {
 /// line along the path's heading, which on a smooth path is the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pid {
-    vehicle: Vehicle,
-    follow: Follow,
+    steered: Steered,
     kp: f64,
     ki: f64,
     kd: f64,
@@ -115,6 +104,7 @@ impl Pid {
     pub fn new(vehicle: Vehicle, params: PidParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
         let params = params.resolved(&vehicle);
+        let distances = (params.search_distance, params.lost_distance);
         let buffer_length = params.buffer_length;
         if !(1..=ErrorBuffer::CAPACITY).contains(&buffer_length) {
             return Err(ConfigError {
@@ -124,23 +114,13 @@ impl Pid {
             });
         }
         Ok(Self {
-            kp: config_in_range("kp", resolved(params.kp), 0.0, 1e6)?,
-            ki: config_in_range("ki", resolved(params.ki), 0.0, 1e6)?,
-            kd: config_in_range("kd", resolved(params.kd), 0.0, 1e6)?,
+            kp: within("kp", params.kp, 0.0, 1e6)?,
+            ki: within("ki", params.ki, 0.0, 1e6)?,
+            kd: within("kd", params.kd, 0.0, 1e6)?,
             buffer_length,
             integral_with_dt: params.integral_with_dt,
-            smoothing_length: config_in_range(
-                "smoothing_length",
-                resolved(params.smoothing_length),
-                0.0,
-                1e4,
-            )?,
-            follow: Tracked::FrontAxle.follow(
-                &vehicle,
-                params.search_distance,
-                params.lost_distance,
-            )?,
-            vehicle,
+            smoothing_length: within("smoothing_length", params.smoothing_length, 0.0, 1e4)?,
+            steered: Tracked::FrontAxle.of(vehicle, distances)?,
         })
     }
 
@@ -184,12 +164,8 @@ impl LateralLaw for Pid {
         }
     }
 
-    fn vehicle(&self) -> &Vehicle {
-        &self.vehicle
-    }
-
-    fn follow(&self) -> &Follow {
-        &self.follow
+    fn steered(&self) -> &Steered {
+        &self.steered
     }
 
     #[inline]
@@ -222,7 +198,7 @@ impl LateralLaw for Pid {
             previous.map_or(0.0, |previous| (error - previous) / at.dt)
         };
         let wanted = -(self.kp * error + self.ki * state.buffer.sum() + self.kd * rate);
-        let (steer, status) = self.vehicle.limit_steer(wanted);
+        let (steer, status) = self.vehicle().limit_steer(wanted);
         state.previous_error = Some(error);
         Decision {
             steer,
@@ -233,12 +209,12 @@ impl LateralLaw for Pid {
 
     fn check_state(&self, state: &PidState) -> Result<(), InputError> {
         if let Some(error) = state.previous_error {
-            input_in_range("previous_error", error, -BOUND, BOUND)?;
+            input_within("previous_error", error, BOUND)?;
         }
         if let Some(position) = state.previous_position {
             let most = 4.0 * MAX_COORDINATE;
-            input_in_range("previous_position", position.x, -most, most)?;
-            input_in_range("previous_position", position.y, -most, most)?;
+            input_within("previous_position", position.x, most)?;
+            input_within("previous_position", position.y, most)?;
         }
         if state.buffer.length() != self.buffer_length {
             return Err(InputError {

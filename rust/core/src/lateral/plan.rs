@@ -2,6 +2,7 @@
 
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::held::{Held, ReachedLimits, Side, Step};
+use crate::math::smaller;
 use crate::vehicle::bicycle::MAX_STEPS;
 
 /// Shares of the largest move that are rounding: a limit that is exceeded by less is kept.
@@ -128,11 +129,7 @@ impl Limits {
     /// of move to measure rounding by.
     pub(super) fn begin(&self, commanded: f64, turns: &[f64], steps: &mut [Step]) -> f64 {
         let range = self.high - self.low;
-        let scale = if self.later < range {
-            self.later
-        } else {
-            range
-        };
+        let scale = smaller(self.later, range);
         let rounding = scale * ROUNDING;
         let mut curvature = commanded;
         let (mut least, mut most) = self.first;

@@ -1,11 +1,13 @@
 //! POP: proximally optimal predictive control, the paper's Algorithm 1.
 
 use super::search::{Search, search_of};
-use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled};
+use super::{
+    Belief, Decision, LateralLaw, LateralState, Status, Steered, Tracked, check_steer, or_scaled,
+};
 use crate::error::{ConfigError, InputError, Requirement, config_in_range};
 use crate::geometry::{Point, get_distance};
 use crate::math::{PI, atan2, from_count, saturate, to_count, wrap};
-use crate::path::follow::{Follow, Located};
+use crate::path::follow::Located;
 use crate::path::view::PathView;
 use crate::vehicle::bicycle::get_predicted_location;
 use crate::vehicle::{Vehicle, VehicleState};
@@ -33,11 +35,9 @@ pub struct PopParams {
     /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
     /// 1/300 of the wheelbase by default.
     pub grid_spacing: Option<f64>,
-    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
-    /// distance travelled in a step; two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
-    /// path [m]; ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 
@@ -55,9 +55,7 @@ impl PopParams {
         search_distance: None,
         lost_distance: None,
     };
-}
 
-impl PopParams {
     /// The parameters with the defaults that scale with `vehicle` filled in.
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         let wheelbase = vehicle.wheelbase;
@@ -70,12 +68,6 @@ impl PopParams {
             lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
             ..self
         }
-    }
-}
-
-impl Default for PopParams {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }
 
@@ -94,8 +86,7 @@ pub struct PopState {
 /// candidate predicts the same location, keeps its wheels still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pop {
-    vehicle: Vehicle,
-    follow: Follow,
+    steered: Steered,
     search: Search,
     steer_span: f64,
     candidate_count: usize,
@@ -118,6 +109,7 @@ impl Pop {
     pub fn new(vehicle: Vehicle, params: PopParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
         let params = params.resolved(&vehicle);
+        let distances = (params.search_distance, params.lost_distance);
         let steer_span = config_in_range("steer_span", params.steer_span, 1e-6, PI)?;
         let count = params.candidate_count;
         if count.is_multiple_of(2) || !(3..=Self::MAX_CANDIDATES).contains(&count) {
@@ -130,18 +122,13 @@ impl Pop {
         let half = from_count(count / 2);
         let step = steer_span / half;
         Ok(Self {
-            search: search_of!(params)?,
+            search: search_of!(params),
             steer_span,
             candidate_count: count,
             half,
             step,
             steps_per_rad: 1.0 / step,
-            follow: Tracked::FrontAxle.follow(
-                &vehicle,
-                params.search_distance,
-                params.lost_distance,
-            )?,
-            vehicle,
+            steered: Tracked::FrontAxle.of(vehicle, distances)?,
         })
     }
 
@@ -234,7 +221,7 @@ impl Pop {
             self.candidate(previous_steer, k)
         };
         // At the limit candidates run together, and a neighbour may be nearer than its place.
-        (decided && candidate.abs() + step < self.vehicle.max_steer).then_some(candidate)
+        (decided && candidate.abs() + step < self.vehicle().max_steer).then_some(candidate)
     }
 
     /// Candidate `k` of `delta_list`: evenly over `previous_steer +- steer_span`, within the
@@ -242,7 +229,7 @@ impl Pop {
     #[inline]
     fn candidate(&self, previous_steer: f64, k: usize) -> f64 {
         let offset = self.steer_span * ((from_count(k) - self.half) / self.half);
-        let max_steer = self.vehicle.max_steer;
+        let max_steer = self.vehicle().max_steer;
         saturate(previous_steer + offset, -max_steer, max_steer)
     }
 }
@@ -262,12 +249,8 @@ impl LateralLaw for Pop {
         PopState::default()
     }
 
-    fn vehicle(&self) -> &Vehicle {
-        &self.vehicle
-    }
-
-    fn follow(&self) -> &Follow {
-        &self.follow
+    fn steered(&self) -> &Steered {
+        &self.steered
     }
 
     /// Algorithm 1.
@@ -282,11 +265,11 @@ impl LateralLaw for Pop {
         let speed = at.vehicle.forward_speed();
         let lookahead = self.search.min_lookahead + self.search.lookahead_gain * speed;
         let target = self.search.find(path, at, lookahead);
+        let yaw = at.vehicle.yaw;
         let here = VehicleState {
-            x: 0.0,
-            y: 0.0,
-            yaw: at.vehicle.yaw,
+            yaw,
             speed,
+            ..VehicleState::ORIGIN
         };
         let previous_steer = at.mirror(state.previous_steer);
         let steer = self.choose(target.point - at.position, here, previous_steer, at.dt);
@@ -294,17 +277,14 @@ impl LateralLaw for Pop {
         Decision {
             steer,
             target: target.point,
-            status: Status::SATURATED.when(steer.abs() >= self.vehicle.max_steer)
+            status: Status::SATURATED.when(steer.abs() >= self.vehicle().max_steer)
                 | Status::LOOKAHEAD_LOST.when(!target.found),
         }
     }
 
     fn check_state(&self, state: &PopState) -> Result<(), InputError> {
-        check_steer(
-            "previous_steer",
-            state.previous_steer,
-            self.vehicle.max_steer,
-        )
+        let most = self.vehicle().max_steer;
+        check_steer("previous_steer", state.previous_steer, most)
     }
 }
 

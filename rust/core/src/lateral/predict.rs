@@ -28,12 +28,7 @@ impl Predicted {
     /// The origin at the last step.
     pub const DEFAULT: Self = Self {
         time: 0.0,
-        vehicle: VehicleState {
-            x: 0.0,
-            y: 0.0,
-            yaw: 0.0,
-            speed: 0.0,
-        },
+        vehicle: VehicleState::ORIGIN,
         steer: 0.0,
     };
 }

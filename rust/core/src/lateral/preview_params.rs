@@ -35,11 +35,9 @@ pub struct PreviewPopParams {
     /// Length of path over which its direction is taken [m]; 2/3 of the wheelbase by default.
     /// More: less of the waypoints' noise is steered, and bends shorter than this are cut.
     pub smoothing_length: Option<f64>,
-    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
-    /// distance travelled in a step; two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
-    /// path [m]; ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 
@@ -71,11 +69,5 @@ impl PreviewPopParams {
             lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
             ..self
         }
-    }
-}
-
-impl Default for PreviewPopParams {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }

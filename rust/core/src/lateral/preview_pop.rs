@@ -6,14 +6,16 @@
 //! Angles in this file are those of the wheels. A command is such an angle less the steering
 //! offset; the tracker converts.
 
-use super::approach::{FULL_RATE, LAGS, MOST_HORIZONS, Straightening, TURNS};
+use super::approach::{Approach, FULL_RATE, Straightening};
 use super::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
 use super::limited::{Horizon, Limits, Reached, ReachedLimits};
 use super::preview_params::PreviewPopParams;
-use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, resolved};
-use crate::error::{ConfigError, InputError, config_in_range};
-use crate::math::{PI, atan, decay, from_count, saturate, sqrt, tan, wrap};
-use crate::path::follow::{Follow, Located};
+use super::{
+    Belief, Decision, LateralLaw, LateralState, Status, Steered, Tracked, check_steer, within,
+};
+use crate::error::{ConfigError, InputError};
+use crate::math::{PI, atan, decay, from_count, larger, saturate, smaller, tan, wrap};
+use crate::path::follow::Located;
 use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
@@ -42,21 +44,10 @@ pub struct PreviewPopState {
 /// ([`limited`](super::limited)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
-    pub(super) vehicle: Vehicle,
-    follow: Follow,
-    /// Largest rate of the commanded angle [rad/s]: the lesser of `steer_span_rate` and the
-    /// vehicle's `max_steer_rate`.
-    pub(super) steer_span_rate: f64,
-    /// Whether that is the vehicle's `max_steer_rate`.
-    pub(super) rate_is_the_vehicles: bool,
-    /// Tangent of the vehicle's `max_steer`.
-    pub(super) max_tangent: f64,
-    // As in `PreviewPopParams`.
-    pub(super) horizon: f64,
+    steered: Steered,
     heading_cost: f64,
     steer_rate_cost: f64,
-    pub(super) approach_angle: f64,
-    pub(super) min_speed: f64,
+    approach: Approach,
     smoothing_length: f64,
 }
 
@@ -83,32 +74,23 @@ impl PreviewPop {
     pub fn new(vehicle: Vehicle, params: PreviewPopParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
         let params = params.resolved(&vehicle);
-        let within = |field, value: Option<f64>, low, high| {
-            config_in_range(field, resolved(value), low, high)
-        };
+        let distances = (params.search_distance, params.lost_distance);
         let span_rate = within("steer_span_rate", params.steer_span_rate, 1e-3, 1e6)?;
         let rate = vehicle.max_steer_rate.unwrap_or(f64::INFINITY);
+        let horizon = within("horizon", params.horizon, 0.05, 100.0)?;
         Ok(Self {
-            steer_span_rate: if span_rate < rate { span_rate } else { rate },
-            rate_is_the_vehicles: rate <= span_rate,
-            max_tangent: tan(vehicle.max_steer),
-            horizon: within("horizon", Some(params.horizon), 0.05, 100.0)?,
             heading_cost: within("heading_cost", params.heading_cost, 0.0, 1e3)?,
             steer_rate_cost: within("steer_rate_cost", params.steer_rate_cost, 1e-5, 1e3)?,
-            approach_angle: within(
-                "approach_angle",
-                Some(params.approach_angle),
-                1e-3,
-                0.5 * PI,
-            )?,
-            min_speed: within("min_speed", params.min_speed, 1e-3, 1e4)?,
+            approach: Approach {
+                rate: smaller(span_rate, rate),
+                rate_is_the_vehicles: rate <= span_rate,
+                max_tangent: tan(vehicle.max_steer),
+                horizon,
+                angle: within("approach_angle", params.approach_angle, 1e-3, 0.5 * PI)?,
+                min_speed: within("min_speed", params.min_speed, 1e-3, 1e4)?,
+            },
             smoothing_length: within("smoothing_length", params.smoothing_length, 0.0, 1e3)?,
-            follow: Tracked::NoSlipPoint.follow(
-                &vehicle,
-                params.search_distance,
-                params.lost_distance,
-            )?,
-            vehicle,
+            steered: Tracked::NoSlipPoint.of(vehicle, distances)?,
         })
     }
 
@@ -123,14 +105,11 @@ impl PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> (f64, Status) {
-        let (vehicle, estimate, closest) = (&self.vehicle, &belief.estimate, &at.closest);
+        let (vehicle, estimate, closest) = (self.vehicle(), &belief.estimate, &at.closest);
         let speed = at.vehicle.forward_speed();
-        let pace = if speed > self.min_speed {
-            speed
-        } else {
-            self.min_speed
-        };
-        let (count, period) = steps(self.horizon_at(pace), at.dt);
+        let approach = &self.approach;
+        let pace = larger(speed, approach.min_speed);
+        let (count, period) = steps(approach.horizon_at(vehicle, pace), at.dt);
         // The model runs over distance: so far in a step, and so far in the lag.
         let step = pace * period;
         let lag = vehicle.steer_lag * speed;
@@ -160,21 +139,19 @@ impl PreviewPop {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let cost = horizon.unlimited(&mut moves);
 
-        let (rate, span) = self.rate_and_span(speed, at.dt);
+        let (rate, span) = approach.rate_and_span(speed, at.dt);
         // An error pulls the commanded curvature by `cost.ec` times the error, a heading error by
         // `cost.pc` times itself. The pull of a large error is limited: to that of the approach
         // angle, or of the steepest heading that the vehicle can still straighten before the path.
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
         let error = closest.cross_track_error();
-        let most = self.approach_angle_at(
-            error,
-            &Straightening {
-                curvature: self.widest(pace, length),
-                rate: rate / (length * pace),
-                lag,
-                unlimited: cost.pc / cost.ec,
-            },
-        ) * cost.pc;
+        let straightening = Straightening {
+            curvature: approach.widest(vehicle, pace, length),
+            rate: rate / (length * pace),
+            lag,
+            unlimited: cost.pc / cost.ec,
+        };
+        let most = approach.angle_at(vehicle, error, &straightening) * cost.pc;
         let most = if most > 0.0 { most } else { 0.0 };
         let wanted_pull = error * cost.ec;
         let pull = saturate(wanted_pull, -most, most);
@@ -232,7 +209,8 @@ impl PreviewPop {
             high,
             length,
             share,
-            is_the_vehicles: self.rate_is_the_vehicles && speed >= FULL_RATE * self.min_speed,
+            is_the_vehicles: approach.rate_is_the_vehicles
+                && speed >= FULL_RATE * approach.min_speed,
         };
         self.best_within(&horizon, start, limits, &around, guess)
     }
@@ -253,7 +231,7 @@ impl PreviewPop {
             share,
             is_the_vehicles,
         } = around;
-        let (most, commanded) = (self.vehicle.max_steer, start.commanded);
+        let (most, commanded) = (self.vehicle().max_steer, start.commanded);
         let first = |angle: f64| (tan(angle) / length - commanded) / share;
         // An angle beyond `max_steer` is excluded by the limits of the curvature already.
         let least = if low > -most {
@@ -302,7 +280,7 @@ impl PreviewPop {
     /// `max_lateral_acceleration`.
     #[inline]
     fn curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
-        let vehicle = &self.vehicle;
+        let vehicle = self.vehicle();
         let offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset);
         let most = vehicle.max_steer;
         let end = |angle: f64| tan(vehicle.at_wheels(angle)) / length;
@@ -313,8 +291,8 @@ impl PreviewPop {
     /// plans keep them, which saves two tangents a step.
     #[inline]
     fn narrower_curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
-        let offset = self.vehicle.steer_offset + belief.estimate.steer_offset;
-        let tangent = self.max_tangent;
+        let offset = self.vehicle().steer_offset + belief.estimate.steer_offset;
+        let tangent = self.approach.max_tangent;
         let narrower = tangent - offset.abs() * (1.0 + tangent * tangent) * (1.0 + 1e-9);
         let widest = narrower / length;
         self.within_lateral_acceleration(at, -widest, widest)
@@ -322,7 +300,7 @@ impl PreviewPop {
 
     #[inline]
     fn within_lateral_acceleration(&self, at: &Located, low: f64, high: f64) -> (f64, f64) {
-        let Some(most) = self.vehicle.max_lateral_acceleration else {
+        let Some(most) = self.vehicle().max_lateral_acceleration else {
             return (low, high);
         };
         let speed = at.vehicle.speed;
@@ -333,81 +311,15 @@ impl PreviewPop {
         )
     }
 
-    /// The horizon at a speed [s]. It is longer than the parameter if the vehicle's wheels need
-    /// longer to straighten it on its approach to the path.
-    #[inline]
-    fn horizon_at(&self, pace: f64) -> f64 {
-        if !self.rate_is_the_vehicles {
-            return self.horizon;
-        }
-        // Half the time in which wheels that turn out and back at their rate turn the vehicle by
-        // the approach angle.
-        let length = self.vehicle.turning_length(pace);
-        let turn = sqrt(self.approach_angle * length / (pace * self.steer_span_rate));
-        let needed = LAGS * self.vehicle.steer_lag + TURNS * turn;
-        let most = MOST_HORIZONS * self.horizon;
-        let needed = if needed < most { needed } else { most };
-        if needed > self.horizon {
-            needed
-        } else {
-            self.horizon
-        }
-    }
-
-    /// The planned rate of the wheels [rad/s], and their travel in a control period `dt` [rad].
-    ///
-    /// Below `min_speed` the wheels turn in proportion to the distance travelled. Where the rate is
-    /// the vehicle's `max_steer_rate`, they turn at the full rate down to [`FULL_RATE`] times
-    /// `min_speed`, and in proportion to the distance below. The prediction assumes at least
-    /// `min_speed`: it covers a distance sooner than the vehicle, so the planned rate is larger by
-    /// the same factor.
-    #[inline]
-    fn rate_and_span(&self, speed: f64, dt: f64) -> (f64, f64) {
-        let rate = self.steer_span_rate;
-        if speed >= self.min_speed {
-            return (rate, rate * dt);
-        }
-        let slow = speed / self.min_speed;
-        if !self.rate_is_the_vehicles {
-            (rate, rate * dt * slow)
-        } else if slow < FULL_RATE {
-            (rate / FULL_RATE, rate * dt * (slow / FULL_RATE))
-        } else {
-            (rate / slow, rate * dt)
-        }
-    }
-
     /// How much the tangent of the wheels' angle changes per radian, at `tangent`, as far as plans
     /// count on it. It grows with the angle. A plan at the vehicle's own rate counts on 1, as of
     /// straight wheels: on their way back to straight the wheels lose the rest, and would be late.
     #[inline]
     fn steepness(&self, tangent: f64) -> f64 {
-        if self.rate_is_the_vehicles {
+        if self.approach.rate_is_the_vehicles {
             1.0
         } else {
             1.0 + tangent * tangent
-        }
-    }
-
-    /// The heading at which a path `error` [m] away is approached [rad]: `approach_angle` for a
-    /// vehicle without limits of its own, because `steer_span_rate` is a choice and does not make
-    /// the approach flatter.
-    #[inline]
-    fn approach_angle_at(&self, error: f64, straightening: &Straightening) -> f64 {
-        if self.rate_is_the_vehicles || self.vehicle.max_lateral_acceleration.is_some() {
-            straightening.steepest(self.approach_angle, error.abs())
-        } else {
-            self.approach_angle
-        }
-    }
-
-    /// The largest curvature that the vehicle drives at a speed [1/m].
-    #[inline]
-    fn widest(&self, pace: f64, length: f64) -> f64 {
-        let steered = self.max_tangent / length;
-        match self.vehicle.max_lateral_acceleration {
-            Some(most) if most / (pace * pace) < steered => most / (pace * pace),
-            _ => steered,
         }
     }
 }
@@ -427,12 +339,8 @@ impl LateralLaw for PreviewPop {
         PreviewPopState::default()
     }
 
-    fn vehicle(&self) -> &Vehicle {
-        &self.vehicle
-    }
-
-    fn follow(&self) -> &Follow {
-        &self.follow
+    fn steered(&self) -> &Steered {
+        &self.steered
     }
 
     fn predicts(&self) -> bool {
@@ -451,7 +359,7 @@ impl LateralLaw for PreviewPop {
         let previous = at.mirror(state.previous_steer);
         let (wanted, planned) = self.choose(path, previous, &mut reached, at, belief);
         state.reached_limits = reached.0;
-        let (steer, status) = self.vehicle.limit_steer(wanted);
+        let (steer, status) = self.vehicle().limit_steer(wanted);
         state.previous_steer = at.mirror(steer);
         Decision {
             steer,
@@ -461,10 +369,7 @@ impl LateralLaw for PreviewPop {
     }
 
     fn check_state(&self, state: &PreviewPopState) -> Result<(), InputError> {
-        check_steer(
-            "previous_steer",
-            state.previous_steer,
-            self.vehicle.max_steer,
-        )
+        let most = self.vehicle().max_steer;
+        check_steer("previous_steer", state.previous_steer, most)
     }
 }

@@ -1,11 +1,13 @@
 //! Adaptive Pure-Pursuit, the paper's Equation 2.
 
 use super::search::{Search, search_of};
-use super::{Belief, Decision, LateralLaw, LateralState, Status, Tracked, check_steer, or_scaled};
+use super::{
+    Belief, Decision, LateralLaw, LateralState, Status, Steered, Tracked, check_steer, or_scaled,
+};
 use crate::error::{ConfigError, InputError};
 use crate::geometry::get_distance;
-use crate::math::{PI, acos, atan2, sin};
-use crate::path::follow::{Follow, Located};
+use crate::math::{PI, acos, atan2, larger, sin};
+use crate::path::follow::Located;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 
@@ -33,11 +35,9 @@ pub struct PurePursuitParams {
     /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
     /// 1/300 of the wheelbase by default.
     pub grid_spacing: Option<f64>,
-    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
-    /// distance travelled in a step; two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
-    /// path [m]; ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 
@@ -54,9 +54,7 @@ impl PurePursuitParams {
         search_distance: None,
         lost_distance: None,
     };
-}
 
-impl PurePursuitParams {
     /// The parameters with the defaults that scale with `vehicle` filled in.
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         let wheelbase = vehicle.wheelbase;
@@ -69,12 +67,6 @@ impl PurePursuitParams {
             lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
             ..self
         }
-    }
-}
-
-impl Default for PurePursuitParams {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }
 
@@ -91,8 +83,7 @@ pub struct PurePursuitState {
 /// point off the heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PurePursuit {
-    vehicle: Vehicle,
-    follow: Follow,
+    steered: Steered,
     search: Search,
     alpha_by_arccos: bool,
 }
@@ -106,15 +97,11 @@ impl PurePursuit {
     pub fn new(vehicle: Vehicle, params: PurePursuitParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
         let params = params.resolved(&vehicle);
+        let distances = (params.search_distance, params.lost_distance);
         Ok(Self {
-            search: search_of!(params)?,
+            search: search_of!(params),
             alpha_by_arccos: params.alpha_by_arccos,
-            follow: Tracked::RearAxle.follow(
-                &vehicle,
-                params.search_distance,
-                params.lost_distance,
-            )?,
-            vehicle,
+            steered: Tracked::RearAxle.of(vehicle, distances)?,
         })
     }
 }
@@ -139,12 +126,8 @@ impl LateralLaw for PurePursuit {
         PurePursuitState::default()
     }
 
-    fn vehicle(&self) -> &Vehicle {
-        &self.vehicle
-    }
-
-    fn follow(&self) -> &Follow {
-        &self.follow
+    fn steered(&self) -> &Steered {
+        &self.steered
     }
 
     #[inline]
@@ -155,15 +138,10 @@ impl LateralLaw for PurePursuit {
         at: &Located,
         _belief: &Belief,
     ) -> Decision {
-        let wheelbase = self.vehicle.wheelbase;
+        let wheelbase = self.vehicle().wheelbase;
         let scheduled = self.search.lookahead_gain * at.vehicle.forward_speed();
-        let lookahead = if scheduled > self.search.min_lookahead {
-            scheduled
-        } else {
-            self.search.min_lookahead
-        };
         // -0.0, a lookahead of nothing on the other side, becomes 0.0.
-        let lookahead = lookahead + 0.0;
+        let lookahead = larger(scheduled, self.search.min_lookahead) + 0.0;
         let target = self.search.find(path, at, lookahead);
         let to = target.point - at.position;
         let (cosine, sine) = (at.heading.x, at.heading.y);
@@ -184,7 +162,7 @@ impl LateralLaw for PurePursuit {
             };
             atan2(2.0 * wheelbase * aside, lookahead * distance)
         };
-        let (steer, status) = self.vehicle.limit_steer(wanted);
+        let (steer, status) = self.vehicle().limit_steer(wanted);
         Decision {
             steer,
             target: target.point,

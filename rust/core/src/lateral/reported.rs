@@ -1,11 +1,11 @@
 //! Optional inputs of a step: the angle that was really applied, and the age of the pose.
 
-use crate::error::{InputError, input_in_range};
+use crate::error::{InputError, input_in_range, input_within};
 use crate::vehicle::Vehicle;
 use crate::vehicle::past::MAX_POSE_AGE;
 
 /// The optional inputs of a step, besides pose and speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reported {
     /// The angle that was applied since the last step in place of the commanded one [rad]: a
     /// driver's, another controller's, or one that was measured. Prediction, estimates and limits
@@ -44,13 +44,7 @@ impl Reported {
     }
 }
 
-impl Default for Reported {
-    fn default() -> Self {
-        Self::NOTHING
-    }
-}
-
 fn checked_steer(vehicle: &Vehicle, steer: f64) -> Result<f64, InputError> {
     let limit = core::f64::consts::FRAC_PI_2;
-    input_in_range("applied_steer", steer, -limit, limit).map(|steer| vehicle.at_wheels(steer))
+    input_within("applied_steer", steer, limit).map(|steer| vehicle.at_wheels(steer))
 }

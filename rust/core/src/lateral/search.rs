@@ -1,6 +1,5 @@
 //! The search for the lookahead point, as POP and pure pursuit share it.
 
-use crate::error::{ConfigError, config_in_range};
 use crate::geometry::Point;
 use crate::path::follow::Located;
 use crate::path::jump::find_lookahead_point;
@@ -19,17 +18,22 @@ pub(super) struct Search {
 }
 
 macro_rules! search_of {
-    ($resolved:expr) => {
+    ($params:expr) => {{
+        use $crate::lateral::within;
         $crate::lateral::search::Search {
-            lookahead_gain: $resolved.lookahead_gain,
-            min_lookahead: $crate::lateral::resolved($resolved.min_lookahead),
-            exact_lookahead: $resolved.exact_lookahead,
-            lookahead_tolerance: $crate::lateral::resolved($resolved.lookahead_tolerance),
-            window_ahead: $crate::lateral::resolved($resolved.window_ahead),
-            grid_spacing: $crate::lateral::resolved($resolved.grid_spacing),
+            lookahead_gain: within("lookahead_gain", $params.lookahead_gain, 0.0, 1e3)?,
+            min_lookahead: within("min_lookahead", $params.min_lookahead, 0.0, 1e4)?,
+            exact_lookahead: $params.exact_lookahead,
+            lookahead_tolerance: within(
+                "lookahead_tolerance",
+                $params.lookahead_tolerance,
+                1e-9,
+                1e3,
+            )?,
+            window_ahead: within("window_ahead", $params.window_ahead, 1e-3, 1e6)?,
+            grid_spacing: within("grid_spacing", $params.grid_spacing, 1e-6, 1e3)?,
         }
-        .checked()
-    };
+    }};
 }
 pub(super) use search_of;
 
@@ -41,15 +45,6 @@ pub(super) struct Target {
 }
 
 impl Search {
-    pub(super) fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("lookahead_gain", self.lookahead_gain, 0.0, 1e3)?;
-        config_in_range("min_lookahead", self.min_lookahead, 0.0, 1e4)?;
-        config_in_range("lookahead_tolerance", self.lookahead_tolerance, 1e-9, 1e3)?;
-        config_in_range("window_ahead", self.window_ahead, 1e-3, 1e6)?;
-        config_in_range("grid_spacing", self.grid_spacing, 1e-6, 1e3)?;
-        Ok(self)
-    }
-
     /// The lookahead point at distance `lookahead` [m] from a located vehicle.
     #[inline]
     pub(super) fn find(&self, path: &PathView<'_>, at: &Located, lookahead: f64) -> Target {

@@ -1,9 +1,9 @@
 //! The Stanley controller, the paper's Equation 3.
 
-use super::{Belief, Decision, LateralLaw, LateralState, Tracked, or_scaled, resolved};
-use crate::error::{ConfigError, InputError, config_in_range};
+use super::{Belief, Decision, LateralLaw, LateralState, Steered, Tracked, or_scaled, within};
+use crate::error::{ConfigError, config_in_range};
 use crate::math::{atan, wrap};
-use crate::path::follow::{Follow, Located};
+use crate::path::follow::Located;
 use crate::path::preview::Preview;
 use crate::path::projection::path_yaw_behind;
 use crate::path::view::PathView;
@@ -26,11 +26,9 @@ pub struct StanleyParams {
     /// the waypoints' noise is steered, and bends shorter than this are cut. 0, or
     /// `heading_behind`: the heading of one segment, as printed.
     pub smoothing_length: Option<f64>,
-    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
-    /// distance travelled in a step; two wheelbases by default.
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
     pub search_distance: Option<f64>,
-    /// Distance from the path beyond which the vehicle is lost and is searched for on the whole
-    /// path [m]; ten wheelbases by default.
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
     pub lost_distance: Option<f64>,
 }
 
@@ -45,9 +43,7 @@ impl StanleyParams {
         search_distance: None,
         lost_distance: None,
     };
-}
 
-impl StanleyParams {
     /// The parameters with the defaults that scale with `vehicle` filled in.
     pub fn resolved(self, vehicle: &Vehicle) -> Self {
         Self {
@@ -57,12 +53,6 @@ impl StanleyParams {
             lost_distance: or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
             ..self
         }
-    }
-}
-
-impl Default for StanleyParams {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }
 
@@ -78,8 +68,7 @@ pub struct StanleyState {}
 /// opposite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stanley {
-    vehicle: Vehicle,
-    follow: Follow,
+    steered: Steered,
     cross_track_gain: f64,
     speed_gain: f64,
     softening: f64,
@@ -96,24 +85,15 @@ impl Stanley {
     pub fn new(vehicle: Vehicle, params: StanleyParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
         let params = params.resolved(&vehicle);
+        let distances = (params.search_distance, params.lost_distance);
         let gain = params.cross_track_gain;
         Ok(Self {
             cross_track_gain: config_in_range("cross_track_gain", gain, 0.0, 1e6)?,
             speed_gain: config_in_range("speed_gain", params.speed_gain, 0.0, 1e6)?,
-            softening: config_in_range("softening", resolved(params.softening), 1e-9, 1e6)?,
+            softening: within("softening", params.softening, 1e-9, 1e6)?,
             heading_behind: params.heading_behind,
-            smoothing_length: config_in_range(
-                "smoothing_length",
-                resolved(params.smoothing_length),
-                0.0,
-                1e4,
-            )?,
-            follow: Tracked::FrontAxle.follow(
-                &vehicle,
-                params.search_distance,
-                params.lost_distance,
-            )?,
-            vehicle,
+            smoothing_length: within("smoothing_length", params.smoothing_length, 0.0, 1e4)?,
+            steered: Tracked::FrontAxle.of(vehicle, distances)?,
         })
     }
 }
@@ -127,12 +107,8 @@ impl LateralLaw for Stanley {
         StanleyState {}
     }
 
-    fn vehicle(&self) -> &Vehicle {
-        &self.vehicle
-    }
-
-    fn follow(&self) -> &Follow {
-        &self.follow
+    fn steered(&self) -> &Steered {
+        &self.steered
     }
 
     #[inline]
@@ -154,15 +130,11 @@ impl LateralLaw for Stanley {
             at.closest.path_yaw()
         };
         let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let (steer, status) = self.vehicle.limit_steer(-(heading_error + pull));
+        let (steer, status) = self.vehicle().limit_steer(-(heading_error + pull));
         Decision {
             steer,
             target: at.closest.point,
             status,
         }
-    }
-
-    fn check_state(&self, _state: &StanleyState) -> Result<(), InputError> {
-        Ok(())
     }
 }

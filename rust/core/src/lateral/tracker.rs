@@ -7,10 +7,10 @@
 use super::monitor::{Measured, Monitor, MonitorParams};
 use super::reported::Reported;
 use super::tracker_state::{
-    Answer, Deviation, HANDOVER_TIME, Handover, Place, TrackerState, check_waypoint, widest_offset,
+    Answer, Deviation, HANDOVER_TIME, Handover, Place, TrackerState, widest_offset,
 };
 use super::{Command, LateralLaw, LateralState, Status, check_steer};
-use crate::error::{ConfigError, InputError, Requirement, input_in_range};
+use crate::error::{ConfigError, InputError, Requirement, input_in_range, input_within};
 use crate::geometry::Point;
 use crate::limits::{MAX_COORDINATE, MAX_DT, MIN_DT};
 use crate::path::follow::{Follow, Located};
@@ -187,8 +187,8 @@ impl<L: LateralLaw> Tracker<L> {
     ) -> Result<(), InputError> {
         let vehicle = self.law.vehicle();
         self.law.check_state(&state.law)?;
-        check_waypoint("waypoint", path, state.waypoint)?;
-        check_waypoint("measured_waypoint", path, state.measured_waypoint)?;
+        path.check_waypoint("waypoint", state.waypoint)?;
+        path.check_waypoint("measured_waypoint", state.measured_waypoint)?;
         check_steer("steer", state.steer, vehicle.max_steer)?;
         if let Some(Handover { offset, remaining }) = state.handover {
             let widest = widest_offset(vehicle);
@@ -204,8 +204,8 @@ impl<L: LateralLaw> Tracker<L> {
             answer.measured.checked()?;
             answer.predicted.checked()?;
             let most = 4.0 * MAX_COORDINATE;
-            input_in_range("answer", answer.target.x, -most, most)?;
-            input_in_range("answer", answer.target.y, -most, most)?;
+            input_within("answer", answer.target.x, most)?;
+            input_within("answer", answer.target.y, most)?;
             answer.checked_ahead()?;
         }
         if let Some(past) = &state.past {

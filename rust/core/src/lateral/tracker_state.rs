@@ -2,13 +2,12 @@
 
 use super::LateralState;
 use super::monitor_state::MonitorState;
-use crate::error::{InputError, Requirement, input_in_range};
+use crate::error::{InputError, input_within};
 use crate::geometry::Point;
 use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
-use crate::math::{atan2, from_count, wrap};
+use crate::math::{atan2, wrap};
 use crate::path::follow::Located;
 use crate::path::stop::Ahead;
-use crate::path::view::PathView;
 use crate::vehicle::past::Past;
 use crate::vehicle::{Estimator, InFlight, Vehicle, VehicleState};
 
@@ -60,10 +59,10 @@ impl Deviation {
 
     pub(super) fn checked(self) -> Result<Self, InputError> {
         let most = 4.0 * MAX_COORDINATE;
-        input_in_range("answer", self.cross_track_error, -most, most)?;
-        input_in_range("answer", self.yaw, -2.0 * MAX_YAW, 2.0 * MAX_YAW)?;
-        input_in_range("answer", self.along.x, -most, most)?;
-        input_in_range("answer", self.along.y, -most, most)?;
+        input_within("answer", self.cross_track_error, most)?;
+        input_within("answer", self.yaw, 2.0 * MAX_YAW)?;
+        input_within("answer", self.along.x, most)?;
+        input_within("answer", self.along.y, most)?;
         Ok(self)
     }
 }
@@ -81,8 +80,8 @@ impl Place {
     pub(super) fn checked(self) -> Result<Self, InputError> {
         let most = 4.0 * MAX_COORDINATE;
         for point in [self.predicted, self.measured] {
-            input_in_range("place", point.x, -most, most)?;
-            input_in_range("place", point.y, -most, most)?;
+            input_within("place", point.x, most)?;
+            input_within("place", point.y, most)?;
         }
         Ok(self)
     }
@@ -122,12 +121,7 @@ impl Answer {
                 reference_speed: None,
                 distance_to_stop: 0.0,
             },
-            vehicle: VehicleState {
-                x: 0.0,
-                y: 0.0,
-                yaw: 0.0,
-                speed: 0.0,
-            },
+            vehicle: VehicleState::ORIGIN,
         }
     };
     /// Bound of a distance along a path [m], which no valid path reaches.
@@ -139,16 +133,16 @@ impl Answer {
             distance_to_stop,
         } = self.ahead;
         let most = 2.0 * MAX_SPEED;
-        input_in_range("answer", reference_speed.unwrap_or(0.0), -most, most)?;
+        input_within("answer", reference_speed.unwrap_or(0.0), most)?;
         if distance_to_stop < f64::INFINITY || distance_to_stop.is_nan() {
             let most = Self::MAX_DISTANCE;
-            input_in_range("answer", distance_to_stop, -most, most)?;
+            input_within("answer", distance_to_stop, most)?;
         }
         let vehicle = self.vehicle;
-        input_in_range("answer", vehicle.x, -MAX_COORDINATE, MAX_COORDINATE)?;
-        input_in_range("answer", vehicle.y, -MAX_COORDINATE, MAX_COORDINATE)?;
-        input_in_range("answer", vehicle.yaw, -MAX_YAW, MAX_YAW)?;
-        input_in_range("answer", vehicle.speed, -MAX_SPEED, MAX_SPEED)?;
+        input_within("answer", vehicle.x, MAX_COORDINATE)?;
+        input_within("answer", vehicle.y, MAX_COORDINATE)?;
+        input_within("answer", vehicle.yaw, MAX_YAW)?;
+        input_within("answer", vehicle.speed, MAX_SPEED)?;
         Ok(())
     }
 }
@@ -209,22 +203,6 @@ impl<S: LateralState> TrackerState<S> {
                 remaining: HANDOVER_TIME,
             })
         };
-    }
-}
-
-/// Whether a remembered waypoint is one of `path`.
-pub(super) fn check_waypoint(
-    field: &'static str,
-    path: &PathView<'_>,
-    waypoint: Option<usize>,
-) -> Result<(), InputError> {
-    match waypoint {
-        Some(index) if index >= path.len() => Err(InputError {
-            field,
-            value: from_count(index),
-            requirement: Requirement::Below(path.len()),
-        }),
-        _ => Ok(()),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The paper's longitudinal controller, coupled with the steering angle: Equation 7.
 
 use super::Pedals;
-use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::error::{ConfigError, InputError, config_in_range, input_within};
 use crate::limits::MAX_SPEED;
 
 /// Parameters of [`CoupledLongitudinal`]; the paper's Table 2 by default.
@@ -22,12 +22,6 @@ impl CoupledLongitudinalParams {
         steer_limit: 1.22,
         speed_limit: 69.44,
     };
-}
-
-impl Default for CoupledLongitudinalParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// `command = cutoff + ((speed_limit - speed) / speed_limit - |steer| / steer_limit) (1 -
@@ -63,13 +57,8 @@ impl CoupledLongitudinal {
             steer_limit,
             speed_limit,
         } = self.params;
-        input_in_range("speed", speed, -MAX_SPEED, MAX_SPEED)?;
-        input_in_range(
-            "steer",
-            steer,
-            -core::f64::consts::PI,
-            core::f64::consts::PI,
-        )?;
+        input_within("speed", speed, MAX_SPEED)?;
+        input_within("steer", steer, core::f64::consts::PI)?;
         let reserve = (speed_limit - speed) / speed_limit - steer.abs() / steer_limit;
         Ok(Pedals::from_command(cutoff + reserve * (1.0 - cutoff)))
     }

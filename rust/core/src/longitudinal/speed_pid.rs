@@ -1,7 +1,7 @@
 //! PID that tracks a reference speed.
 
 use super::Pedals;
-use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::error::{ConfigError, InputError, config_in_range, input_within};
 use crate::limits::MAX_SPEED;
 use crate::math::saturate;
 use crate::vehicle::state::checked_dt;
@@ -24,12 +24,6 @@ impl SpeedPidParams {
         ki: 0.1,
         kd: 0.0,
     };
-}
-
-impl Default for SpeedPidParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 /// What [`SpeedPid`] remembers.
@@ -76,8 +70,8 @@ impl SpeedPid {
         target_speed: f64,
         dt: f64,
     ) -> Result<Pedals, InputError> {
-        input_in_range("speed", speed, -MAX_SPEED, MAX_SPEED)?;
-        input_in_range("target_speed", target_speed, -MAX_SPEED, MAX_SPEED)?;
+        input_within("speed", speed, MAX_SPEED)?;
+        input_within("target_speed", target_speed, MAX_SPEED)?;
         checked_dt(dt)?;
         let error = target_speed - speed;
         let rate = state
@@ -96,9 +90,9 @@ impl SpeedPid {
     ///
     /// [`InputError`], naming the field that is not.
     pub fn check_state(&self, state: &SpeedPidState) -> Result<(), InputError> {
-        input_in_range("integral", state.integral, -1.0, 1.0)?;
+        input_within("integral", state.integral, 1.0)?;
         if let Some(error) = state.previous_error {
-            input_in_range("previous_error", error, -2.0 * MAX_SPEED, 2.0 * MAX_SPEED)?;
+            input_within("previous_error", error, 2.0 * MAX_SPEED)?;
         }
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! Keeps the speed that a path allows, and stops where it has to.
 
-use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use crate::error::{ConfigError, InputError, config_in_range, input_within};
 use crate::limits::MAX_SPEED;
-use crate::math::{saturate, sqrt};
+use crate::math::{saturate, smaller, sqrt};
 use crate::path::{Follow, PathView};
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{Vehicle, VehicleState};
@@ -86,12 +86,6 @@ impl SpeedTrackerParams {
     }
 }
 
-impl Default for SpeedTrackerParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// What [`SpeedTracker`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpeedTrackerState {
@@ -151,13 +145,9 @@ impl SpeedTracker {
             driving: car.max_acceleration.unwrap_or(DRIVING),
             braking: car.max_deceleration.unwrap_or(BRAKING),
             follow: Follow {
-                base: car.rear_axle,
-                reference_offset: 0.0,
-                rear_axle: car.rear_axle,
-                search_distance: 2.0 * car.wheelbase,
                 lost_distance: 10.0 * car.wheelbase,
                 arrival_distance: TURNING * car.wheelbase,
-                opposite_distance: car.wheelbase * 10.0 / 3.0,
+                ..Follow::of(&car, car.rear_axle, 0.0)
             },
         })
     }
@@ -257,13 +247,7 @@ impl SpeedTracker {
         // Where the path says 0 from here on the vehicle stands; it creeps away from a start, past a
         // single 0, and up to a stop.
         let stands = here <= 0.0 && rise <= 0.0;
-        let slowest = if stands {
-            0.0
-        } else if creep < nearing {
-            creep
-        } else {
-            nearing
-        };
+        let slowest = if stands { 0.0 } else { smaller(creep, nearing) };
         if reference < slowest {
             reference = slowest;
         }
@@ -353,17 +337,9 @@ impl SpeedTracker {
         path: &PathView<'_>,
         state: &SpeedTrackerState,
     ) -> Result<(), InputError> {
-        if let Some(waypoint) = state.waypoint
-            && waypoint >= path.len()
-        {
-            return Err(InputError {
-                field: "waypoint",
-                value: crate::math::from_count(waypoint),
-                requirement: crate::error::Requirement::Below(path.len()),
-            });
-        }
-        input_in_range("acceleration", state.acceleration, -MAX_SPEED, MAX_SPEED)?;
-        input_in_range("integral", state.integral, -MOST_INTEGRAL, MOST_INTEGRAL)?;
+        path.check_waypoint("waypoint", state.waypoint)?;
+        input_within("acceleration", state.acceleration, MAX_SPEED)?;
+        input_within("integral", state.integral, MOST_INTEGRAL)?;
         Ok(())
     }
 }
@@ -413,103 +389,4 @@ fn end_of(path: &PathView<'_>, end: usize, segment: usize) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Path;
-    use crate::math::from_count;
-    use alloc::vec::Vec;
-
-    #[test]
-    fn test_speed_tracker_parks_a_point_mass_within_a_centimetre() {
-        let x: Vec<f64> = (0..201).map(|k| 0.5 * from_count(k)).collect();
-        let path = Path::new(&x, &[0.0; 201], None, false).unwrap();
-        let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
-        let plan = tracker.plan(&path.view()).unwrap();
-        let mut state = SpeedTrackerState::default();
-        let mut vehicle = VehicleState {
-            x: 0.0,
-            y: 0.3,
-            yaw: 0.0,
-            speed: 0.0,
-        };
-        let mut standing = false;
-        for _ in 0..1200 {
-            let command = tracker
-                .step(&path.view(), &plan, &mut state, vehicle, 0.05)
-                .unwrap();
-            standing = command.standing;
-            assert!(command.acceleration <= 2.4 && command.acceleration >= -3.4);
-            for _ in 0..10 {
-                let faster = vehicle.speed + 0.005 * command.acceleration;
-                vehicle.speed = if faster > 0.0 { faster } else { 0.0 };
-                vehicle.x += 0.005 * vehicle.speed;
-            }
-        }
-        assert!(standing && vehicle.speed < 1e-9, "{vehicle:?}");
-        assert!((vehicle.x - 100.0).abs() < 0.05, "{vehicle:?}");
-    }
-
-    #[test]
-    fn test_speed_tracker_stands_where_the_path_says_0_from_there_on() {
-        let x: Vec<f64> = (0..101).map(from_count).collect();
-        let path_of = |speed: &dyn Fn(usize) -> f64| {
-            let speed: Vec<f64> = (0..101).map(speed).collect();
-            Path::new(&x, &[0.0; 101], Some(&speed), false).unwrap()
-        };
-        let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
-        let drive = |path: &Path| {
-            let plan = tracker.plan(&path.view()).unwrap();
-            let mut state = SpeedTrackerState::default();
-            let mut standing = false;
-            let mut vehicle = VehicleState {
-                x: 0.0,
-                y: 0.0,
-                yaw: 0.0,
-                speed: 0.0,
-            };
-            for _ in 0..1200 {
-                let command = tracker
-                    .step(&path.view(), &plan, &mut state, vehicle, 0.05)
-                    .unwrap();
-                standing = command.standing;
-                let faster = vehicle.speed + 0.05 * command.acceleration;
-                vehicle.speed = if faster > 0.0 { faster } else { 0.0 };
-                vehicle.x += 0.05 * vehicle.speed;
-            }
-            (vehicle.x, standing)
-        };
-        let (stood, standing) = drive(&path_of(&|k| if k < 50 { 5.0 } else { 0.0 }));
-        assert!(standing && (stood - 50.0).abs() < 0.1, "{stood}");
-        // A start, and a single 0, are left again.
-        let (went, standing) = drive(&path_of(&|k| if k % 50 == 0 { 0.0 } else { 5.0 }));
-        assert!(standing && (went - 100.0).abs() < 0.1, "{went}");
-    }
-
-    #[test]
-    fn test_speed_tracker_refuses_bad_numbers_and_keeps_its_state() {
-        let path = Path::new(&[0.0, 9.0], &[0.0; 2], None, false).unwrap();
-        let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
-        let mut state = SpeedTrackerState::default();
-        let vehicle = VehicleState {
-            x: f64::NAN,
-            y: 0.0,
-            yaw: 0.0,
-            speed: 0.0,
-        };
-        let refused = tracker.step(&path.view(), &[0.0; 2], &mut state, vehicle, 0.05);
-        assert_eq!(refused.unwrap_err().field, "x");
-        assert_eq!(state, SpeedTrackerState::default());
-        let bad = SpeedTrackerParams {
-            max_jerk: 0.0,
-            ..SpeedTrackerParams::DEFAULT
-        };
-        let refused = SpeedTracker::new(Vehicle::DEFAULT, bad);
-        assert_eq!(refused.unwrap_err().field, "max_jerk");
-        let lost = SpeedTrackerState {
-            waypoint: Some(2),
-            ..state
-        };
-        let refused = tracker.check_state(&path.view(), &lost);
-        assert_eq!(refused.unwrap_err().field, "waypoint");
-    }
-}
+mod tests;

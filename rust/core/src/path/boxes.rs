@@ -10,6 +10,8 @@ use alloc::{boxed::Box, vec};
 
 use crate::geometry::Point;
 use crate::math::saturate;
+#[cfg(feature = "alloc")]
+use crate::math::{larger, smaller};
 
 /// Segments in a run, which share a box. Shorter runs leave out more segments, longer ones need
 /// less memory: at 32 segments the boxes take 2 bytes per waypoint.
@@ -38,16 +40,10 @@ impl Bounds {
 
     /// The box around both.
     #[cfg(feature = "alloc")]
-    fn with(self, other: Self) -> Self {
+    fn around(a: Self, b: Self) -> Self {
         Self {
-            low: Point::new(
-                least(self.low.x, other.low.x),
-                least(self.low.y, other.low.y),
-            ),
-            high: Point::new(
-                largest(self.high.x, other.high.x),
-                largest(self.high.y, other.high.y),
-            ),
+            low: Point::new(smaller(a.low.x, b.low.x), smaller(a.low.y, b.low.y)),
+            high: Point::new(larger(a.high.x, b.high.x), larger(a.high.y, b.high.y)),
         }
     }
 }
@@ -91,7 +87,7 @@ pub(super) fn build(x: &[f64], y: &[f64], closed: bool) -> Option<Box<[Bounds]>>
             break;
         };
         if let Some(room) = boxes.get_mut(node) {
-            *room = left.with(right);
+            *room = Bounds::around(left, right);
         }
     }
     Some(boxes)
@@ -102,18 +98,6 @@ pub(super) fn build(x: &[f64], y: &[f64], closed: bool) -> Option<Box<[Bounds]>>
 fn range(values: &[f64], end: Option<&f64>) -> (f64, f64) {
     let all = values.iter().chain(end);
     all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-        (least(low, value), largest(high, value))
+        (smaller(low, value), larger(high, value))
     })
-}
-
-/// The lesser of two numbers: one instruction, where `f64::min` has to mind NaN.
-#[cfg(feature = "alloc")]
-fn least(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-/// The larger of two numbers.
-#[cfg(feature = "alloc")]
-fn largest(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }

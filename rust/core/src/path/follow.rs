@@ -143,14 +143,8 @@ impl Follow {
         let ahead = self.reference_offset + base;
         let position = Point::new(vehicle.x + ahead * heading.x, vehicle.y + ahead * heading.y);
         let reach = self.search_distance + vehicle.speed.abs() * dt;
-        let closest = locate(
-            path,
-            segment,
-            position,
-            heading,
-            reach,
-            self.opposite_distance,
-        );
+        let opposite = self.opposite_distance;
+        let closest = locate(path, segment, position, heading, reach, opposite);
         Located {
             position,
             closest,

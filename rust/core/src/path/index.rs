@@ -126,7 +126,7 @@ mod tests {
         for path in [path, turning] {
             let view = path.view();
             assert_eq!(
-                view.index().is_some(),
+                view.index.is_some(),
                 view.segments() > crate::path::boxes::SCANNED
             );
             for (k, &(aside_x, aside_y, yaw)) in spots.iter().enumerate() {

@@ -9,7 +9,7 @@ use super::preview::Preview;
 use super::projection::ClosestPoint;
 use super::view::PathView;
 use crate::geometry::Point;
-use crate::math::{cos, sin, sqrt};
+use crate::math::{cos, sin, smaller, sqrt};
 
 /// The `opposite_distance` of a vehicle with a wheelbase of 3 m: the cost of a path that leads
 /// opposite to the heading, as a distance [m]. Controllers scale it with the wheelbase
@@ -71,12 +71,10 @@ pub fn locate_by_scan(
     let mut behind = f64::INFINITY;
     let (mut best, mut least) = (here, f64::INFINITY);
     for _ in 0..path.segments() {
-        let next = if here.segment == last {
-            None
-        } else {
-            path.following(here.segment)
-                .map(|next| ClosestPoint::new(path, next, position))
-        };
+        let next = path
+            .following(here.segment)
+            .filter(|_| here.segment != last);
+        let next = next.map(|next| ClosestPoint::new(path, next, position));
         let ahead = next.map_or(f64::INFINITY, |next| next.squared_distance);
         if here.squared_distance <= behind && here.squared_distance < ahead {
             let cost = least_cost(path, &here, heading, opposite_distance);
@@ -133,11 +131,7 @@ fn least_cost(
     let yaw = Preview::yaw_at(path, base, closest.segment, arc_length);
     let along = heading.x * cos(yaw) + heading.y * sin(yaw);
     let smoothed = sqrt(closest.squared_distance) + 0.5 * opposite_distance * (1.0 - along);
-    if smoothed < by_segment {
-        smoothed
-    } else {
-        by_segment
-    }
+    smaller(smoothed, by_segment)
 }
 
 #[cfg(test)]

@@ -99,17 +99,17 @@ impl Path {
     /// The path as the controllers take it.
     #[inline]
     pub fn view(&self) -> PathView<'_> {
-        PathView::from_measured(
-            &self.x,
-            &self.y,
-            &self.s,
-            self.speed.as_deref(),
-            self.reverse.as_deref(),
-            self.measures,
-            self.closed,
-        )
-        .with_index(self.index.as_deref())
-        .with_ends(self.ends.as_deref())
+        PathView {
+            x: &self.x,
+            y: &self.y,
+            s: &self.s,
+            speed: self.speed.as_deref(),
+            reverse: self.reverse.as_deref(),
+            measures: self.measures,
+            closed: self.closed,
+            index: self.index.as_deref(),
+            ends: self.ends.as_deref(),
+        }
     }
 }
 

@@ -43,21 +43,12 @@ pub fn nearest_waypoint(path: &PathView<'_>, position: Point) -> usize {
 #[inline]
 pub fn project(path: &PathView<'_>, nearest: usize, position: Point) -> Projection {
     let incoming = path.previous(nearest);
-    let outgoing = path.next(nearest).map(|_| nearest);
-    let closest = match (incoming, outgoing) {
-        (Some(incoming), Some(outgoing)) => {
-            let behind = ClosestPoint::new(path, incoming, position);
-            let ahead = ClosestPoint::new(path, outgoing, position);
-            if behind.squared_distance < ahead.squared_distance {
-                behind
-            } else {
-                ahead
-            }
-        }
-        (Some(only), None) | (None, Some(only)) => ClosestPoint::new(path, only, position),
-        (None, None) => ClosestPoint::new(path, nearest, position),
-    };
-    closest.projection(path)
+    let behind = incoming.map(|incoming| ClosestPoint::new(path, incoming, position));
+    let ahead = ClosestPoint::new(path, path.segment_at(nearest), position);
+    behind
+        .filter(|behind| behind.squared_distance < ahead.squared_distance)
+        .unwrap_or(ahead)
+        .projection(path)
 }
 
 /// The closest point of one segment. It holds what is needed to choose between segments; the rest
@@ -82,14 +73,8 @@ impl ClosestPoint {
     /// on as a straight line.
     #[inline]
     pub fn new(path: &PathView<'_>, segment: usize, position: Point) -> Self {
-        let low = match path.preceding(segment) {
-            Some(_) => 0.0,
-            None => f64::NEG_INFINITY,
-        };
-        let high = match path.following(segment) {
-            Some(_) => 1.0,
-            None => f64::INFINITY,
-        };
+        let low = path.preceding(segment).map_or(f64::NEG_INFINITY, |_| 0.0);
+        let high = path.following(segment).map_or(f64::INFINITY, |_| 1.0);
         Self::between(path, segment, position, low, high)
     }
 

@@ -25,7 +25,7 @@ pub fn relocalise_within(
     opposite_distance: f64,
     budget: usize,
 ) -> Found {
-    match path.index() {
+    match path.index {
         Some(boxes) => {
             let best = Best::new(position, yaw, opposite_distance);
             index::search(path, boxes, best, budget)

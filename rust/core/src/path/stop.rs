@@ -6,7 +6,7 @@
 
 use super::follow::{Follow, Located};
 use super::view::PathView;
-use crate::math::{saturate, sqrt};
+use crate::math::{larger, saturate, smaller, sqrt};
 
 /// Reference speed and distance to the next stop, beside the rear axle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,16 +119,9 @@ fn speed_beside(
     }
     let at = |index: usize| speed.get(index).copied().unwrap_or(0.0).abs();
     let (start, finish) = (at(segment), at(path.next(segment).unwrap_or(segment)));
-    let here = if path.preceding(segment).is_none() {
-        at_stop(start, finish, creep)
-    } else {
-        start
-    };
-    let next = if path.following(segment).is_none() {
-        at_stop(finish, start, creep)
-    } else {
-        finish
-    };
+    let (before, after) = (path.preceding(segment), path.following(segment));
+    let here = before.map_or_else(|| at_stop(start, finish, creep), |_| start);
+    let next = after.map_or_else(|| at_stop(finish, start, creep), |_| finish);
     let (here, next) = (here * here, next * next);
     sqrt(here + saturate(share, 0.0, 1.0) * (next - here))
 }
@@ -136,37 +129,22 @@ fn speed_beside(
 /// A speed at an end of a section: at least `creep`, or the faster one at the ends of the segment
 /// where that is slower.
 fn at_stop(speed: f64, other: f64, creep: f64) -> f64 {
-    let faster = if speed > other { speed } else { other };
+    let faster = larger(speed, other);
     if faster <= 0.0 {
         return creep;
     }
-    let least = if faster < creep { faster } else { creep };
-    if speed < least { least } else { speed }
+    larger(smaller(faster, creep), speed)
 }
 
 impl PathView<'_> {
-    /// Arc length at the end of segment `index` [m].
-    #[inline]
-    pub(crate) fn segment_end(&self, index: usize) -> f64 {
-        if index + 1 < self.len() {
-            self.arc(index + 1)
-        } else {
-            self.length()
-        }
-    }
-
     /// The last segment of the section that segment `index` is in: it ends at a cusp or at the end
     /// of the path. None if there is neither.
     #[inline]
     pub fn section_end(&self, index: usize) -> Option<usize> {
         if self.reverse().is_none() {
-            return if self.is_closed() {
-                None
-            } else {
-                Some(self.segments() - 1)
-            };
+            return (!self.is_closed()).then(|| self.segments() - 1);
         }
-        match self.ends() {
+        match self.ends {
             None => self.section_end_by_scan(index),
             Some(ends) => {
                 let place = ends.partition_point(|&end| end < index);

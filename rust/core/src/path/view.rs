@@ -2,8 +2,9 @@
 
 use super::boxes::Bounds;
 use super::measure::{Measures, measure};
-use crate::error::PathError;
+use crate::error::{InputError, PathError, Requirement};
 use crate::geometry::Point;
+use crate::math::from_count;
 
 /// N waypoints, the arc length at each, and whether the last leads back to the first.
 ///
@@ -11,16 +12,17 @@ use crate::geometry::Point;
 /// closed one.
 #[derive(Clone, Copy, Debug)]
 pub struct PathView<'a> {
-    x: &'a [f64],
-    y: &'a [f64],
-    s: &'a [f64],
-    speed: Option<&'a [f64]>,
-    reverse: Option<&'a [bool]>,
-    measures: Measures,
-    closed: bool,
-    index: Option<&'a [Bounds]>,
-    /// The segments that end at a cusp, where they are known.
-    ends: Option<&'a [usize]>,
+    pub(super) x: &'a [f64],
+    pub(super) y: &'a [f64],
+    pub(super) s: &'a [f64],
+    pub(super) speed: Option<&'a [f64]>,
+    pub(super) reverse: Option<&'a [bool]>,
+    pub(super) measures: Measures,
+    pub(super) closed: bool,
+    /// The boxes of its index, where it has one.
+    pub(super) index: Option<&'a [Bounds]>,
+    /// The segments that end at a cusp, in order, where they are known.
+    pub(super) ends: Option<&'a [usize]>,
 }
 
 impl<'a> PathView<'a> {
@@ -74,56 +76,6 @@ impl<'a> PathView<'a> {
         }
     }
 
-    /// A view of slices that [`measure`] has accepted.
-    #[cfg(feature = "alloc")]
-    pub(super) fn from_measured(
-        x: &'a [f64],
-        y: &'a [f64],
-        s: &'a [f64],
-        speed: Option<&'a [f64]>,
-        reverse: Option<&'a [bool]>,
-        measures: Measures,
-        closed: bool,
-    ) -> Self {
-        Self {
-            x,
-            y,
-            s,
-            speed,
-            reverse,
-            measures,
-            closed,
-            index: None,
-            ends: None,
-        }
-    }
-
-    /// The same path with the boxes of its index, where it has one.
-    #[cfg(feature = "alloc")]
-    #[inline]
-    pub(super) fn with_index(self, index: Option<&'a [Bounds]>) -> Self {
-        Self { index, ..self }
-    }
-
-    /// The same path with the segments that end at a cusp, in order.
-    #[cfg(feature = "alloc")]
-    #[inline]
-    pub(super) fn with_ends(self, ends: Option<&'a [usize]>) -> Self {
-        Self { ends, ..self }
-    }
-
-    /// The segments that end at a cusp, in order, where they are known.
-    #[inline]
-    pub(super) fn ends(&self) -> Option<&'a [usize]> {
-        self.ends
-    }
-
-    /// The boxes of its index, where it has one.
-    #[inline]
-    pub(super) fn index(&self) -> Option<&'a [Bounds]> {
-        self.index
-    }
-
     /// The number of waypoints.
     #[inline]
     #[expect(clippy::len_without_is_empty, reason = "a path is never empty")]
@@ -134,11 +86,7 @@ impl<'a> PathView<'a> {
     /// The number of segments.
     #[inline]
     pub fn segments(&self) -> usize {
-        if self.closed {
-            self.len()
-        } else {
-            self.len() - 1
-        }
+        self.len() - usize::from(!self.closed)
     }
 
     /// Whether the last waypoint leads back to the first.
@@ -193,7 +141,7 @@ impl<'a> PathView<'a> {
         }
     }
 
-    /// Arc length at waypoint `index` [m].
+    /// Arc length at waypoint `index` [m]; that of the whole path beyond the last.
     #[inline]
     pub(crate) fn arc(&self, index: usize) -> f64 {
         self.s.get(index).copied().unwrap_or(self.measures.length)
@@ -213,23 +161,37 @@ impl<'a> PathView<'a> {
     #[inline]
     pub(crate) fn next(&self, index: usize) -> Option<usize> {
         if index + 1 < self.len() {
-            Some(index + 1)
-        } else if self.closed {
-            Some(0)
-        } else {
-            None
+            return Some(index + 1);
         }
+        self.closed.then_some(0)
     }
 
     /// The waypoint before `index`; none before the first of an open path.
     #[inline]
     pub(crate) fn previous(&self, index: usize) -> Option<usize> {
         if index > 0 {
-            Some(index - 1)
-        } else if self.closed {
-            Some(self.len() - 1)
-        } else {
-            None
+            return Some(index - 1);
+        }
+        self.closed.then_some(self.len() - 1)
+    }
+
+    /// Whether a remembered waypoint is one of this path.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming `field`, where it is not.
+    pub(crate) fn check_waypoint(
+        &self,
+        field: &'static str,
+        waypoint: Option<usize>,
+    ) -> Result<(), InputError> {
+        match waypoint {
+            Some(index) if index >= self.len() => Err(InputError {
+                field,
+                value: from_count(index),
+                requirement: Requirement::Below(self.len()),
+            }),
+            _ => Ok(()),
         }
     }
 
@@ -239,15 +201,16 @@ impl<'a> PathView<'a> {
         index.min(self.segments() - 1)
     }
 
+    /// Arc length at the end of segment `index` [m].
+    #[inline]
+    pub(crate) fn segment_end(&self, index: usize) -> f64 {
+        self.arc(index + 1)
+    }
+
     /// Length of segment `index` [m].
     #[inline]
     pub(crate) fn segment_length(&self, index: usize) -> f64 {
-        let end = if index + 1 < self.len() {
-            self.arc(index + 1)
-        } else {
-            self.length()
-        };
-        end - self.arc(index)
+        self.segment_end(index) - self.arc(index)
     }
 
     /// The segment that holds `arc` [m]: the last whose start does not lie beyond it, the first

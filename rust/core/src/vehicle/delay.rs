@@ -8,7 +8,7 @@ use super::bicycle::Rollout;
 use super::timed::{Timed, clipped};
 use super::wheels::Reached;
 use super::{Estimate, Vehicle, VehicleState};
-use crate::error::{InputError, input_in_range};
+use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{from_count, saturate};
 
 /// The commands that are given but have not reached the wheels, oldest first, and the wheels.
@@ -77,22 +77,17 @@ impl InFlight {
     /// durations that do not add up to the dead time.
     pub fn check(&self, vehicle: &Vehicle, longer: f64) -> Result<(), InputError> {
         let limit = core::f64::consts::FRAC_PI_2;
-        input_in_range("wheel", self.wheel, -limit, limit)?;
+        input_within("wheel", self.wheel, limit)?;
         let dead_time = vehicle.dead_time + longer;
         let slack = 1e-9 * (1.0 + dead_time);
         let mut total = 0.0;
         for (steer, duration) in self.commands() {
-            input_in_range("commands_in_flight", steer, -limit, limit)?;
+            input_within("commands_in_flight", steer, limit)?;
             input_in_range("commands_in_flight", duration, 0.0, dead_time + slack)?;
             total += duration;
         }
-        input_in_range(
-            "commands_in_flight",
-            total,
-            dead_time - slack,
-            dead_time + slack,
-        )?;
-        Ok(())
+        let (least, most) = (dead_time - slack, dead_time + slack);
+        input_in_range("commands_in_flight", total, least, most).map(|_| ())
     }
 
     /// The commands in flight, oldest first: angle [rad] and duration [s].

@@ -11,101 +11,10 @@
 //!   squares from the measured positions.
 
 use super::wheels::Reached;
-use super::{Vehicle, VehicleState};
-use crate::error::{ConfigError, InputError, config_in_range, input_in_range};
+use super::{AdaptParams, Estimate, Vehicle, VehicleState};
+use crate::error::{InputError, input_in_range, input_within};
 use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
-use crate::math::{cos, exp, saturate, sin, wrap};
-
-/// How fast a controller adapts to its vehicle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AdaptParams {
-    /// Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
-    /// switches them off. Shorter: faster, and more noise of the heading in the estimates.
-    pub turn_time: f64,
-    /// Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more noise
-    /// of the position in the estimate.
-    pub slip_time: f64,
-    /// Below this speed the slip is not estimated [m/s], because the position moves too little to
-    /// show it. The default is 5/3 wheelbases a second.
-    pub min_speed: Option<f64>,
-}
-
-impl AdaptParams {
-    /// 10 s for the turning, which is a few bends; 5 s for the slip.
-    pub const DEFAULT: Self = Self {
-        turn_time: 10.0,
-        slip_time: 5.0,
-        min_speed: None,
-    };
-
-    /// Returns the parameters if each is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the one that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("turn_time", self.turn_time, 0.0, 1e6)?;
-        config_in_range("slip_time", self.slip_time, 0.0, 1e6)?;
-        if let Some(speed) = self.min_speed {
-            config_in_range("min_speed", speed, 0.0, 1e3)?;
-        }
-        Ok(self)
-    }
-}
-
-impl Default for AdaptParams {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-/// The estimates: corrections to the vehicle's parameters, its slip and its acceleration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Ratio of the measured turning to that of the vehicle's parameters. Controllers use 1 for a
-    /// vehicle without a dead time.
-    pub gain: f64,
-    /// Steering offset, in addition to the vehicle's `steer_offset` [rad].
-    pub steer_offset: f64,
-    /// Dead time, in addition to the vehicle's `dead_time` [s]; may be negative.
-    pub longer_dead_time: f64,
-    /// Slip of the no-slip point on a straight: direction of its motion less the heading [rad].
-    pub slip: f64,
-    /// Change of the slip per curvature [m].
-    pub slip_length: f64,
-    /// Acceleration [m/s^2].
-    pub acceleration: f64,
-}
-
-impl Estimate {
-    /// No corrections: the vehicle is as its parameters say, and keeps its speed.
-    pub const DEFAULT: Self = Self {
-        gain: 1.0,
-        steer_offset: 0.0,
-        longer_dead_time: 0.0,
-        slip: 0.0,
-        slip_length: 0.0,
-        acceleration: 0.0,
-    };
-
-    /// The speed [m/s] after `time` [s] at the estimated acceleration; a braking vehicle stops at
-    /// 0.
-    #[inline]
-    pub fn speed_after(&self, speed: f64, time: f64) -> f64 {
-        let next = speed + self.acceleration * time;
-        if speed >= 0.0 {
-            saturate(next, 0.0, MAX_SPEED)
-        } else {
-            saturate(next, -MAX_SPEED, 0.0)
-        }
-    }
-}
-
-impl Default for Estimate {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
+use crate::math::{cos, exp, saturate, sin, smaller, wrap};
 
 /// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.
 ///
@@ -196,14 +105,8 @@ impl Estimator {
         let estimate = self.estimate;
         self.estimate.acceleration = Self::acceleration(vehicle, &estimate, before, now, dt);
         if params.turn_time > 0.0 {
-            self.fit_turning(
-                params.turn_time,
-                vehicle,
-                turn,
-                by_offset,
-                wrap(now.yaw - before.yaw),
-                dt,
-            );
+            let measured = wrap(now.yaw - before.yaw);
+            self.fit_turning(params.turn_time, vehicle, turn, by_offset, measured, dt);
         }
         self.turn = turn;
     }
@@ -257,8 +160,8 @@ impl Estimator {
                 / (self.offset_offset + Self::OFFSET_PRIOR)
                 / gain;
             self.estimate.gain = gain;
-            self.estimate.steer_offset =
-                saturate(offset, -Self::MAX_STEER_OFFSET, Self::MAX_STEER_OFFSET);
+            let most = Self::MAX_STEER_OFFSET;
+            self.estimate.steer_offset = saturate(offset, -most, most);
         }
 
         let change = (self.turn - turn) / dt;
@@ -266,14 +169,11 @@ impl Estimator {
         let residual = measured - expected(&self.estimate);
         let most = change.abs() * most_longer;
         self.change = self.change * kept + change * change;
-        let correction =
-            saturate(residual, -most, most) * change / (self.change + Self::CHANGE_PRIOR);
+        let residual = saturate(residual, -most, most);
+        let correction = residual * change / (self.change + Self::CHANGE_PRIOR);
         let correction = saturate(correction, -dt, dt);
-        self.estimate.longer_dead_time = saturate(
-            self.estimate.longer_dead_time + correction,
-            -most_longer,
-            most_longer,
-        );
+        let longer = self.estimate.longer_dead_time + correction;
+        self.estimate.longer_dead_time = saturate(longer, -most_longer, most_longer);
     }
 
     /// The gain from the normal equations of `gain` and `gain steer_offset`.
@@ -286,13 +186,8 @@ impl Estimator {
         );
         let (ay, by) = (self.turn_measured + Self::GAIN_PRIOR, self.offset_measured);
         let determinant = aa * bb - ab * ab;
-        (determinant > 0.0).then(|| {
-            saturate(
-                (ay * bb - ab * by) / determinant,
-                Self::MIN_GAIN,
-                Self::MAX_GAIN,
-            )
-        })
+        let gain = (ay * bb - ab * by) / determinant;
+        (determinant > 0.0).then(|| saturate(gain, Self::MIN_GAIN, Self::MAX_GAIN))
     }
 
     /// The present estimates, with the fitted gain also where controllers use 1.
@@ -334,22 +229,12 @@ impl Estimator {
         let split = Self::SLIP_SPLIT / vehicle.wheelbase;
         let estimate = &mut self.estimate;
         let missed = sample - (estimate.slip + estimate.slip_length * bend);
-        let share = if dt < params.slip_time {
-            dt / params.slip_time
-        } else {
-            1.0
-        };
+        let share = smaller(dt / params.slip_time, 1.0);
         let step = share * missed / (split * split + bend * bend);
-        estimate.slip = saturate(
-            estimate.slip + step * (split * split),
-            -Self::MAX_SLIP,
-            Self::MAX_SLIP,
-        );
-        estimate.slip_length = saturate(
-            estimate.slip_length + step * bend,
-            -vehicle.wheelbase,
-            vehicle.wheelbase,
-        );
+        let (slip, most) = (estimate.slip + step * (split * split), Self::MAX_SLIP);
+        estimate.slip = saturate(slip, -most, most);
+        let (length, most) = (estimate.slip_length + step * bend, vehicle.wheelbase);
+        estimate.slip_length = saturate(length, -most, most);
     }
 
     /// Returns the estimator if it is one that `vehicle` could have.
@@ -359,20 +244,10 @@ impl Estimator {
     /// [`InputError`], naming the field that is not.
     pub fn checked(self, vehicle: &Vehicle) -> Result<Self, InputError> {
         if let Some(last_measured) = self.last_measured {
-            input_in_range(
-                "last_measured",
-                last_measured.x,
-                -2.0 * MAX_COORDINATE,
-                2.0 * MAX_COORDINATE,
-            )?;
-            input_in_range(
-                "last_measured",
-                last_measured.y,
-                -2.0 * MAX_COORDINATE,
-                2.0 * MAX_COORDINATE,
-            )?;
-            input_in_range("last_measured", last_measured.yaw, -MAX_YAW, MAX_YAW)?;
-            input_in_range("last_measured", last_measured.speed, -MAX_SPEED, MAX_SPEED)?;
+            input_within("last_measured", last_measured.x, 2.0 * MAX_COORDINATE)?;
+            input_within("last_measured", last_measured.y, 2.0 * MAX_COORDINATE)?;
+            input_within("last_measured", last_measured.yaw, MAX_YAW)?;
+            input_within("last_measured", last_measured.speed, MAX_SPEED)?;
         }
         for (field, value, low) in [
             ("turn_turn", self.turn_turn, 0.0),
@@ -384,23 +259,20 @@ impl Estimator {
         ] {
             input_in_range(field, value, low, Self::MAX_SUM)?;
         }
-        input_in_range("turn", self.turn, -Self::MAX_TURN, Self::MAX_TURN)?;
+        input_within("turn", self.turn, Self::MAX_TURN)?;
         let estimate = self.estimate;
         let longer = Self::most_longer(vehicle);
         let acceleration = Self::MAX_ACCELERATION * vehicle.wheelbase;
+        let offset = Self::MAX_STEER_OFFSET;
         input_in_range("gain", estimate.gain, Self::MIN_GAIN, Self::MAX_GAIN)?;
         for (field, value, most) in [
-            (
-                "steer_offset",
-                estimate.steer_offset,
-                Self::MAX_STEER_OFFSET,
-            ),
+            ("steer_offset", estimate.steer_offset, offset),
             ("longer_dead_time", estimate.longer_dead_time, longer),
             ("slip", estimate.slip, Self::MAX_SLIP),
             ("slip_length", estimate.slip_length, vehicle.wheelbase),
             ("acceleration", estimate.acceleration, acceleration),
         ] {
-            input_in_range(field, value, -most, most)?;
+            input_within(field, value, most)?;
         }
         Ok(self)
     }

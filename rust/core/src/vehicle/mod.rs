@@ -2,6 +2,7 @@
 
 pub mod bicycle;
 pub mod delay;
+pub mod estimate;
 pub mod estimator;
 pub mod past;
 pub mod state;
@@ -9,11 +10,12 @@ pub mod timed;
 pub mod wheels;
 
 pub use delay::InFlight;
-pub use estimator::{AdaptParams, Estimate, Estimator};
+pub use estimate::{AdaptParams, Estimate};
+pub use estimator::Estimator;
 pub use past::Past;
 pub use state::VehicleState;
 
-use crate::error::{ConfigError, config_in_range};
+use crate::error::{ConfigError, config_in_range, config_optional as optional};
 use crate::math::saturate;
 
 /// All parameters of a car-like vehicle, in one immutable value.
@@ -98,10 +100,6 @@ impl Vehicle {
     ///
     /// [`ConfigError`], naming the field that is not.
     pub fn checked(self) -> Result<Self, ConfigError> {
-        let optional = |field, value: Option<f64>, low, high| match value {
-            Some(value) => config_in_range(field, value, low, high).map(|_| ()),
-            None => Ok(()),
-        };
         config_in_range("wheelbase", self.wheelbase, 1e-3, 1e3)?;
         config_in_range("rear_axle", self.rear_axle, -1e3, 1e3)?;
         optional("no_slip_point", self.no_slip_point, -1e3, 1e3)?;
@@ -148,12 +146,6 @@ impl Vehicle {
     #[inline]
     pub fn at_wheels(&self, angle: f64) -> f64 {
         saturate(angle, -self.max_steer, self.max_steer)
-    }
-}
-
-impl Default for Vehicle {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }
 

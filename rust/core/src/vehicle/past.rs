@@ -7,7 +7,7 @@ use super::bicycle::Rollout;
 use super::timed::{Timed, clipped};
 use super::wheels::Reached;
 use super::{Estimate, Vehicle, VehicleState};
-use crate::error::{InputError, input_in_range};
+use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{from_count, saturate};
 
 /// The oldest pose that a step takes [s].
@@ -71,10 +71,10 @@ impl Past {
     /// [`InputError`] where it is not: an angle beyond a quarter turn, a duration that is negative.
     pub fn check(&self) -> Result<(), InputError> {
         let limit = core::f64::consts::FRAC_PI_2;
-        input_in_range("past_wheel", self.wheel, -limit, limit)?;
+        input_within("past_wheel", self.wheel, limit)?;
         input_in_range("past_since", self.since, 0.0, Self::MAX_SINCE)?;
         for (angle, duration) in self.angles() {
-            input_in_range("past_angles", angle, -limit, limit)?;
+            input_within("past_angles", angle, limit)?;
             input_in_range("past_angles", duration, 0.0, Self::MAX_SINCE)?;
         }
         Ok(())

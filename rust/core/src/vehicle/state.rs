@@ -1,6 +1,6 @@
 //! Pose and speed of the vehicle, checked at every step.
 
-use crate::error::{InputError, input_in_range};
+use crate::error::{InputError, input_in_range, input_within};
 use crate::geometry::Point;
 use crate::limits::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use crate::math::{cos, saturate, sin, wrap};
@@ -21,6 +21,14 @@ pub struct VehicleState {
 }
 
 impl VehicleState {
+    /// At rest at the origin.
+    pub const ORIGIN: Self = Self {
+        x: 0.0,
+        y: 0.0,
+        yaw: 0.0,
+        speed: 0.0,
+    };
+
     /// The state itself where every number in it is finite and within its bound.
     ///
     /// # Errors
@@ -28,10 +36,10 @@ impl VehicleState {
     /// [`InputError`], naming the first field that is not.
     #[inline]
     pub fn checked(self) -> Result<Self, InputError> {
-        input_in_range("x", self.x, -MAX_COORDINATE, MAX_COORDINATE)?;
-        input_in_range("y", self.y, -MAX_COORDINATE, MAX_COORDINATE)?;
-        input_in_range("yaw", self.yaw, -MAX_YAW, MAX_YAW)?;
-        input_in_range("speed", self.speed, -MAX_SPEED, MAX_SPEED)?;
+        input_within("x", self.x, MAX_COORDINATE)?;
+        input_within("y", self.y, MAX_COORDINATE)?;
+        input_within("yaw", self.yaw, MAX_YAW)?;
+        input_within("speed", self.speed, MAX_SPEED)?;
         Ok(self)
     }
 

@@ -1,7 +1,7 @@
 //! A ring of angles with durations: commands in flight, or past angles of the wheels.
 
 use crate::error::{InputError, Requirement};
-use crate::math::from_count;
+use crate::math::{from_count, smaller};
 
 /// The first `time` [s] of angles that last for so long each; the last of them is cut short.
 #[inline]
@@ -14,11 +14,7 @@ pub fn clipped(
         if remaining <= 0.0 {
             return None;
         }
-        let part = if duration < remaining {
-            duration
-        } else {
-            remaining
-        };
+        let part = smaller(duration, remaining);
         remaining -= part;
         Some((angle, part))
     })

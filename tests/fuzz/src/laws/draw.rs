@@ -1,12 +1,118 @@
-//! Parts of a tracker's state, within their bounds.
+//! States of a tracker, mostly within their bounds.
 
+use super::{Life, State};
 use crate::bytes::Bytes;
-use crate::scene::symmetric;
-use popsteer_core::Point;
-use popsteer_core::lateral::{Deviation, MonitorState};
-use popsteer_core::limits::{MAX_COORDINATE, MAX_YAW};
+use crate::scene::{car, estimator, symmetric};
+use crate::subject::{Subject, waypoint};
+use popsteer_core::lateral::tracker_state::HANDOVER_TIME;
+use popsteer_core::lateral::{Answer, Deviation, Handover, MonitorState, Place, TrackerState};
+use popsteer_core::limits::{MAX_COORDINATE, MAX_DT, MAX_YAW};
+use popsteer_core::path::Ahead;
+use popsteer_core::vehicle::{Estimate, InFlight};
+use popsteer_core::{Point, Vehicle, VehicleState};
+use std::f64::consts::PI;
 
-pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
+impl<L: Subject> Life<L> {
+    pub(super) fn draw_state(&self, bytes: &mut Bytes) -> Option<State<L>> {
+        let Vehicle {
+            wheelbase,
+            dead_time,
+            ..
+        } = self.car;
+        let handover = (bytes.byte() & 1 == 1).then(|| Handover {
+            offset: (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 1.0, PI)),
+            remaining: bytes.number([0.0, 1.0], [0.0, HANDOVER_TIME]),
+        });
+        let answer = (bytes.byte() & 1 == 1).then(|| Answer {
+            measured: draw_deviation(bytes),
+            predicted: draw_deviation(bytes),
+            target: Point::new(
+                symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),
+                symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),
+            ),
+            reverse: bytes.byte() & 1 == 1,
+            ahead: Ahead {
+                reference_speed: Some(1.0),
+                distance_to_stop: f64::INFINITY,
+            },
+            vehicle: VehicleState {
+                x: 0.0,
+                y: 0.0,
+                yaw: 0.0,
+                speed: 1.0,
+            },
+        });
+        let estimator = if bytes.byte() < 100 {
+            self.state.estimator
+        } else {
+            estimator(bytes, wheelbase, dead_time)
+        };
+        Some(TrackerState {
+            law: L::draw_state(bytes)?,
+            waypoint: waypoint(bytes),
+            measured_waypoint: waypoint(bytes),
+            steer: symmetric(bytes, 1.0, 1.57),
+            handover,
+            held: [0, 1, usize::MAX][bytes.below(3)],
+            held_time: bytes.number([0.0, 0.5], [0.0, MAX_DT]),
+            period: bytes.number([0.0, 0.1], [0.0, MAX_DT]),
+            place: (bytes.byte() & 1 == 1).then(|| {
+                let mut point =
+                    || Point::new(symmetric(bytes, 50.0, 4e9), symmetric(bytes, 50.0, 4e9));
+                Place {
+                    predicted: point(),
+                    measured: point(),
+                }
+            }),
+            answer,
+            in_flight: self.draw_in_flight(bytes, &estimator.estimate),
+            past: None,
+            estimator,
+            monitor: draw_monitor(bytes).or(self.state.monitor),
+        })
+    }
+
+    fn draw_in_flight(&self, bytes: &mut Bytes, estimate: &Estimate) -> Option<InFlight> {
+        let longer = estimate.longer_dead_time;
+        match bytes.byte() {
+            0..=49 => Some(InFlight::settled(&self.car, bytes.within(-1.57, 1.57))),
+            50..=199 => {
+                let part = 0.25 * (self.car.dead_time + longer);
+                let line: Vec<_> = (0..4).map(|_| (bytes.within(-1.0, 1.0), part)).collect();
+                let wheel = bytes.within(-1.0, 1.0);
+                InFlight::restore(&self.car, line.into_iter(), wheel, longer).ok()
+            }
+            200..=249 => None,
+            // To another vehicle.
+            _ => {
+                let other = car(bytes).checked().ok()?;
+                Some(InFlight::settled(&other, 0.1))
+            }
+        }
+    }
+
+    /// What the tracker accepts it can go on from; commands in flight go through a copy of their
+    /// parts.
+    pub(super) fn restore(&mut self, state: State<L>) {
+        if self.tracker.check_state(&self.path.view(), &state).is_err() {
+            return;
+        }
+        let longer = state.estimator.estimate.longer_dead_time;
+        let in_flight = state.in_flight.map(|in_flight| {
+            let commands: Vec<_> = in_flight.commands().collect();
+            let wheel = in_flight.wheel();
+            let copied = InFlight::restore(&self.car, commands.into_iter(), wheel, longer);
+            // Where none are modelled those that are there do not count.
+            let accepted = in_flight.check(&self.car, longer).is_ok();
+            assert_eq!(copied.is_ok(), accepted);
+            copied.unwrap_or(in_flight)
+        });
+        self.put(state.clone());
+        self.twin = TrackerState { in_flight, ..state };
+    }
+}
+
+fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
     if bytes.byte() < 150 {
         return None;
     }
@@ -31,7 +137,7 @@ pub(super) fn draw_monitor(bytes: &mut Bytes) -> Option<MonitorState> {
     })
 }
 
-pub(super) fn draw_deviation(bytes: &mut Bytes) -> Deviation {
+fn draw_deviation(bytes: &mut Bytes) -> Deviation {
     Deviation {
         cross_track_error: symmetric(bytes, 2.0, 4.0 * MAX_COORDINATE),
         yaw: symmetric(bytes, 4.0, 2.0 * MAX_YAW),

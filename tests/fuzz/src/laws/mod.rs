@@ -5,25 +5,20 @@ mod draw;
 mod plain;
 mod reported;
 
-use self::draw::{draw_deviation, draw_monitor};
 use crate::backwards::check_backwards;
 use crate::bytes::Bytes;
-use crate::scene::{Waypoints, adapt, car, dt, estimator, symmetric, vehicle};
+use crate::scene::{Waypoints, adapt, car, dt, vehicle};
 use crate::subject::{Subject, waypoint};
 use popsteer_core::error::Requirement;
-use popsteer_core::lateral::Answer;
 use popsteer_core::lateral::command::Level;
 use popsteer_core::lateral::tracker_state::HANDOVER_TIME;
-use popsteer_core::lateral::{
-    BangBang, Handover, Pid, Place, Pop, PreviewPop, PurePursuit, Stanley, TrackerState,
-};
-use popsteer_core::limits::{MAX_COORDINATE, MAX_DT};
-use popsteer_core::path::Ahead;
+use popsteer_core::lateral::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley, TrackerState};
+use popsteer_core::limits::MAX_DT;
+use popsteer_core::vehicle::Estimate;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
 use popsteer_core::vehicle::state::checked_dt;
-use popsteer_core::vehicle::{Estimate, InFlight};
 use popsteer_core::{
-    Command, ConfigError, LateralLaw, Path, Point, Status, Tracker, Vehicle, VehicleState,
+    Command, ConfigError, LateralLaw, Path, Status, Tracker, Vehicle, VehicleState,
 };
 use std::f64::consts::PI;
 
@@ -391,103 +386,5 @@ impl<L: Subject> Life<L> {
         let (x, y) = (view.x().get(first..)?, view.y().get(first..)?);
         let speed = view.speed().and_then(|speed| speed.get(first..));
         Path::new(x, y, speed, false).ok()
-    }
-
-    fn draw_state(&self, bytes: &mut Bytes) -> Option<State<L>> {
-        let Vehicle {
-            wheelbase,
-            dead_time,
-            ..
-        } = self.car;
-        let handover = (bytes.byte() & 1 == 1).then(|| Handover {
-            offset: (bytes.byte() & 1 == 1).then(|| symmetric(bytes, 1.0, PI)),
-            remaining: bytes.number([0.0, 1.0], [0.0, HANDOVER_TIME]),
-        });
-        let answer = (bytes.byte() & 1 == 1).then(|| Answer {
-            measured: draw_deviation(bytes),
-            predicted: draw_deviation(bytes),
-            target: Point::new(
-                symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),
-                symmetric(bytes, 10.0, 4.0 * MAX_COORDINATE),
-            ),
-            reverse: bytes.byte() & 1 == 1,
-            ahead: Ahead {
-                reference_speed: Some(1.0),
-                distance_to_stop: f64::INFINITY,
-            },
-            vehicle: VehicleState {
-                x: 0.0,
-                y: 0.0,
-                yaw: 0.0,
-                speed: 1.0,
-            },
-        });
-        let estimator = if bytes.byte() < 100 {
-            self.state.estimator
-        } else {
-            estimator(bytes, wheelbase, dead_time)
-        };
-        Some(TrackerState {
-            law: L::draw_state(bytes)?,
-            waypoint: waypoint(bytes),
-            measured_waypoint: waypoint(bytes),
-            steer: symmetric(bytes, 1.0, 1.57),
-            handover,
-            held: [0, 1, usize::MAX][bytes.below(3)],
-            held_time: bytes.number([0.0, 0.5], [0.0, MAX_DT]),
-            period: bytes.number([0.0, 0.1], [0.0, MAX_DT]),
-            place: (bytes.byte() & 1 == 1).then(|| {
-                let mut point =
-                    || Point::new(symmetric(bytes, 50.0, 4e9), symmetric(bytes, 50.0, 4e9));
-                Place {
-                    predicted: point(),
-                    measured: point(),
-                }
-            }),
-            answer,
-            in_flight: self.draw_in_flight(bytes, &estimator.estimate),
-            past: None,
-            estimator,
-            monitor: draw_monitor(bytes).or(self.state.monitor),
-        })
-    }
-
-    fn draw_in_flight(&self, bytes: &mut Bytes, estimate: &Estimate) -> Option<InFlight> {
-        let longer = estimate.longer_dead_time;
-        match bytes.byte() {
-            0..=49 => Some(InFlight::settled(&self.car, bytes.within(-1.57, 1.57))),
-            50..=199 => {
-                let part = 0.25 * (self.car.dead_time + longer);
-                let line: Vec<_> = (0..4).map(|_| (bytes.within(-1.0, 1.0), part)).collect();
-                let wheel = bytes.within(-1.0, 1.0);
-                InFlight::restore(&self.car, line.into_iter(), wheel, longer).ok()
-            }
-            200..=249 => None,
-            // To another vehicle.
-            _ => {
-                let other = car(bytes).checked().ok()?;
-                Some(InFlight::settled(&other, 0.1))
-            }
-        }
-    }
-
-    /// What the tracker accepts it can go on from; commands in flight go through a copy of their
-    /// parts.
-    fn restore(&mut self, state: State<L>) {
-        if self.tracker.check_state(&self.path.view(), &state).is_err() {
-            return;
-        }
-        let longer = state.estimator.estimate.longer_dead_time;
-        let in_flight = state.in_flight.map(|in_flight| {
-            let commands: Vec<_> = in_flight.commands().collect();
-            let wheel = in_flight.wheel();
-            let copied = InFlight::restore(&self.car, commands.into_iter(), wheel, longer);
-            // Where none are modelled those that are there do not count.
-            let accepted = in_flight.check(&self.car, longer).is_ok();
-            assert_eq!(copied.is_ok(), accepted);
-            copied.unwrap_or(in_flight)
-        });
-        self.put(state.clone());
-        self.twin = TrackerState { in_flight, ..state };
     }
 }

@@ -1,0 +1,93 @@
+use super::*;
+use crate::Path;
+use crate::math::from_count;
+use alloc::vec::Vec;
+
+#[test]
+fn test_speed_tracker_parks_a_point_mass_within_a_centimetre() {
+    let x: Vec<f64> = (0..201).map(|k| 0.5 * from_count(k)).collect();
+    let path = Path::new(&x, &[0.0; 201], None, false).unwrap();
+    let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
+    let plan = tracker.plan(&path.view()).unwrap();
+    let mut state = SpeedTrackerState::default();
+    let mut vehicle = VehicleState {
+        x: 0.0,
+        y: 0.3,
+        yaw: 0.0,
+        speed: 0.0,
+    };
+    let mut standing = false;
+    for _ in 0..1200 {
+        let command = tracker
+            .step(&path.view(), &plan, &mut state, vehicle, 0.05)
+            .unwrap();
+        standing = command.standing;
+        assert!(command.acceleration <= 2.4 && command.acceleration >= -3.4);
+        for _ in 0..10 {
+            let faster = vehicle.speed + 0.005 * command.acceleration;
+            vehicle.speed = if faster > 0.0 { faster } else { 0.0 };
+            vehicle.x += 0.005 * vehicle.speed;
+        }
+    }
+    assert!(standing && vehicle.speed < 1e-9, "{vehicle:?}");
+    assert!((vehicle.x - 100.0).abs() < 0.05, "{vehicle:?}");
+}
+
+#[test]
+fn test_speed_tracker_stands_where_the_path_says_0_from_there_on() {
+    let x: Vec<f64> = (0..101).map(from_count).collect();
+    let path_of = |speed: &dyn Fn(usize) -> f64| {
+        let speed: Vec<f64> = (0..101).map(speed).collect();
+        Path::new(&x, &[0.0; 101], Some(&speed), false).unwrap()
+    };
+    let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
+    let drive = |path: &Path| {
+        let plan = tracker.plan(&path.view()).unwrap();
+        let mut state = SpeedTrackerState::default();
+        let mut standing = false;
+        let mut vehicle = VehicleState::ORIGIN;
+        for _ in 0..1200 {
+            let command = tracker
+                .step(&path.view(), &plan, &mut state, vehicle, 0.05)
+                .unwrap();
+            standing = command.standing;
+            let faster = vehicle.speed + 0.05 * command.acceleration;
+            vehicle.speed = if faster > 0.0 { faster } else { 0.0 };
+            vehicle.x += 0.05 * vehicle.speed;
+        }
+        (vehicle.x, standing)
+    };
+    let (stood, standing) = drive(&path_of(&|k| if k < 50 { 5.0 } else { 0.0 }));
+    assert!(standing && (stood - 50.0).abs() < 0.1, "{stood}");
+    // A start, and a single 0, are left again.
+    let (went, standing) = drive(&path_of(&|k| if k % 50 == 0 { 0.0 } else { 5.0 }));
+    assert!(standing && (went - 100.0).abs() < 0.1, "{went}");
+}
+
+#[test]
+fn test_speed_tracker_refuses_bad_numbers_and_keeps_its_state() {
+    let path = Path::new(&[0.0, 9.0], &[0.0; 2], None, false).unwrap();
+    let tracker = SpeedTracker::new(Vehicle::DEFAULT, SpeedTrackerParams::DEFAULT).unwrap();
+    let mut state = SpeedTrackerState::default();
+    let vehicle = VehicleState {
+        x: f64::NAN,
+        y: 0.0,
+        yaw: 0.0,
+        speed: 0.0,
+    };
+    let refused = tracker.step(&path.view(), &[0.0; 2], &mut state, vehicle, 0.05);
+    assert_eq!(refused.unwrap_err().field, "x");
+    assert_eq!(state, SpeedTrackerState::default());
+    let bad = SpeedTrackerParams {
+        max_jerk: 0.0,
+        ..SpeedTrackerParams::DEFAULT
+    };
+    let refused = SpeedTracker::new(Vehicle::DEFAULT, bad);
+    assert_eq!(refused.unwrap_err().field, "max_jerk");
+    let lost = SpeedTrackerState {
+        waypoint: Some(2),
+        ..state
+    };
+    let refused = tracker.check_state(&path.view(), &lost);
+    assert_eq!(refused.unwrap_err().field, "waypoint");
+}

@@ -1,0 +1,82 @@
+//! What is estimated of a vehicle, and how fast a controller adapts to it.
+
+use crate::error::{ConfigError, config_in_range, config_optional};
+use crate::limits::MAX_SPEED;
+use crate::math::saturate;
+
+/// How fast a controller adapts to its vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdaptParams {
+    /// Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
+    /// switches them off. Shorter: faster, and more noise of the heading in the estimates.
+    pub turn_time: f64,
+    /// Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more noise
+    /// of the position in the estimate.
+    pub slip_time: f64,
+    /// Below this speed the slip is not estimated [m/s], because the position moves too little to
+    /// show it. The default is 5/3 wheelbases a second.
+    pub min_speed: Option<f64>,
+}
+
+impl AdaptParams {
+    /// 10 s for the turning, which is a few bends; 5 s for the slip.
+    pub const DEFAULT: Self = Self {
+        turn_time: 10.0,
+        slip_time: 5.0,
+        min_speed: None,
+    };
+
+    /// Returns the parameters if each is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the one that is not.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        config_in_range("turn_time", self.turn_time, 0.0, 1e6)?;
+        config_in_range("slip_time", self.slip_time, 0.0, 1e6)?;
+        config_optional("min_speed", self.min_speed, 0.0, 1e3)?;
+        Ok(self)
+    }
+}
+
+/// The estimates: corrections to the vehicle's parameters, its slip and its acceleration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Ratio of the measured turning to that of the vehicle's parameters. Controllers use 1 for a
+    /// vehicle without a dead time.
+    pub gain: f64,
+    /// Steering offset, in addition to the vehicle's `steer_offset` [rad].
+    pub steer_offset: f64,
+    /// Dead time, in addition to the vehicle's `dead_time` [s]; may be negative.
+    pub longer_dead_time: f64,
+    /// Slip of the no-slip point on a straight: direction of its motion less the heading [rad].
+    pub slip: f64,
+    /// Change of the slip per curvature [m].
+    pub slip_length: f64,
+    /// Acceleration [m/s^2].
+    pub acceleration: f64,
+}
+
+impl Estimate {
+    /// No corrections: the vehicle is as its parameters say, and keeps its speed.
+    pub const DEFAULT: Self = Self {
+        gain: 1.0,
+        steer_offset: 0.0,
+        longer_dead_time: 0.0,
+        slip: 0.0,
+        slip_length: 0.0,
+        acceleration: 0.0,
+    };
+
+    /// The speed [m/s] after `time` [s] at the estimated acceleration; a braking vehicle stops at
+    /// 0.
+    #[inline]
+    pub fn speed_after(&self, speed: f64, time: f64) -> f64 {
+        let next = speed + self.acceleration * time;
+        if speed >= 0.0 {
+            saturate(next, 0.0, MAX_SPEED)
+        } else {
+            saturate(next, -MAX_SPEED, 0.0)
+        }
+    }
+}
