@@ -4,7 +4,6 @@ import csv
 import io
 import json
 import math
-import subprocess
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
@@ -294,20 +293,3 @@ def test_files_of_a_single_step_can_be_drawn() -> None:
         lab.compare.run(path, ["bang-bang", "pop"], settings=settings)
     )
     assert content["results.png"].startswith(b"\x89PNG")
-
-
-def test_compare_whose_output_is_cut_off_has_written_its_files(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    process = subprocess.Popen(
-        [command.script(), "compare", "--track", "straight", "--out", str(out)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
-    assert process.stdout is not None
-    assert process.stderr is not None
-    process.stdout.close()
-    error = process.stderr.read()
-    process.stderr.close()
-    assert process.wait() == 1
-    assert error == b""
-    assert (out / "metrics.json").is_file()

@@ -87,8 +87,10 @@ def _check(name: str, narrow: str, wide: str, columns: int = 80) -> None:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_table_is_whole_at_80_columns_and_piped(name: str) -> None:
-    piped = command.run(*COMMANDS[name])
+def test_table_is_whole_at_80_columns_and_piped(
+    capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    piped = command.call(capsys, *COMMANDS[name])
     assert (piped.status, piped.err) == (0, "")
     _check(name, _on_terminal(COMMANDS[name], 80), piped.out)
 

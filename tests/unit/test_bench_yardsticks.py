@@ -31,15 +31,21 @@ def drive() -> Drive:
     return replace(whole, states=whole.states[300:450])
 
 
+@pytest.fixture(scope="module")
+def found(drive: Drive) -> yardsticks.Yardsticks:
+    """The yardsticks for that drive; numba compiles its step once, which takes seconds."""
+    return yardsticks.at_hand(drive, FOLDER)
+
+
 def numba_driver(drive: Drive) -> Driver:
     pytest.importorskip("numba")
     return yardsticks.at_hand(drive, FOLDER).makers[NUMBA_STEP]()
 
 
 @pytest.fixture(scope="module")
-def compiled(drive: Drive) -> Driver:
-    """The step for that drive, compiled once: it takes seconds."""
-    return numba_driver(drive)
+def compiled(found: yardsticks.Yardsticks) -> Driver:
+    pytest.importorskip("numba")
+    return found.makers[NUMBA_STEP]()
 
 
 def reference_angles(drive: Drive) -> list[float]:
@@ -111,13 +117,9 @@ def test_numba_step_of_a_vehicle_with_a_dead_time_is_refused(drive: Drive) -> No
         numba_driver(late)
 
 
-def mpc_driver(drive: Drive) -> Driver:
+def test_mpc_step_is_its_update_and_its_solve(drive: Drive, found: yardsticks.Yardsticks) -> None:
     pytest.importorskip("osqp")
-    return yardsticks.at_hand(drive, FOLDER).makers[MPC_STEP]()
-
-
-def test_mpc_step_is_its_update_and_its_solve(drive: Drive) -> None:
-    whole, parted = mpc_driver(drive), mpc_driver(drive)
+    whole, parted = found.makers[MPC_STEP](), found.makers[MPC_STEP]()
     assert parted.stages is not None
     assert list(parted.stages) == [MPC_UPDATE, MPC_SOLVE]
     update, solve = parted.stages.values()
@@ -156,6 +158,7 @@ def test_at_hand_in_a_checkout_finds_the_files(
     drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(yardsticks, "_load", lambda _file: lambda _drive: None)
     found = yardsticks.at_hand(drive)
     assert not any("--yardsticks" in why for why in found.absent.values())
 
@@ -165,13 +168,14 @@ def test_at_hand_named_folder_without_the_files_is_an_error(drive: Drive, tmp_pa
         yardsticks.at_hand(drive, tmp_path)
 
 
-def test_measure_with_yardsticks_fills_their_rows(drive: Drive) -> None:
+def test_measure_with_yardsticks_fills_their_rows(
+    drive: Drive, found: yardsticks.Yardsticks
+) -> None:
     pytest.importorskip("numba")
     pytest.importorskip("osqp")
     if popsteer.build_profile != "release":
         pytest.skip("needs a release build")
-    outside = yardsticks.at_hand(drive, FOLDER)
-    report = latency.measure(drive, calls=320, reference_calls=1, outside=outside)
+    report = latency.measure(drive, calls=320, reference_calls=1, outside=found)
     assert not report.absent
     assert all(report.results[name] is not None for name in yardsticks.ROWS)
     assert report.row(MPC_SOLVE).net_p50 is None
