@@ -23,7 +23,7 @@ _VARIABLES = ("_ParamsT", "_StateT")
 class CoreDocs(griffe.Extension):
     """Takes signatures from the stub of the compiled module and docstrings from the module."""
 
-    def on_class_members(self, *, cls: griffe.Class, **_: Any) -> None:  # noqa: ANN401 - griffe's
+    def on_class_members(self, *, cls: griffe.Class, **__: Any) -> None:  # noqa: ANN401 - griffe's
         """Give a class of the stub what its private bases say: at run time it has that itself."""
         if not cls.path.startswith(MODULE) or cls.parent is None:
             return
@@ -33,8 +33,9 @@ class CoreDocs(griffe.Extension):
             source = cls.parent.members.get(name) if name.startswith("_") else None
             for member in source.members.values() if source is not None else ():
                 if member.name not in cls.members:
-                    cls.set_member(member.name, _of_class(member, types))
-                    self.on_object(obj=cls.members[member.name])
+                    made = _of_class(member, types)
+                    cls.set_member(member.name, made)
+                    self.on_object(obj=made)
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:  # noqa: ANN401 - griffe's
         """Give an object of the stub the docstring that `help()` shows; fence bare examples."""
