@@ -1,0 +1,372 @@
+//! Controllers beside a straight path answer by their equations, by hand.
+
+use popsteer_core::lateral::{
+    BangBang, BangBangParams, LateralLaw, Pid, PidParams, PidState, PurePursuit, PurePursuitParams,
+    PurePursuitState, Stanley, StanleyParams,
+};
+use popsteer_core::longitudinal::{
+    CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
+    SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
+};
+use popsteer_core::{Path, Point, Tracker, Vehicle, VehicleState};
+
+/// A vehicle whose wheels do at once what they are commanded; 3 m long.
+const CAR: Vehicle = Vehicle {
+    steer_lag: 0.0,
+    ..Vehicle::PAPER
+};
+const PATH_YAW: f64 = 0.3;
+
+fn straight() -> Path {
+    let along: Vec<f64> = (0..100).map(f64::from).collect();
+    let x: Vec<f64> = along.iter().map(|s| 2.0 + s * PATH_YAW.cos()).collect();
+    let y: Vec<f64> = along.iter().map(|s| -1.0 + s * PATH_YAW.sin()).collect();
+    Path::new(&x, &y, None, false).unwrap()
+}
+
+/// `along` the straight path and `left` of it [m], `heading` off it [rad].
+fn beside(along: f64, left: f64, heading: f64, speed: f64) -> VehicleState {
+    let (sin, cos) = PATH_YAW.sin_cos();
+    VehicleState {
+        x: 2.0 + along * cos - left * sin,
+        y: -1.0 + along * sin + left * cos,
+        yaw: PATH_YAW + heading,
+        speed,
+    }
+}
+
+/// The angles on the way through `places`, a tenth of a second apart.
+fn angles<L: LateralLaw>(law: L, places: &[VehicleState]) -> Vec<f64> {
+    let tracker = Tracker::of(law);
+    let mut state = tracker.initial_state();
+    let path = straight();
+    let step = |&place| {
+        let command = tracker.step(&path.view(), &mut state, place, 0.1);
+        command.unwrap().steer
+    };
+    places.iter().map(step).collect()
+}
+
+fn angle<L: LateralLaw>(law: L, place: VehicleState) -> f64 {
+    angles(law, &[place])[0]
+}
+
+#[track_caller]
+fn assert_close(number: f64, expected: f64) {
+    let most = 1e-9 * expected.abs().max(1.0);
+    assert!(
+        (number - expected).abs() <= most,
+        "{number}, not {expected}"
+    );
+}
+
+#[test]
+fn test_pure_pursuit_drives_the_circle_through_the_lookahead_point() {
+    let law = |alpha_by_arccos| {
+        let params = PurePursuitParams {
+            lookahead_gain: 0.8,
+            min_lookahead: Some(6.0),
+            alpha_by_arccos,
+            ..PurePursuitParams::DEFAULT
+        };
+        PurePursuit::new(CAR, params).unwrap()
+    };
+    // The least lookahead, and the one that grows with the speed.
+    for (speed, lookahead) in [(2.0, 6.0), (7.5, 6.0), (10.0, 8.0), (15.0, 12.0)] {
+        for left in [-4.0, -0.5, 0.0, 1.0, 5.0_f64] {
+            for heading in [-0.6, 0.0, 0.2_f64] {
+                let place = beside(30.0, left, heading, speed);
+                // The point on the path that far off, seen from the vehicle.
+                let bearing = -(left / lookahead).asin() - heading;
+                let expected = (6.0 * bearing.sin() / lookahead).atan();
+                assert_close(angle(law(false), place), expected);
+                // Straight ahead an arc cosine loses half of the digits.
+                assert!((angle(law(true), place) - expected).abs() < 1e-6);
+            }
+        }
+    }
+    // A point behind is turned to as one abeam.
+    let behind = beside(30.0, 0.0, 2.5, 5.0);
+    assert_close(angle(law(false), behind), -1.0_f64.atan());
+    let behind = beside(30.0, 0.0, -2.5, 5.0);
+    assert_close(angle(law(false), behind), 1.0_f64.atan());
+}
+
+#[test]
+fn test_stanley_takes_off_the_heading_and_the_error_of_the_front_axle() {
+    let law = |heading_behind, smoothing_length| {
+        let params = StanleyParams {
+            cross_track_gain: 1.5,
+            speed_gain: 1.3,
+            softening: Some(0.5),
+            heading_behind,
+            smoothing_length: Some(smoothing_length),
+            ..StanleyParams::DEFAULT
+        };
+        Stanley::new(CAR, params).unwrap()
+    };
+    for (left, heading, speed) in [(1.0, 0.2, 5.0), (-0.4, 0.5, 12.0), (0.3, -0.3, 1.0_f64)] {
+        let error = left + 3.0 * f64::sin(heading);
+        let expected = -(heading + (1.5 * error / (0.5 + 1.3 * speed)).atan());
+        let place = beside(30.0, left, heading, speed);
+        // On a straight path it does not matter where its heading is taken.
+        for law in [law(false, 0.0), law(true, 0.0), law(false, 2.0)] {
+            assert_close(angle(law, place), expected);
+        }
+    }
+}
+
+#[test]
+fn test_pid_weighs_the_error_its_sum_and_its_rate() {
+    let law = |integral_with_dt, smoothing_length| {
+        let params = PidParams {
+            kp: Some(0.2),
+            ki: Some(0.05),
+            kd: Some(0.1),
+            buffer_length: 2,
+            integral_with_dt,
+            smoothing_length: Some(smoothing_length),
+            ..PidParams::DEFAULT
+        };
+        Pid::new(CAR, params).unwrap()
+    };
+    let places = [
+        beside(30.0, 0.5, 0.1, 5.0),
+        beside(30.5, 0.4, -0.2, 5.0),
+        beside(31.0, 0.2, -0.1, 5.0),
+        // At rest nothing is summed.
+        beside(31.0, 0.2, -0.1, 0.0),
+    ];
+    let error = |left: f64, heading: f64| left + 3.0 * heading.sin();
+    let errors = [
+        error(0.5, 0.1),
+        error(0.4, -0.2),
+        error(0.2, -0.1),
+        error(0.2, -0.1),
+    ];
+    let summed = [
+        errors[0],
+        errors[0] + errors[1],
+        errors[1] + errors[2],
+        errors[1] + errors[2],
+    ];
+    for (integral_with_dt, weight) in [(true, 0.1), (false, 1.0)] {
+        // The rate of the error is that of the axle across the path, which is straight.
+        for smoothing_length in [0.0, 6.0] {
+            let angles = angles(law(integral_with_dt, smoothing_length), &places);
+            for (k, &angle) in angles.iter().enumerate() {
+                let rate = if k > 0 {
+                    (errors[k] - errors[k - 1]) / 0.1
+                } else {
+                    0.0
+                };
+                let expected = -(0.2 * errors[k] + 0.05 * weight * summed[k] + 0.1 * rate);
+                assert_close(angle, expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn test_bang_bang_switches_beyond_its_deadband() {
+    let params = BangBangParams {
+        amplitude: 0.2,
+        deadband: 0.5,
+        ..BangBangParams::DEFAULT
+    };
+    let law = BangBang::new(CAR, params).unwrap();
+    for (left, expected) in [(0.6, -0.2), (0.4, 0.0), (-0.4, 0.0), (-0.6, 0.2)] {
+        assert_close(angle(law, beside(30.0, left, 0.0, 5.0)), expected);
+    }
+}
+
+#[test]
+fn test_controllers_steer_at_most_the_largest_angle() {
+    let far = beside(30.0, 5.0, 1.0, 5.0);
+    let stanley = Stanley::new(CAR, StanleyParams::DEFAULT).unwrap();
+    let pid = PidParams {
+        kp: Some(10.0),
+        ..PidParams::DEFAULT
+    };
+    assert_close(angle(stanley, far), -1.22);
+    assert_close(angle(Pid::new(CAR, pid).unwrap(), far), -1.22);
+}
+
+#[test]
+fn test_state_that_a_pid_cannot_reach_is_refused() {
+    let law = Pid::new(CAR, PidParams::DEFAULT).unwrap();
+    let good = law.initial_state();
+    assert!(law.check_state(&good).is_ok());
+    let far = PidState {
+        previous_error: Some(1e300),
+        ..good.clone()
+    };
+    let jumped = PidState {
+        previous_position: Some(Point::new(0.0, -1e300)),
+        ..good
+    };
+    let shorter = PidParams {
+        buffer_length: 7,
+        ..PidParams::DEFAULT
+    };
+    let other = Pid::new(CAR, shorter).unwrap().initial_state();
+    for (bad, field) in [
+        (far, "previous_error"),
+        (jumped, "previous_position"),
+        (other, "buffer_length"),
+    ] {
+        assert_eq!(law.check_state(&bad).unwrap_err().field, field);
+    }
+    let law = PurePursuit::new(CAR, PurePursuitParams::DEFAULT).unwrap();
+    let bad = PurePursuitState {
+        previous_alpha: 3.2,
+    };
+    assert_eq!(law.check_state(&bad).unwrap_err().field, "previous_alpha");
+}
+
+#[test]
+fn test_coupled_pedals_are_equation_7() {
+    let params = CoupledLongitudinalParams {
+        cutoff: 0.4,
+        steer_limit: 0.8,
+        speed_limit: 20.0,
+    };
+    let law = CoupledLongitudinal::new(params).unwrap();
+    for (speed, steer) in [
+        (5.0, 0.0),
+        (10.0, 0.3),
+        (15.0, -0.6),
+        (25.0, 0.7),
+        (30.0, -0.8),
+    ] {
+        let pedals = law.step(speed, steer).unwrap();
+        let command = 0.4 + ((20.0 - speed) / 20.0 - f64::abs(steer) / 0.8) * 0.6;
+        assert_close(pedals.throttle - pedals.brake, command);
+        assert!(pedals.throttle.min(pedals.brake) <= 0.0);
+    }
+}
+
+#[test]
+fn test_speed_pid_weighs_the_error_its_integral_and_its_rate() {
+    let params = SpeedPidParams {
+        kp: 0.1,
+        ki: 0.3,
+        kd: 0.02,
+    };
+    let law = SpeedPid::new(params).unwrap();
+    let mut state = SpeedPidState::default();
+    let (mut integral, mut previous) = (0.0, None);
+    for (speed, target) in [
+        (5.0, 7.0),
+        (5.2, 7.0),
+        (6.0, 7.0),
+        (7.5, 7.0),
+        (8.0, 6.0_f64),
+    ] {
+        let error = target - speed;
+        integral += 0.3 * error * 0.1;
+        let rate = previous.map_or(0.0, |previous| (error - previous) / 0.1);
+        previous = Some(error);
+        let pedals = law.step(&mut state, speed, target, 0.1).unwrap();
+        let command: f64 = 0.1 * error + integral + 0.02 * rate;
+        assert_close(pedals.throttle - pedals.brake, command);
+    }
+    // The integral's share does not wind up beyond the range of the command.
+    for (target, most) in [(90.0, 1.0), (-90.0, -1.0)] {
+        for _ in 0..50 {
+            law.step(&mut state, 0.0, target, 0.1).unwrap();
+        }
+        assert_close(state.integral, most);
+    }
+    // What it reaches is a state; what it cannot reach is none.
+    assert!(law.check_state(&state).is_ok());
+    let wound_up = SpeedPidState {
+        integral: 1.01,
+        ..state
+    };
+    assert_eq!(law.check_state(&wound_up).unwrap_err().field, "integral");
+}
+
+/// `command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e + integral of ki e`.
+#[test]
+fn test_speed_tracker_takes_the_plans_acceleration_later_on_and_corrects() {
+    let car = Vehicle {
+        drive_lag: 0.3,
+        ..CAR
+    };
+    let params = SpeedTrackerParams {
+        kp: 1.5,
+        ki: 0.2,
+        max_jerk: 1e6,
+        reserve: 10.0,
+        drive_delay: 0.2,
+    };
+    let tracker = SpeedTracker::new(car, params).unwrap();
+    let path = straight();
+    // 1 m/s^2 up to 40 m, and 0.5 m/s^2 back from there on: v^2 is linear between waypoints.
+    let squares = |s: f64| if s <= 40.0 { 20.0 + 2.0 * s } else { 140.0 - s };
+    let plan: Vec<f64> = (0..100).map(|s| squares(f64::from(s)).sqrt()).collect();
+    let dt = 0.1;
+    let mut state = SpeedTrackerState::default();
+    let mut integral = 0.0;
+    for (along, faster) in [
+        (20.5, 0.3),
+        (21.3, -0.2),
+        (26.0, 0.0),
+        (31.5, 0.2),
+        (37.2, 0.1),
+        (42.25, -0.4),
+    ] {
+        let reference = squares(along).sqrt();
+        let speed = reference + faster;
+        let vehicle = beside(along, 0.4, 0.0, speed);
+        let command = tracker
+            .step(&path.view(), &plan, &mut state, vehicle, dt)
+            .unwrap();
+        let later = along + speed * (0.2 + 0.3 + 0.5 * dt);
+        let planned = if later < 40.0 { 1.0 } else { -0.5 };
+        integral -= 0.2 * faster * dt;
+        assert_close(command.reference_speed, reference);
+        assert_close(command.distance_to_stop, 99.0 - along);
+        assert_close(command.acceleration, planned - 1.5 * faster + integral);
+        assert!(!command.reverse && !command.standing);
+    }
+    // Far off the speed the integral rests, and the vehicle's limits hold.
+    let before = state.integral;
+    let slow = beside(44.0, 0.0, 0.0, 1.0);
+    let limited = SpeedTracker::new(
+        car,
+        SpeedTrackerParams {
+            reserve: 0.25,
+            ..params
+        },
+    )
+    .unwrap();
+    let command = limited
+        .step(&path.view(), &plan, &mut state, slow, dt)
+        .unwrap();
+    assert_close(command.acceleration, 2.25);
+    assert_close(state.integral, before);
+    let fast = beside(45.0, 0.0, 0.0, 30.0);
+    let command = limited
+        .step(&path.view(), &plan, &mut state, fast, dt)
+        .unwrap();
+    assert_close(command.acceleration, -3.25);
+    // The acceleration changes no faster than the largest jerk.
+    let smooth = SpeedTracker::new(
+        car,
+        SpeedTrackerParams {
+            max_jerk: 2.0,
+            ..params
+        },
+    )
+    .unwrap();
+    let mut last = state.acceleration;
+    for _ in 0..5 {
+        let command = smooth
+            .step(&path.view(), &plan, &mut state, slow, dt)
+            .unwrap();
+        assert_close(command.acceleration, last + 0.2);
+        last = command.acceleration;
+    }
+}
