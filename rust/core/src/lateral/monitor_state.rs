@@ -264,4 +264,187 @@ mod tests {
         let yaw = |k: u32| 0.02 * crate::math::sin(2.4 * f64::from(k * k));
         assert!(beyond(200, |k, expected| expected + yaw(k + 1) - yaw(k)) < 0.0);
     }
+
+    /// What the sums come to where every step is the same.
+    #[test]
+    fn test_sums_of_steps_that_are_all_alike_come_to_their_window() {
+        let (turn, rate, excess, share, dt) = (0.02, 0.3, -0.1, 2.0, 0.05);
+        let mut state = MonitorState::settled(0.0);
+        for _ in 0..20_000 {
+            state.observe(turn, rate, excess, share, dt);
+        }
+        let window = MonitorState::WINDOW;
+        let residual = turn - rate * dt;
+        let forgotten = MonitorState::OFFSET_TIME + dt;
+        for (sum, expected) in [
+            (state.measured, turn / dt * window),
+            (state.expected, rate * window),
+            (state.delayed, rate * window),
+            (state.rate, rate),
+            (state.reach, share * window),
+            (state.excess, 0.1 * window),
+            (state.time, MonitorState::NOISE_TIME),
+            (state.noise, 0.0),
+            (state.offset_square, share * share * forgotten),
+            (state.offset_sum, share * residual / dt * forgotten),
+        ] {
+            assert!(
+                (sum - expected).abs() < 1e-9,
+                "{sum}, not {expected}: {state:?}"
+            );
+        }
+        // Changes of a residual that are all as large have that as their variance; a residual that
+        // no offset explains counts as the largest that one does.
+        for k in 0..20_000 {
+            let large = if k % 2 == 0 { 0.5 } else { -0.5 };
+            state.observe(turn + large, rate, excess, share, dt);
+        }
+        assert!((state.noise - 1.0 / 6.0).abs() < 1e-9, "{state:?}");
+        for _ in 0..20_000 {
+            state.observe(-9.0, rate, excess, share, dt);
+        }
+        let largest = share * share * Estimator::MAX_STEER_OFFSET * forgotten;
+        assert!((state.offset_sum + largest).abs() < 1e-9, "{state:?}");
+    }
+
+    /// By hand: a turn between 0.4 and 2.5 of what is expected, an offset and its doubt, is explained.
+    #[test]
+    fn test_what_is_unexplained_is_beyond_the_gains_the_offset_the_excess_and_the_noise() {
+        let quiet = MonitorState {
+            noise: 0.0,
+            expected: 0.2,
+            delayed: 0.2,
+            offset_square: 1e30,
+            ..MonitorState::settled(0.0)
+        };
+        let doubt = |square: f64| {
+            MonitorState::OFFSET * MonitorState::OFFSET_DOUBT
+                / (MonitorState::OFFSET_DOUBT + square)
+        };
+        let offset = |offset: f64, square: f64| offset * (square + MonitorState::OFFSET_PRIOR);
+        let square = 3.0 * MonitorState::OFFSET_DOUBT;
+        let still = MonitorState {
+            expected: 0.0,
+            delayed: 0.0,
+            reach: 0.8,
+            offset_square: square,
+            ..quiet
+        };
+        let quicker = 0.2 + MonitorState::QUICKER * 0.1;
+        let cases = [
+            (
+                MonitorState {
+                    measured: 0.7,
+                    ..quiet
+                },
+                0.7 - 2.5 * 0.2,
+            ),
+            (
+                MonitorState {
+                    measured: 0.05,
+                    ..quiet
+                },
+                0.4 * 0.2 - 0.05,
+            ),
+            (
+                MonitorState {
+                    measured: 0.7,
+                    excess: 0.1,
+                    noise: 0.0004,
+                    ..quiet
+                },
+                0.7 - 2.5 * 0.2 - 0.5 * 0.1 - 5.0 * 0.02,
+            ),
+            // Wheels may lag, or be quicker than expected.
+            (
+                MonitorState {
+                    measured: 0.9,
+                    delayed: 0.1,
+                    ..quiet
+                },
+                0.9 - 2.5 * quicker,
+            ),
+            (
+                MonitorState {
+                    measured: 0.01,
+                    delayed: 0.1,
+                    ..quiet
+                },
+                0.4 * 0.1 - 0.01,
+            ),
+            (
+                MonitorState {
+                    measured: 0.9,
+                    delayed: 0.3,
+                    ..quiet
+                },
+                0.9 - 2.5 * 0.3,
+            ),
+            // A steering offset turns the vehicle without a command, one way alone.
+            (
+                MonitorState {
+                    measured: 0.9,
+                    offset_sum: offset(0.05, square),
+                    ..still
+                },
+                0.9 - 2.5 * 0.8 * (0.05 + doubt(square)),
+            ),
+            (
+                MonitorState {
+                    measured: -0.9,
+                    offset_sum: offset(0.05, square),
+                    ..still
+                },
+                0.9 - 2.5 * 0.8 * doubt(square),
+            ),
+            (
+                MonitorState {
+                    measured: 0.9,
+                    offset_sum: offset(-0.05, square),
+                    ..still
+                },
+                0.9 - 2.5 * 0.8 * doubt(square),
+            ),
+            (
+                MonitorState {
+                    measured: -0.9,
+                    offset_sum: offset(-0.05, square),
+                    ..still
+                },
+                0.9 - 2.5 * 0.8 * (0.05 + doubt(square)),
+            ),
+        ];
+        for (state, expected) in cases {
+            let mirrored = MonitorState {
+                measured: -state.measured,
+                expected: -state.expected,
+                delayed: -state.delayed,
+                offset_sum: -state.offset_sum,
+                ..state
+            };
+            let backwards = MonitorState {
+                reach: -state.reach,
+                offset_sum: -state.offset_sum,
+                ..state
+            };
+            for state in [state, mirrored, backwards] {
+                let found = state.unexplained();
+                assert!(
+                    (found - expected).abs() < 1e-12,
+                    "{found}, not {expected}: {state:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn test_an_interrupted_second_counts_no_more() {
+        let mut state = MonitorState::settled(0.0);
+        for _ in 0..20 {
+            state.observe(0.2, 0.1, 0.1, 3.0, 0.05);
+        }
+        assert!(state.is_beyond(0.01));
+        state.interrupt();
+        assert!(!state.is_beyond(0.0) && state.yaw.is_none() && state.residual.is_none());
+    }
 }
