@@ -8,7 +8,8 @@ use popsteer_core::longitudinal::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
     SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
 };
-use popsteer_core::{Path, Point, Tracker, Vehicle, VehicleState};
+use popsteer_core::vehicle::bicycle::kinematic_bicycle;
+use popsteer_core::{Path, Point, Status, Tracker, Vehicle, VehicleState};
 
 /// A vehicle whose wheels do at once what they are commanded; 3 m long.
 const CAR: Vehicle = Vehicle {
@@ -369,4 +370,32 @@ fn test_speed_tracker_takes_the_plans_acceleration_later_on_and_corrects() {
         assert_close(command.acceleration, last + 0.2);
         last = command.acceleration;
     }
+}
+
+#[test]
+fn test_kinematic_bicycle_gains_speed_by_its_acceleration() {
+    let before = beside(30.0, 0.4, 0.2, 5.0);
+    let after = kinematic_bicycle(before, 0.1, 1.5, 3.0, 0.2);
+    assert_close(after.speed, 5.0 + 1.5 * 0.2);
+    assert_close(after.yaw, before.yaw + 5.0 * 0.2 * 0.1_f64.tan() / 3.0);
+}
+
+#[test]
+fn test_tracked_points_are_the_axles_that_the_equations_are_about() {
+    let car = Vehicle {
+        rear_axle: -1.25,
+        ..CAR
+    };
+    let stanley = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
+    let pursuit = PurePursuit::new(car, PurePursuitParams::DEFAULT).unwrap();
+    assert_close(Tracker::of(stanley).tracked_point(), -1.25 + 3.0);
+    assert_close(Tracker::of(pursuit).tracked_point(), -1.25);
+}
+
+#[test]
+fn test_conditions_are_added_to_a_status() {
+    let mut status = Status::SATURATED;
+    status |= Status::END_OF_PATH;
+    assert_eq!(status, Status::SATURATED | Status::END_OF_PATH);
+    assert_eq!(format!("{status:?}"), format!("{status}"));
 }

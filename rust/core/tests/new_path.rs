@@ -157,6 +157,37 @@ fn test_path_nearby_is_taken_at_once_and_one_elsewhere_within_a_second() {
     }
 }
 
+/// Another path during a hand-over: the angle goes on from where it is, and is the new path's when
+/// the second is over that began with the first.
+#[test]
+fn test_path_that_changes_again_keeps_the_end_of_the_hand_over() {
+    let tracker = Tracker::of(Stanley::new(CAR, StanleyParams::DEFAULT).unwrap());
+    let paths = [0.0, 1.0, -0.8].map(|left| line(left, 0.0, false));
+    let wanted = |path: &Path| {
+        let mut fresh = tracker.initial_state();
+        tracker.steer(&path.view(), &mut fresh, AT_40, DT).unwrap()
+    };
+    let mut state = tracker.initial_state();
+    let mut steer =
+        |state: &mut _, path: &Path| tracker.steer(&path.view(), state, AT_40, DT).unwrap();
+    steer(&mut state, &paths[0]);
+    tracker.set_path(&mut state, &paths[0].view(), &paths[1].view());
+    let mut last = 0.0;
+    for _ in 0..4 {
+        last = steer(&mut state, &paths[1]);
+    }
+    // 0.3 s of it are over.
+    assert!((last - 0.3 * wanted(&paths[1])).abs() < 1e-9);
+    tracker.set_path(&mut state, &paths[1].view(), &paths[2].view());
+    let end = wanted(&paths[2]);
+    for k in 1..10 {
+        let share = (1.0 - f64::from(k) / 7.0).max(0.0);
+        let expected = end + share * (last - end);
+        let angle = steer(&mut state, &paths[2]);
+        assert!((angle - expected).abs() < 1e-9, "{k}: {angle}, {expected}");
+    }
+}
+
 /// Of two branches the new path takes the one that leads where the vehicle looks.
 #[test]
 fn test_new_path_that_comes_back_beside_itself_is_driven_on_the_right_branch() {

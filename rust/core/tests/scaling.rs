@@ -249,6 +249,13 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
         assert_is(preview.min_speed, 5.0 / 3.0);
         assert_is(preview.smoothing_length, 2.0 / 3.0);
         assert_eq!(preview.steer_span_rate, Some(0.4));
+        // The paper's 3 degrees in 50 ms.
+        let free = Vehicle {
+            max_steer_rate: None,
+            ..car
+        };
+        let rate = PreviewPopParams::DEFAULT.resolved(&free).steer_span_rate;
+        assert!((rate.unwrap() - 60.0_f64.to_radians()).abs() < 1e-12);
         let stanley = StanleyParams::DEFAULT.resolved(&car);
         assert_is(stanley.softening, 1e-5 / 3.0);
         assert_is(stanley.smoothing_length, 1.0);
