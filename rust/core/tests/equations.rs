@@ -399,3 +399,105 @@ fn test_conditions_are_added_to_a_status() {
     assert_eq!(status, Status::SATURATED | Status::END_OF_PATH);
     assert_eq!(format!("{status:?}"), format!("{status}"));
 }
+
+fn speed_tracker(drive_delay: f64) -> SpeedTracker {
+    let params = SpeedTrackerParams {
+        max_jerk: 1e6,
+        reserve: 10.0,
+        drive_delay,
+        ..SpeedTrackerParams::DEFAULT
+    };
+    SpeedTracker::new(CAR, params).unwrap()
+}
+
+/// Before a stop: `v^2 / (2 rest)`, with what rests when the command takes effect, less a sixtieth of
+/// a wheelbase. Arrived, it stands.
+#[test]
+fn test_speed_tracker_brakes_for_a_stop_by_what_rests_of_the_way() {
+    let tracker = speed_tracker(0.1);
+    let path = straight();
+    let plan = [6.0; 100];
+    let later = 0.1 + 0.05;
+    let step = |along: f64, speed: f64, acceleration: f64| {
+        let mut state = SpeedTrackerState {
+            acceleration,
+            ..SpeedTrackerState::default()
+        };
+        let vehicle = beside(along, 0.0, 0.0, speed);
+        tracker
+            .step(&path.view(), &plan, &mut state, vehicle, 0.1)
+            .unwrap()
+    };
+    for (left, speed, last) in [(6.0, 6.0, 0.0), (6.0, 6.0, -2.0), (3.0, 4.0, 1.0_f64)] {
+        let arriving = speed + last * later;
+        let rest: f64 = left - 0.05 - 0.5 * (speed + arriving) * later;
+        let command = step(99.0 - left, speed, last);
+        assert_close(command.acceleration, -arriving * arriving / (2.0 * rest));
+        assert_close(command.distance_to_stop, left);
+    }
+    // Far enough off it is not braked yet; a fortieth of a metre before the stop it has arrived.
+    assert!(step(84.0, 6.0, 0.0).acceleration.abs() < 1e-9);
+    assert!(!step(98.97, 0.1, 0.0).standing);
+    let arrived = step(98.98, 0.1, 0.0);
+    assert!(arrived.standing);
+    assert_close(arrived.acceleration, -1.5);
+    assert!(!step(98.98, 0.31, 0.0).standing);
+}
+
+#[test]
+fn test_speed_tracker_goes_on_across_the_seam_and_across_a_change_of_the_path() {
+    let tracker = speed_tracker(0.5);
+    let side = |k: u32| f64::from(k % 40);
+    let point = |k: u32| match k / 40 {
+        0 => (side(k), 0.0),
+        1 => (40.0, side(k)),
+        2 => (40.0 - side(k), 40.0),
+        _ => (0.0, 40.0 - side(k)),
+    };
+    let (x, y): (Vec<f64>, Vec<f64>) = (0..160).map(point).unzip();
+    let closed = Path::new(&x, &y, None, true).unwrap();
+    // Before the seam the speed rises, after it it falls.
+    let squares = |k: u32| {
+        if k < 80 {
+            100.0 - f64::from(k)
+        } else {
+            f64::from(k) - 60.0
+        }
+    };
+    let plan: Vec<f64> = (0..160).map(|k| squares(k).sqrt()).collect();
+    for (arc, planned) in [(150.0, 0.5), (158.0, -0.5), (2.0, -0.5)] {
+        let (x, y, yaw) = if arc < 80.0 {
+            (arc, 0.0, 0.0)
+        } else {
+            (0.0, 160.0 - arc, -std::f64::consts::FRAC_PI_2)
+        };
+        let square = if arc < 80.0 { 100.0 - arc } else { arc - 60.0 };
+        let speed = f64::sqrt(square);
+        let vehicle = VehicleState { x, y, yaw, speed };
+        let mut state = SpeedTrackerState::default();
+        let command = tracker
+            .step(&closed.view(), &plan, &mut state, vehicle, 0.1)
+            .unwrap();
+        assert_close(command.reference_speed, speed);
+        assert_close(command.acceleration, planned);
+        assert!(command.distance_to_stop.is_infinite() && !command.reverse);
+    }
+    let mut state = SpeedTrackerState {
+        waypoint: Some(30),
+        ..SpeedTrackerState::default()
+    };
+    let after = |new: &Path, state: &mut SpeedTrackerState| {
+        tracker.set_path(state, &closed.view(), &new.view());
+        state.waypoint
+    };
+    // The same there: the place is kept. Backwards there, or elsewhere, or shorter: it is not.
+    let open = Path::new(&x[..50], &y[..50], None, false).unwrap();
+    assert_eq!(after(&open, &mut state), Some(30));
+    let shorter = Path::new(&x[..30], &y[..30], None, false).unwrap();
+    let backwards = open.with_reverse(&[true; 50]).unwrap();
+    let elsewhere = Path::new(&x[1..50], &y[1..50], None, false).unwrap();
+    for new in [shorter, backwards, elsewhere] {
+        let mut state = state;
+        assert_eq!(after(&new, &mut state), None);
+    }
+}
