@@ -424,54 +424,6 @@ fn test_plan_within_limits_that_do_not_bind_is_the_unlimited_one() {
     }
 }
 
-/// `keeps` carries the state in parts; the plain prediction says where its limits lie.
-#[test]
-fn test_plan_keeps_limits_as_far_as_its_plain_prediction_needs() {
-    let mut random = Random(15);
-    for _ in 0..500 {
-        let instance = Instance::random(&mut random);
-        let horizon = instance.horizon();
-        let mut moves = [BestMove::default(); 20];
-        let moves = &mut moves[..instance.turns.len()];
-        horizon.unlimited(moves);
-        let mut state = instance.start;
-        let (mut low, mut high, mut most) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
-        for (k, (best, &turn)) in moves.iter().zip(&instance.turns).enumerate() {
-            let next = best.commanded(&state);
-            if k > 0 {
-                most = f64::max(most, (next - state.commanded).abs());
-            }
-            (low, high) = (low.min(next), high.max(next));
-            state.commanded = next;
-            state = instance.travel.after(&state, turn, instance.drift);
-        }
-        let slack = 1e-9 * (low.abs() + high.abs() + most);
-        let wide = Limits {
-            first: (0.0, 0.0),
-            later: most + slack,
-            low: low - slack,
-            high: high + slack,
-        };
-        let keeps = |limits: Limits| horizon.keeps(moves, instance.start, &limits);
-        assert!(keeps(wide));
-        assert!(!keeps(Limits {
-            low: low + slack,
-            ..wide
-        }));
-        assert!(!keeps(Limits {
-            high: high - slack,
-            ..wide
-        }));
-        assert!(
-            moves.len() < 2
-                || !keeps(Limits {
-                    later: most - slack,
-                    ..wide
-                })
-        );
-    }
-}
-
 #[test]
 fn test_plan_from_beyond_the_limit_unwinds_at_the_full_rate() {
     let mut random = Random(14);

@@ -53,6 +53,7 @@ fn step(batch: &mut Episodes, action: [f64; 2]) {
 fn test_reward_is_the_documented_sum_in_every_step() {
     let mut batch = begun();
     assert!(!batch.is_empty() && batch.len() == 2);
+    assert!(Episodes::new(0, batch.terms().clone()).unwrap().is_empty());
     let most = KinematicBicycle::DEFAULT.vehicle.max_steer;
     let front = |episode: &Episode| {
         let [x, _, yaw, ..] = episode.info;

@@ -260,3 +260,59 @@ fn test_simulation_tells_the_direction_and_the_speed_of_the_path() {
     assert!(backwards.reverse());
     assert_eq!(backwards.reference_speed(), Some(-7.0));
 }
+
+#[test]
+fn test_errors_are_those_of_the_point_that_is_tracked_from_now_on() {
+    let plant = Arc::new(Beside { path_yaw: 0.0 });
+    let start = VehicleState {
+        x: 20.0,
+        y: 0.5,
+        yaw: 0.1,
+        speed: 4.0,
+    };
+    let settings = Settings::DEFAULT;
+    let mut simulation = Simulation::new(straight(0.0), plant, start, tracked(), settings).unwrap();
+    let front = Follow::of(&CAR, CAR.rear_axle, 3.0);
+    simulation.track(front);
+    simulation
+        .step(Control::default(), Point::default(), Status::OK)
+        .unwrap();
+    let record = simulation.records()[0];
+    assert!(close(record.cross_track_error, 0.5 + 3.0 * 0.1_f64.sin()));
+    assert!(close(record.rear_cross_track_error, 0.5));
+}
+
+/// What a run has come to is saved with it.
+#[test]
+fn test_finished_or_lost_run_is_restored_as_such() {
+    for (y, finished) in [(0.0, true), (100.0, false)] {
+        let start = VehicleState {
+            x: 95.0,
+            y,
+            yaw: 0.0,
+            speed: 4.0,
+        };
+        let fresh = || {
+            let plant = Arc::new(Beside { path_yaw: 0.0 });
+            Simulation::new(straight(0.0), plant, start, tracked(), Settings::DEFAULT).unwrap()
+        };
+        let mut run = fresh();
+        // Beside the path by 10 times the angle.
+        let control = Control {
+            steer: if finished { -0.02 } else { 1.5 },
+            ..Control::default()
+        };
+        while !run.is_over() {
+            run.step(control, Point::default(), Status::OK).unwrap();
+        }
+        let again = fresh().restored(run.save());
+        assert_eq!(again.is_finished(), run.is_finished());
+        assert_eq!(again.is_over(), run.is_over());
+        assert_eq!(again.metrics().steps, run.metrics().steps);
+        assert_eq!(run.is_finished(), finished);
+        // A place that the path does not have is none.
+        let mut saved = run.save();
+        saved.numbers[0] = 1e6;
+        assert!(close(fresh().restored(saved).save().numbers[0], -1.0));
+    }
+}

@@ -28,7 +28,7 @@ fn test_identified_plant_steps_by_its_equations() {
     let before = PlantState {
         vehicle: ROLLING,
         yaw_rate: -0.25,
-        wheel: 0.1,
+        wheel: 0.0,
         throttle: 0.4,
     };
     let control = Control {
@@ -106,6 +106,27 @@ fn test_bicycle_speeds_up_by_throttle_less_brake_and_drag() {
         speed,
         12.0 + 0.01 * (6.0 * 0.5 - 9.0 * 0.1 - 0.28 * 12.0)
     ));
+}
+
+#[test]
+fn test_drive_of_a_bicycle_follows_its_pedal_behind_the_lag() {
+    let plant = KinematicBicycle {
+        vehicle: Vehicle {
+            drive_lag: 0.4,
+            ..KinematicBicycle::VEHICLE
+        },
+        ..KinematicBicycle::DEFAULT
+    };
+    let before = PlantState {
+        throttle: 0.2,
+        ..PlantState::settled(&plant.vehicle, ROLLING)
+    };
+    let control = Control {
+        throttle: 0.8,
+        ..Control::default()
+    };
+    let after = moved(&plant, before, control, 0.1);
+    assert!(close(after.throttle, 0.8 - 0.6 * (-0.25_f64).exp()));
 }
 
 #[test]
@@ -188,6 +209,10 @@ fn test_plants_are_found_by_their_names_and_tell_what_they_are() {
     };
     assert_eq!(bicycle.checked(), Ok(bicycle));
     assert_eq!(*bicycle.vehicle(), long);
+    assert_eq!(
+        *CarlaIdentified::DEFAULT.vehicle(),
+        CarlaIdentified::VEHICLE
+    );
     assert!(bicycle.reverses() && !CarlaIdentified::DEFAULT.reverses());
 }
 
