@@ -200,7 +200,7 @@ fn test_state_that_a_pid_cannot_reach_is_refused() {
     assert!(law.check_state(&good).is_ok());
     let far = PidState {
         previous_error: Some(1e300),
-        ..good.clone()
+        ..good
     };
     let jumped = PidState {
         previous_position: Some(Point::new(0.0, -1e300)),

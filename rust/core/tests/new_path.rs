@@ -168,8 +168,7 @@ fn test_path_that_changes_again_keeps_the_end_of_the_hand_over() {
         tracker.steer(&path.view(), &mut fresh, AT_40, DT).unwrap()
     };
     let mut state = tracker.initial_state();
-    let mut steer =
-        |state: &mut _, path: &Path| tracker.steer(&path.view(), state, AT_40, DT).unwrap();
+    let steer = |state: &mut _, path: &Path| tracker.steer(&path.view(), state, AT_40, DT).unwrap();
     steer(&mut state, &paths[0]);
     tracker.set_path(&mut state, &paths[0].view(), &paths[1].view());
     let mut last = 0.0;

@@ -307,133 +307,86 @@ mod tests {
         assert!((state.offset_sum + largest).abs() < 1e-9, "{state:?}");
     }
 
-    /// By hand: a turn between 0.4 and 2.5 of what is expected, an offset and its doubt, is explained.
-    #[test]
-    fn test_what_is_unexplained_is_beyond_the_gains_the_offset_the_excess_and_the_noise() {
-        let quiet = MonitorState {
+    /// Nothing expected, no noise, and an offset that is known.
+    fn quiet() -> MonitorState {
+        MonitorState {
             noise: 0.0,
-            expected: 0.2,
-            delayed: 0.2,
             offset_square: 1e30,
             ..MonitorState::settled(0.0)
+        }
+    }
+
+    /// What is unexplained of a state, of its mirror image, and of the same backwards.
+    fn check_unexplained(state: MonitorState, expected: f64) {
+        let mirrored = MonitorState {
+            measured: -state.measured,
+            expected: -state.expected,
+            delayed: -state.delayed,
+            offset_sum: -state.offset_sum,
+            ..state
         };
-        let doubt = |square: f64| {
-            MonitorState::OFFSET * MonitorState::OFFSET_DOUBT
-                / (MonitorState::OFFSET_DOUBT + square)
+        let backwards = MonitorState {
+            reach: -state.reach,
+            offset_sum: -state.offset_sum,
+            ..state
         };
-        let offset = |offset: f64, square: f64| offset * (square + MonitorState::OFFSET_PRIOR);
-        let square = 3.0 * MonitorState::OFFSET_DOUBT;
-        let still = MonitorState {
-            expected: 0.0,
-            delayed: 0.0,
-            reach: 0.8,
-            offset_square: square,
-            ..quiet
-        };
+        for state in [state, mirrored, backwards] {
+            let found = state.unexplained();
+            let off = (found - expected).abs();
+            assert!(off < 1e-12, "{found}, not {expected}: {state:?}");
+        }
+    }
+
+    /// A turn between 0.4 and 2.5 of what is expected is explained, where the wheels may lag or be
+    /// quicker; less half the excess and five deviations of the noise.
+    #[test]
+    fn test_what_is_unexplained_is_beyond_the_gains_the_excess_and_the_noise() {
         let quicker = 0.2 + MonitorState::QUICKER * 0.1;
-        let cases = [
+        for (measured, delayed, excess, noise, expected) in [
+            (0.7, 0.2, 0.0, 0.0, 0.7 - 2.5 * 0.2),
+            (0.05, 0.2, 0.0, 0.0, 0.4 * 0.2 - 0.05),
             (
-                MonitorState {
-                    measured: 0.7,
-                    ..quiet
-                },
-                0.7 - 2.5 * 0.2,
-            ),
-            (
-                MonitorState {
-                    measured: 0.05,
-                    ..quiet
-                },
-                0.4 * 0.2 - 0.05,
-            ),
-            (
-                MonitorState {
-                    measured: 0.7,
-                    excess: 0.1,
-                    noise: 0.0004,
-                    ..quiet
-                },
+                0.7,
+                0.2,
+                0.1,
+                0.02,
                 0.7 - 2.5 * 0.2 - 0.5 * 0.1 - 5.0 * 0.02,
             ),
-            // Wheels may lag, or be quicker than expected.
-            (
-                MonitorState {
-                    measured: 0.9,
-                    delayed: 0.1,
-                    ..quiet
-                },
-                0.9 - 2.5 * quicker,
-            ),
-            (
-                MonitorState {
-                    measured: 0.01,
-                    delayed: 0.1,
-                    ..quiet
-                },
-                0.4 * 0.1 - 0.01,
-            ),
-            (
-                MonitorState {
-                    measured: 0.9,
-                    delayed: 0.3,
-                    ..quiet
-                },
-                0.9 - 2.5 * 0.3,
-            ),
-            // A steering offset turns the vehicle without a command, one way alone.
-            (
-                MonitorState {
-                    measured: 0.9,
-                    offset_sum: offset(0.05, square),
-                    ..still
-                },
-                0.9 - 2.5 * 0.8 * (0.05 + doubt(square)),
-            ),
-            (
-                MonitorState {
-                    measured: -0.9,
-                    offset_sum: offset(0.05, square),
-                    ..still
-                },
-                0.9 - 2.5 * 0.8 * doubt(square),
-            ),
-            (
-                MonitorState {
-                    measured: 0.9,
-                    offset_sum: offset(-0.05, square),
-                    ..still
-                },
-                0.9 - 2.5 * 0.8 * doubt(square),
-            ),
-            (
-                MonitorState {
-                    measured: -0.9,
-                    offset_sum: offset(-0.05, square),
-                    ..still
-                },
-                0.9 - 2.5 * 0.8 * (0.05 + doubt(square)),
-            ),
-        ];
-        for (state, expected) in cases {
-            let mirrored = MonitorState {
-                measured: -state.measured,
-                expected: -state.expected,
-                delayed: -state.delayed,
-                offset_sum: -state.offset_sum,
-                ..state
+            (0.9, 0.1, 0.0, 0.0, 0.9 - 2.5 * quicker),
+            (0.01, 0.1, 0.0, 0.0, 0.4 * 0.1 - 0.01),
+            (0.9, 0.3, 0.0, 0.0, 0.9 - 2.5 * 0.3),
+        ] {
+            let state = MonitorState {
+                measured,
+                expected: 0.2,
+                delayed,
+                excess,
+                noise: noise * noise,
+                ..quiet()
             };
-            let backwards = MonitorState {
-                reach: -state.reach,
-                offset_sum: -state.offset_sum,
-                ..state
+            check_unexplained(state, expected);
+        }
+    }
+
+    /// A steering offset turns the vehicle without a command: one way alone, but for its doubt.
+    #[test]
+    fn test_what_is_unexplained_is_beyond_the_offset_and_its_doubt() {
+        let square = 3.0 * MonitorState::OFFSET_DOUBT;
+        let doubt = 0.25 * MonitorState::OFFSET;
+        for (measured, offset, explained) in [
+            (0.9, 0.05, 0.05 + doubt),
+            (-0.9, 0.05, doubt),
+            (0.9, -0.05, doubt),
+            (-0.9, -0.05, 0.05 + doubt),
+        ] {
+            let state = MonitorState {
+                measured,
+                reach: 0.8,
+                offset_square: square,
+                offset_sum: offset * (square + MonitorState::OFFSET_PRIOR),
+                ..quiet()
             };
-            for state in [state, mirrored, backwards] {
-                let found = state.unexplained();
-                assert!(
-                    (found - expected).abs() < 1e-12,
-                    "{found}, not {expected}: {state:?}"
-                );
-            }
+            check_unexplained(state, 0.9 - 2.5 * 0.8 * explained);
         }
     }
 
