@@ -25,14 +25,34 @@ fn bends(from: u32, to: u32) -> Path {
     Path::new(&x, &y, None, false).unwrap()
 }
 
-/// Along x, `left` of it by so much, and turned by `yaw` about the front axle's place.
-/// Where on a path along x the front axle is of a vehicle at 40 m, 0.1 rad off its direction.
+/// How far along the front axle is of a vehicle at 40 m, 0.1 rad off its path [m].
 const FRONT: f64 = 42.985_012_495_8;
+/// The direction of the lines below [rad]: along no axis.
+const TURNED: f64 = 0.7;
 
+/// The place `x` along that direction and `y` to the left of it [m].
+fn turned(x: f64, y: f64) -> (f64, f64) {
+    let (sin, cos) = TURNED.sin_cos();
+    (x * cos - y * sin, x * sin + y * cos)
+}
+
+/// A vehicle 40 m along, `left` of the line from the origin and off it by `heading`.
+fn at_40(left: f64, heading: f64) -> VehicleState {
+    let (x, y) = turned(40.0, left);
+    VehicleState {
+        x,
+        y,
+        yaw: TURNED + heading,
+        speed: 5.0,
+    }
+}
+
+/// A line `left` of the origin by so much, and turned by `yaw` about the front axle's place.
 fn line(left: f64, yaw: f64, reverse: bool) -> Path {
-    let along: Vec<f64> = (-40..60).map(f64::from).collect();
-    let x: Vec<f64> = along.iter().map(|s| FRONT + s * yaw.cos()).collect();
-    let y: Vec<f64> = along.iter().map(|s| left + s * yaw.sin()).collect();
+    let along = (-40..60).map(|k| 1.25 * f64::from(k));
+    let (x, y): (Vec<f64>, Vec<f64>) = along
+        .map(|s| turned(FRONT + s * yaw.cos(), left + s * yaw.sin()))
+        .unzip();
     let path = Path::new(&x, &y, None, false).unwrap();
     if reverse {
         path.with_reverse(&[true; 100]).unwrap()
@@ -40,13 +60,6 @@ fn line(left: f64, yaw: f64, reverse: bool) -> Path {
         path
     }
 }
-
-const AT_40: VehicleState = VehicleState {
-    x: 40.0,
-    y: 0.0,
-    yaw: 0.0,
-    speed: 5.0,
-};
 
 /// What the controller answers on the way along bends; `window` hands the path over anew in each
 /// step, a part of it around the vehicle.
@@ -114,7 +127,7 @@ fn changed(new: &Path) -> (f64, Vec<f64>, f64) {
     let old = line(0.0, 0.0, false);
     let mut state = tracker.initial_state();
     // Off the heading, so that the angle is not 0.
-    let vehicle = VehicleState { yaw: 0.1, ..AT_40 };
+    let vehicle = at_40(0.0, 0.1);
     let before = tracker.steer(&old.view(), &mut state, vehicle, DT).unwrap();
     tracker.set_path(&mut state, &old.view(), &new.view());
     let angles = (0..12)
@@ -165,10 +178,16 @@ fn test_path_that_changes_again_keeps_the_end_of_the_hand_over() {
     let paths = [0.0, 1.0, -0.8].map(|left| line(left, 0.0, false));
     let wanted = |path: &Path| {
         let mut fresh = tracker.initial_state();
-        tracker.steer(&path.view(), &mut fresh, AT_40, DT).unwrap()
+        tracker
+            .steer(&path.view(), &mut fresh, at_40(0.0, 0.0), DT)
+            .unwrap()
     };
     let mut state = tracker.initial_state();
-    let steer = |state: &mut _, path: &Path| tracker.steer(&path.view(), state, AT_40, DT).unwrap();
+    let steer = |state: &mut _, path: &Path| {
+        tracker
+            .steer(&path.view(), state, at_40(0.0, 0.0), DT)
+            .unwrap()
+    };
     steer(&mut state, &paths[0]);
     tracker.set_path(&mut state, &paths[0].view(), &paths[1].view());
     let mut last = 0.0;
@@ -194,17 +213,14 @@ fn test_new_path_that_comes_back_beside_itself_is_driven_on_the_right_branch() {
     for backwards in [false, true] {
         let old = line(0.0, 0.0, backwards);
         let mut state = tracker.initial_state();
-        let vehicle = VehicleState {
-            yaw: if backwards { std::f64::consts::PI } else { 0.0 },
-            ..AT_40
-        };
+        let vehicle = at_40(0.0, if backwards { std::f64::consts::PI } else { 0.0 });
         tracker.steer(&old.view(), &mut state, vehicle, DT).unwrap();
         // Back first, 0.1 m beside the vehicle, then round and there, 0.2 m beside it.
         let back = (0..80).map(|k| (80.0 - f64::from(k), 0.1));
         let there = (0..80).map(|k| (f64::from(k), -0.2));
         let turn = [(-3.0, 2.0), (-5.0, 0.0), (-3.0, -2.0)];
         let points: Vec<(f64, f64)> = back.chain(turn).chain(there).collect();
-        let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+        let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|&(x, y)| turned(x, y)).unzip();
         let mut new = Path::new(&x, &y, None, false).unwrap();
         if backwards {
             new = new.with_reverse(&vec![true; x.len()]).unwrap();
@@ -228,7 +244,7 @@ fn test_pid_sees_no_jump_of_a_path_that_moves_aside() {
     let tracker = Tracker::of(Pid::new(CAR, params).unwrap());
     let (old, new) = (line(0.0, 0.0, false), line(0.2, 0.0, false));
     let mut state = tracker.initial_state();
-    let vehicle = VehicleState { y: 0.05, ..AT_40 };
+    let vehicle = at_40(0.05, 0.0);
     let before = tracker.steer(&old.view(), &mut state, vehicle, DT).unwrap();
     assert!((before + 0.2 * 0.05 + 0.05 * 0.05 * DT).abs() < 1e-12);
     tracker.set_path(&mut state, &old.view(), &new.view());
