@@ -398,6 +398,10 @@ fn test_conditions_are_added_to_a_status() {
     status |= Status::END_OF_PATH;
     assert_eq!(status, Status::SATURATED | Status::END_OF_PATH);
     assert_eq!(format!("{status:?}"), format!("{status}"));
+    // Three of the conditions are faults, wherever they stand.
+    let faults = Status::INPUT_LOST | Status::DEVIATING | Status::IMPLAUSIBLE;
+    assert_eq!(status.faults(), Status::OK);
+    assert_eq!((status | faults).faults(), faults);
 }
 
 fn speed_tracker(drive_delay: f64) -> SpeedTracker {
