@@ -1,6 +1,6 @@
 //! What the wheels did, for poses that come late, by hand.
 
-use popsteer_core::vehicle::bicycle::Rollout;
+use popsteer_core::vehicle::bicycle::{Rollout, advance};
 use popsteer_core::vehicle::{Estimate, Past};
 use popsteer_core::{Vehicle, VehicleState};
 
@@ -77,4 +77,27 @@ fn test_past_that_no_wheels_can_have_is_refused() {
         let refused = restored(angle, time, wheel, since).unwrap_err();
         assert_eq!(refused.field, field);
     }
+}
+
+/// A vehicle slips, and moves off its heading by that, and by what its curvature adds.
+#[test]
+fn test_slip_turns_the_way_and_not_the_vehicle() {
+    let start = VehicleState {
+        x: 3.0,
+        y: -2.0,
+        yaw: 0.7,
+        speed: 8.0,
+    };
+    let estimate = Estimate {
+        slip: 0.05,
+        slip_length: 0.3,
+        ..Estimate::DEFAULT
+    };
+    let mut rollout = Rollout::new(&CAR, &estimate, start);
+    rollout.turn(0.2, 0.05);
+    let curvature = 0.2_f64.tan() / 3.0;
+    let expected = advance(start, 0.4, curvature, 0.05 + 0.3 * curvature);
+    let found = rollout.state();
+    assert!((found.x - expected.x).abs() < 1e-12 && (found.y - expected.y).abs() < 1e-12);
+    assert!((found.yaw - 0.7 - 0.4 * curvature).abs() < 1e-12);
 }

@@ -112,3 +112,26 @@ fn test_brake_slows_and_a_failure_costs_once() {
     batch.fail(0);
     assert!((one(&batch).reward - (reward - 7.0)).abs() < 1e-12);
 }
+
+#[test]
+fn test_heading_error_is_that_against_the_path() {
+    let points: Vec<f64> = (0..100).map(f64::from).collect();
+    let along = |part: f64| points.iter().map(|s| s * part).collect::<Vec<_>>();
+    let path = Path::new(&along(0.8), &along(0.6), None, false).unwrap();
+    let plant = KinematicBicycle::DEFAULT;
+    let tracked = Follow::of(&plant.vehicle, 0.0, 0.0);
+    let yaw = 0.6_f64.atan2(0.8);
+    let start = VehicleState {
+        x: 16.0,
+        y: 12.0,
+        yaw: yaw + 0.25,
+        speed: 3.0,
+    };
+    let plant: Arc<dyn Plant> = Arc::new(plant);
+    let settings = Settings::DEFAULT;
+    let simulation = Simulation::new(Arc::new(path), plant, start, tracked, settings).unwrap();
+    let mut batch = begun();
+    batch.begin(1, simulation);
+    let other = batch.episodes().nth(1).unwrap().unwrap();
+    assert!((other.info[5] - 0.25).abs() < 1e-9, "{:?}", other.info);
+}
