@@ -117,3 +117,34 @@ fn test_stop_lies_across_the_seam() {
         assert_eq!(command.reverse, reverse);
     }
 }
+
+/// What a step told of the path ahead is checked with a state that is restored.
+#[test]
+fn test_answer_of_no_path_is_refused() {
+    let path = square();
+    let law = Stanley::new(Vehicle::PAPER, StanleyParams::DEFAULT).unwrap();
+    let tracker = Tracker::of(law);
+    let mut state = tracker.initial_state();
+    let vehicle = VehicleState {
+        x: 10.0,
+        y: 0.0,
+        yaw: 0.0,
+        speed: 1.0,
+    };
+    tracker
+        .step(&path.view(), &mut state, vehicle, 0.05)
+        .unwrap();
+    let mut check = |speed: Option<f64>, distance: f64| {
+        let answer = state.answer.as_mut().unwrap();
+        answer.ahead.reference_speed = speed;
+        answer.ahead.distance_to_stop = distance;
+        tracker.check_state(&path.view(), &state).is_ok()
+    };
+    assert!(check(None, f64::INFINITY) && check(Some(-1.9e4), -3.0));
+    for speed in [f64::NAN, 2.1e4, -2.1e4] {
+        assert!(!check(Some(speed), 1.0), "{speed}");
+    }
+    for distance in [f64::NAN, f64::NEG_INFINITY, 2e18] {
+        assert!(!check(None, distance), "{distance}");
+    }
+}

@@ -43,7 +43,12 @@ fn track(closed: bool) -> Track {
     let segments = if closed { count } else { count - 1 };
     Track {
         curvature: (0..count)
-            .map(|k| if straight(k) { 0.0 } else { wave(k) })
+            .map(|k| match k {
+                // Tighter than the wheels can steer.
+                50 => 0.3,
+                k if straight(k) => 0.0,
+                k => wave(k),
+            })
             .collect(),
         spacing: (0..segments)
             .map(|k| 0.6 + 0.5 * f64::from(k % 7))
