@@ -19,7 +19,7 @@ CHAPTERS: list[tuple[str, list[str]]] = [
     ("Edges and statuses", ["docs/edges.md"]),
     ("Choose a controller", ["docs/choose.md", "docs/preview_pop.md"]),
     ("Theory", ["docs/theory.md"]),
-    ("Benchmarks", ["benches/README.md", "docs/fuzzing.md"]),
+    ("Benchmarks", ["benches/README.md", "docs/fuzzing.md", "docs/mutation_testing.md"]),
     ("The paper", ["docs/paper.md"]),
     (
         "Development",

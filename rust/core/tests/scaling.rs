@@ -6,6 +6,7 @@ use popsteer_core::lateral::{
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
 use popsteer_core::longitudinal::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+use popsteer_core::path::Follow;
 use popsteer_core::vehicle::{AdaptParams, InFlight};
 use popsteer_core::{LateralLaw, Path, Tracker, Vehicle, VehicleState};
 
@@ -209,5 +210,76 @@ fn test_speed_tracker_scales_with_its_vehicle() {
     assert!(commands.iter().any(|&pull| pull < -1.0));
     for (step, (a, b)) in commands.iter().zip(&doubled).enumerate() {
         assert_eq!((2.0 * a).to_bits(), b.to_bits(), "step {step}: {a} {b}");
+    }
+}
+
+/// What the documentation says of each default, at the paper's wheelbase and at another.
+#[test]
+fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented() {
+    for wheelbase in [3.0, 0.75] {
+        let car = Vehicle {
+            wheelbase,
+            max_steer_rate: Some(0.4),
+            ..Vehicle::DEFAULT
+        };
+        let assert_is = |value: Option<f64>, wheelbases: f64| {
+            let expected = wheelbases * wheelbase;
+            let close = value.is_some_and(|value| (value - expected).abs() < 1e-9);
+            assert!(close, "{value:?}, not {expected}");
+        };
+        let pop = PopParams::DEFAULT.resolved(&car);
+        let pursuit = PurePursuitParams::DEFAULT.resolved(&car);
+        assert_is(pop.min_lookahead, 2.0);
+        assert_is(pursuit.min_lookahead, 10.0 / 3.0);
+        for (tolerance, window, spacing) in [
+            (pop.lookahead_tolerance, pop.window_ahead, pop.grid_spacing),
+            (
+                pursuit.lookahead_tolerance,
+                pursuit.window_ahead,
+                pursuit.grid_spacing,
+            ),
+        ] {
+            assert_is(tolerance, 1.0 / 300.0);
+            assert_is(window, 20.0 / 3.0);
+            assert_is(spacing, 1.0 / 300.0);
+        }
+        let preview = PreviewPopParams::DEFAULT.resolved(&car);
+        assert_is(preview.heading_cost, 1.0);
+        assert_is(preview.steer_rate_cost, 1.0 / 12.0);
+        assert_is(preview.min_speed, 5.0 / 3.0);
+        assert_is(preview.smoothing_length, 2.0 / 3.0);
+        assert_eq!(preview.steer_span_rate, Some(0.4));
+        // The paper's 3 degrees in 50 ms.
+        let free = Vehicle {
+            max_steer_rate: None,
+            ..car
+        };
+        let rate = PreviewPopParams::DEFAULT.resolved(&free).steer_span_rate;
+        assert!((rate.unwrap() - 60.0_f64.to_radians()).abs() < 1e-12);
+        let stanley = StanleyParams::DEFAULT.resolved(&car);
+        assert_is(stanley.softening, 1e-5 / 3.0);
+        assert_is(stanley.smoothing_length, 1.0);
+        let pid = PidParams::DEFAULT.resolved(&car);
+        assert_is(pid.smoothing_length, 2.0);
+        // Gains per metre go with the inverse.
+        for (gain, at_3_m) in [(pid.kp, 0.25), (pid.ki, 0.01), (pid.kd, 0.2)] {
+            assert_is(gain.map(|gain| gain * wheelbase * wheelbase), at_3_m * 3.0);
+        }
+        let bang_bang = BangBangParams::DEFAULT.resolved(&car);
+        for (search_distance, lost_distance) in [
+            (pop.search_distance, pop.lost_distance),
+            (pursuit.search_distance, pursuit.lost_distance),
+            (preview.search_distance, preview.lost_distance),
+            (stanley.search_distance, stanley.lost_distance),
+            (pid.search_distance, pid.lost_distance),
+            (bang_bang.search_distance, bang_bang.lost_distance),
+        ] {
+            assert_is(search_distance, 2.0);
+            assert_is(lost_distance, 10.0);
+        }
+        let follow = Follow::of(&car, 0.0, 0.0);
+        assert_is(Some(follow.search_distance), 2.0);
+        assert_is(Some(follow.arrival_distance), 0.05);
+        assert_is(Some(follow.opposite_distance), 10.0 / 3.0);
     }
 }

@@ -32,7 +32,9 @@ fn inputs(count: u32) -> Vec<VehicleState> {
 
 #[test]
 fn test_batch_steps_are_single_steps_bit_for_bit() {
+    let (none, ..) = batch(0);
     let (mut batch, tracker, path) = batch(600);
+    assert!(none.is_empty() && !batch.is_empty());
     let inputs = inputs(600);
     let mut angles = vec![0.0; 600];
     let mut states: Vec<_> = (0..600).map(|_| tracker.initial_state()).collect();

@@ -1,0 +1,265 @@
+//! Controllers beside a straight path answer by their equations, by hand.
+
+use popsteer_core::lateral::{
+    BangBang, BangBangParams, LateralLaw, Pid, PidParams, PidState, PurePursuit, PurePursuitParams,
+    PurePursuitState, Stanley, StanleyParams,
+};
+use popsteer_core::vehicle::bicycle::kinematic_bicycle;
+use popsteer_core::{Path, Point, Status, Tracker, Vehicle, VehicleState};
+
+/// A vehicle whose wheels do at once what they are commanded; 3 m long.
+const CAR: Vehicle = Vehicle {
+    steer_lag: 0.0,
+    ..Vehicle::PAPER
+};
+const PATH_YAW: f64 = 0.3;
+
+fn straight() -> Path {
+    let along: Vec<f64> = (0..100).map(f64::from).collect();
+    let x: Vec<f64> = along.iter().map(|s| 2.0 + s * PATH_YAW.cos()).collect();
+    let y: Vec<f64> = along.iter().map(|s| -1.0 + s * PATH_YAW.sin()).collect();
+    Path::new(&x, &y, None, false).unwrap()
+}
+
+/// `along` the straight path and `left` of it [m], `heading` off it [rad].
+fn beside(along: f64, left: f64, heading: f64, speed: f64) -> VehicleState {
+    let (sin, cos) = PATH_YAW.sin_cos();
+    VehicleState {
+        x: 2.0 + along * cos - left * sin,
+        y: -1.0 + along * sin + left * cos,
+        yaw: PATH_YAW + heading,
+        speed,
+    }
+}
+
+/// The angles on the way through `places`, a tenth of a second apart.
+fn angles<L: LateralLaw>(law: L, places: &[VehicleState]) -> Vec<f64> {
+    let tracker = Tracker::of(law);
+    let mut state = tracker.initial_state();
+    let path = straight();
+    let step = |&place| {
+        let command = tracker.step(&path.view(), &mut state, place, 0.1);
+        command.unwrap().steer
+    };
+    places.iter().map(step).collect()
+}
+
+fn angle<L: LateralLaw>(law: L, place: VehicleState) -> f64 {
+    angles(law, &[place])[0]
+}
+
+#[track_caller]
+fn assert_close(number: f64, expected: f64) {
+    let most = 1e-9 * expected.abs().max(1.0);
+    assert!(
+        (number - expected).abs() <= most,
+        "{number}, not {expected}"
+    );
+}
+
+#[test]
+fn test_pure_pursuit_drives_the_circle_through_the_lookahead_point() {
+    let law = |alpha_by_arccos| {
+        let params = PurePursuitParams {
+            lookahead_gain: 0.8,
+            min_lookahead: Some(6.0),
+            alpha_by_arccos,
+            ..PurePursuitParams::DEFAULT
+        };
+        PurePursuit::new(CAR, params).unwrap()
+    };
+    // The least lookahead, and the one that grows with the speed.
+    for (speed, lookahead) in [(2.0, 6.0), (7.5, 6.0), (10.0, 8.0), (15.0, 12.0)] {
+        for left in [-4.0, -0.5, 0.0, 1.0, 5.0_f64] {
+            for heading in [-0.6, 0.0, 0.2_f64] {
+                let place = beside(30.0, left, heading, speed);
+                // The point on the path that far off, seen from the vehicle.
+                let bearing = -(left / lookahead).asin() - heading;
+                let expected = (6.0 * bearing.sin() / lookahead).atan();
+                assert_close(angle(law(false), place), expected);
+                // Straight ahead an arc cosine loses half of the digits.
+                assert!((angle(law(true), place) - expected).abs() < 1e-6);
+            }
+        }
+    }
+    // A point behind is turned to as one abeam.
+    let behind = beside(30.0, 0.0, 2.5, 5.0);
+    assert_close(angle(law(false), behind), -1.0_f64.atan());
+    let behind = beside(30.0, 0.0, -2.5, 5.0);
+    assert_close(angle(law(false), behind), 1.0_f64.atan());
+}
+
+#[test]
+fn test_stanley_takes_off_the_heading_and_the_error_of_the_front_axle() {
+    let law = |heading_behind, smoothing_length| {
+        let params = StanleyParams {
+            cross_track_gain: 1.5,
+            speed_gain: 1.3,
+            softening: Some(0.5),
+            heading_behind,
+            smoothing_length: Some(smoothing_length),
+            ..StanleyParams::DEFAULT
+        };
+        Stanley::new(CAR, params).unwrap()
+    };
+    for (left, heading, speed) in [(1.0, 0.2, 5.0), (-0.4, 0.5, 12.0), (0.3, -0.3, 1.0_f64)] {
+        let error = left + 3.0 * f64::sin(heading);
+        let expected = -(heading + (1.5 * error / (0.5 + 1.3 * speed)).atan());
+        let place = beside(30.0, left, heading, speed);
+        // On a straight path it does not matter where its heading is taken.
+        for law in [law(false, 0.0), law(true, 0.0), law(false, 2.0)] {
+            assert_close(angle(law, place), expected);
+        }
+    }
+}
+
+#[test]
+fn test_pid_weighs_the_error_its_sum_and_its_rate() {
+    let law = |integral_with_dt, smoothing_length| {
+        let params = PidParams {
+            kp: Some(0.2),
+            ki: Some(0.05),
+            kd: Some(0.1),
+            buffer_length: 2,
+            integral_with_dt,
+            smoothing_length: Some(smoothing_length),
+            ..PidParams::DEFAULT
+        };
+        Pid::new(CAR, params).unwrap()
+    };
+    let places = [
+        beside(30.0, 0.5, 0.1, 5.0),
+        beside(30.5, 0.4, -0.2, 5.0),
+        beside(31.0, 0.2, -0.1, 5.0),
+        // At rest nothing is summed.
+        beside(31.0, 0.2, -0.1, 0.0),
+    ];
+    let error = |left: f64, heading: f64| left + 3.0 * heading.sin();
+    let errors = [
+        error(0.5, 0.1),
+        error(0.4, -0.2),
+        error(0.2, -0.1),
+        error(0.2, -0.1),
+    ];
+    let summed = [
+        errors[0],
+        errors[0] + errors[1],
+        errors[1] + errors[2],
+        errors[1] + errors[2],
+    ];
+    for (integral_with_dt, weight) in [(true, 0.1), (false, 1.0)] {
+        // The rate of the error is that of the axle across the path, which is straight.
+        for smoothing_length in [0.0, 6.0] {
+            let angles = angles(law(integral_with_dt, smoothing_length), &places);
+            for (k, &angle) in angles.iter().enumerate() {
+                let rate = if k > 0 {
+                    (errors[k] - errors[k - 1]) / 0.1
+                } else {
+                    0.0
+                };
+                let expected = -(0.2 * errors[k] + 0.05 * weight * summed[k] + 0.1 * rate);
+                assert_close(angle, expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn test_bang_bang_switches_beyond_its_deadband() {
+    let params = BangBangParams {
+        amplitude: 0.2,
+        deadband: 0.5,
+        ..BangBangParams::DEFAULT
+    };
+    let law = BangBang::new(CAR, params).unwrap();
+    for (left, expected) in [(0.6, -0.2), (0.4, 0.0), (-0.4, 0.0), (-0.6, 0.2)] {
+        assert_close(angle(law, beside(30.0, left, 0.0, 5.0)), expected);
+    }
+}
+
+#[test]
+fn test_controllers_steer_at_most_the_largest_angle() {
+    let far = beside(30.0, 5.0, 1.0, 5.0);
+    let stanley = Stanley::new(CAR, StanleyParams::DEFAULT).unwrap();
+    let pid = PidParams {
+        kp: Some(10.0),
+        ..PidParams::DEFAULT
+    };
+    assert_close(angle(stanley, far), -1.22);
+    assert_close(angle(Pid::new(CAR, pid).unwrap(), far), -1.22);
+}
+
+#[test]
+fn test_state_that_a_pid_cannot_reach_is_refused() {
+    let law = Pid::new(CAR, PidParams::DEFAULT).unwrap();
+    let good = law.initial_state();
+    assert!(law.check_state(&good).is_ok());
+    let far = PidState {
+        previous_error: Some(1e300),
+        ..good
+    };
+    let jumped = PidState {
+        previous_position: Some(Point::new(0.0, -1e300)),
+        ..good
+    };
+    let far_off = PidState {
+        previous_position: Some(Point::new(3.9e9, 0.0)),
+        ..good
+    };
+    assert!(law.check_state(&far_off).is_ok());
+    let shorter = PidParams {
+        buffer_length: 7,
+        ..PidParams::DEFAULT
+    };
+    let other = Pid::new(CAR, shorter).unwrap().initial_state();
+    for (bad, field) in [
+        (far, "previous_error"),
+        (jumped, "previous_position"),
+        (other, "buffer_length"),
+    ] {
+        assert_eq!(law.check_state(&bad).unwrap_err().field, field);
+    }
+    let law = PurePursuit::new(CAR, PurePursuitParams::DEFAULT).unwrap();
+    let bad = PurePursuitState {
+        previous_alpha: 3.2,
+    };
+    assert_eq!(law.check_state(&bad).unwrap_err().field, "previous_alpha");
+}
+
+#[test]
+fn test_kinematic_bicycle_gains_speed_by_its_acceleration() {
+    let before = beside(30.0, 0.4, 0.2, 5.0);
+    let after = kinematic_bicycle(before, 0.1, 1.5, 3.0, 0.2);
+    assert_close(after.speed, 5.0 + 1.5 * 0.2);
+    assert_close(after.yaw, before.yaw + 5.0 * 0.2 * 0.1_f64.tan() / 3.0);
+}
+
+#[test]
+fn test_tracked_points_are_the_axles_that_the_equations_are_about() {
+    let car = Vehicle {
+        rear_axle: -1.25,
+        ..CAR
+    };
+    let stanley = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
+    let pursuit = PurePursuit::new(car, PurePursuitParams::DEFAULT).unwrap();
+    assert_close(Tracker::of(stanley).tracked_point(), -1.25 + 3.0);
+    assert_close(Tracker::of(pursuit).tracked_point(), -1.25);
+    let params = PurePursuitParams {
+        search_distance: Some(7.5),
+        ..PurePursuitParams::DEFAULT
+    };
+    let follow = *Tracker::of(PurePursuit::new(car, params).unwrap()).follow();
+    assert_close(follow.search_distance, 7.5);
+}
+
+#[test]
+fn test_conditions_are_added_to_a_status() {
+    let mut status = Status::SATURATED;
+    status |= Status::END_OF_PATH;
+    assert_eq!(status, Status::SATURATED | Status::END_OF_PATH);
+    assert_eq!(format!("{status:?}"), format!("{status}"));
+    // Three of the conditions are faults, wherever they stand.
+    let faults = Status::INPUT_LOST | Status::DEVIATING | Status::IMPLAUSIBLE;
+    assert_eq!(status.faults(), Status::OK);
+    assert_eq!((status | faults).faults(), faults);
+}

@@ -1,0 +1,290 @@
+//! Controllers of the speed answer by their equations, by hand.
+
+use popsteer_core::longitudinal::{
+    CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
+    SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
+};
+use popsteer_core::{Path, Vehicle, VehicleState};
+
+/// A vehicle whose wheels do at once what they are commanded; 3 m long.
+const CAR: Vehicle = Vehicle {
+    steer_lag: 0.0,
+    ..Vehicle::PAPER
+};
+const PATH_YAW: f64 = 0.3;
+
+fn straight() -> Path {
+    let along: Vec<f64> = (0..100).map(f64::from).collect();
+    let x: Vec<f64> = along.iter().map(|s| 2.0 + s * PATH_YAW.cos()).collect();
+    let y: Vec<f64> = along.iter().map(|s| -1.0 + s * PATH_YAW.sin()).collect();
+    Path::new(&x, &y, None, false).unwrap()
+}
+
+/// `along` the straight path and `left` of it [m], `heading` off it [rad].
+fn beside(along: f64, left: f64, heading: f64, speed: f64) -> VehicleState {
+    let (sin, cos) = PATH_YAW.sin_cos();
+    VehicleState {
+        x: 2.0 + along * cos - left * sin,
+        y: -1.0 + along * sin + left * cos,
+        yaw: PATH_YAW + heading,
+        speed,
+    }
+}
+
+#[track_caller]
+fn assert_close(number: f64, expected: f64) {
+    let most = 1e-9 * expected.abs().max(1.0);
+    assert!(
+        (number - expected).abs() <= most,
+        "{number}, not {expected}"
+    );
+}
+
+#[test]
+fn test_coupled_pedals_are_equation_7() {
+    let params = CoupledLongitudinalParams {
+        cutoff: 0.4,
+        steer_limit: 0.8,
+        speed_limit: 20.0,
+    };
+    let law = CoupledLongitudinal::new(params).unwrap();
+    for (speed, steer) in [
+        (5.0, 0.0),
+        (10.0, 0.3),
+        (15.0, -0.6),
+        (25.0, 0.7),
+        (30.0, -0.8),
+    ] {
+        let pedals = law.step(speed, steer).unwrap();
+        let command = 0.4 + ((20.0 - speed) / 20.0 - f64::abs(steer) / 0.8) * 0.6;
+        assert_close(pedals.throttle - pedals.brake, command);
+        assert!(pedals.throttle.min(pedals.brake) <= 0.0);
+    }
+}
+
+#[test]
+fn test_speed_pid_weighs_the_error_its_integral_and_its_rate() {
+    let params = SpeedPidParams {
+        kp: 0.1,
+        ki: 0.3,
+        kd: 0.02,
+    };
+    let law = SpeedPid::new(params).unwrap();
+    let mut state = SpeedPidState::default();
+    let (mut integral, mut previous) = (0.0, None);
+    for (speed, target) in [
+        (5.0, 7.0),
+        (5.2, 7.0),
+        (6.0, 7.0),
+        (7.5, 7.0),
+        (8.0, 6.0_f64),
+    ] {
+        let error = target - speed;
+        integral += 0.3 * error * 0.1;
+        let rate = previous.map_or(0.0, |previous| (error - previous) / 0.1);
+        previous = Some(error);
+        let pedals = law.step(&mut state, speed, target, 0.1).unwrap();
+        let command: f64 = 0.1 * error + integral + 0.02 * rate;
+        assert_close(pedals.throttle - pedals.brake, command);
+    }
+    // The integral's share does not wind up beyond the range of the command.
+    for (target, most) in [(90.0, 1.0), (-90.0, -1.0)] {
+        for _ in 0..50 {
+            law.step(&mut state, 0.0, target, 0.1).unwrap();
+        }
+        assert_close(state.integral, most);
+    }
+    // What it reaches is a state; what it cannot reach is none.
+    assert!(law.check_state(&state).is_ok());
+    let wound_up = SpeedPidState {
+        integral: 1.01,
+        ..state
+    };
+    assert_eq!(law.check_state(&wound_up).unwrap_err().field, "integral");
+}
+
+/// `command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e + integral of ki e`.
+#[test]
+fn test_speed_tracker_takes_the_plans_acceleration_later_on_and_corrects() {
+    let car = Vehicle {
+        drive_lag: 0.3,
+        ..CAR
+    };
+    let params = SpeedTrackerParams {
+        kp: 1.5,
+        ki: 0.2,
+        max_jerk: 1e6,
+        reserve: 10.0,
+        drive_delay: 0.2,
+    };
+    let tracker = SpeedTracker::new(car, params).unwrap();
+    let path = straight();
+    // 1 m/s^2 up to 40 m, and 0.5 m/s^2 back from there on: v^2 is linear between waypoints.
+    let squares = |s: f64| if s <= 40.0 { 20.0 + 2.0 * s } else { 140.0 - s };
+    let plan: Vec<f64> = (0..100).map(|s| squares(f64::from(s)).sqrt()).collect();
+    let dt = 0.1;
+    let mut state = SpeedTrackerState::default();
+    let mut integral = 0.0;
+    for (along, faster) in [
+        (20.5, 0.3),
+        (21.3, -0.2),
+        (26.0, 0.0),
+        (31.5, 0.2),
+        (37.2, 0.1),
+        (42.25, -0.4),
+    ] {
+        let reference = squares(along).sqrt();
+        let speed = reference + faster;
+        let vehicle = beside(along, 0.4, 0.0, speed);
+        let command = tracker
+            .step(&path.view(), &plan, &mut state, vehicle, dt)
+            .unwrap();
+        let later = along + speed * (0.2 + 0.3 + 0.5 * dt);
+        let planned = if later < 40.0 { 1.0 } else { -0.5 };
+        integral -= 0.2 * faster * dt;
+        assert_close(command.reference_speed, reference);
+        assert_close(command.distance_to_stop, 99.0 - along);
+        assert_close(command.acceleration, planned - 1.5 * faster + integral);
+        assert!(!command.reverse && !command.standing);
+    }
+    // Far off the speed the integral rests, and the vehicle's limits hold.
+    let before = state.integral;
+    let slow = beside(44.0, 0.0, 0.0, 1.0);
+    let limited = SpeedTracker::new(
+        car,
+        SpeedTrackerParams {
+            reserve: 0.25,
+            ..params
+        },
+    )
+    .unwrap();
+    let command = limited
+        .step(&path.view(), &plan, &mut state, slow, dt)
+        .unwrap();
+    assert_close(command.acceleration, 2.25);
+    assert_close(state.integral, before);
+    let fast = beside(45.0, 0.0, 0.0, 30.0);
+    let command = limited
+        .step(&path.view(), &plan, &mut state, fast, dt)
+        .unwrap();
+    assert_close(command.acceleration, -3.25);
+    // The acceleration changes no faster than the largest jerk.
+    let smooth = SpeedTracker::new(
+        car,
+        SpeedTrackerParams {
+            max_jerk: 2.0,
+            ..params
+        },
+    )
+    .unwrap();
+    let mut last = state.acceleration;
+    for _ in 0..5 {
+        let command = smooth
+            .step(&path.view(), &plan, &mut state, slow, dt)
+            .unwrap();
+        assert_close(command.acceleration, last + 0.2);
+        last = command.acceleration;
+    }
+}
+
+fn speed_tracker(drive_delay: f64) -> SpeedTracker {
+    let params = SpeedTrackerParams {
+        max_jerk: 1e6,
+        reserve: 10.0,
+        drive_delay,
+        ..SpeedTrackerParams::DEFAULT
+    };
+    SpeedTracker::new(CAR, params).unwrap()
+}
+
+/// Before a stop: `v^2 / (2 rest)`, with what rests when the command takes effect, less a sixtieth of
+/// a wheelbase. Arrived, it stands.
+#[test]
+fn test_speed_tracker_brakes_for_a_stop_by_what_rests_of_the_way() {
+    let tracker = speed_tracker(0.1);
+    let path = straight();
+    let plan = [6.0; 100];
+    let later = 0.1 + 0.05;
+    let step = |along: f64, speed: f64, acceleration: f64| {
+        let mut state = SpeedTrackerState {
+            acceleration,
+            ..SpeedTrackerState::default()
+        };
+        let vehicle = beside(along, 0.0, 0.0, speed);
+        tracker
+            .step(&path.view(), &plan, &mut state, vehicle, 0.1)
+            .unwrap()
+    };
+    for (left, speed, last) in [(6.0, 6.0, 0.0), (6.0, 6.0, -2.0), (3.0, 4.0, 1.0_f64)] {
+        let arriving = speed + last * later;
+        let rest: f64 = left - 0.05 - 0.5 * (speed + arriving) * later;
+        let command = step(99.0 - left, speed, last);
+        assert_close(command.acceleration, -arriving * arriving / (2.0 * rest));
+        assert_close(command.distance_to_stop, left);
+    }
+    // Far enough off it is not braked yet; a fortieth of a metre before the stop it has arrived.
+    assert!(step(84.0, 6.0, 0.0).acceleration.abs() < 1e-9);
+    assert!(!step(98.97, 0.1, 0.0).standing);
+    let arrived = step(98.98, 0.1, 0.0);
+    assert!(arrived.standing);
+    assert_close(arrived.acceleration, -1.5);
+    assert!(!step(98.98, 0.31, 0.0).standing);
+}
+
+#[test]
+fn test_speed_tracker_goes_on_across_the_seam_and_across_a_change_of_the_path() {
+    let tracker = speed_tracker(0.5);
+    let side = |k: u32| f64::from(k % 40);
+    let point = |k: u32| match k / 40 {
+        0 => (side(k), 0.0),
+        1 => (40.0, side(k)),
+        2 => (40.0 - side(k), 40.0),
+        _ => (0.0, 40.0 - side(k)),
+    };
+    let (x, y): (Vec<f64>, Vec<f64>) = (0..160).map(point).unzip();
+    let closed = Path::new(&x, &y, None, true).unwrap();
+    // Before the seam the speed rises, after it it falls.
+    let squares = |k: u32| {
+        if k < 80 {
+            100.0 - f64::from(k)
+        } else {
+            f64::from(k) - 60.0
+        }
+    };
+    let plan: Vec<f64> = (0..160).map(|k| squares(k).sqrt()).collect();
+    for (arc, planned) in [(150.0, 0.5), (158.0, -0.5), (2.0, -0.5)] {
+        let (x, y, yaw) = if arc < 80.0 {
+            (arc, 0.0, 0.0)
+        } else {
+            (0.0, 160.0 - arc, -std::f64::consts::FRAC_PI_2)
+        };
+        let square = if arc < 80.0 { 100.0 - arc } else { arc - 60.0 };
+        let speed = f64::sqrt(square);
+        let vehicle = VehicleState { x, y, yaw, speed };
+        let mut state = SpeedTrackerState::default();
+        let command = tracker
+            .step(&closed.view(), &plan, &mut state, vehicle, 0.1)
+            .unwrap();
+        assert_close(command.reference_speed, speed);
+        assert_close(command.acceleration, planned);
+        assert!(command.distance_to_stop.is_infinite() && !command.reverse);
+    }
+    let mut state = SpeedTrackerState {
+        waypoint: Some(30),
+        ..SpeedTrackerState::default()
+    };
+    let after = |new: &Path, state: &mut SpeedTrackerState| {
+        tracker.set_path(state, &closed.view(), &new.view());
+        state.waypoint
+    };
+    // The same there: the place is kept. Backwards there, or elsewhere, or shorter: it is not.
+    let open = Path::new(&x[..50], &y[..50], None, false).unwrap();
+    assert_eq!(after(&open, &mut state), Some(30));
+    let shorter = Path::new(&x[..30], &y[..30], None, false).unwrap();
+    let backwards = open.with_reverse(&[true; 50]).unwrap();
+    let elsewhere = Path::new(&x[1..50], &y[1..50], None, false).unwrap();
+    for new in [shorter, backwards, elsewhere] {
+        let mut state = state;
+        assert_eq!(after(&new, &mut state), None);
+    }
+}
