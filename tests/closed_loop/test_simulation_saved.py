@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 CAR = popsteer.Vehicle(wheelbase=2.7, steer_lag=0.1, dead_time=0.12)
-PLANTS: dict[str, Callable[[], object]] = {
-    "core": lambda: sim.KinematicBicycle(CAR),
-    "python": Bicycle,
+PLANTS: dict[str, sim.KinematicBicycle | Bicycle] = {
+    "core": sim.KinematicBicycle(CAR),
+    "python": Bicycle(),
 }
 COPIES: dict[str, Callable[[sim.Simulation], sim.Simulation]] = {
     "pickle": lambda run: pickle.loads(pickle.dumps(run)),
@@ -27,7 +27,7 @@ COPIES: dict[str, Callable[[sim.Simulation], sim.Simulation]] = {
 }
 
 
-def _started(plant: object) -> sim.Simulation:
+def _started(plant: sim.KinematicBicycle | Bicycle) -> sim.Simulation:
     path = popsteer.Path([(2.0 * k, 0.02 * k * k) for k in range(60)], speed=[6.0] * 60)
     run = sim.Simulation(path, plant, start=(0.0, 0.5, 0.0), speed=4.0)
     for k in range(100):
@@ -38,7 +38,7 @@ def _started(plant: object) -> sim.Simulation:
 @pytest.mark.parametrize("plant", PLANTS)
 @pytest.mark.parametrize("copied", COPIES)
 def test_simulation_copied_half_way_goes_on_alike(plant: str, copied: str) -> None:
-    run = _started(PLANTS[plant]())
+    run = _started(PLANTS[plant])
     before = run.records()
     twin = COPIES[copied](run)
     assert (twin.state, twin.time, twin.vehicle) == (run.state, run.time, run.vehicle)
