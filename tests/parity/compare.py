@@ -16,7 +16,7 @@ import numpy as np
 import popsteer
 from popsteer import PopsteerError, Status, paper, reference
 from tests.parity import plans
-from tests.parity.tolerances import Refused, agree, tolerance
+from tests.parity.tolerances import Refused, agree, amplified, tolerance
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -170,14 +170,17 @@ class Pair:
         """Call a method of both."""
         name = f"{self.name}.{method}"
         rust, twin = getattr(self.rust, method), getattr(self.twin, method)
-        plans_ahead = self.name == "PreviewPop" and method in ("step", "steer", "step_or_hold")
+        steps = method in ("step", "steer", "step_or_hold")
+        if steps and self.within > 0.0 and hasattr(self.rust, "vehicle") and len(args) > 4:
+            # What goes on from such a step agrees as the step does.
+            self.within = max(self.within, tolerance(self.rust) * amplified(self.rust, *args[3:5]))
+        plans_ahead = self.name == "PreviewPop" and steps
         self._step = (self.rust.state, method, args, kwargs) if plans_ahead else None
         try:
             return same(name, rust, twin, *args, within=self.within, **kwargs)
         except Apart as apart:
             if apart.ours is None:
                 raise
-            steps = method in ("step", "steer", "step_or_hold")
             if steps and self.within > 0.0 and plans.equally_near(self):
                 return Pair(name, apart.ours, apart.ours)
             if self._step is None:

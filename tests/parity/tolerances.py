@@ -66,6 +66,19 @@ def tolerance(shown: Any) -> float:
     return next(line.within for line in TABLE if line.holds_for(shown))
 
 
+def amplified(controller: Any, speed: float, dt: float) -> float:
+    """How much more than 1 the errors of a prediction may weigh in a step of a controller.
+
+    The prediction turns the heading by the distance over the turning length, and errors with it:
+    up to 100 rad, 16 times round, the tolerances of the table leave room for that, beyond it they
+    grow in proportion.
+    """
+    vehicle = controller.vehicle
+    length = vehicle.turning_wheelbase or vehicle.wheelbase
+    turned = abs(speed) * (1.5 * vehicle.dead_time + dt) / length
+    return max(1.0, turned / 100.0) if math.isfinite(turned) else 1.0
+
+
 def agree(ours: Any, theirs: Any, within: float, where: str = "", tied: Tied | None = None) -> str:
     """Name the first place where two values differ by more; empty where none does.
 
