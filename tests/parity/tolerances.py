@@ -66,13 +66,15 @@ def tolerance(shown: Any) -> float:
     return next(line.within for line in TABLE if line.holds_for(shown))
 
 
-def amplified(controller: Any, speed: float, dt: float) -> float:
+def amplified(controller: Any, speed: Any, dt: Any) -> float:
     """How much more than 1 the errors of a prediction may weigh in a step of a controller.
 
     The prediction turns the heading by the distance over the turning length, and errors with it:
     up to 100 rad, 16 times round, the tolerances of the table leave room for that, beyond it they
     grow in proportion.
     """
+    if not isinstance(speed, float) or not isinstance(dt, float):
+        return 1.0  # a step that is held, or refused
     vehicle = controller.vehicle
     length = vehicle.turning_wheelbase or vehicle.wheelbase
     turned = abs(speed) * (1.5 * vehicle.dead_time + dt) / length
