@@ -1,36 +1,14 @@
 //! Controllers beside a straight path answer by their equations, by hand.
 
+mod straight;
+
 use popsteer_core::lateral::{
     BangBang, BangBangParams, LateralLaw, Pid, PidParams, PidState, PurePursuit, PurePursuitParams,
     PurePursuitState, Stanley, StanleyParams,
 };
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::{Path, Point, Status, Tracker, Vehicle, VehicleState};
-
-/// A vehicle whose wheels do at once what they are commanded; 3 m long.
-const CAR: Vehicle = Vehicle {
-    steer_lag: 0.0,
-    ..Vehicle::PAPER
-};
-const PATH_YAW: f64 = 0.3;
-
-fn straight() -> Path {
-    let along: Vec<f64> = (0..100).map(f64::from).collect();
-    let x: Vec<f64> = along.iter().map(|s| 2.0 + s * PATH_YAW.cos()).collect();
-    let y: Vec<f64> = along.iter().map(|s| -1.0 + s * PATH_YAW.sin()).collect();
-    Path::new(&x, &y, None, false).unwrap()
-}
-
-/// `along` the straight path and `left` of it [m], `heading` off it [rad].
-fn beside(along: f64, left: f64, heading: f64, speed: f64) -> VehicleState {
-    let (sin, cos) = PATH_YAW.sin_cos();
-    VehicleState {
-        x: 2.0 + along * cos - left * sin,
-        y: -1.0 + along * sin + left * cos,
-        yaw: PATH_YAW + heading,
-        speed,
-    }
-}
+use popsteer_core::{Point, Status, Tracker, Vehicle, VehicleState};
+use straight::{CAR, assert_close, beside, straight};
 
 /// The angles on the way through `places`, a tenth of a second apart.
 fn angles<L: LateralLaw>(law: L, places: &[VehicleState]) -> Vec<f64> {
@@ -46,15 +24,6 @@ fn angles<L: LateralLaw>(law: L, places: &[VehicleState]) -> Vec<f64> {
 
 fn angle<L: LateralLaw>(law: L, place: VehicleState) -> f64 {
     angles(law, &[place])[0]
-}
-
-#[track_caller]
-fn assert_close(number: f64, expected: f64) {
-    let most = 1e-9 * expected.abs().max(1.0);
-    assert!(
-        (number - expected).abs() <= most,
-        "{number}, not {expected}"
-    );
 }
 
 #[test]
