@@ -46,3 +46,16 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> Outcome:
     captured = capsys.readouterr()
     assert isinstance(exit_.value.code, int)
     return Outcome(exit_.value.code, captured.out, captured.err)
+
+
+def read_terminal(reading: int) -> bytes:
+    """Read all that is sent to a terminal, until its other end is closed."""
+    sent = b""
+    while True:
+        try:
+            part = os.read(reading, 65536)
+        except OSError:  # Linux says so where the other end is closed
+            return sent
+        if not part:
+            return sent
+        sent += part

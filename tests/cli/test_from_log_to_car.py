@@ -36,19 +36,11 @@ def _on_terminal(folder: Path, columns: int) -> tuple[int, str]:
         env=environment,
     ) as process:
         os.close(writing)
-        sent = bytearray()
-        while True:
-            try:
-                part = os.read(reading, 65536)
-            except OSError:  # Linux says so where the other end is closed
-                break
-            if not part:
-                break
-            sent += part
+        sent = command.read_terminal(reading)
         assert process.stderr is not None
         assert process.stderr.read() == b""
     os.close(reading)
-    plain = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", bytes(sent))
+    plain = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", sent)
     return process.returncode, plain.decode().replace("\r\n", "\n")
 
 

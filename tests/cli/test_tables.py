@@ -56,18 +56,10 @@ def _on_terminal(arguments: tuple[str, ...], columns: int) -> str:
         env=environment,
     ) as process:
         os.close(writing)
-        sent = bytearray()
-        while True:
-            try:
-                part = os.read(reading, 65536)
-            except OSError:  # Linux says so where the other end is closed
-                break
-            if not part:
-                break
-            sent += part
+        sent = command.read_terminal(reading)
     os.close(reading)
     assert process.returncode == 0
-    plain = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", bytes(sent))
+    plain = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", sent)
     return plain.decode().replace("\r\n", "\n")
 
 
