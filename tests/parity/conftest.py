@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     """A test compares every name that its `covers` marks claim, or fails."""
     COMPARED.clear()
-    plans.CUT_SHORT.clear()
-    plans.TIED.clear()
+    plans.forget()
     yield
     claimed = {name for mark in item.iter_markers("covers") for name in mark.args}
     unmet = claimed - COMPARED

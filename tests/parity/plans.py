@@ -12,29 +12,46 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 import popsteer
 from popsteer import Status, reference
-from popsteer.reference.lateral import limited, preview_pop
+from popsteer.reference.lateral import cost_to_go, limited, preview_pop
 from popsteer.reference.lateral.plan import Reached
+from tests.parity import exact_plans
+from tests.parity.exact_plans import Planned
 from tests.parity.tolerances import agree
 
 PLANS = 1e-9
 """How near to the best a plan is that counts as the best, and an angle to its limit."""
-_LAST: list[tuple[Any, Any, Any]] = []
+_LAST: list[Planned] = []
+_COSTS: list[tuple[Any, float]] = []
 CUT_SHORT: list[Any] = []
 """Steps since the test began in which the Rust core's plan was cut short."""
 TIED: set[tuple[int, int]] = set()
 """Limits that were reached by one side alone, since the test began."""
 
 
-def _recorded(horizon: Any, start: Any, limits: Any) -> Any:
-    _LAST[:] = [(horizon, start, limits)]
+def forget() -> None:
+    """What is remembered is of one test."""
+    for remembered in (_LAST, _COSTS, CUT_SHORT, TIED):
+        remembered.clear()
+
+
+def last() -> Planned:
+    """The reference's last plan."""
+    return _LAST[0]
+
+
+def _regulator(models: Any, stage: Any, move_cost: float) -> Any:
+    _COSTS[:] = [(stage, move_cost)]
+    return cost_to_go.regulator(models, stage, move_cost)
+
+
+def _limited(horizon: Any, start: Any, limits: Any) -> Any:
+    _LAST[:] = [Planned(horizon, start, limits, *costs) for costs in _COSTS]
     return limited.limited(horizon, start, limits)
 
 
-vars(preview_pop)["limited"] = _recorded
+vars(preview_pop).update(regulator=_regulator, limited=_limited)
 
 
 def tied(field: str, ours: Any, theirs: Any) -> bool:
@@ -45,22 +62,30 @@ def tied(field: str, ours: Any, theirs: Any) -> bool:
 
 
 def _same_plan(ours: int, theirs: int) -> bool:
-    """Whether the limits that the Rust core's last plan reached hold the same plan."""
-    if (ours, theirs) in TIED:
-        return True
-    # A state keeps the limits of the next step on where the period is a step of the horizon.
-    codes = [ours, *(ours << 3 | first for first in Reached)]
-    if _LAST and any(_is_best(*_LAST[0], code) for code in codes):
+    """Whether the limits that the last plan reached hold the best plan, on both sides."""
+    if not _LAST:
+        return False
+    if (ours, theirs) not in TIED:
+        loose = PLANS + exact_plans.rounding(_LAST[0])
+        if not (_holds_best(ours, PLANS) and _holds_best(theirs, loose)):
+            return False
         TIED.add((ours, theirs))
-        return True
-    return False
+    return True
+
+
+def _holds_best(code: int, within: float) -> bool:
+    # A state keeps the limits of the next step on where the period is a step of the horizon.
+    codes = [code, *(code << 3 | first for first in Reached)]
+    return any(exact_plans.is_best(_LAST[0], each, within) for each in codes)
 
 
 def _touches() -> bool:
     """Whether the first move may count as at a limit or not, and the plan is the best both ways."""
-    later = limited.limited(*_LAST[0]).reached[1:]
+    if not _LAST:
+        return False
+    later = exact_plans.best(_LAST[0]).reached[1:]
     code = sum(limit << 3 * k for k, limit in enumerate(later, 1))
-    return sum(_is_best(*_LAST[0], code | first) for first in Reached) >= 2
+    return sum(exact_plans.is_best(_LAST[0], code | first, PLANS) for first in Reached) >= 2
 
 
 def equally_near(pair: Any) -> bool:
@@ -76,27 +101,6 @@ def equally_near(pair: Any) -> bool:
         return False
     pair.twin.state = getattr(reference, f"{pair.name}State")(**ours.as_dict())
     return True
-
-
-def _is_best(horizon: Any, start: Any, limits: Any, code: int) -> bool:
-    """Whether the plan that is held by the limits of `code` keeps all limits, at the least cost."""
-    forced, _, start, rest = limited.go_back(horizon, start, limits)
-    if len(forced) == len(horizon.models):
-        return False
-    problem = limited.bounds(horizon, start, rest, len(forced))
-    held = [
-        row
-        for row, (step, kind) in enumerate(problem.kinds)
-        if code >> 3 * (len(forced) + step) & 7 == kind
-    ]
-    scale = max(abs(limits.low), abs(limits.high))
-    best, _ = limited.least_norm(problem.rows, problem.room, limited.ROUNDING * scale)
-    given: Any = np.zeros_like(best)
-    if held:
-        given = np.linalg.lstsq(problem.rows[held], problem.room[held])[0]
-    exceeded = np.max(problem.rows @ given - problem.room)
-    size = np.linalg.norm(best)
-    return bool(exceeded <= PLANS * scale and np.linalg.norm(given) <= size * (1.0 + PLANS) + PLANS)
 
 
 def check_cut_short(pair: Any, step: Any, theirs: Any = None) -> Any:

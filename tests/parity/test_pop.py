@@ -1,10 +1,10 @@
 from __future__ import annotations
 
-from math import inf, nan
+from math import inf, nan, pi
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.helpers import long_drives
@@ -69,6 +69,14 @@ def test_pop_matches_reference_edges() -> None:
     vehicle=st.none() | VEHICLES,
     adapt=ADAPTS,
     spots=st.lists(SPOTS, min_size=1, max_size=6),
+)
+# Wheels that steer a wheelbase of 1 mm for 10 s at 10,000 m/s: no digit is left.
+@example(
+    shape=Shape(count=2),
+    params={},
+    vehicle={"turning_wheelbase": 0.001, "dead_time": 10.0, "steer_offset": 0.03125},
+    adapt="auto",
+    spots=[Spot(speed=1.0, dt=0.125), Spot(turned=pi, speed=-1e4, dt=0.125)],
 )
 def test_pop_matches_reference_random(
     shape: Shape,

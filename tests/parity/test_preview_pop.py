@@ -4,7 +4,7 @@ from math import inf, nan, nextafter, pi
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.helpers import long_drives
@@ -95,6 +95,43 @@ def test_preview_pop_matches_reference_edges() -> None:
     vehicle=st.none() | VEHICLES,
     adapt=ADAPTS,
     spots=st.lists(SPOTS, min_size=1, max_size=6),
+)
+# Limits close to rounding: at 10,000 m/s, where the first move must be 0, and where one follows
+# from others.
+@example(
+    shape=Shape(count=3, closed=True),
+    params={"steer_span_rate": None, "heading_cost": 0.0},
+    vehicle=None,
+    adapt="auto",
+    spots=[*[Spot(speed=1.0, dt=0.125)] * 4, Spot(speed=1e4, dt=0.0625)],
+)
+@example(
+    shape=Shape("noisy", 4, seed=1),
+    params={"heading_cost": 0.0, "steer_rate_cost": 1e-05},
+    vehicle=None,
+    adapt="auto",
+    spots=[Spot(speed=1.0, dt=0.125), Spot(speed=1e-160, dt=0.0625)],
+)
+@example(
+    shape=Shape("noisy", 36, 0.875, seed=36),
+    params={"steer_span_rate": None, "heading_cost": 40.0},
+    vehicle=None,
+    adapt=None,
+    spots=[
+        Spot(speed=0.5, dt=0.015625),
+        Spot(along=1.0, speed=4.0, dt=0.03125),
+        Spot(speed=1.0, dt=0.03125),
+        Spot(along=1.0, speed=5.0, dt=0.03125),
+        Spot(speed=0.5, dt=0.125),
+        Spot(along=0.625, speed=12.0, dt=0.109375),
+    ],
+)
+@example(
+    shape=Shape(),
+    params={},
+    vehicle={"no_slip_point": None, "steer_offset": -0.5, "max_steer": 0.3125},
+    adapt="auto",
+    spots=[Spot(speed=1.0, dt=0.125), Spot(turned=pi, speed=1e4, dt=0.125)],
 )
 def test_preview_pop_matches_reference_random(
     shape: Shape,

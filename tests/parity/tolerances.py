@@ -66,19 +66,27 @@ def tolerance(shown: Any) -> float:
     return next(line.within for line in TABLE if line.holds_for(shown))
 
 
+LOST = 1e6
+"""Errors that weigh so much leave nothing to compare: steps are not, until the next reset."""
+
+
 def amplified(controller: Any, speed: Any, dt: Any) -> float:
     """How much more than 1 the errors of a prediction may weigh in a step of a controller.
 
-    The prediction turns the heading by the distance over the turning length, and errors with it:
-    up to 100 rad, 16 times round, the tolerances of the table leave room for that, beyond it they
-    grow in proportion.
+    Over a distance d, an error of the angle δ turns the heading by d / (L cos²δ) times as much, and
+    moves the vehicle by d times that; the rate of the heading errs by 1 / dt times as much. Up to
+    100, 100 m and from 0.1 ms on, the tolerances of the table leave room for it; beyond, they grow
+    in proportion.
     """
     if not isinstance(speed, float) or not isinstance(dt, float):
         return 1.0  # a step that is held, or refused
     vehicle = controller.vehicle
     length = vehicle.turning_wheelbase or vehicle.wheelbase
-    turned = abs(speed) * (1.5 * vehicle.dead_time + dt) / length
-    return max(1.0, turned / 100.0) if math.isfinite(turned) else 1.0
+    distance = abs(speed) * (1.5 * vehicle.dead_time + dt)
+    turned = distance / (length * math.cos(vehicle.max_steer) ** 2)
+    weight = max(1.0, turned / 100.0) * max(1.0, distance / 100.0)
+    weight *= max(1.0, 1e-4 / dt) if dt > 0.0 else 1.0
+    return weight if math.isfinite(weight) else 1.0
 
 
 def agree(ours: Any, theirs: Any, within: float, where: str = "", tied: Tied | None = None) -> str:

@@ -29,6 +29,8 @@ __all__ = ["Problem", "bounds", "go_back", "least_norm", "limited"]
 
 ROUNDING = 1e-12
 """Share of the largest curvature that is rounding: a limit exceeded by less is kept."""
+SUM_ROUNDING = 1e-13
+"""Share of the terms of a sum that is rounding, where they cancel: steps of many metres."""
 
 
 class Problem(NamedTuple):
@@ -135,7 +137,8 @@ def least_norm(rows: Array, room: Array, rounding: float) -> tuple[Array, list[i
     The dual active-set method of Goldfarb and Idnani, *Mathematical Programming* 27 (1983), for a
     cost of xᵀ x / 2. It begins with x = 0 and adds the row that x exceeds the most; a row whose
     multiplier would become negative is released. At every moment x is minus the sum of the held
-    rows times their multipliers.
+    rows times their multipliers. A row that the held ones give, as the upper of two equal limits,
+    is not added.
 
     Examples
     --------
@@ -145,13 +148,15 @@ def least_norm(rows: Array, room: Array, rounding: float) -> tuple[Array, list[i
     """
     sizes = np.linalg.norm(rows, axis=1)
     held: list[int] = []
+    given: list[int] = []
     x: Array = np.zeros(rows.shape[1])
     multipliers: Array = np.zeros(0)
     for _ in range(10 * len(rows)):
         excess = rows @ x - room
-        excess[held] = 0.0
+        excess -= rounding + SUM_ROUNDING * (abs(rows) @ abs(x) + abs(room))
+        excess[held + given] = 0.0
         worst = int(np.argmax(excess / sizes))
-        if excess[worst] <= rounding:
+        if excess[worst] <= 0.0:
             break
         own = 0.0
         row: Array = rows[worst]
@@ -162,19 +167,22 @@ def least_norm(rows: Array, room: Array, rounding: float) -> tuple[Array, list[i
             size = across @ across
             full = (row @ x - room[worst]) / size if size > 1e-18 * (row @ row) else np.inf
             lasting = np.full(len(held), np.inf)
-            np.divide(multipliers, share, out=lasting, where=share > 0.0)
+            least = 1e-9 * abs(share).max(initial=0.0)
+            np.divide(multipliers, share, out=lasting, where=share > least)
             step = min(full, lasting.min(initial=np.inf))
             if not np.isfinite(step):
-                return x, held  # the limits contradict each other by rounding
-            x = x - step * across
+                given.append(worst)  # only rounding exceeds it
+                break
             multipliers, own = multipliers - step * share, own + step
             if step == full:
                 held.append(worst)
                 multipliers = np.append(multipliers, own)
+                # As x - step · across, without the rounding of the steps before.
+                x = np.asarray(np.linalg.lstsq(rows[held], room[held])[0], float)
+                given = []
                 break
+            x = x - step * across
             released = int(np.argmin(lasting))
             del held[released]
             multipliers = np.delete(multipliers, released)
-    if not held:
-        return x, held
-    return np.asarray(np.linalg.lstsq(rows[held], room[held])[0], float), held
+    return x, held
