@@ -2,6 +2,9 @@
 
 use popsteer_core::lateral::{Stanley, StanleyParams};
 use popsteer_core::longitudinal::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+use popsteer_core::path::follow::Follow;
+use popsteer_core::path::preview::Preview;
+use popsteer_core::path::stop::Ahead;
 use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
 
 /// A square of 40 m, a waypoint each metre; at waypoint `k` a speed of `1 + k / 10` m/s.
@@ -146,5 +149,104 @@ fn test_answer_of_no_path_is_refused() {
     }
     for distance in [f64::NAN, f64::NEG_INFINITY, 2e18] {
         assert!(!check(None, distance), "{distance}");
+    }
+}
+
+/// What `Ahead` says `lead` behind the point of the square at `arc`.
+fn ahead(path: &Path, arc: f64, lead: f64) -> Ahead {
+    let (side, along) = ((arc / 40.0).floor(), arc % 40.0);
+    let (x, y) = match arc {
+        0.0..40.0 => (along, 0.0),
+        40.0..80.0 => (40.0, along),
+        80.0..120.0 => (40.0 - along, 40.0),
+        _ => (0.0, 40.0 - along),
+    };
+    let waypoint = (0..160_u32).rfind(|&k| f64::from(k) <= arc).unwrap();
+    let waypoint = usize::try_from(waypoint).unwrap();
+    let backwards = path.view().is_reverse(waypoint);
+    let quarters = if backwards { side + 2.0 } else { side };
+    let vehicle = VehicleState {
+        x,
+        y,
+        yaw: quarters * std::f64::consts::FRAC_PI_2,
+        speed: if backwards { -1.0 } else { 1.0 },
+    };
+    let follow = Follow::of(&Vehicle::PAPER, 0.0, 0.0);
+    let at = follow.locate(&path.view(), Some(waypoint), vehicle, 0.05);
+    assert_eq!((at.closest.segment, at.reverse), (waypoint, backwards));
+    Ahead::behind(&path.view(), &follow, &at, lead)
+}
+
+#[test]
+fn test_speed_and_stop_are_those_across_the_seam() {
+    let path = square();
+    for (arc, lead, waypoint) in [
+        (1.0, 4.0, 157.0),
+        (2.5, 5.5, 157.0),
+        (157.0, -4.0, 1.0),
+        (158.5, -3.5, 2.0),
+        (30.0, 4.0, 26.0),
+        (30.0, -4.0, 34.0),
+    ] {
+        let found = ahead(&path, arc, lead);
+        let speed = found.reference_speed.unwrap();
+        assert!(close(speed, 1.0 + 0.1 * waypoint), "{speed} at {arc}");
+        assert!(found.distance_to_stop.is_infinite());
+    }
+}
+
+/// The tracked point decides which section the vehicle is in, whatever the rear axle is beside.
+#[test]
+fn test_speed_and_stop_are_those_of_the_section_also_beyond_its_ends() {
+    let path = with_cusps();
+    for (arc, lead, speed, distance) in [
+        (22.5, 5.0, -3.0, 82.5),
+        (22.5, 1.5, -3.1, 79.0),
+        (97.5, -5.0, -11.0, -2.5),
+        (101.5, 4.0, 11.0, 82.5),
+        (17.5, -4.5, 3.0, -2.0),
+    ] {
+        let found = ahead(&path, arc, lead);
+        let here = found.reference_speed.unwrap();
+        assert!(close(found.distance_to_stop, distance), "{arc} {lead}");
+        assert!(close(here, speed), "{here} at {arc} {lead}");
+    }
+}
+
+#[test]
+fn test_stop_is_the_rear_axles_whatever_the_vehicle_is_mirrored_about() {
+    let path = Path::new(&[0.0, 30.0], &[0.0; 2], None, false).unwrap();
+    let car = Vehicle {
+        rear_axle: -1.0,
+        ..Vehicle::PAPER
+    };
+    for base in [-1.0, 0.0, 1.5] {
+        let follow = Follow::of(&car, base, 2.0);
+        let vehicle = VehicleState {
+            x: 10.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 1.0,
+        };
+        let at = follow.locate(&path.view(), None, vehicle, 0.05);
+        let found = Ahead::of(&path.view(), &follow, &at);
+        assert!(close(found.distance_to_stop, 21.0), "{base} {found:?}");
+    }
+}
+
+/// On a loop of few waypoints a chord reaches a quarter of the loop each way, not a segment.
+#[test]
+fn test_chord_reaches_a_quarter_of_a_short_loop() {
+    let path = Path::new(&[0.0, 12.0, 6.0], &[0.0, 0.0, 8.0], None, true).unwrap();
+    let view = path.view();
+    // 8 m behind and ahead of each place on a lap of 32 m.
+    for (arc, segment, (x, y)) in [
+        (3.0, 0, (8.0, -4.0)),
+        (9.0, 0, (8.0, 4.0)),
+        // The chord of the corner is shorter than its reach: the segment counts.
+        (17.0, 1, (-6.0, 8.0)),
+    ] {
+        let yaw = Preview::new(&view, 4.0, segment, arc, 0.0).path_yaw(arc);
+        assert!(close(yaw, f64::atan2(y, x)), "{arc}");
     }
 }

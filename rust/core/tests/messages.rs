@@ -1,6 +1,6 @@
 //! What a person reads of a refusal: it names the thing, the bound and the value.
 
-use popsteer_core::lateral::{Pid, PidParams, Pop, PopParams};
+use popsteer_core::lateral::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams};
 use popsteer_core::{Path, PathError, Status, Tracker, Vehicle, VehicleState};
 
 fn refused(x: &[f64], y: &[f64]) -> PathError {
@@ -81,6 +81,22 @@ fn test_state_of_a_pid_with_another_buffer_is_refused() {
         error.to_string(),
         "buffer_length must be a count in [30, 30], got 20.0"
     );
+}
+
+#[test]
+fn test_remembered_angle_that_the_wheels_cannot_have_is_refused() {
+    let path = Path::new(&[0.0, 30.0], &[0.0; 2], None, false).unwrap();
+    let law = PreviewPop::new(Vehicle::PAPER, PreviewPopParams::DEFAULT).unwrap();
+    let tracker = Tracker::of(law);
+    let mut state = tracker.initial_state();
+    for (angle, accepted) in [(1.2, true), (-1.2, true), (1.3, false), (-1.3, false)] {
+        state.law.previous_steer = angle;
+        let answer = tracker.check_state(&path.view(), &state);
+        assert_eq!(answer.is_ok(), accepted, "{angle}");
+        if let Err(error) = answer {
+            assert_eq!(error.field, "previous_steer");
+        }
+    }
 }
 
 #[test]

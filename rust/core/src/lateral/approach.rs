@@ -198,4 +198,62 @@ mod tests {
         assert!((slow.steepest(0.25, way * (1.0 - 1e-9)) - 0.25).abs() < 1e-8);
         assert!(slow.steepest(0.25, 0.9 * way) < 0.24);
     }
+
+    const RATED: Approach = Approach {
+        rate: 0.4,
+        rate_is_the_vehicles: true,
+        max_tangent: 0.5,
+        horizon: 1.0,
+        angle: 0.25,
+        min_speed: 5.0,
+    };
+
+    #[test]
+    fn test_horizon_is_as_long_as_the_wheels_need() {
+        let car = Vehicle {
+            steer_lag: 0.2,
+            ..Vehicle::PAPER
+        };
+        for pace in [1.0_f64, 5.0, 25.0, 100.0] {
+            let needed = 3.0 * 0.2 + 1.5 * (0.25 * 3.0 / (pace * 0.4)).sqrt();
+            let found = RATED.horizon_at(&car, pace);
+            assert!((found - needed.clamp(1.0, 2.0)).abs() < 1e-12, "{pace}");
+        }
+        let chosen = Approach {
+            rate_is_the_vehicles: false,
+            ..RATED
+        };
+        assert!((chosen.horizon_at(&car, 5.0) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn test_approach_is_flatter_for_a_vehicle_with_limits_alone() {
+        let limited = Vehicle {
+            max_lateral_acceleration: Some(4.0),
+            ..Vehicle::PAPER
+        };
+        let chosen = Approach {
+            rate_is_the_vehicles: false,
+            ..RATED
+        };
+        let flat = FAST.steepest(0.25, 1.0);
+        assert!(flat < 0.2);
+        for error in [1.0, -1.0] {
+            assert!((RATED.angle_at(&Vehicle::PAPER, error, &FAST) - flat).abs() < 1e-15);
+            assert!((chosen.angle_at(&limited, error, &FAST) - flat).abs() < 1e-15);
+            assert!((chosen.angle_at(&Vehicle::PAPER, error, &FAST) - 0.25).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn test_widest_curvature_is_the_lesser_of_wheels_and_lateral_acceleration() {
+        let car = |most| Vehicle {
+            max_lateral_acceleration: most,
+            ..Vehicle::PAPER
+        };
+        let widest = |most, pace| RATED.widest(&car(most), pace, 2.5);
+        assert!((widest(None, 20.0) - 0.2).abs() < 1e-15);
+        assert!((widest(Some(4.0), 20.0) - 0.01).abs() < 1e-15);
+        assert!((widest(Some(4.0), 2.0) - 0.2).abs() < 1e-15);
+    }
 }
