@@ -211,8 +211,8 @@ class Pair:
     def get(self, attribute: str) -> Pair:
         """Read an attribute of both."""
         if self._lost:
-            value = getattr(self.rust, attribute)
-            return Pair(f"{self.name}.{attribute}", value, value)
+            ours, theirs = getattr(self.rust, attribute), getattr(self.twin, attribute)
+            return Pair(f"{self.name}.{attribute}", ours, theirs, self.within)
         try:
             pair = same(
                 f"{self.name}.{attribute}",

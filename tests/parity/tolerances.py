@@ -66,8 +66,8 @@ def tolerance(shown: Any) -> float:
     return next(line.within for line in TABLE if line.holds_for(shown))
 
 
-LOST = 1e6
-"""Errors that weigh so much leave nothing to compare: steps are not, until the next reset."""
+LOST = 1e9
+"""Errors that weigh so much reach 1 m: steps are not compared, until the next reset."""
 
 
 def amplified(controller: Any, speed: Any, dt: Any) -> float:

@@ -247,6 +247,24 @@ def test_status_beyond_the_deviation_limit_is_deviating_once_it_was_within(
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("side", [1.0, -1.0])
+def test_status_deviating_where_the_vehicle_turns_round_is_so_on_its_way_back(
+    name: str, side: float
+) -> None:
+    way = [(5.0 * k, 0.0) for k in (0, 1, 2, 3, 4, 3, 2, 1, 0)]
+    path = popsteer.Path(way, reverse=[False] * 4 + [True] * 5)
+    law = controllers.get(name).controller(path, CAR)
+    y = 1.8 * side
+    Case(10.0, 0.0).step(law)
+    out = [Case(x, y).step(law) for x in (15.0, 18.0)]
+    back = [Case(x, y, speed=-1.0).step(law) for x in (20.2, 19.9, 15.0)]
+    assert [each.reverse for each in out + back] == [False, False, True, True, True]
+    for command in out + back:
+        assert Status.DEVIATING in command.status
+        assert_sound(command)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("side", [1.0, -1.0])
 def test_status_of_a_vehicle_that_turns_uncommanded_is_implausible_for_two_seconds(
     name: str, side: float
 ) -> None:

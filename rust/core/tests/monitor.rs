@@ -130,3 +130,41 @@ fn test_modelled_wheels_begin_where_they_stand_at_the_command_0() {
     let wheel = state.monitor.unwrap().wheel;
     assert!((wheel - 0.1).abs() < 1e-3, "{wheel}");
 }
+
+/// 20 m forwards along x, and back on a line `aside` to the left.
+fn shuttle(aside: f64) -> Path {
+    let (x, y) = ([0.0, 20.0, 0.0], [0.0, 0.0, aside]);
+    let path = Path::new(&x, &y, None, false).unwrap();
+    path.with_reverse(&[false, true, true]).unwrap()
+}
+
+#[test]
+fn test_vehicle_that_deviates_at_a_cusp_deviates_after_it() {
+    let car = Vehicle {
+        rear_axle: 0.0,
+        ..Vehicle::PAPER
+    };
+    for (left, expected) in [
+        (1.8, [false, true, true, true, true]),
+        (-1.8, [false, true, true, true, true]),
+        (1.2, [false; 5]),
+    ] {
+        let tracker = tracker(car, MonitorParams::DEFAULT);
+        let path = shuttle(0.01);
+        let mut state = tracker.initial_state();
+        let places = [
+            (10.0, 0.0, 1.0),
+            (15.0, left, 1.0),
+            (19.9, left, 1.0),
+            (19.8, left, -1.0),
+            (15.0, left, -1.0),
+        ];
+        let found = places.map(|(x, y, speed)| {
+            let yaw = 0.0;
+            let vehicle = VehicleState { x, y, yaw, speed };
+            let command = tracker.step(&path.view(), &mut state, vehicle, DT);
+            command.unwrap().status.contains(Status::DEVIATING)
+        });
+        assert_eq!(found, expected, "{left}");
+    }
+}

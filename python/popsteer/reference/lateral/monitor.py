@@ -114,10 +114,11 @@ class Monitor:
         `set_path` and `relocalise`.
         """
         error, within = now.here.closest.cross_track_error(), monitored.within
+        # The path turns round at a cusp: there the same place has an error of the other sign.
         if (
             now.here.direction_changed
             and last is not None
-            and abs(error - last) > self._deviation_limit
+            and abs(error + last) > self._deviation_limit
         ):
             within = False
         is_within = abs(error) <= self._deviation_limit

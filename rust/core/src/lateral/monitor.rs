@@ -118,8 +118,9 @@ impl Monitor {
         last: Option<f64>,
     ) -> bool {
         let error = now.here.closest.cross_track_error();
+        // The path turns round at a cusp: there the same place has an error of the other sign.
         if let (true, Some(last)) = (now.here.direction_changed, last)
-            && (error - last).abs() > self.deviation_limit
+            && (error + last).abs() > self.deviation_limit
         {
             monitored.within = false;
         }
