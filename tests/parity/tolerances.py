@@ -71,12 +71,15 @@ LOST = 1e9
 
 
 def amplified(controller: Any, speed: Any, dt: Any) -> float:
-    """How much more than 1 the errors of a prediction may weigh in a step of a controller.
+    """How much more than 1 errors of rounding may weigh in a step of a controller.
 
-    Over a distance d, an error of the angle δ turns the heading by d / (L cos²δ) times as much, and
-    moves the vehicle by d times that; the rate of the heading errs by 1 / dt times as much. Up to
-    100, 100 m and from 0.1 ms on, the tolerances of the table leave room for it; beyond, they grow
-    in proportion.
+    Up to the numbers below the tolerances of the table leave room for it; beyond, they grow in
+    proportion.
+
+    - Over a distance d, an error of the angle δ turns the heading by d / (L cos²δ) times as much,
+      and moves the vehicle by d times that: 10, and 10 m.
+    - The rate of the heading errs by 1 / dt times as much: 0.1 ms.
+    - The cheaper a move, the more of an error a plan answers with it: 1 / 1000 of the default cost.
     """
     if not isinstance(speed, float) or not isinstance(dt, float):
         return 1.0  # a step that is held, or refused
@@ -84,8 +87,10 @@ def amplified(controller: Any, speed: Any, dt: Any) -> float:
     length = vehicle.turning_wheelbase or vehicle.wheelbase
     distance = abs(speed) * (1.5 * vehicle.dead_time + dt)
     turned = distance / (length * math.cos(vehicle.max_steer) ** 2)
-    weight = max(1.0, turned / 100.0) * max(1.0, distance / 100.0)
+    weight = max(1.0, turned / 10.0) * max(1.0, distance / 10.0)
     weight *= max(1.0, 1e-4 / dt) if dt > 0.0 else 1.0
+    cost = getattr(controller.params, "steer_rate_cost", None)
+    weight *= max(1.0, vehicle.wheelbase / 12e3 / cost) if cost else 1.0
     return weight if math.isfinite(weight) else 1.0
 
 
