@@ -6,6 +6,7 @@ Compared bit for bit, but for what `tolerances` lists.
 from __future__ import annotations
 
 import functools
+import math
 import struct
 import types
 from dataclasses import dataclass
@@ -180,8 +181,9 @@ class Pair:
             # What goes on from such a step agrees as the step does.
             self.within = max(self.within, tolerance(self.rust) * weight)
         self._lost = self._lost and method != "reset"
+        before = self.rust.state if steps and self.within > 0.0 else None
         plans_ahead = self.name == "PreviewPop" and steps
-        self._step = (self.rust.state, method, args, kwargs) if plans_ahead else None
+        self._step = (before, method, args, kwargs) if plans_ahead else None
         try:
             return same(name, rust, twin, *args, within=self.within, **kwargs)
         except Apart as apart:
@@ -189,12 +191,33 @@ class Pair:
                 raise
             if steps and self.within > 0.0 and plans.equally_near(self):
                 return Pair(name, apart.ours, apart.ours)
+            if before is not None and self._reaches_limit(before, apart, args):
+                return Pair(name, apart.ours, apart.theirs, self.within)
             if self._step is None:
                 raise
             command = plans.check_cut_short(self, self._step, apart.theirs)
             if command is None:
                 raise
             return Pair(name, command, command)
+
+    def _reaches_limit(self, before: Any, apart: Apart, args: Any) -> bool:
+        """Whether the commands agree but for SATURATED, and just reach a limit of the wheels."""
+        if not isinstance(apart.ours, popsteer.Command):
+            return False
+        (_, ours), (_, theirs) = shown(apart.ours), shown(apart.theirs)
+        if ours["status"] ^ theirs["status"] != Status.SATURATED:
+            return False
+        if agree({**ours, "status": 0}, {**theirs, "status": 0}, self.within):
+            return False
+        car, estimate, steer = self.twin.vehicle, self.twin.estimate, ours["steer"]
+        wheel, speed = abs(car.steer_offset + estimate.steer_offset + steer), args[3]
+        room = [car.max_steer - abs(steer), car.max_steer - wheel]
+        if car.max_steer_rate is not None:
+            room.append(car.max_steer_rate * args[4] - abs(steer - before.steer))
+        if car.max_lateral_acceleration is not None and speed != 0.0:
+            tightest = speed * speed * estimate.gain / car.max_lateral_acceleration
+            room.append(math.atan(car.turning_length(speed) / tightest) - wheel)
+        return bool(min(map(abs, room)) <= plans.PLANS)
 
     def _go_on(self, name: str, method: str, args: Any, kwargs: Any) -> Pair | None:
         """Call a method of both, and go on from the state of the Rust core."""
