@@ -189,7 +189,11 @@ class Pair:
         except Apart as apart:
             if apart.ours is None:
                 raise
-            if steps and self.within > 0.0 and plans.equally_near(self):
+            if (
+                steps
+                and self.within > 0.0
+                and (plans.equally_near(self) or plans.turns_round(self))
+            ):
                 return Pair(name, apart.ours, apart.ours)
             if before is not None and self._reaches_limit(before, apart, args):
                 return Pair(name, apart.ours, apart.theirs, self.within)
@@ -210,7 +214,7 @@ class Pair:
         if agree({**ours, "status": 0}, {**theirs, "status": 0}, self.within):
             return False
         car, estimate, steer = self.twin.vehicle, self.twin.estimate, ours["steer"]
-        wheel, speed = abs(car.steer_offset + estimate.steer_offset + steer), args[3]
+        wheel, speed = abs(steer + estimate.steer_offset), args[3]
         room = [car.max_steer - abs(steer), car.max_steer - wheel]
         if car.max_steer_rate is not None:
             room.append(car.max_steer_rate * args[4] - abs(steer - before.steer))

@@ -1,8 +1,9 @@
 """Plans of preview POP where both sides may decide otherwise, and how that is checked.
 
 The Rust core searches for a plan within the limits by passes, the reference solves the quadratic
-program by the textbook. Both find its one solution, but for two cases. In a third, a path that
-overlaps has two places equally near (`equally_near`).
+program by the textbook. Both find its one solution, but for two cases. In two more they are given
+different problems: where a path that overlaps has two places equally near (`equally_near`), and
+where it turns straight back, to the left or to the right (`turns_round`).
 
 - A limit that the plan touches without being held back by it may count as reached or not.
 - After 40 passes the Rust core takes the best plan so far, and says PLAN_CUT_SHORT.
@@ -10,6 +11,7 @@ overlaps has two places equally near (`equally_near`).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import popsteer
@@ -100,6 +102,18 @@ def equally_near(pair: Any) -> bool:
     if far - near > PLANS * max(1.0, far):
         return False
     pair.twin.state = getattr(reference, f"{pair.name}State")(**ours.as_dict())
+    return True
+
+
+def turns_round(pair: Any) -> bool:
+    """Whether the path turns by π within the last plan, where rounding decides to which side.
+
+    The reference then goes on from the state of the Rust core.
+    """
+    turns = [abs(model[1, 4]) for planned in _LAST for model in planned.horizon.models]
+    if pair.name != "PreviewPop" or max(turns, default=0.0) < math.pi - PLANS:
+        return False
+    pair.twin.state = reference.PreviewPopState(**pair.rust.state.as_dict())
     return True
 
 
