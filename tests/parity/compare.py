@@ -228,7 +228,7 @@ class Pair:
         ours = outcome(getattr(self.rust, method), *args, **kwargs)
         theirs = outcome(getattr(self.twin, method), *args, **kwargs)
         if ours.value is None or theirs.value is None:
-            assert ours.shown == theirs.shown, f"{name}: {ours.shown}, {theirs.shown}"
+            assert not agree(ours.shown, theirs.shown, self.within), f"{name}{args}"
             return None
         self._lost = True
         state = self.rust.state
