@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use criterion::Criterion;
 use popsteer_bench::{Course, DELAYED, Drive, FREE, SLOW, WAYPOINTS};
-use popsteer_core::lateral::{
+use popsteer_core::laws::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use criterion::Criterion;
 use popsteer_bench::{Course, DELAYED, DT, WAYPOINTS};
-use popsteer_core::lateral::{Pop, PopParams};
+use popsteer_core::laws::{Pop, PopParams};
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::locate::{OPPOSITE, locate, locate_by_scan};
 use popsteer_core::path::lookahead::{get_crossing, get_lookahead_point};

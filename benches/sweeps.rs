@@ -8,7 +8,8 @@ use std::time::Duration;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
 use popsteer_bench::{Course, Drive, WAYPOINTS};
-use popsteer_core::lateral::{Pop, PopParams, Tracker};
+use popsteer_core::laws::{Pop, PopParams};
+use popsteer_core::tracker::Tracker;
 use popsteer_core::{ConfigError, Vehicle};
 
 fn bench_pop(

@@ -6,8 +6,8 @@
 
 use std::f64::consts::TAU;
 
-use popsteer_core::lateral::TrackerState;
 use popsteer_core::math::from_count;
+use popsteer_core::tracker::TrackerState;
 use popsteer_core::{LateralLaw, Path, PathError, Tracker, Vehicle, VehicleState};
 
 /// The control period of the paper [s].
@@ -180,7 +180,7 @@ impl<'a, L: LateralLaw> Drive<'a, L> {
 mod tests {
     use super::*;
     use popsteer_core::Point;
-    use popsteer_core::lateral::{Pop, PopParams};
+    use popsteer_core::laws::{Pop, PopParams};
     use popsteer_core::path::locate::locate;
 
     #[test]

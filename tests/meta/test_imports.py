@@ -14,21 +14,22 @@ if TYPE_CHECKING:
 
 # What each part may import, beside itself. A part is a module with all below it; of several that
 # hold a module the longest counts. Another package or crate is added with its parts here.
-_GROUND = ("math", "geometry", "limits", "error")
+_GROUND = ("math", "geometry", "bounds", "error", "status")
 
 
 def _core(root: str) -> dict[str, set[str]]:
     """Say what the parts of the core may know, and alike those of its reference."""
     layers = {
         "math": (),
-        "limits": (),
+        "bounds": (),
         "error": (),
+        "status": (),
         "geometry": ("math",),
         "vehicle": _GROUND,
         "path": (*_GROUND, "vehicle"),
-        "lateral": (*_GROUND, "vehicle", "path"),
-        "planning": (*_GROUND, "vehicle", "path"),
-        "longitudinal": (*_GROUND, "vehicle", "path", "planning"),
+        "laws": (*_GROUND, "vehicle", "path"),
+        "tracker": (*_GROUND, "vehicle", "path", "laws"),
+        "speed": (*_GROUND, "vehicle", "path"),
     }
     allowed = {
         f"{root}.{part}": {f"{root}.{other}" for other in known} for part, known in layers.items()
@@ -46,6 +47,8 @@ _BINDING = {"popsteer_py": {*_CORE, *_SIM}}
 _C = {"popsteer_c": {*_CORE}}
 _WASM = {"popsteer_wasm": {*_CORE, *_SIM}}
 _REFERENCE = _core("popsteer.reference")
+# The reference's controllers and their states are still derived from the tracker's.
+_REFERENCE["popsteer.reference.laws"].add("popsteer.reference.tracker")
 
 RUST = {**_CORE, **_SIM, **_BINDING, **_C, **_WASM}
 PYTHON = {**_REFERENCE}
@@ -85,23 +88,23 @@ def test_python_files_know_each_other_in_no_circle() -> None:
 
 
 # A core as small as can be, to plant imports in: `path.near` knows nothing of `path.locate`, and
-# `path` nothing of `lateral`.
+# `path` nothing of `laws`.
 _SMALL_CORE = {
-    "popsteer_core": "pub mod lateral;\npub mod path;\npub use lateral::{Command, Status};",
+    "popsteer_core": "pub mod laws;\npub mod path;\npub use laws::{Command, Status};",
     "popsteer_core.math": "",
     "popsteer_core.path": "pub mod locate;\nmod near;\npub use locate::locate;",
     "popsteer_core.path.locate": "use super::near::near;\npub fn locate() {}",
     "popsteer_core.path.near": "pub(super) fn near() {}",
-    "popsteer_core.lateral": "pub mod command;\npub use command::{Command, Status};",
-    "popsteer_core.lateral.command": "use crate::path::locate;\npub struct Command;",
+    "popsteer_core.laws": "pub mod command;\npub use command::{Command, Status};",
+    "popsteer_core.laws.command": "use crate::path::locate;\npub struct Command;",
 }
 _SMALL_REFERENCE = {
-    "popsteer.reference": "from popsteer.reference.lateral.command import Command",
+    "popsteer.reference": "from popsteer.reference.laws.command import Command",
     "popsteer.reference.path": "",
     "popsteer.reference.path.locate": "from popsteer.reference.path.near import near",
     "popsteer.reference.path.near": "import math",
-    "popsteer.reference.lateral": "",
-    "popsteer.reference.lateral.command": "from popsteer.reference.path.locate import locate",
+    "popsteer.reference.laws": "",
+    "popsteer.reference.laws.command": "from popsteer.reference.path.locate import locate",
 }
 
 
@@ -112,29 +115,27 @@ def _with(sources: dict[str, str], module: str, planted: str) -> dict[str, str]:
 @pytest.mark.parametrize(
     "planted",
     [
-        "use crate::lateral::Command;",
-        "use crate::{\n    math::sin,\n    lateral::{Command, Status},\n};",
-        "pub use super::super::lateral::Status;",
-        "fn f() -> crate::lateral::Status { todo!() }",
-        "macro_rules! m { () => { $crate::lateral::Command } }",
+        "use crate::laws::Command;",
+        "use crate::{\n    math::sin,\n    laws::{Command, Status},\n};",
+        "pub use super::super::laws::Status;",
+        "fn f() -> crate::laws::Status { todo!() }",
+        "macro_rules! m { () => { $crate::laws::Command } }",
         "use crate::Status;",
     ],
 )
 def test_rust_import_upward_is_found(planted: str) -> None:
     assert upward(rust_graph(_SMALL_CORE), RUST) == []
     graph = rust_graph(_with(_SMALL_CORE, "popsteer_core.path.locate", planted))
-    found = "popsteer_core.path.locate imports popsteer_core.lateral.command"
-    assert upward(graph, RUST) == [
-        f"{found}: popsteer_core.path may not know popsteer_core.lateral"
-    ]
+    found = "popsteer_core.path.locate imports popsteer_core.laws.command"
+    assert upward(graph, RUST) == [f"{found}: popsteer_core.path may not know popsteer_core.laws"]
 
 
 @pytest.mark.parametrize(
     "planted",
     [
-        "// use crate::lateral::Command;",
-        "/// See [`Command`](crate::lateral::Command).\nfn f() {}",
-        "#[cfg(test)]\nmod tests {\n    use crate::lateral::Command;\n}",
+        "// use crate::laws::Command;",
+        "/// See [`Command`](crate::laws::Command).\nfn f() {}",
+        "#[cfg(test)]\nmod tests {\n    use crate::laws::Command;\n}",
     ],
 )
 def test_rust_words_and_tests_import_nothing(planted: str) -> None:
@@ -155,10 +156,10 @@ def test_rust_circle_is_found(planted: str) -> None:
 @pytest.mark.parametrize(
     "planted",
     [
-        "from popsteer.reference.lateral.command import Command",
-        "import popsteer.reference.lateral.command",
-        "def f():\n    from popsteer.reference.lateral import command",
-        "if TYPE_CHECKING:\n    from popsteer.reference.lateral.command import Command",
+        "from popsteer.reference.laws.command import Command",
+        "import popsteer.reference.laws.command",
+        "def f():\n    from popsteer.reference.laws import command",
+        "if TYPE_CHECKING:\n    from popsteer.reference.laws.command import Command",
         "from popsteer.reference import Command",
     ],
 )
@@ -166,8 +167,8 @@ def test_python_import_upward_is_found(planted: str) -> None:
     assert upward(python_graph(_SMALL_REFERENCE), PYTHON) == []
     module = "popsteer.reference.path.locate"
     graph = python_graph(_with(_SMALL_REFERENCE, module, planted))
-    found = f"{module} imports popsteer.reference.lateral.command"
-    parts = ("popsteer.reference.path", "popsteer.reference.lateral")
+    found = f"{module} imports popsteer.reference.laws.command"
+    parts = ("popsteer.reference.path", "popsteer.reference.laws")
     assert upward(graph, PYTHON) == [f"{found}: {parts[0]} may not know {parts[1]}"]
 
 

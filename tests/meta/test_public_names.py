@@ -28,7 +28,7 @@ def _constants(package: ModuleType) -> list[str]:
 
 
 def test_packages_are_found() -> None:
-    assert {"popsteer.lab.compare", "popsteer.sim", "popsteer.reference.lateral"} <= set(PACKAGES)
+    assert {"popsteer.lab.compare", "popsteer.sim", "popsteer.reference.speed"} <= set(PACKAGES)
 
 
 @pytest.mark.parametrize("name", PACKAGES)

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from popsteer.reference.lateral import limited
-from popsteer.reference.lateral.cost_to_go import COMMANDED
-from popsteer.reference.lateral.plan import Horizon, Limits, Plan, Reached
+from popsteer.reference.laws.preview_pop import limited
+from popsteer.reference.laws.preview_pop.cost_to_go import COMMANDED
+from popsteer.reference.laws.preview_pop.horizon import Horizon, Limits, Plan, Reached
 
 DIGITS = Context(prec=100)
 TINY = Decimal("1e-60")
@@ -45,7 +45,7 @@ class _Problem(NamedTuple):
 
 
 def best(planned: Planned) -> Plan:
-    """The best plan, as `limited.limited` gives it."""
+    """The best plan, as `limited.plan_within` gives it."""
     horizon, start, limits = planned[:3]
     forced, first, start, limits = limited.go_back(horizon, start, limits)
     reached = [*forced, *[Reached.NOTHING] * (len(horizon.models) - len(forced))]

@@ -16,8 +16,9 @@ from typing import Any
 
 import popsteer
 from popsteer import Status, reference
-from popsteer.reference.lateral import cost_to_go, limited, preview_pop
-from popsteer.reference.lateral.plan import Reached
+from popsteer.reference.laws import preview_pop
+from popsteer.reference.laws.preview_pop import cost_to_go, limited
+from popsteer.reference.laws.preview_pop.horizon import Reached
 from tests.parity import exact_plans
 from tests.parity.exact_plans import Planned
 from tests.parity.tolerances import agree
@@ -50,10 +51,10 @@ def _regulator(models: Any, stage: Any, move_cost: float) -> Any:
 
 def _limited(horizon: Any, start: Any, limits: Any) -> Any:
     _LAST[:] = [Planned(horizon, start, limits, *costs) for costs in _COSTS]
-    return limited.limited(horizon, start, limits)
+    return limited.plan_within(horizon, start, limits)
 
 
-vars(preview_pop).update(regulator=_regulator, limited=_limited)
+vars(preview_pop).update(regulator=_regulator, plan_within=_limited)
 
 
 def tied(field: str, ours: Any, theirs: Any) -> bool:

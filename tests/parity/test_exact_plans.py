@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from popsteer.reference.lateral import limited
-from popsteer.reference.lateral.plan import Reached
+from popsteer.reference.laws.preview_pop import limited
+from popsteer.reference.laws.preview_pop.horizon import Reached
 from tests.parity import plans
 from tests.parity.checks import controller
 from tests.parity.exact_plans import Planned, best, is_best
@@ -35,7 +35,7 @@ def test_best_plan_is_the_references(
     speed: float, aside: float, turned: float, heading_cost: float
 ) -> None:
     planned = _planned(Spot(0.3, aside, turned, speed), heading_cost=heading_cost)
-    exact, plan = best(planned), limited.limited(*planned[:3])
+    exact, plan = best(planned), limited.plan_within(*planned[:3])
     assert abs(exact.curvature - plan.curvature) < 1e-12
     assert exact.reached == list(plan.reached)
     code = sum(limit << 3 * k for k, limit in enumerate(plan.reached))

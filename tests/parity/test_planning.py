@@ -12,8 +12,8 @@ from popsteer import ConfigError, Path, Vehicle, reference
 from popsteer._core import _path_curvature, _plan_speeds
 from popsteer.planning.profile import LIMITS
 from popsteer.planning.speeds import table_of
-from popsteer.reference.planning import Course, Limits, OverSpeed, path_curvature, plan_speeds
-from popsteer.reference.planning.speed_profile import LIMITS as THEIRS
+from popsteer.reference.speed import Course, Limits, OverSpeed, path_curvature, plan_speeds
+from popsteer.reference.speed.profile import LIMITS as THEIRS
 from popsteer.tracks import edges
 from tests.parity.strategies import Shape, shapes
 from tests.planned import closed_spline, random_course

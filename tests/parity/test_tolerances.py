@@ -11,8 +11,9 @@ import pytest
 
 import popsteer
 from popsteer import Status
-from popsteer.reference.lateral import limited, preview_pop
-from popsteer.reference.lateral.plan import Reached
+from popsteer.reference.laws import preview_pop
+from popsteer.reference.laws.preview_pop import limited
+from popsteer.reference.laws.preview_pop.horizon import Reached
 from popsteer.reference.vehicle import estimator
 from tests.parity.checks import Drive, check_rollout
 from tests.parity.compare import Apart, Pair, make
@@ -112,8 +113,8 @@ PLANTED: dict[str, tuple[Law, Any]] = {
         PREVIEW_POP,
         (
             preview_pop,
-            "limited",
-            lambda horizon, start, limits: limited.limited(
+            "plan_within",
+            lambda horizon, start, limits: limited.plan_within(
                 horizon, start, limits._replace(later=limits.later * (1.0 + 1e-6))
             ),
         ),

@@ -21,7 +21,7 @@ import pytest
 import popsteer
 import popsteer.lab
 from popsteer import _core, paper
-from popsteer.reference.lateral.tracker_state import TrackerState
+from popsteer.reference.tracker.state import TrackerState
 
 MODULES = [
     *(

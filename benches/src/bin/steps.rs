@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::io::{Write, stdout};
 
 use popsteer_bench::{Course, DELAYED, Drive, FREE, SLOW, WAYPOINTS};
-use popsteer_core::lateral::{
+use popsteer_core::laws::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };

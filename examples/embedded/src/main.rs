@@ -11,7 +11,8 @@ mod cortex_m;
 mod host;
 mod panic;
 
-use popsteer_core::lateral::{Pop, PopParams, PreviewPop, PreviewPopParams, Tracker};
+use popsteer_core::laws::{Pop, PopParams, PreviewPop, PreviewPopParams};
+use popsteer_core::tracker::Tracker;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
 use popsteer_core::{LateralLaw, PathView, Vehicle, VehicleState, math};
 

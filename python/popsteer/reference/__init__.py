@@ -38,35 +38,35 @@ from typing import TYPE_CHECKING
 
 from popsteer.prediction import Prediction
 from popsteer.reference import geometry, math
+from popsteer.reference.bounds import MAX_YAW
 from popsteer.reference.error import input_in_range, input_within
-from popsteer.reference.lateral.bang_bang import BangBang, BangBangParams, BangBangState
-from popsteer.reference.lateral.command import Command
-from popsteer.reference.lateral.monitor import MonitorParams
-from popsteer.reference.lateral.pid import Pid, PidParams, PidState
-from popsteer.reference.lateral.pop import Pop, PopParams, PopState
-from popsteer.reference.lateral.preview_params import PreviewPopParams
-from popsteer.reference.lateral.preview_pop import PreviewPop, PreviewPopState
-from popsteer.reference.lateral.pure_pursuit import (
+from popsteer.reference.laws.bang_bang import BangBang, BangBangParams, BangBangState
+from popsteer.reference.laws.pid import Pid, PidParams, PidState
+from popsteer.reference.laws.pop import Pop, PopParams, PopState
+from popsteer.reference.laws.preview_pop import PreviewPop, PreviewPopState
+from popsteer.reference.laws.preview_pop.params import PreviewPopParams
+from popsteer.reference.laws.pure_pursuit import (
     PurePursuit,
     PurePursuitParams,
     PurePursuitState,
 )
-from popsteer.reference.lateral.stanley import Stanley, StanleyParams, StanleyState
-from popsteer.reference.limits import MAX_YAW
-from popsteer.reference.longitudinal import Pedals
-from popsteer.reference.longitudinal.coupled import CoupledLongitudinal, CoupledLongitudinalParams
-from popsteer.reference.longitudinal.speed_pid import SpeedPid, SpeedPidParams, SpeedPidState
-from popsteer.reference.longitudinal.speed_tracker import (
-    SpeedCommand,
-    SpeedTracker,
-    SpeedTrackerParams,
-    SpeedTrackerState,
-)
+from popsteer.reference.laws.stanley import Stanley, StanleyParams, StanleyState
 from popsteer.reference.math import PI, saturate
 from popsteer.reference.path.lookahead import Lookahead
 from popsteer.reference.path.owned import Path
 from popsteer.reference.path.projection import Projection
 from popsteer.reference.path.resample import Window
+from popsteer.reference.speed.coupled import CoupledLongitudinal, CoupledLongitudinalParams
+from popsteer.reference.speed.pedals import Pedals
+from popsteer.reference.speed.pid import SpeedPid, SpeedPidParams, SpeedPidState
+from popsteer.reference.speed.tracker import (
+    SpeedCommand,
+    SpeedTracker,
+    SpeedTrackerParams,
+    SpeedTrackerState,
+)
+from popsteer.reference.tracker.command import Command
+from popsteer.reference.tracker.monitor import MonitorParams
 from popsteer.reference.vehicle import Vehicle, bicycle
 from popsteer.reference.vehicle.estimate import AdaptParams, Estimate
 from popsteer.reference.vehicle.state import VehicleState, checked_dt, checked_point

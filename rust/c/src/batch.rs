@@ -1,6 +1,6 @@
 //! Many vehicles in one call, on the calling thread.
 
-use popsteer_core::lateral::Reported;
+use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::state::checked_dt;
 
 use crate::command::{CCommand, CReported, CVehicleState};

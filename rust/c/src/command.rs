@@ -1,6 +1,6 @@
 //! What goes into a step, and what comes out of it.
 
-use popsteer_core::lateral::{Predicted, Reported};
+use popsteer_core::tracker::{Predicted, Reported};
 use popsteer_core::vehicle::Estimate;
 use popsteer_core::{Command, Vehicle, VehicleState};
 

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::{
-    BangBang, LateralLaw, Pid, Pop, PreviewPop, PurePursuit, Reported, Stanley, TrackerState,
-};
+use popsteer_core::laws::{BangBang, LateralLaw, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::tracker::{Reported, TrackerState};
 use popsteer_core::{Command, InputError, Path, Tracker, VehicleState};
 
 use crate::command::CEstimate;

@@ -1,6 +1,6 @@
 //! The constructors, one a controller.
 
-use popsteer_core::lateral::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::laws::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
 
 use crate::controller::{CController, Controller, Steering};
 use crate::error::{CError, guard};

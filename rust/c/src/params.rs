@@ -2,11 +2,11 @@
 
 use popsteer_core::LateralLaw;
 use popsteer_core::error::{ConfigError, Requirement};
-use popsteer_core::lateral::{
-    BangBangParams, MonitorParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams,
-    StanleyParams, Tracker,
+use popsteer_core::laws::{
+    BangBangParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams,
 };
 use popsteer_core::math::from_count;
+use popsteer_core::tracker::{MonitorParams, Tracker};
 use popsteer_core::vehicle::AdaptParams;
 
 use crate::error::Failure;

@@ -3,7 +3,7 @@
 use core::mem::offset_of;
 
 use popsteer_core::VehicleState;
-use popsteer_core::lateral::Predicted;
+use popsteer_core::tracker::Predicted;
 
 use crate::command::{CCommand, CPredicted, CReported, CVehicleState};
 use crate::controller::{CController, each};

@@ -20,7 +20,7 @@
 //! # Examples
 //!
 //! ```
-//! use popsteer_core::lateral::{Pop, PopParams};
+//! use popsteer_core::laws::{Pop, PopParams};
 //! use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
 //!
 //! let path = Path::new(&[0.0, 10.0, 20.0], &[0.0, 0.0, 0.0], None, false)?;
@@ -63,23 +63,25 @@ extern crate std;
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!("popsteer-core needs the feature `std` or the feature `libm` for its mathematics");
 
+pub mod bounds;
 pub mod error;
 pub mod geometry;
-pub mod lateral;
-pub mod limits;
-pub mod longitudinal;
+pub mod laws;
 pub mod math;
 pub mod path;
-#[cfg(feature = "alloc")]
-pub mod planning;
+pub mod speed;
+pub mod status;
+pub mod tracker;
 pub mod vehicle;
 
 pub use error::{ConfigError, InputError, PathError};
 pub use geometry::Point;
-pub use lateral::{Command, LateralLaw, LateralState, Status, Tracker};
+pub use laws::{LateralLaw, LateralState};
 #[cfg(feature = "alloc")]
 pub use path::Path;
 pub use path::PathView;
+pub use status::Status;
+pub use tracker::{Command, Tracker};
 pub use vehicle::{Vehicle, VehicleState};
 
 /// `Default` for types that have it as the constant `DEFAULT`.
@@ -95,8 +97,8 @@ macro_rules! default_is_constant {
 
 default_is_constant! {
     Vehicle, vehicle::AdaptParams, vehicle::Estimate,
-    lateral::PopParams, lateral::PreviewPopParams, lateral::PurePursuitParams,
-    lateral::PidParams, lateral::StanleyParams, lateral::BangBangParams, lateral::MonitorParams,
-    longitudinal::coupled::CoupledLongitudinalParams, longitudinal::speed_pid::SpeedPidParams,
-    longitudinal::speed_tracker::SpeedTrackerParams,
+    laws::PopParams, laws::PreviewPopParams, laws::PurePursuitParams,
+    laws::PidParams, laws::StanleyParams, laws::BangBangParams, tracker::MonitorParams,
+    speed::CoupledLongitudinalParams, speed::SpeedPidParams,
+    speed::SpeedTrackerParams,
 }

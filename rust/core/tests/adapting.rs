@@ -3,9 +3,8 @@
 
 use std::f64::consts::PI;
 
-use popsteer_core::lateral::{
-    PreviewPop, PreviewPopParams, PreviewPopState, Stanley, StanleyParams, TrackerState,
-};
+use popsteer_core::laws::{PreviewPop, PreviewPopParams, PreviewPopState, Stanley, StanleyParams};
+use popsteer_core::tracker::TrackerState;
 use popsteer_core::vehicle::bicycle::advance;
 use popsteer_core::vehicle::{AdaptParams, Estimate, InFlight};
 use popsteer_core::{LateralLaw, Path, Tracker, Vehicle, VehicleState};

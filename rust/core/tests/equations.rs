@@ -2,7 +2,7 @@
 
 mod straight;
 
-use popsteer_core::lateral::{
+use popsteer_core::laws::{
     BangBang, BangBangParams, LateralLaw, Pid, PidParams, PidState, PurePursuit, PurePursuitParams,
     PurePursuitState, Stanley, StanleyParams,
 };

@@ -1,10 +1,10 @@
 //! Places on a lap: segments, sections, speeds and stops, also across the seam.
 
-use popsteer_core::lateral::{Stanley, StanleyParams};
-use popsteer_core::longitudinal::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
+use popsteer_core::laws::{Stanley, StanleyParams};
 use popsteer_core::path::follow::Follow;
 use popsteer_core::path::preview::Preview;
 use popsteer_core::path::stop::Ahead;
+use popsteer_core::speed::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
 
 /// A square of 40 m, a waypoint each metre; at waypoint `k` a speed of `1 + k / 10` m/s.

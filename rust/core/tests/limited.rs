@@ -9,8 +9,8 @@
 mod instance;
 
 use instance::{Instance, Random};
-use popsteer_core::lateral::cost_to_go::{BestMove, Predicted};
-use popsteer_core::lateral::limited::{Limits, MAX_PASSES, Reached, ReachedLimits};
+use popsteer_core::laws::preview_pop::cost_to_go::{BestMove, Predicted};
+use popsteer_core::laws::preview_pop::limited::{Limits, MAX_PASSES, Reached, ReachedLimits};
 
 #[test]
 fn test_plan_meets_the_conditions_of_optimality_on_20000_random_instances() {

@@ -1,7 +1,8 @@
 //! Preview POP in a car's loop, behind wheels that turn slowly: no limit cycle, little overshoot,
 //! the limits kept.
 
-use popsteer_core::lateral::{PreviewPop, PreviewPopParams, Status};
+use popsteer_core::laws::{PreviewPop, PreviewPopParams};
+use popsteer_core::status::Status;
 use popsteer_core::vehicle::InFlight;
 use popsteer_core::vehicle::bicycle::advance;
 use popsteer_core::{Path, Tracker, Vehicle, VehicleState};

@@ -1,6 +1,6 @@
 //! What a person reads of a refusal: it names the thing, the bound and the value.
 
-use popsteer_core::lateral::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams};
+use popsteer_core::laws::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams};
 use popsteer_core::{Path, PathError, Status, Tracker, Vehicle, VehicleState};
 
 fn refused(x: &[f64], y: &[f64]) -> PathError {

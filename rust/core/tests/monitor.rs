@@ -1,6 +1,7 @@
 //! What the monitor says of a vehicle beside its path, and of one that turns otherwise than commanded.
 
-use popsteer_core::lateral::{MonitorParams, Stanley, StanleyParams};
+use popsteer_core::laws::{Stanley, StanleyParams};
+use popsteer_core::tracker::MonitorParams;
 use popsteer_core::{Path, Status, Tracker, Vehicle, VehicleState};
 
 const DT: f64 = 0.05;

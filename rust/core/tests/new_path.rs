@@ -1,9 +1,10 @@
 //! A new path during a run, and the trajectory that a controller intends.
 
-use popsteer_core::lateral::{
-    LateralLaw, Pid, PidParams, Pop, PopParams, Predicted, PreviewPop, PreviewPopParams, Stanley,
+use popsteer_core::laws::{
+    LateralLaw, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, Stanley,
     StanleyParams,
 };
+use popsteer_core::tracker::Predicted;
 use popsteer_core::vehicle::bicycle::advance;
 use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
 

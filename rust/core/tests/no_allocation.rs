@@ -5,14 +5,15 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::hint::black_box;
 
-use popsteer_core::lateral::{
+use popsteer_core::laws::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams, Tracker,
+    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
-use popsteer_core::longitudinal::{
+use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
     SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
 };
+use popsteer_core::tracker::Tracker;
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
 use popsteer_core::{LateralLaw, Path, Status, Vehicle, VehicleState};

@@ -1,7 +1,7 @@
 //! Planned speeds keep every limit, and at every waypoint one of the limits is reached: no greater
 //! speed is within them. The limits are written here as their definitions say.
 
-use popsteer_core::planning::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
+use popsteer_core::speed::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
 use popsteer_core::{Path, Vehicle};
 
 const FALLING: OverSpeed<'static> = OverSpeed {

@@ -1,7 +1,7 @@
 //! The trajectory that a controller intends, by hand.
 
-use popsteer_core::lateral::predict::Predicted;
-use popsteer_core::lateral::{Pop, PopParams};
+use popsteer_core::laws::{Pop, PopParams};
+use popsteer_core::tracker::intend::Predicted;
 use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
 use std::f64::consts::PI;
 

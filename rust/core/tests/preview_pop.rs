@@ -1,6 +1,6 @@
 //! Preview POP of any parameters and any vehicle, driven anywhere.
 
-use popsteer_core::lateral::{PreviewPop, PreviewPopParams};
+use popsteer_core::laws::{PreviewPop, PreviewPopParams};
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
 use proptest::prelude::*;

@@ -1,12 +1,12 @@
 //! A vehicle k times as large, on a path k times as large, steers by the same angles: every default
 //! length, speed and gain per metre scales with the wheelbase, what is learnt included.
 
-use popsteer_core::lateral::{
+use popsteer_core::laws::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
-use popsteer_core::longitudinal::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::path::Follow;
+use popsteer_core::speed::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::vehicle::{AdaptParams, InFlight};
 use popsteer_core::{LateralLaw, Path, Tracker, Vehicle, VehicleState};
 

@@ -2,7 +2,7 @@
 
 mod straight;
 
-use popsteer_core::longitudinal::{
+use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
     SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
 };

@@ -4,10 +4,10 @@
 
 use core::mem::size_of;
 
-use popsteer_core::lateral::{
-    BangBangState, MonitorState, PidState, PopState, PreviewPopState, PurePursuitState,
-    StanleyState, TrackerState,
+use popsteer_core::laws::{
+    BangBangState, PidState, PopState, PreviewPopState, PurePursuitState, StanleyState,
 };
+use popsteer_core::tracker::{MonitorState, TrackerState};
 use popsteer_core::vehicle::{Estimator, InFlight, Past};
 
 /// 196 commands in flight, 130 past angles, and all the rest.

@@ -1,10 +1,10 @@
 //! A step whole: hand-over, limits, points of the vehicle, errors, prediction, held input.
 
-use popsteer_core::lateral::{
+use popsteer_core::bounds::MAX_YAW;
+use popsteer_core::laws::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };
-use popsteer_core::limits::MAX_YAW;
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{Command, Path, Status, Tracker, Vehicle, VehicleState};
 

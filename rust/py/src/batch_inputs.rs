@@ -1,7 +1,7 @@
 //! The inputs of a batch at a step: arrays, copied and kept, to spare their allocation.
 
 use popsteer_core::VehicleState;
-use popsteer_core::lateral::Reported;
+use popsteer_core::tracker::Reported;
 use popsteer_sim::batch::OnError;
 use pyo3::prelude::*;
 

@@ -1,7 +1,7 @@
 //! The core's plain functions, with their arguments checked.
 
+use popsteer_core::bounds::{MAX_COORDINATE, MAX_YAW};
 use popsteer_core::error::{InputError, input_in_range as checked};
-use popsteer_core::limits::{MAX_COORDINATE, MAX_YAW};
 use popsteer_core::math::PI;
 
 use popsteer_core::vehicle::bicycle;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use popsteer_core::longitudinal::{
+use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
 };
 use popsteer_sim::plant::PedalMap;

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use popsteer_core::bounds::MAX_YAW;
 use popsteer_core::error::{InputError, input_in_range as checked};
-use popsteer_core::limits::MAX_YAW;
 use popsteer_core::path::lookahead;
 use popsteer_core::path::relocalise::relocalise;
 use popsteer_core::path::resample::{self, Grid};

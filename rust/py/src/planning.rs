@@ -2,7 +2,7 @@
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use popsteer_core::error::config_in_range;
-use popsteer_core::planning::{
+use popsteer_core::speed::{
     Course, Limit, Limits, OverSpeed, path_curvature as curvature_of, plan_speeds as plan,
 };
 use pyo3::prelude::*;

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use popsteer_core::Path;
 use popsteer_core::VehicleState;
-use popsteer_core::longitudinal::{
-    SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
-};
+use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::vehicle::Vehicle;
 use popsteer_sim::drive::Tracked;
 use popsteer_sim::plant::PedalMap;

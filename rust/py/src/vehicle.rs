@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use popsteer_core::bounds::MAX_SPEED;
 use popsteer_core::error::input_in_range;
-use popsteer_core::limits::MAX_SPEED;
 use popsteer_core::vehicle::{self, AdaptParams, Vehicle};
 use pyo3::prelude::*;
 

@@ -1,6 +1,6 @@
 //! The vehicles of a batch.
 
-use popsteer_core::lateral::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::laws::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
 use popsteer_sim::batch::{Batch, BatchError, CHUNK};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

@@ -1,6 +1,6 @@
 //! The one closed loop: a driver, the pedals and a simulation.
 
-use popsteer_core::lateral::TrackerState;
+use popsteer_core::tracker::TrackerState;
 use popsteer_core::{InputError, LateralLaw, PathView, Point, Status, Tracker, VehicleState};
 
 use crate::drive::{Drive, Pedalling};

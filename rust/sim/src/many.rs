@@ -103,7 +103,7 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
     use crate::plant::CarlaIdentified;
-    use popsteer_core::lateral::{Pop, PopParams};
+    use popsteer_core::laws::{Pop, PopParams};
 
     fn runs(count: u32, noise: Noise, seed: u64) -> Vec<Run> {
         let x: Vec<f64> = (0..300).map(f64::from).collect();

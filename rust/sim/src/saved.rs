@@ -89,7 +89,7 @@ mod tests {
     use crate::closed_loop::{Controller, run};
     use crate::plant::KinematicBicycle;
     use crate::{Drive, Perception, Settings};
-    use popsteer_core::lateral::{Pop, PopParams};
+    use popsteer_core::laws::{Pop, PopParams};
     use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
     use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! The controllers of the playground by name.
 
 use popsteer_core::error::ConfigError;
-use popsteer_core::lateral::{
+use popsteer_core::laws::{
     Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
     Stanley, StanleyParams,
 };

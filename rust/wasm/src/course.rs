@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use popsteer_core::error::ConfigError;
-use popsteer_core::longitudinal::{SpeedPid, SpeedPidParams};
 use popsteer_core::math::{atan2, cos, sin};
 use popsteer_core::path::PathView;
-use popsteer_core::planning::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
+use popsteer_core::speed::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
+use popsteer_core::speed::{SpeedPid, SpeedPidParams};
 use popsteer_core::{Path, Tracker, VehicleState};
 use popsteer_sim::{
     Controller, Drive, Law, Perception, Settings as Running, Simulation, closed_loop,

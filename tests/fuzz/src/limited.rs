@@ -1,8 +1,8 @@
 //! The plan of preview POP within its limits.
 
 use crate::bytes::Bytes;
-use popsteer_core::lateral::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
-use popsteer_core::lateral::limited::{Horizon, Limits, MAX_PASSES, Plan, ReachedLimits};
+use popsteer_core::laws::preview_pop::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
+use popsteer_core::laws::preview_pop::limited::{Horizon, Limits, MAX_PASSES, Plan, ReachedLimits};
 use popsteer_core::vehicle::bicycle::MAX_STEPS;
 
 /// One vehicle, planned for from a few states.

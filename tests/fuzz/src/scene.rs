@@ -1,7 +1,7 @@
 //! Paths and vehicles out of bytes.
 
 use crate::bytes::Bytes;
-use popsteer_core::limits::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
+use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator};
 use popsteer_core::{Path, PathError, PathView, Vehicle, VehicleState};
 use std::f64::consts::FRAC_PI_4;

@@ -2,10 +2,8 @@
 
 use crate::bytes::Bytes;
 use crate::scene::{Waypoints, car, dt, symmetric, vehicle};
-use popsteer_core::limits::MAX_DT;
-use popsteer_core::longitudinal::{
-    SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState,
-};
+use popsteer_core::bounds::MAX_DT;
+use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::{Path, PathView, Vehicle};
 
 /// What stands for the limits that a vehicle does not say: top speed [m/s], acceleration and

@@ -9,14 +9,10 @@
 use core::ffi::{c_char, c_int};
 use core::hint::black_box;
 
-use popsteer_core::lateral::error_buffer::ErrorBuffer;
-use popsteer_core::lateral::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams, Tracker,
-};
-use popsteer_core::longitudinal::{
-    CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
-};
+use popsteer_core::laws::pid::error_buffer::ErrorBuffer;
+use popsteer_core::laws::{BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams, Stanley, StanleyParams};
+use popsteer_core::tracker::Tracker;
+use popsteer_core::speed::{CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState};
 use popsteer_core::path::jump::find_lookahead_point;
 use popsteer_core::path::lookahead::{
     get_crossing, get_lookahead_point, get_lookahead_point_index,

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from numpy.polynomial import Polynomial
 
-from popsteer.reference.lateral.cost_to_go import regulator, stage, transition
+from popsteer.reference.laws.preview_pop.cost_to_go import regulator, stage, transition
 from popsteer.reference.math import decay
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from popsteer import errors
 from popsteer.errors import PathError
+from popsteer.reference.bounds import MAX_COORDINATE, MAX_SPEED
 from popsteer.reference.error import in_range
 from popsteer.reference.geometry import get_distance
-from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED
 
 __all__ = ["COINCIDING", "measure"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from popsteer.reference.bounds import MAX_YAW
 from popsteer.reference.error import input_below, input_in_range, input_within
-from popsteer.reference.limits import MAX_YAW
 from popsteer.reference.math import cos, sin
 from popsteer.reference.path import locate, projection, relocalise, resample
 from popsteer.reference.path.locate import OPPOSITE

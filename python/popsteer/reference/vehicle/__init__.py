@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from popsteer.reference.bounds import MAX_SPEED
 from popsteer.reference.error import config_in_range, config_optional, input_within
-from popsteer.reference.limits import MAX_SPEED
 from popsteer.reference.math import saturate
 
 __all__ = ["Vehicle"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from popsteer.reference.bounds import MAX_SPEED
 from popsteer.reference.error import config_in_range, config_optional
-from popsteer.reference.limits import MAX_SPEED
 from popsteer.reference.math import saturate
 
 if TYPE_CHECKING:

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from popsteer.reference.bounds import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.error import input_in_range, input_within
-from popsteer.reference.limits import MAX_COORDINATE, MAX_SPEED, MAX_YAW
 from popsteer.reference.math import cos, exp, saturate, sin, wrap
 from popsteer.reference.vehicle.estimate import Corrections
 from popsteer.reference.vehicle.state import VehicleState

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from popsteer.reference.bounds import MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT
 from popsteer.reference.error import input_in_range, input_within
-from popsteer.reference.limits import MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT
 from popsteer.reference.math import cos, saturate, sin, wrap
 
 if TYPE_CHECKING:

@@ -1,8 +1,8 @@
 //! Waypoints, checked and measured once.
 
+use crate::bounds::{MAX_COORDINATE, MAX_SPEED};
 use crate::error::{PathError, Requirement, in_range};
 use crate::geometry::{Point, get_distance};
-use crate::limits::{MAX_COORDINATE, MAX_SPEED};
 
 /// Neighbouring waypoints at most this far apart [m] coincide.
 pub const COINCIDING: f64 = 1e-9;

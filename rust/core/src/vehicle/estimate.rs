@@ -1,7 +1,7 @@
 //! What is estimated of a vehicle, and how fast a controller adapts to it.
 
+use crate::bounds::MAX_SPEED;
 use crate::error::{ConfigError, config_in_range, config_optional};
-use crate::limits::MAX_SPEED;
 use crate::math::saturate;
 
 /// How fast a controller adapts to its vehicle.

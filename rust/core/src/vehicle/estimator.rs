@@ -12,8 +12,8 @@
 
 use super::wheels::Reached;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
+use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
-use crate::limits::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::math::{cos, exp, saturate, sin, smaller, wrap};
 
 /// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.

@@ -1,8 +1,8 @@
 //! Pose and speed of the vehicle, checked at every step.
 
+use crate::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use crate::error::{InputError, input_in_range, input_within};
 use crate::geometry::Point;
-use crate::limits::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use crate::math::{cos, saturate, sin, wrap};
 
 /// Pose of the vehicle's point, and speed.

@@ -1,7 +1,7 @@
 //! Plans at random, and the dense quadratic programs that they solve.
 
-use popsteer_core::lateral::cost_to_go::{CostToGo, Predicted, Travel};
-use popsteer_core::lateral::limited::{Horizon, Limits, Plan};
+use popsteer_core::laws::preview_pop::cost_to_go::{CostToGo, Predicted, Travel};
+use popsteer_core::laws::preview_pop::limited::{Horizon, Limits, Plan};
 
 /// Plain numbers at random.
 pub(crate) struct Random(pub(crate) u64);

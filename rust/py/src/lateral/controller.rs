@@ -1,7 +1,7 @@
 //! What all controllers have in common: one macro around a tracker of the core, with the
 //! documentation of their methods.
 
-use popsteer_core::lateral::Tracker;
+use popsteer_core::tracker::Tracker;
 use popsteer_core::{ConfigError, LateralLaw};
 
 use super::monitor::Monitored;

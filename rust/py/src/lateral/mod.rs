@@ -20,9 +20,8 @@ pub(crate) use state::{
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::{
-    BangBang, Pid, Pop, PreviewPop, PurePursuit, Reported, Stanley, Tracker, TrackerState,
-};
+use popsteer_core::laws::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::tracker::{Reported, Tracker, TrackerState};
 use popsteer_core::{LateralLaw, Path, Vehicle, VehicleState};
 use popsteer_sim::Law;
 use popsteer_sim::batch::Member;

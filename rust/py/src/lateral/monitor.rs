@@ -1,6 +1,6 @@
 //! How a controller watches its vehicle.
 
-use popsteer_core::lateral::MonitorParams;
+use popsteer_core::tracker::MonitorParams;
 use pyo3::prelude::*;
 
 use crate::choice::{Choice, Chosen};

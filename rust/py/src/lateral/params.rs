@@ -1,7 +1,7 @@
 //! The parameters of the lateral controllers.
 
 use popsteer_core::Vehicle;
-use popsteer_core::lateral::{
+use popsteer_core::laws::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
 };

@@ -2,10 +2,10 @@
 
 use numpy::PyArray1;
 use popsteer_core::InputError;
+use popsteer_core::bounds::MAX_DT;
 use popsteer_core::error::{Requirement, input_in_range};
-use popsteer_core::lateral::Predicted;
-use popsteer_core::limits::MAX_DT;
 use popsteer_core::math::{from_count, to_count};
+use popsteer_core::tracker::Predicted;
 use popsteer_core::vehicle::state::checked_dt;
 use pyo3::prelude::*;
 

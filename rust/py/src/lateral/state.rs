@@ -1,10 +1,11 @@
 //! The states of the lateral controllers.
 
-use popsteer_core::lateral::{
+use popsteer_core::laws::pid::error_buffer::ErrorBuffer;
+use popsteer_core::laws::{
     BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
-    PurePursuit, PurePursuitState, Stanley, StanleyState, error_buffer::ErrorBuffer,
+    PurePursuit, PurePursuitState, Stanley, StanleyState,
 };
-use popsteer_core::lateral::{Tracker, TrackerState};
+use popsteer_core::tracker::{Tracker, TrackerState};
 use popsteer_core::{InputError, LateralLaw, PathView};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,9 +1,9 @@
 //! What the states of all controllers have in common, converted between Python and the core.
 
-use popsteer_core::lateral::{
+use popsteer_core::path::Ahead;
+use popsteer_core::tracker::{
     Answer, Deviation, Handover, MonitorState, Place, Tracker, TrackerState,
 };
-use popsteer_core::path::Ahead;
 use popsteer_core::vehicle::{Estimator, InFlight, Past, VehicleState};
 use popsteer_core::{InputError, LateralLaw, Point};
 use pyo3::prelude::*;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::{Answer, Reported, TrackerState};
+use popsteer_core::tracker::{Answer, Reported, TrackerState};
 use popsteer_core::{Command, LateralLaw, Path, Point, Status, Tracker, VehicleState};
 
 use super::state::KeptState;

@@ -9,7 +9,7 @@ pub use member::{Member, OnError};
 
 use std::sync::Arc;
 
-use popsteer_core::lateral::{Reported, TrackerState};
+use popsteer_core::tracker::{Reported, TrackerState};
 use popsteer_core::vehicle::state::checked_dt;
 use popsteer_core::{Command, InputError, LateralLaw, Path, VehicleState};
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! States as a batch keeps them.
 
-use popsteer_core::lateral::{Answer, Handover, MonitorState, Place, TrackerState};
+use popsteer_core::tracker::{Answer, Handover, MonitorState, Place, TrackerState};
 use popsteer_core::vehicle::Estimator;
 
 /// A state, without the 5 kB for commands in flight and the past where there is neither.

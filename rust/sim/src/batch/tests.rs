@@ -1,7 +1,7 @@
 //! Batches against single vehicles.
 
 use super::*;
-use popsteer_core::lateral::{Pop, PopParams};
+use popsteer_core::laws::{Pop, PopParams};
 use popsteer_core::{Status, Tracker, Vehicle};
 
 fn batch(count: usize) -> (Batch<Pop>, Tracker<Pop>, Arc<Path>) {

@@ -4,7 +4,7 @@ use super::{Life, same};
 use crate::bytes::Bytes;
 use crate::scene::{dt, symmetric, vehicle};
 use crate::subject::Subject;
-use popsteer_core::lateral::Reported;
+use popsteer_core::tracker::Reported;
 use popsteer_core::vehicle::past::MAX_POSE_AGE;
 use popsteer_core::vehicle::state::checked_dt;
 use std::f64::consts::FRAC_PI_2;

@@ -2,9 +2,7 @@
 
 use super::{Search, Subject};
 use crate::bytes::Bytes;
-use popsteer_core::lateral::{
-    Pop, PopParams, PopState, PurePursuit, PurePursuitParams, PurePursuitState,
-};
+use popsteer_core::laws::{Pop, PopParams, PopState, PurePursuit, PurePursuitParams, PurePursuitState};
 use popsteer_core::{ConfigError, Vehicle};
 use std::f64::consts::PI;
 

@@ -2,11 +2,8 @@
 
 use super::{Search, Subject, gain, scaled_gain};
 use crate::bytes::Bytes;
-use popsteer_core::lateral::error_buffer::ErrorBuffer;
-use popsteer_core::lateral::{
-    BangBang, BangBangParams, BangBangState, Pid, PidParams, PidState, Stanley, StanleyParams,
-    StanleyState,
-};
+use popsteer_core::laws::pid::error_buffer::ErrorBuffer;
+use popsteer_core::laws::{BangBang, BangBangParams, BangBangState, Pid, PidParams, PidState, Stanley, StanleyParams, StanleyState};
 use popsteer_core::{ConfigError, Point, Vehicle};
 
 impl Subject for Stanley {

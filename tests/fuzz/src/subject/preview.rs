@@ -2,7 +2,7 @@
 
 use super::{Search, Subject};
 use crate::bytes::Bytes;
-use popsteer_core::lateral::{PreviewPop, PreviewPopParams, PreviewPopState};
+use popsteer_core::laws::{PreviewPop, PreviewPopParams, PreviewPopState};
 use popsteer_core::{ConfigError, Vehicle};
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,0 +1,1 @@
+"""The lateral controllers, one a file, behind `LateralLaw`."""

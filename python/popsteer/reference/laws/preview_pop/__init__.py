@@ -1,0 +1,216 @@
+"""Preview POP: of the angles near the last one, the one with the least predicted cost.
+
+`PreviewPop._choose` predicts, and takes the first move of the best plan within the limits. Angles
+in this file are those of the wheels. A command is such an angle less the steering offset; the
+tracker converts.
+"""
+
+from __future__ import annotations
+
+import operator
+from dataclasses import dataclass, replace
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from popsteer.reference.laws.law import Belief, Decision, Tracked, check_steer, limit_steer
+from popsteer.reference.laws.preview_pop.approach import FULL_RATE, Approach, Straightening
+from popsteer.reference.laws.preview_pop.cost_to_go import COMMANDED, regulator, stage, transition
+from popsteer.reference.laws.preview_pop.horizon import Horizon, Limits, Reached
+from popsteer.reference.laws.preview_pop.limited import plan_within
+from popsteer.reference.laws.preview_pop.params import PreviewPopParams
+from popsteer.reference.math import atan, decay, divide, saturate, tan, wrap
+from popsteer.reference.path.preview import Preview
+from popsteer.reference.tracker.state import TrackerState
+from popsteer.reference.tracker.step import Tracker
+from popsteer.reference.vehicle.bicycle import steps
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from popsteer.reference.path.follow import Located
+
+__all__ = ["PreviewPop", "PreviewPopState"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreviewPopState(TrackerState):
+    """What `PreviewPop` remembers beside what a `TrackerState` has.
+
+    Attributes
+    ----------
+    previous_steer : float
+        The last angle δ_prev [rad]: that of the wheels, the command plus the steering offset.
+    reached_limits : int
+        The limits that the last plan reached, three bits a step. The search for the next plan
+        starts from them: it gets faster, its result stays the same.
+
+    Examples
+    --------
+    >>> PreviewPopState().previous_steer
+    0.0
+    """
+
+    previous_steer: float = 0.0
+    reached_limits: int = 0
+
+
+class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
+    """Preview POP.
+
+    Of the angles in the neighbourhood of the last one, the angle with the least cost over a
+    horizon. The cost of a step is e² + (heading_cost ψ)² + (steer_rate_cost rate)²: cross-track
+    error e, heading error ψ, and the rate of the commanded angle, linearised about straight wheels.
+    A linear bicycle with steering lag predicts them along the curvature of the path ahead. The
+    moves after the first one are assumed optimal; their cost is the cost-to-go. The cost of an
+    angle is then a parabola, and its minimum is the best angle. There is no list of candidates; the
+    controller is this closed form. Where that plan breaks a limit of the wheels' rate or angle or
+    of the lateral acceleration, at any step, the best plan that keeps them takes its place
+    (`plan_within`).
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path
+    >>> controller = PreviewPop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> controller.steer(0.0, 0.5, 0.0, 5.0, 0.05) < 0.0  # left of the path: steer right
+    True
+    """
+
+    TRACKED = Tracked.NO_SLIP_POINT
+    PARAMS = PreviewPopParams
+    STATE = PreviewPopState
+
+    def predicts(self) -> bool:
+        """Tell whether the controller reads the `Belief`: it does."""
+        return True
+
+    def decide(self, at: Located, belief: Belief) -> Decision:
+        """Decide the angle for a located vehicle."""
+        wanted, planned = self._choose(at.mirror(self.state.previous_steer), at, belief)
+        steer, status = limit_steer(self.vehicle, wanted)
+        self._state = replace(self.state, previous_steer=at.mirror(steer))
+        return Decision(steer, at.closest.point, planned | status)
+
+    def set_steer(self, state: PreviewPopState, steer: float) -> tuple[PreviewPopState, bool]:
+        """Take note of the angle; the next neighbourhood is its own."""
+        return replace(state, previous_steer=steer), True
+
+    def _choose(self, previous_steer: float, at: Located, belief: Belief) -> tuple[float, Status]:
+        """Find the best angle in the neighbourhood; both angles are of the mirrored vehicle."""
+        vehicle, estimate = self.vehicle, belief.estimate
+        approach = Approach.of(vehicle, self._resolved)
+        speed, min_speed = at.vehicle.forward_speed(), self._resolved.min_speed
+        pace = speed if speed > min_speed else min_speed
+        length = vehicle.turning_length(speed) / estimate.gain
+        count, period = steps(approach.horizon_at(pace), at.dt)
+        horizon, path_yaw = self._predict(at, belief, pace * period, count, length / period)
+
+        rate, span = approach.rate_and_span(speed, at.dt)
+        tangent = tan(previous_steer)
+        commanded = tangent / length
+        wheel = vehicle.at_wheels(belief.wheel + estimate.steer_offset)
+        heading_error = wrap(at.vehicle.yaw - path_yaw)
+        # A large error counts as the one whose pull is that of the approach angle, or of the
+        # steepest heading that the vehicle can still straighten before the path.
+        by_error, by_heading = horizon.best.cost[COMMANDED, :2].tolist()
+        error = at.closest.cross_track_error()
+        straightening = Straightening(
+            curvature=approach.widest(pace, length),
+            rate=rate / (length * pace),
+            lag=vehicle.steer_lag * speed,
+            unlimited=divide(by_heading, by_error),
+        )
+        pull = approach.angle_at(error, straightening) * by_heading
+        largest = divide(pull if pull > 0.0 else 0.0, abs(by_error))
+        driven = tan(at.mirror(wheel)) / length
+        start = np.array(
+            [saturate(error, -largest, largest), heading_error, driven, commanded, 1.0]
+        )
+
+        # The plan has a move for each whole step of the horizon. A control period may be shorter;
+        # it makes its share of the move.
+        share = at.dt / period
+        low, high = previous_steer - span, previous_steer + span
+
+        def first(angle: float) -> float:
+            return (tan(angle) / length - commanded) / share
+
+        # At a constant rate of the angle, its tangent changes faster at large angles. A plan at the
+        # vehicle's own rate does not count on that: on their way back to straight the wheels lose
+        # it, and would be late.
+        steepness = 1.0 if approach.rate_is_the_vehicles else 1.0 + tangent * tangent
+        most_later = rate * period * steepness / length
+        least, greatest = self._curvatures(at, belief, length)
+        if span <= 0.0:
+            return previous_steer, Status.OK  # at rest the wheels do not turn
+        # An angle beyond `max_steer` is excluded by the limits of the curvature already.
+        ends = (
+            first(low) if low > -vehicle.max_steer else -inf,
+            first(high) if high < vehicle.max_steer else inf,
+        )
+        plan = plan_within(horizon, start, Limits(ends, most_later, least, greatest))
+        self._remember(plan.reached[1:] if share > 0.5 else plan.reached)
+        # A move that ends at a limit of the curvature is commanded at once: with only a share of it
+        # in each control period, the wheels would get there too late.
+        reached = plan.reached[0]
+        made = 1.0 if reached.of_curvature() else share
+        angle = atan((commanded + (plan.curvature - commanded) * made) * length)
+        # SATURATED means that the vehicle limits the angle. Arriving at a limit of the curvature
+        # counts; being held back by `steer_span_rate`, which is a choice, does not.
+        arrives = reached.of_curvature() and low - 1e-10 <= angle <= high + 1e-10
+        is_the_vehicles = approach.rate_is_the_vehicles and speed >= FULL_RATE * min_speed
+        limits = arrives or (reached is not Reached.NOTHING and is_the_vehicles)
+        return saturate(angle, low, high), Status.SATURATED if limits else Status.OK
+
+    def _predict(
+        self, at: Located, belief: Belief, step: float, count: int, length_per_time: float
+    ) -> tuple[Horizon, float]:
+        """Return the prediction over `count` steps of `step` [m], and the path's heading here.
+
+        `length_per_time` is the turning length over the time of a step [m/s].
+        """
+        lag = self.vehicle.steer_lag * at.vehicle.forward_speed()
+        kept = decay(step, lag)
+        # A slip of `slip_length` times the curvature acts as if the no-slip point lay so much
+        # farther ahead; in the mirrored vehicle ahead is behind.
+        offset = at.mirror(belief.estimate.slip_length)
+        drift = step * belief.estimate.slip
+        here = at.closest.arc_length(self.path)
+        segment, smoothing = at.closest.segment, self._resolved.smoothing_length
+        preview = Preview(self.path, smoothing, segment, here, count * step)
+        path_yaw, turns = preview.turns(here, step, count)
+        models = [transition(step, lag, kept, offset, turn, drift) for turn in turns]
+        move_cost = (self._resolved.steer_rate_cost * length_per_time) ** 2
+        best = regulator(models, stage(self._resolved.heading_cost, offset), move_cost)
+        return Horizon(models, best), path_yaw
+
+    def _remember(self, reached: Sequence[Reached]) -> None:
+        """Keep the limits that the plan reached: three bits a step, the first the lowest."""
+        code = sum(limit << 3 * k for k, limit in enumerate(reached))
+        self._state = replace(self.state, reached_limits=code)
+
+    def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
+        """Return the least and the greatest curvature that may be commanded [1/m].
+
+        The wheels keep `max_steer`, and so does the command, their angle less the steering offset;
+        both keep `max_lateral_acceleration`.
+        """
+        vehicle = self.vehicle
+        offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset)
+        low = tan(vehicle.at_wheels(offset - vehicle.max_steer)) / length
+        high = tan(vehicle.at_wheels(offset + vehicle.max_steer)) / length
+        most = vehicle.max_lateral_acceleration
+        if most is None:
+            return low, high
+        speed = at.vehicle.speed
+        widest = divide(most, speed * speed)
+        return saturate(low, -widest, widest), saturate(high, -widest, widest)
+
+    def check_law_state(self, state: PreviewPopState) -> PreviewPopState:
+        """Return `state` if this controller could be in it."""
+        max_steer = self.vehicle.max_steer
+        previous_steer = check_steer("previous_steer", state.previous_steer, max_steer)
+        reached = operator.index(state.reached_limits)
+        return replace(state, previous_steer=previous_steer, reached_limits=reached)

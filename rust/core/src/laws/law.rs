@@ -1,0 +1,178 @@
+//! What every controller is: a vehicle, validated parameters and a small plain state that decide an
+//! angle for a located vehicle.
+
+use core::fmt;
+
+use crate::error::{ConfigError, InputError, config_in_range, input_within};
+use crate::geometry::Point;
+use crate::path::follow::{Follow, Located};
+use crate::path::view::PathView;
+use crate::status::Status;
+use crate::vehicle::{AdaptParams, Estimate, Vehicle};
+
+/// What a controller decides, for the vehicle as one that drives forward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    /// Angle of the front wheels that is wanted [rad], within the vehicle's `max_steer`.
+    pub steer: f64,
+    /// The point aimed at: the lookahead point, or the projection onto the path [m].
+    pub target: Point,
+    /// Saturated or lookahead lost, where that is so.
+    pub status: Status,
+}
+
+/// What a controller may know of the vehicle besides its parameters, in the vehicle's own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Belief {
+    /// Angle of the wheels when the command to be decided reaches them, without the estimated
+    /// offset [rad].
+    pub wheel: f64,
+    /// The estimates.
+    pub estimate: Estimate,
+}
+
+/// What all states of controllers have in common.
+pub trait LateralState {
+    /// Forgets what was measured against the path, because the path changes its direction.
+    fn leave_path(&mut self) {}
+
+    /// Notes a new path, to which the last error is `offset` [m] larger; none if that is unknown.
+    fn change_path(&mut self, _offset: Option<f64>) {}
+
+    /// Sets the last angle [rad] to the one that the wheels got in place of the controller's.
+    /// Returns whether the next angle continues from it.
+    fn set_steer(&mut self, _steer: f64) -> bool {
+        false
+    }
+}
+
+/// A steering controller: a vehicle and validated parameters that decide an angle.
+pub trait LateralLaw {
+    /// What the controller remembers from one step to the next.
+    type State: Clone + PartialEq + fmt::Debug + LateralState;
+
+    /// The state before the first step.
+    fn initial_state(&self) -> Self::State;
+
+    /// The vehicle that is steered, and how it follows the path.
+    fn steered(&self) -> &Steered;
+
+    /// The vehicle that is steered.
+    #[inline]
+    fn vehicle(&self) -> &Vehicle {
+        &self.steered().vehicle
+    }
+
+    /// Which point of the vehicle is tracked, and how it is searched for on the path.
+    #[inline]
+    fn follow(&self) -> &Follow {
+        &self.steered().follow
+    }
+
+    /// Whether the controller reads the [`Belief`]: its wheels are then modelled at every step.
+    fn predicts(&self) -> bool {
+        false
+    }
+
+    /// The angle for a located vehicle.
+    fn decide(
+        &self,
+        path: &PathView<'_>,
+        state: &mut Self::State,
+        at: &Located,
+        belief: &Belief,
+    ) -> Decision;
+
+    /// Whether `state` is one that this controller could have.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the field that is not.
+    fn check_state(&self, _state: &Self::State) -> Result<(), InputError> {
+        Ok(())
+    }
+
+    /// How a tracker of this controller adapts by default: only if estimates are used, which is in
+    /// controllers that predict and for vehicles with a dead time.
+    fn default_adapt(&self) -> Option<AdaptParams> {
+        (self.predicts() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
+    }
+}
+
+/// A checked vehicle, and which of its points a controller tracks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steered {
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// Which point of it is tracked, and how it is searched for on the path.
+    pub follow: Follow,
+}
+
+/// Which axle a controller steers by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tracked {
+    FrontAxle,
+    RearAxle,
+    NoSlipPoint,
+}
+
+impl Tracked {
+    /// How this point of a checked `vehicle` follows the path, with distances after their defaults
+    /// were filled in.
+    pub(crate) fn of(
+        self,
+        vehicle: Vehicle,
+        (search, lost): (Option<f64>, Option<f64>),
+    ) -> Result<Steered, ConfigError> {
+        let wheelbase = vehicle.wheelbase;
+        let (base, reference_offset) = match self {
+            Self::FrontAxle => (vehicle.rear_axle, wheelbase),
+            Self::RearAxle => (vehicle.rear_axle, 0.0),
+            Self::NoSlipPoint => (vehicle.no_slip(), 0.0),
+        };
+        let follow = Follow {
+            search_distance: within("search_distance", search, 0.0, 1e6)?,
+            lost_distance: within("lost_distance", lost, 1e-3, 1e9)?,
+            ..Follow::of(&vehicle, base, reference_offset)
+        };
+        Ok(Steered { vehicle, follow })
+    }
+}
+
+impl Vehicle {
+    /// An angle brought within `max_steer`, and the status of that.
+    #[inline]
+    pub(crate) fn limit_steer(&self, steer: f64) -> (f64, Status) {
+        if steer > self.max_steer {
+            (self.max_steer, Status::SATURATED)
+        } else if steer < -self.max_steer {
+            (-self.max_steer, Status::SATURATED)
+        } else {
+            (steer, Status::OK)
+        }
+    }
+}
+
+/// A parameter that is given, or its default for the vehicle.
+pub(crate) fn or_scaled(given: Option<f64>, default: f64) -> Option<f64> {
+    given.or(Some(default))
+}
+
+/// A parameter after its defaults were filled in; one that was not is refused as not a number.
+pub(crate) fn within(
+    field: &'static str,
+    value: impl Into<Option<f64>>,
+    low: f64,
+    high: f64,
+) -> Result<f64, ConfigError> {
+    config_in_range(field, value.into().unwrap_or(f64::NAN), low, high)
+}
+
+/// Whether a remembered angle is within the limit.
+pub(crate) fn check_steer(
+    field: &'static str,
+    steer: f64,
+    max_steer: f64,
+) -> Result<(), InputError> {
+    input_within(field, steer, max_steer).map(|_| ())
+}

@@ -1,0 +1,375 @@
+//! POP: proximally optimal predictive control, the paper's Algorithm 1.
+
+use crate::error::{ConfigError, InputError, Requirement, config_in_range};
+use crate::geometry::{Point, get_distance};
+use crate::laws::law::{Tracked, check_steer, or_scaled};
+use crate::laws::search::{Search, search_of};
+use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
+use crate::math::{PI, atan2, from_count, saturate, to_count, wrap};
+use crate::path::follow::Located;
+use crate::path::view::PathView;
+use crate::status::Status;
+use crate::vehicle::bicycle::get_predicted_location;
+use crate::vehicle::{Vehicle, VehicleState};
+
+/// Parameters of [`Pop`]; the paper's Table 1 by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PopParams {
+    /// Velocity constant `k_v` [s]: `lookahead = min_lookahead + lookahead_gain speed`.
+    pub lookahead_gain: f64,
+    /// Lookahead at rest `ld_min` [m]; two wheelbases by default, the published code's 6 m at the
+    /// paper's car. The paper gives none.
+    pub min_lookahead: Option<f64>,
+    /// Optimization range `delta_nbd` [rad]: candidates lie at most this far from the last angle.
+    pub steer_span: f64,
+    /// Optimization resolution: the number of candidates, odd.
+    pub candidate_count: usize,
+    /// Whether the lookahead point is the path's first crossing of the circle ahead of the
+    /// vehicle, [`get_crossing`](crate::path::lookahead::get_crossing), instead of what the
+    /// paper's search finds.
+    pub exact_lookahead: bool,
+    /// Threshold `epsilon` of the paper's search [m]; 1/300 of the wheelbase by default.
+    pub lookahead_tolerance: Option<f64>,
+    /// Arc ahead of the vehicle that the paper's search looks at [m]; 20/3 wheelbases by default.
+    pub window_ahead: Option<f64>,
+    /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
+    /// 1/300 of the wheelbase by default.
+    pub grid_spacing: Option<f64>,
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
+    pub search_distance: Option<f64>,
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
+    pub lost_distance: Option<f64>,
+}
+
+impl PopParams {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        lookahead_gain: 0.2,
+        min_lookahead: None,
+        steer_span: 3.0 * (PI / 180.0),
+        candidate_count: 21,
+        exact_lookahead: true,
+        lookahead_tolerance: None,
+        window_ahead: None,
+        grid_spacing: None,
+        search_distance: None,
+        lost_distance: None,
+    };
+
+    /// The parameters with the defaults that scale with `vehicle` filled in.
+    pub fn resolved(self, vehicle: &Vehicle) -> Self {
+        let wheelbase = vehicle.wheelbase;
+        Self {
+            min_lookahead: or_scaled(self.min_lookahead, 2.0 * wheelbase),
+            lookahead_tolerance: or_scaled(self.lookahead_tolerance, wheelbase / 300.0),
+            window_ahead: or_scaled(self.window_ahead, 20.0 / 3.0 * wheelbase),
+            grid_spacing: or_scaled(self.grid_spacing, wheelbase / 300.0),
+            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
+            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
+            ..self
+        }
+    }
+}
+
+/// What [`Pop`] remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PopState {
+    /// The last angle `delta_prev` [rad].
+    pub previous_steer: f64,
+}
+
+/// The POP controller: of the angles in the neighbourhood of the last one, the angle whose
+/// predicted location lies closest to the lookahead point.
+///
+/// With one-step point prediction the wheelbase does not enter; it only places the reference
+/// point. The last angle is looked at first and wins ties, so a vehicle at rest, where every
+/// candidate predicts the same location, keeps its wheels still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pop {
+    steered: Steered,
+    search: Search,
+    steer_span: f64,
+    candidate_count: usize,
+    /// Candidates on either side of the last angle.
+    half: f64,
+    /// Difference of neighbouring candidates [rad], and its inverse.
+    step: f64,
+    steps_per_rad: f64,
+}
+
+impl Pop {
+    /// The largest number of candidates.
+    pub const MAX_CANDIDATES: usize = 100_001;
+
+    /// The controller with these parameters, for `vehicle`.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the field that is out of its range.
+    pub fn new(vehicle: Vehicle, params: PopParams) -> Result<Self, ConfigError> {
+        let vehicle = vehicle.checked()?;
+        let params = params.resolved(&vehicle);
+        let distances = (params.search_distance, params.lost_distance);
+        let steer_span = config_in_range("steer_span", params.steer_span, 1e-6, PI)?;
+        let count = params.candidate_count;
+        if count.is_multiple_of(2) || !(3..=Self::MAX_CANDIDATES).contains(&count) {
+            return Err(ConfigError {
+                field: "candidate_count",
+                value: from_count(count),
+                requirement: Requirement::OddInRange(3, Self::MAX_CANDIDATES),
+            });
+        }
+        let half = from_count(count / 2);
+        let step = steer_span / half;
+        Ok(Self {
+            search: search_of!(params),
+            steer_span,
+            candidate_count: count,
+            half,
+            step,
+            steps_per_rad: 1.0 / step,
+            steered: Tracked::FrontAxle.of(vehicle, distances)?,
+        })
+    }
+
+    /// The optimization of Algorithm 1, with the vehicle at the origin: distances are the same
+    /// there, and no digits are lost far from it.
+    #[inline]
+    fn choose(&self, target: Point, vehicle: VehicleState, previous_steer: f64, dt: f64) -> f64 {
+        self.choose_in_closed_form(target, vehicle, previous_steer, dt)
+            .unwrap_or_else(|| self.choose_by_loop(target, vehicle, previous_steer, dt))
+    }
+
+    /// The loop of Algorithm 1: the definition of the controller.
+    #[cold]
+    fn choose_by_loop(
+        &self,
+        target: Point,
+        vehicle: VehicleState,
+        previous_steer: f64,
+        dt: f64,
+    ) -> f64 {
+        let travel = vehicle.speed * dt;
+        let range = get_distance(Point::new(0.0, 0.0), target);
+        // The candidates' distances differ by about travel * span^2; below the rounding of the
+        // distances themselves their order is noise, and following it would wind the wheels up.
+        if travel * self.steer_span * self.steer_span <= 16.0 * f64::EPSILON * range {
+            return previous_steer;
+        }
+        self.choose_nearest(previous_steer, |steer| {
+            get_distance(get_predicted_location(vehicle, steer, dt), target)
+        })
+    }
+
+    /// The candidate that is predicted closest; the last angle where none is closer.
+    #[inline]
+    fn choose_nearest(&self, previous_steer: f64, predict: impl Fn(f64) -> f64) -> f64 {
+        let mut steer = previous_steer;
+        let mut least = predict(steer);
+        for k in 0..self.candidate_count {
+            let candidate = self.candidate(previous_steer, k);
+            let distance = predict(candidate);
+            if distance < least {
+                steer = candidate;
+                least = distance;
+            }
+        }
+        steer
+    }
+
+    /// What the loop chooses, where that is certain; none where rounding could decide.
+    ///
+    /// With `range` and `bearing` of the target and `travel` of the vehicle, the squared distance
+    /// of a candidate is `range^2 + travel^2 - 2 range travel cos(heading - bearing)`: the best
+    /// is the one whose heading is nearest to the bearing.
+    #[inline]
+    fn choose_in_closed_form(
+        &self,
+        target: Point,
+        vehicle: VehicleState,
+        previous_steer: f64,
+        dt: f64,
+    ) -> Option<f64> {
+        let Self { half, step, .. } = *self;
+        let wanted = wrap(atan2(target.y, target.x) - vehicle.yaw - previous_steer);
+        // Near the opposite direction the cosine has its minimum within the list.
+        if wanted.abs() >= PI - 2.0 * self.steer_span {
+            return None;
+        }
+        // The place of the wanted angle in the list, and the candidate nearest to it.
+        let place = wanted * self.steps_per_rad + half;
+        let k = to_count(saturate(place + 0.5, 0.0, 2.0 * half));
+        // How far the place is from where the next candidate would be as good, in steps.
+        let beyond = place < 0.0 || place > 2.0 * half;
+        let clearance = if beyond {
+            0.25
+        } else {
+            0.5 - (place - from_count(k)).abs()
+        };
+        // The next candidate's distance has to differ by more than rounding can hide. The range
+        // lies between the larger of the coordinates and their sum.
+        let (x, y) = (target.x.abs(), target.y.abs());
+        let travel = vehicle.speed * dt;
+        let (least_range, sum) = (if x > y { x } else { y }, x + y + travel);
+        let decided = clearance * step * step * least_range * travel
+            > 64.0 * f64::EPSILON * sum * sum
+            && clearance * step > 64.0 * f64::EPSILON * (vehicle.yaw.abs() + 8.0);
+        let middle = self.candidate_count / 2;
+        let candidate = if k == middle {
+            previous_steer
+        } else {
+            self.candidate(previous_steer, k)
+        };
+        // At the limit candidates run together, and a neighbour may be nearer than its place.
+        (decided && candidate.abs() + step < self.vehicle().max_steer).then_some(candidate)
+    }
+
+    /// Candidate `k` of `delta_list`: evenly over `previous_steer +- steer_span`, within the
+    /// limit.
+    #[inline]
+    fn candidate(&self, previous_steer: f64, k: usize) -> f64 {
+        let offset = self.steer_span * ((from_count(k) - self.half) / self.half);
+        let max_steer = self.vehicle().max_steer;
+        saturate(previous_steer + offset, -max_steer, max_steer)
+    }
+}
+
+impl LateralState for PopState {
+    #[inline]
+    fn set_steer(&mut self, steer: f64) -> bool {
+        self.previous_steer = steer;
+        true
+    }
+}
+
+impl LateralLaw for Pop {
+    type State = PopState;
+
+    fn initial_state(&self) -> PopState {
+        PopState::default()
+    }
+
+    fn steered(&self) -> &Steered {
+        &self.steered
+    }
+
+    /// Algorithm 1.
+    #[inline]
+    fn decide(
+        &self,
+        path: &PathView<'_>,
+        state: &mut PopState,
+        at: &Located,
+        _belief: &Belief,
+    ) -> Decision {
+        let speed = at.vehicle.forward_speed();
+        let lookahead = self.search.min_lookahead + self.search.lookahead_gain * speed;
+        let target = self.search.find(path, at, lookahead);
+        let yaw = at.vehicle.yaw;
+        let here = VehicleState {
+            yaw,
+            speed,
+            ..VehicleState::ORIGIN
+        };
+        let previous_steer = at.mirror(state.previous_steer);
+        let steer = self.choose(target.point - at.position, here, previous_steer, at.dt);
+        state.previous_steer = at.mirror(steer);
+        Decision {
+            steer,
+            target: target.point,
+            status: Status::SATURATED.when(steer.abs() >= self.vehicle().max_steer)
+                | Status::LOOKAHEAD_LOST.when(!target.found),
+        }
+    }
+
+    fn check_state(&self, state: &PopState) -> Result<(), InputError> {
+        let most = self.vehicle().max_steer;
+        check_steer("previous_steer", state.previous_steer, most)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{cos, sin};
+    use proptest::prelude::*;
+
+    fn law(steer_span: f64, half: usize, max_steer: f64) -> Pop {
+        let vehicle = Vehicle {
+            max_steer,
+            ..Vehicle::DEFAULT
+        };
+        let params = PopParams {
+            steer_span,
+            candidate_count: 2 * half + 1,
+            ..PopParams::DEFAULT
+        };
+        Pop::new(vehicle, params).unwrap()
+    }
+
+    /// A bearing relative to the last wheel heading: anywhere, on a candidate, or half way
+    /// between two, where they tie.
+    fn bearings() -> impl Strategy<Value = (f64, f64)> {
+        let nudge = prop_oneof![Just(0.0), -1e-15..1e-15, -1e-9..1e-9, -0.5..0.5];
+        prop_oneof![
+            (-3.2..3.2, Just(f64::NAN)),
+            ((-30_i32..=30).prop_map(f64::from), nudge.clone()),
+            ((-30_i32..=30).prop_map(|k| f64::from(k) + 0.5), nudge),
+        ]
+    }
+
+    fn travels() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            0.01..2.0,
+            (-12.0..2.0).prop_map(|e| f64::powf(10.0, e)),
+            Just(0.0)
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
+
+        #[test]
+        fn test_choice_in_closed_form_is_that_of_the_loop(
+            (place, nudge) in bearings(),
+            travel in travels(),
+            range in prop_oneof![1.0..20.0, (-6.0..4.0).prop_map(|e| f64::powf(10.0, e))],
+            yaw in prop_oneof![-3.2..3.2, -1e6..1e6, Just(0.0)],
+            previous in prop_oneof![-1.22..1.22, Just(0.0), Just(-0.0), Just(1.22), Just(-1.22)],
+            span in prop_oneof![Just(3.0_f64.to_radians()), 1e-6..3.1],
+            half in prop_oneof![Just(10_usize), 1_usize..60],
+            max_steer in prop_oneof![Just(1.22), 0.01..1.57],
+        ) {
+            let law = law(span, half, max_steer);
+            let previous = saturate(previous, -max_steer, max_steer);
+            let step = span / from_count(half);
+            let relative = if nudge.is_nan() { place } else { (place + nudge) * step };
+            let bearing = yaw + previous + relative;
+            let target = Point::new(range * cos(bearing), range * sin(bearing));
+            let vehicle = VehicleState { x: 0.0, y: 0.0, yaw, speed: travel };
+            if let Some(steer) = law.choose_in_closed_form(target, vehicle, previous, 1.0) {
+                let by_loop = law.choose_by_loop(target, vehicle, previous, 1.0);
+                prop_assert_eq!(steer.to_bits(), by_loop.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn test_closed_form_decides_in_plain_driving() {
+        let law = law(3.0_f64.to_radians(), 10, 1.22);
+        let vehicle = VehicleState {
+            x: 0.0,
+            y: 0.0,
+            yaw: 0.0,
+            speed: 10.0,
+        };
+        let mut decided = 0;
+        for k in 0..1000 {
+            let bearing = -0.1 + 0.0002 * f64::from(k);
+            let target = Point::new(8.0 * cos(bearing), 8.0 * sin(bearing));
+            let steer = law.choose_in_closed_form(target, vehicle, 0.0, 0.05);
+            decided += usize::from(steer.is_some());
+        }
+        assert!(decided > 990);
+    }
+}

@@ -1,0 +1,255 @@
+//! The plan of preview POP over its horizon, and the limits of its moves.
+
+use crate::laws::preview_pop::active_set::{Held, ReachedLimits, Side, Step};
+use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
+use crate::math::smaller;
+use crate::vehicle::bicycle::MAX_STEPS;
+
+/// Shares of the largest move that are rounding: a limit that is exceeded by less is kept.
+pub(super) const ROUNDING: f64 = 1e-10;
+
+/// The planning problem: the prediction over the horizon, and the cost of its steps.
+#[derive(Clone, Copy, Debug)]
+pub struct Horizon<'a> {
+    /// One step of travel.
+    pub travel: Travel,
+    /// Cost of the state after a step.
+    pub stage: CostToGo,
+    /// Cost of a move, times its square; positive.
+    pub move_cost: f64,
+    /// How far the path turns in each step [rad]; at most [`MAX_STEPS`].
+    pub turns: &'a [f64],
+    /// How far the vehicle drifts to the left in a step [m].
+    pub drift: f64,
+}
+
+/// The limits of a plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Least and greatest first move [1/m]; 0 lies between them.
+    pub first: (f64, f64),
+    /// The largest of the other moves, either way [1/m]; positive.
+    pub later: f64,
+    /// Least curvature that is commanded [1/m].
+    pub low: f64,
+    /// Greatest curvature that is commanded [1/m].
+    pub high: f64,
+}
+
+/// The limit that a first move reaches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reached {
+    /// None.
+    Nothing,
+    /// That of the move.
+    Rate,
+    /// That of the curvature.
+    Curvature,
+}
+
+/// A plan, and how it was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Curvature that is commanded after each move [1/m]; 0 beyond the horizon.
+    pub curvatures: [f64; MAX_STEPS],
+    /// The limit that the first move reaches.
+    pub reached: Reached,
+    /// The limits that the plan reaches.
+    pub limits: ReachedLimits,
+    /// Backward recursions taken.
+    pub passes: usize,
+    /// Whether the passes ran out: the plan keeps the limits but is not the best.
+    pub cut_short: bool,
+}
+
+impl Plan {
+    /// Curvature that is commanded after the first move [1/m].
+    pub fn first(&self) -> f64 {
+        let [first, ..] = self.curvatures;
+        first
+    }
+}
+
+impl Horizon<'_> {
+    /// The best moves without limits, into `moves`, and the cost-to-go before the first of them.
+    #[inline]
+    pub fn unlimited(&self, moves: &mut [BestMove]) -> CostToGo {
+        let mut after = self.stage;
+        let mut cost = self.stage;
+        for (&turn, best) in self.turns.iter().zip(moves).rev() {
+            cost = after.before(&self.travel, turn, self.drift);
+            *best = cost.best_move(self.move_cost);
+            after = cost.before_best_move(self.move_cost, &self.stage);
+        }
+        cost
+    }
+
+    /// Whether `moves` from `start` keep to `limits`, that of the first move apart.
+    ///
+    /// Each step costs this; so the state is carried without what the present curvature adds to
+    /// it, and the next curvature waits for little else than the present one.
+    #[inline]
+    pub fn keeps(&self, moves: &[BestMove], start: Predicted, limits: &Limits) -> bool {
+        let within = |curvature: f64| limits.low <= curvature && curvature <= limits.high;
+        let [first, moves @ ..] = moves else {
+            return true;
+        };
+        let [turn, turns @ ..] = self.turns else {
+            return true;
+        };
+        let travel = &self.travel;
+        let mut state = travel.before_commanded(&start, *turn, self.drift);
+        let mut present = first.commanded(&start);
+        let mut kept = within(present);
+        let added = travel.added();
+        for (best, &turn) in moves.iter().zip(turns) {
+            let next = best.remaining_after(travel) * present - best.pull(&state);
+            kept &= (next - present).abs() <= limits.later;
+            kept &= within(next);
+            state = travel.before_commanded(&state, turn, self.drift);
+            state.error += added.error * present;
+            state.heading += added.heading * present;
+            state.driven += added.driven * present;
+            present = next;
+        }
+        kept
+    }
+
+    /// Moves on by a step under `curvature`; what it costs.
+    pub(super) fn advance(&self, state: &mut Predicted, curvature: f64, turn: f64) -> f64 {
+        let moved = curvature - state.commanded;
+        state.commanded = curvature;
+        *state = self.travel.after(state, turn, self.drift);
+        self.move_cost * moved * moved + self.stage.of(state)
+    }
+}
+
+impl Limits {
+    /// Prepares the steps of a plan that starts from the curvature `commanded`; returns a length
+    /// of move to measure rounding by.
+    pub(super) fn begin(&self, commanded: f64, turns: &[f64], steps: &mut [Step]) -> f64 {
+        let range = self.high - self.low;
+        let scale = smaller(self.later, range);
+        let rounding = scale * ROUNDING;
+        let mut curvature = commanded;
+        let (mut least, mut most) = self.first;
+        for (step, &turn) in steps.iter_mut().zip(turns) {
+            step.turn = turn;
+            (step.least, step.most) = (least, most);
+            (step.low, step.high) = (self.low, self.high);
+            // Where there is no end, none is held.
+            if step.held_move().is_some_and(f64::is_infinite) {
+                step.held = Held::default();
+            }
+            if curvature + least >= self.high - rounding {
+                step.force(Side::Low);
+                curvature += least;
+            } else if curvature + most <= self.low + rounding {
+                step.force(Side::High);
+                curvature += most;
+            } else {
+                // From here on the limits can be kept.
+                curvature = 0.5 * (self.low + self.high);
+            }
+            (least, most) = (-self.later, self.later);
+        }
+        scale
+    }
+}
+
+/// The plan that `steps` hold, with the curvatures that are taken `of` them.
+pub(super) fn plan(
+    steps: &[Step],
+    of: impl Fn(&Step) -> f64,
+    passes: usize,
+    cut_short: bool,
+) -> Plan {
+    let first = steps.first().copied().unwrap_or_default();
+    let reached = match (first.held.rate, first.held.curvature) {
+        (_, Side::Low | Side::High) => Reached::Curvature,
+        (Side::Low | Side::High, _) => Reached::Rate,
+        _ => Reached::Nothing,
+    };
+    let mut curvatures = [0.0; MAX_STEPS];
+    for (curvature, step) in curvatures.iter_mut().zip(steps) {
+        *curvature = of(step);
+    }
+    Plan {
+        curvatures,
+        reached,
+        limits: ReachedLimits::of(steps),
+        passes,
+        cut_short,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `keeps` carries the state in parts; the plain prediction says where the limits lie that it
+    /// keeps.
+    fn check_kept(horizon: &Horizon<'_>, start: Predicted) {
+        let mut moves = [BestMove::default(); MAX_STEPS];
+        let (moves, _) = moves.split_at_mut(horizon.turns.len());
+        horizon.unlimited(moves);
+        let mut state = start;
+        let (mut low, mut high, mut most) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+        for (k, (best, &turn)) in moves.iter().zip(horizon.turns).enumerate() {
+            let next = best.commanded(&state);
+            if k > 0 {
+                most = f64::max(most, (next - state.commanded).abs());
+            }
+            (low, high) = (low.min(next), high.max(next));
+            state.commanded = next;
+            state = horizon.travel.after(&state, turn, horizon.drift);
+        }
+        let slack = 1e-9 * (low.abs() + high.abs() + most);
+        let wide = Limits {
+            first: (0.0, 0.0),
+            later: most + slack,
+            low: low - slack,
+            high: high + slack,
+        };
+        let lower = Limits {
+            high: high - slack,
+            ..wide
+        };
+        let higher = Limits {
+            low: low + slack,
+            ..wide
+        };
+        let slower = Limits {
+            later: most - slack,
+            ..wide
+        };
+        let keeps = |limits| horizon.keeps(moves, start, &limits);
+        assert!(keeps(wide));
+        assert!(!keeps(lower) && !keeps(higher) && !keeps(slower));
+    }
+
+    #[test]
+    fn test_plan_keeps_limits_as_far_as_its_plain_prediction_needs() {
+        let bends = [0.02, 0.0, -0.01, -0.03, 0.0, 0.05, 0.02, 0.0];
+        for (lag, kept) in [(0.0, 0.0), (0.8, crate::math::decay(0.5, 0.8))] {
+            for offset in [0.0, 0.4] {
+                for (error, heading, driven) in [(0.5, 0.1, 0.02), (-1.0, 0.2, 0.0)] {
+                    let horizon = Horizon {
+                        travel: Travel::new(0.5, lag, kept, offset),
+                        stage: CostToGo::stage(2.7, offset),
+                        move_cost: 12.0,
+                        turns: &bends,
+                        drift: 0.01,
+                    };
+                    let start = Predicted {
+                        error,
+                        heading,
+                        driven,
+                        commanded: 0.05,
+                    };
+                    check_kept(&horizon, start);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! Preview POP: of the angles near the last one, the one with the least predicted cost.
+//!
+//! One step of the controller: `PreviewPop::choose` predicts without limits and finds the best
+//! angle in closed form. Only if that plan breaks a limit, `PreviewPop::best_within` replaces it.
+//!
+//! Angles in this file are those of the wheels. A command is such an angle less the steering
+//! offset; the tracker converts.
+
+mod active_set;
+mod approach;
+pub mod cost_to_go;
+pub mod horizon;
+pub mod limited;
+pub mod params;
+
+pub use params::PreviewPopParams;
+
+use crate::error::{ConfigError, InputError};
+use crate::laws::law::{Tracked, check_steer, within};
+use crate::laws::preview_pop::approach::{Approach, FULL_RATE, Straightening};
+use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
+use crate::laws::preview_pop::limited::{Horizon, Limits, Reached, ReachedLimits};
+use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
+use crate::math::{PI, atan, decay, from_count, larger, saturate, smaller, tan, wrap};
+use crate::path::follow::Located;
+use crate::path::preview::Preview;
+use crate::path::view::PathView;
+use crate::status::Status;
+use crate::vehicle::Vehicle;
+use crate::vehicle::bicycle::{MAX_STEPS, steps};
+
+/// What [`PreviewPop`] remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PreviewPopState {
+    /// The last angle `delta_prev` [rad]: that of the wheels, the command plus the steering offset.
+    pub previous_steer: f64,
+    /// The limits that the last plan reached, three bits a step. The search for the next plan
+    /// starts from them: it gets faster, its result stays the same.
+    pub reached_limits: u64,
+}
+
+/// Preview POP: of the angles in the neighbourhood of the last one, the angle with the least cost
+/// over a horizon.
+///
+/// The cost of a step is `e^2 + (heading_cost p)^2 + (steer_rate_cost rate)^2`: cross-track error
+/// `e`, heading error `p`, and the rate of the commanded angle, linearised about straight wheels. A
+/// linear bicycle with steering lag predicts them along the curvature of the path ahead. The moves
+/// after the first one are assumed optimal; their cost is the cost-to-go. The cost of an angle is
+/// then a parabola, and its minimum is the best angle. There is no list of candidates; the
+/// controller is this closed form. Where that plan breaks a limit of the wheels' rate or angle or
+/// of the lateral acceleration, at any step, the best plan that keeps them takes its place
+/// ([`limited`](super::limited)).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PreviewPop {
+    steered: Steered,
+    heading_cost: f64,
+    steer_rate_cost: f64,
+    approach: Approach,
+    smoothing_length: f64,
+}
+
+/// The angles that can be commanded in this control period.
+struct Neighbourhood {
+    /// The least [rad].
+    low: f64,
+    /// The greatest [rad].
+    high: f64,
+    /// Turning length over the estimated gain [m]: `angle = atan(curvature * length)`.
+    length: f64,
+    /// Control period as a share of a step of the horizon, at most 1.
+    share: f64,
+    /// Whether the vehicle's `max_steer_rate` bounds them, and not `steer_span_rate`.
+    is_the_vehicles: bool,
+}
+
+impl PreviewPop {
+    /// The controller with these parameters, for `vehicle`.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the field that is out of its range.
+    pub fn new(vehicle: Vehicle, params: PreviewPopParams) -> Result<Self, ConfigError> {
+        let vehicle = vehicle.checked()?;
+        let params = params.resolved(&vehicle);
+        let distances = (params.search_distance, params.lost_distance);
+        let span_rate = within("steer_span_rate", params.steer_span_rate, 1e-3, 1e6)?;
+        let rate = vehicle.max_steer_rate.unwrap_or(f64::INFINITY);
+        let horizon = within("horizon", params.horizon, 0.05, 100.0)?;
+        Ok(Self {
+            heading_cost: within("heading_cost", params.heading_cost, 0.0, 1e3)?,
+            steer_rate_cost: within("steer_rate_cost", params.steer_rate_cost, 1e-5, 1e3)?,
+            approach: Approach {
+                rate: smaller(span_rate, rate),
+                rate_is_the_vehicles: rate <= span_rate,
+                max_tangent: tan(vehicle.max_steer),
+                horizon,
+                angle: within("approach_angle", params.approach_angle, 1e-3, 0.5 * PI)?,
+                min_speed: within("min_speed", params.min_speed, 1e-3, 1e4)?,
+            },
+            smoothing_length: within("smoothing_length", params.smoothing_length, 0.0, 1e3)?,
+            steered: Tracked::NoSlipPoint.of(vehicle, distances)?,
+        })
+    }
+
+    /// The best angle in the neighbourhood of `previous_steer`, and the status of the plan. Both
+    /// angles are of the mirrored vehicle.
+    #[inline]
+    fn choose(
+        &self,
+        path: &PathView<'_>,
+        previous_steer: f64,
+        guess: &mut ReachedLimits,
+        at: &Located,
+        belief: &Belief,
+    ) -> (f64, Status) {
+        let (vehicle, estimate, closest) = (self.vehicle(), &belief.estimate, &at.closest);
+        let speed = at.vehicle.forward_speed();
+        let approach = &self.approach;
+        let pace = larger(speed, approach.min_speed);
+        let (count, period) = steps(approach.horizon_at(vehicle, pace), at.dt);
+        // The model runs over distance: so far in a step, and so far in the lag.
+        let step = pace * period;
+        let lag = vehicle.steer_lag * speed;
+        let kept = decay(step, lag);
+        // A slip of `slip_length` times the curvature acts as if the no-slip point lay so much
+        // farther ahead; in the mirrored vehicle ahead is behind.
+        let offset = at.mirror(estimate.slip_length);
+        let travel = Travel::new(step, lag, kept, offset);
+        let length = vehicle.turning_length(speed) / estimate.gain;
+        let move_cost = self.steer_rate_cost * length / period;
+        let move_cost = move_cost * move_cost;
+
+        let mut turns = [0.0; MAX_STEPS];
+        let turns = turns.get_mut(..count).unwrap_or_default();
+        let arc_length = closest.arc_length(path);
+        let distance = from_count(count) * step;
+        let smoothing = self.smoothing_length;
+        let path_yaw = Preview::new(path, smoothing, closest.segment, arc_length, distance)
+            .turns(arc_length, step, turns);
+        let horizon = Horizon {
+            travel,
+            stage: CostToGo::stage(self.heading_cost, offset),
+            move_cost,
+            turns,
+            drift: step * estimate.slip,
+        };
+        let mut moves = [BestMove::default(); MAX_STEPS];
+        let cost = horizon.unlimited(&mut moves);
+
+        let (rate, span) = approach.rate_and_span(speed, at.dt);
+        // An error pulls the commanded curvature by `cost.ec` times the error, a heading error by
+        // `cost.pc` times itself. The pull of a large error is limited: to that of the approach
+        // angle, or of the steepest heading that the vehicle can still straighten before the path.
+        let heading_error = wrap(at.vehicle.yaw - path_yaw);
+        let error = closest.cross_track_error();
+        let straightening = Straightening {
+            curvature: approach.widest(vehicle, pace, length),
+            rate: rate / (length * pace),
+            lag,
+            unlimited: cost.pc / cost.ec,
+        };
+        let most = approach.angle_at(vehicle, error, &straightening) * cost.pc;
+        let most = if most > 0.0 { most } else { 0.0 };
+        let wanted_pull = error * cost.ec;
+        let pull = saturate(wanted_pull, -most, most);
+        let driven =
+            tan(at.mirror(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
+        let tangent = tan(previous_steer);
+        let commanded = tangent / length;
+        // Half the slope of the parabola where the commanded curvature stays as it is.
+        let slope =
+            pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c;
+        // The minimum of the parabola is the move for a whole step of the horizon. A control period
+        // may be shorter; it makes its share of the move.
+        let share = at.dt / period;
+        let wanted = commanded - slope / (move_cost + cost.cc) * share;
+
+        let (low, high) = (previous_steer - span, previous_steer + span);
+        let unlimited = atan(wanted * length);
+        let start = Predicted {
+            error: if wanted_pull.abs() > most {
+                pull / cost.ec
+            } else {
+                error
+            },
+            heading: heading_error,
+            driven,
+            commanded,
+        };
+        let later = rate * period * self.steepness(tangent) / length;
+        let limits = |(least, greatest)| Limits {
+            first: (-later, later),
+            later,
+            low: least,
+            high: greatest,
+        };
+        let keeps = |limits: &Limits| {
+            low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, limits)
+        };
+        // The narrower limits are cheaper, and a plan that keeps them keeps the limits.
+        let narrower = self.narrower_curvatures(at, belief, length);
+        if keeps(&limits(narrower)) {
+            *guess = ReachedLimits::default();
+            return (unlimited, Status::OK);
+        }
+        let limits = limits(self.curvatures(at, belief, length));
+        if keeps(&limits) {
+            *guess = ReachedLimits::default();
+            return (unlimited, Status::OK);
+        }
+        // At rest the wheels do not turn.
+        if span <= 0.0 {
+            return (previous_steer, Status::OK);
+        }
+        let around = Neighbourhood {
+            low,
+            high,
+            length,
+            share,
+            is_the_vehicles: approach.rate_is_the_vehicles
+                && speed >= FULL_RATE * approach.min_speed,
+        };
+        self.best_within(&horizon, start, limits, &around, guess)
+    }
+
+    /// The angle of the best plan within `limits`, and how it was planned.
+    fn best_within(
+        &self,
+        horizon: &Horizon<'_>,
+        start: Predicted,
+        limits: Limits,
+        around: &Neighbourhood,
+        guess: &mut ReachedLimits,
+    ) -> (f64, Status) {
+        let &Neighbourhood {
+            low,
+            high,
+            length,
+            share,
+            is_the_vehicles,
+        } = around;
+        let (most, commanded) = (self.vehicle().max_steer, start.commanded);
+        let first = |angle: f64| (tan(angle) / length - commanded) / share;
+        // An angle beyond `max_steer` is excluded by the limits of the curvature already.
+        let least = if low > -most {
+            first(low)
+        } else {
+            f64::NEG_INFINITY
+        };
+        let greatest = if high < most {
+            first(high)
+        } else {
+            f64::INFINITY
+        };
+        let limits = Limits {
+            first: (least, greatest),
+            ..limits
+        };
+        let plan = horizon.limited(start, &limits, *guess);
+        *guess = if share > 0.5 {
+            plan.limits.later()
+        } else {
+            plan.limits
+        };
+        // A move that ends at a limit of the curvature is commanded at once: with only a share of
+        // it in each control period, the wheels would get there too late.
+        let made = match plan.reached {
+            Reached::Curvature => 1.0,
+            _ => share,
+        };
+        let angle = atan((commanded + (plan.first() - commanded) * made) * length);
+        // SATURATED means that the vehicle limits the angle. Arriving at a limit of the curvature
+        // counts; being held back by `steer_span_rate`, which is a choice, does not.
+        let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
+        let status = Status::SATURATED.when(match plan.reached {
+            Reached::Nothing => false,
+            Reached::Rate => is_the_vehicles,
+            Reached::Curvature => arrives || is_the_vehicles,
+        });
+        (
+            saturate(angle, low, high),
+            status | Status::PLAN_CUT_SHORT.when(plan.cut_short),
+        )
+    }
+
+    /// Least and greatest curvature that may be commanded [1/m]. The wheels keep `max_steer`, and
+    /// so does the command, their angle less the steering offset; both keep
+    /// `max_lateral_acceleration`.
+    #[inline]
+    fn curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
+        let vehicle = self.vehicle();
+        let offset = at.mirror(vehicle.steer_offset + belief.estimate.steer_offset);
+        let most = vehicle.max_steer;
+        let end = |angle: f64| tan(vehicle.at_wheels(angle)) / length;
+        self.within_lateral_acceleration(at, end(offset - most), end(offset + most))
+    }
+
+    /// Curvatures within [`curvatures`](Self::curvatures), from a linear bound of the tangent. Most
+    /// plans keep them, which saves two tangents a step.
+    #[inline]
+    fn narrower_curvatures(&self, at: &Located, belief: &Belief, length: f64) -> (f64, f64) {
+        let offset = self.vehicle().steer_offset + belief.estimate.steer_offset;
+        let tangent = self.approach.max_tangent;
+        let narrower = tangent - offset.abs() * (1.0 + tangent * tangent) * (1.0 + 1e-9);
+        let widest = narrower / length;
+        self.within_lateral_acceleration(at, -widest, widest)
+    }
+
+    #[inline]
+    fn within_lateral_acceleration(&self, at: &Located, low: f64, high: f64) -> (f64, f64) {
+        let Some(most) = self.vehicle().max_lateral_acceleration else {
+            return (low, high);
+        };
+        let speed = at.vehicle.speed;
+        let widest = most / (speed * speed);
+        (
+            saturate(low, -widest, widest),
+            saturate(high, -widest, widest),
+        )
+    }
+
+    /// How much the tangent of the wheels' angle changes per radian, at `tangent`, as far as plans
+    /// count on it. It grows with the angle. A plan at the vehicle's own rate counts on 1, as of
+    /// straight wheels: on their way back to straight the wheels lose the rest, and would be late.
+    #[inline]
+    fn steepness(&self, tangent: f64) -> f64 {
+        if self.approach.rate_is_the_vehicles {
+            1.0
+        } else {
+            1.0 + tangent * tangent
+        }
+    }
+}
+
+impl LateralState for PreviewPopState {
+    #[inline]
+    fn set_steer(&mut self, steer: f64) -> bool {
+        self.previous_steer = steer;
+        true
+    }
+}
+
+impl LateralLaw for PreviewPop {
+    type State = PreviewPopState;
+
+    fn initial_state(&self) -> PreviewPopState {
+        PreviewPopState::default()
+    }
+
+    fn steered(&self) -> &Steered {
+        &self.steered
+    }
+
+    fn predicts(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn decide(
+        &self,
+        path: &PathView<'_>,
+        state: &mut PreviewPopState,
+        at: &Located,
+        belief: &Belief,
+    ) -> Decision {
+        let mut reached = ReachedLimits(state.reached_limits);
+        let previous = at.mirror(state.previous_steer);
+        let (wanted, planned) = self.choose(path, previous, &mut reached, at, belief);
+        state.reached_limits = reached.0;
+        let (steer, status) = self.vehicle().limit_steer(wanted);
+        state.previous_steer = at.mirror(steer);
+        Decision {
+            steer,
+            target: at.closest.point,
+            status: planned | status,
+        }
+    }
+
+    fn check_state(&self, state: &PreviewPopState) -> Result<(), InputError> {
+        let most = self.vehicle().max_steer;
+        check_steer("previous_steer", state.previous_steer, most)
+    }
+}

@@ -1,0 +1,176 @@
+//! Adaptive Pure-Pursuit, the paper's Equation 2.
+
+use crate::error::{ConfigError, InputError};
+use crate::geometry::get_distance;
+use crate::laws::law::{Tracked, check_steer, or_scaled};
+use crate::laws::search::{Search, search_of};
+use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
+use crate::math::{PI, acos, atan2, larger, sin};
+use crate::path::follow::Located;
+use crate::path::view::PathView;
+use crate::status::Status;
+use crate::vehicle::Vehicle;
+
+/// Parameters of [`PurePursuit`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PurePursuitParams {
+    /// Velocity constant `k_v` [s]: `lookahead = max(min_lookahead, lookahead_gain speed)`.
+    pub lookahead_gain: f64,
+    /// Least lookahead [m]; 10/3 wheelbases by default, the published code's 10 m at the paper's
+    /// car. The paper's equation has 0.
+    pub min_lookahead: Option<f64>,
+    /// Whether `alpha` is taken as the published code does, `acos(heading . line / lookahead)`,
+    /// instead of as the angle between heading and line. The grid point lies up to the threshold
+    /// inside the circle, so that reading never sees less than about `sqrt(2 tolerance /
+    /// lookahead)`: the wheels chatter about straight ahead, and the path is tracked more tightly.
+    pub alpha_by_arccos: bool,
+    /// Whether the lookahead point is the path's first crossing of the circle ahead of the
+    /// vehicle, [`get_crossing`](crate::path::lookahead::get_crossing), instead of what the
+    /// paper's search finds; with it, a point behind the vehicle is turned to as one abeam.
+    pub exact_lookahead: bool,
+    /// Threshold `epsilon` of the paper's search [m]; 1/300 of the wheelbase by default.
+    pub lookahead_tolerance: Option<f64>,
+    /// Arc ahead of the vehicle that the paper's search looks at [m]; 20/3 wheelbases by default.
+    pub window_ahead: Option<f64>,
+    /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
+    /// 1/300 of the wheelbase by default.
+    pub grid_spacing: Option<f64>,
+    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
+    pub search_distance: Option<f64>,
+    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
+    pub lost_distance: Option<f64>,
+}
+
+impl PurePursuitParams {
+    /// The defaults: the paper's Table 1, the least lookahead from the published code.
+    pub const DEFAULT: Self = Self {
+        lookahead_gain: 0.9,
+        min_lookahead: None,
+        alpha_by_arccos: false,
+        exact_lookahead: true,
+        lookahead_tolerance: None,
+        window_ahead: None,
+        grid_spacing: None,
+        search_distance: None,
+        lost_distance: None,
+    };
+
+    /// The parameters with the defaults that scale with `vehicle` filled in.
+    pub fn resolved(self, vehicle: &Vehicle) -> Self {
+        let wheelbase = vehicle.wheelbase;
+        Self {
+            min_lookahead: or_scaled(self.min_lookahead, 10.0 / 3.0 * wheelbase),
+            lookahead_tolerance: or_scaled(self.lookahead_tolerance, wheelbase / 300.0),
+            window_ahead: or_scaled(self.window_ahead, 20.0 / 3.0 * wheelbase),
+            grid_spacing: or_scaled(self.grid_spacing, wheelbase / 300.0),
+            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
+            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
+            ..self
+        }
+    }
+}
+
+/// What [`PurePursuit`] remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PurePursuitState {
+    /// The last bearing `alpha` [rad], the substitute where its arc cosine is not defined; 0
+    /// without `alpha_by_arccos`.
+    pub previous_alpha: f64,
+}
+
+/// The circle from the rear axle through the lookahead point:
+/// `steer = atan(2 wheelbase sin(alpha) / lookahead)`, with `alpha` the bearing of the lookahead
+/// point off the heading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PurePursuit {
+    steered: Steered,
+    search: Search,
+    alpha_by_arccos: bool,
+}
+
+impl PurePursuit {
+    /// The controller with these parameters, for `vehicle`.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the field that is out of its range.
+    pub fn new(vehicle: Vehicle, params: PurePursuitParams) -> Result<Self, ConfigError> {
+        let vehicle = vehicle.checked()?;
+        let params = params.resolved(&vehicle);
+        let distances = (params.search_distance, params.lost_distance);
+        Ok(Self {
+            search: search_of!(params),
+            alpha_by_arccos: params.alpha_by_arccos,
+            steered: Tracked::RearAxle.of(vehicle, distances)?,
+        })
+    }
+}
+
+/// The published code's `alpha` towards a point `ahead` and to the `left` [m], signed here:
+/// `previous` where it lies outside the circle straight ahead, and the arc cosine is not defined.
+fn alpha_by_arccos(ahead: f64, left: f64, lookahead: f64, previous: f64) -> f64 {
+    let cosine = ahead / lookahead;
+    if cosine.abs() <= 1.0 {
+        acos(cosine).copysign(left)
+    } else {
+        previous
+    }
+}
+
+impl LateralState for PurePursuitState {}
+
+impl LateralLaw for PurePursuit {
+    type State = PurePursuitState;
+
+    fn initial_state(&self) -> PurePursuitState {
+        PurePursuitState::default()
+    }
+
+    fn steered(&self) -> &Steered {
+        &self.steered
+    }
+
+    #[inline]
+    fn decide(
+        &self,
+        path: &PathView<'_>,
+        state: &mut PurePursuitState,
+        at: &Located,
+        _belief: &Belief,
+    ) -> Decision {
+        let wheelbase = self.vehicle().wheelbase;
+        let scheduled = self.search.lookahead_gain * at.vehicle.forward_speed();
+        // -0.0, a lookahead of nothing on the other side, becomes 0.0.
+        let lookahead = larger(scheduled, self.search.min_lookahead) + 0.0;
+        let target = self.search.find(path, at, lookahead);
+        let to = target.point - at.position;
+        let (cosine, sine) = (at.heading.x, at.heading.y);
+        let ahead = to.x * cosine + to.y * sine;
+        let left = to.y * cosine - to.x * sine;
+        // atan2 is the equation's atan, and defined where the paper's lookahead vanishes at rest.
+        let wanted = if self.alpha_by_arccos {
+            state.previous_alpha = alpha_by_arccos(ahead, left, lookahead, state.previous_alpha);
+            atan2(2.0 * wheelbase * sin(state.previous_alpha), lookahead)
+        } else {
+            // sin(alpha) is left / distance, with the distance on the other side.
+            let distance = get_distance(at.position, target.point);
+            // Towards a point behind the circle would lead away from it, straight behind for good.
+            let aside = if self.search.exact_lookahead && ahead < 0.0 {
+                distance.copysign(left)
+            } else {
+                left
+            };
+            atan2(2.0 * wheelbase * aside, lookahead * distance)
+        };
+        let (steer, status) = self.vehicle().limit_steer(wanted);
+        Decision {
+            steer,
+            target: target.point,
+            status: status | Status::LOOKAHEAD_LOST.when(!target.found),
+        }
+    }
+
+    fn check_state(&self, state: &PurePursuitState) -> Result<(), InputError> {
+        check_steer("previous_alpha", state.previous_alpha, PI)
+    }
+}

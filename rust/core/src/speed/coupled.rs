@@ -1,0 +1,91 @@
+//! The paper's longitudinal controller, coupled with the steering angle: Equation 7.
+
+use crate::bounds::MAX_SPEED;
+use crate::error::{ConfigError, InputError, config_in_range, input_within};
+use crate::speed::Pedals;
+
+/// Parameters of [`CoupledLongitudinal`]; the paper's Table 2 by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoupledLongitudinalParams {
+    /// Cutoff constant `k_tau`, 0 to 1: offset and aggressiveness of the command.
+    pub cutoff: f64,
+    /// Steering limit `delta_lim` [rad].
+    pub steer_limit: f64,
+    /// Speed limit `v_lim` [m/s].
+    pub speed_limit: f64,
+}
+
+impl CoupledLongitudinalParams {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        cutoff: 0.5,
+        steer_limit: 1.22,
+        speed_limit: 69.44,
+    };
+}
+
+/// `command = cutoff + ((speed_limit - speed) / speed_limit - |steer| / steer_limit) (1 -
+/// cutoff)`: full throttle from rest, less with speed and in bends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoupledLongitudinal {
+    params: CoupledLongitudinalParams,
+}
+
+impl CoupledLongitudinal {
+    /// The controller with these parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn new(params: CoupledLongitudinalParams) -> Result<Self, ConfigError> {
+        config_in_range("cutoff", params.cutoff, 0.0, 1.0)?;
+        config_in_range("steer_limit", params.steer_limit, 1e-3, 1.57)?;
+        config_in_range("speed_limit", params.speed_limit, 1e-3, MAX_SPEED)?;
+        Ok(Self { params })
+    }
+
+    /// Pedals at `speed` [m/s] with the commanded angle `steer` [rad]. The controller has no
+    /// memory.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] for a number that is not finite or beyond its bound.
+    #[inline]
+    pub fn step(&self, speed: f64, steer: f64) -> Result<Pedals, InputError> {
+        let CoupledLongitudinalParams {
+            cutoff,
+            steer_limit,
+            speed_limit,
+        } = self.params;
+        input_within("speed", speed, MAX_SPEED)?;
+        input_within("steer", steer, core::f64::consts::PI)?;
+        let reserve = (speed_limit - speed) / speed_limit - steer.abs() / steer_limit;
+        Ok(Pedals::from_command(cutoff + reserve * (1.0 - cutoff)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_coupled_at_rest_full_throttle_and_brakes_beyond_the_limit() {
+        let law = CoupledLongitudinal::new(CoupledLongitudinalParams::DEFAULT).unwrap();
+        assert_eq!(
+            law.step(0.0, 0.0),
+            Ok(Pedals {
+                throttle: 1.0,
+                brake: 0.0
+            })
+        );
+        let fast = law.step(4.0 * 69.44, 0.0).unwrap();
+        assert_eq!(
+            fast,
+            Pedals {
+                throttle: 0.0,
+                brake: 1.0
+            }
+        );
+        assert_eq!(law.step(f64::NAN, 0.0).unwrap_err().field, "speed");
+    }
+}

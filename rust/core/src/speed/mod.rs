@@ -1,0 +1,27 @@
+//! How fast: speeds planned along a path, and the controllers of throttle and brake.
+//!
+//! [`curvature`] takes the curvature from waypoints that are noisy, and [`profile`] finds the
+//! greatest speeds that a vehicle's limits allow along it; both run once for a path. [`tracker`],
+//! [`pid`] and [`coupled`] run at each step.
+
+pub mod coupled;
+#[cfg(feature = "alloc")]
+pub mod curvature;
+#[cfg(feature = "alloc")]
+pub mod limits;
+pub mod pedals;
+pub mod pid;
+#[cfg(feature = "alloc")]
+pub mod profile;
+pub mod tracker;
+
+pub use coupled::{CoupledLongitudinal, CoupledLongitudinalParams};
+#[cfg(feature = "alloc")]
+pub use curvature::path_curvature;
+#[cfg(feature = "alloc")]
+pub use limits::{Limits, OverSpeed};
+pub use pedals::Pedals;
+pub use pid::{SpeedPid, SpeedPidParams, SpeedPidState};
+#[cfg(feature = "alloc")]
+pub use profile::{Course, Limit, plan_speeds};
+pub use tracker::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};

@@ -1,0 +1,115 @@
+//! PID that tracks a reference speed.
+
+use crate::bounds::MAX_SPEED;
+use crate::error::{ConfigError, InputError, config_in_range, input_within};
+use crate::math::saturate;
+use crate::speed::Pedals;
+use crate::vehicle::state::checked_dt;
+
+/// Parameters of [`SpeedPid`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedPidParams {
+    /// Proportional gain [s/m].
+    pub kp: f64,
+    /// Integral gain [1/m].
+    pub ki: f64,
+    /// Derivative gain [s^2/m].
+    pub kd: f64,
+}
+
+impl SpeedPidParams {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        kp: 0.5,
+        ki: 0.1,
+        kd: 0.0,
+    };
+}
+
+/// What [`SpeedPid`] remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SpeedPidState {
+    /// The integral's share of the command, within -1 to 1.
+    pub integral: f64,
+    /// The last speed error [m/s]; none before the first step.
+    pub previous_error: Option<f64>,
+}
+
+/// `command = kp e + ki integral(e) + kd de/dt` on `e = target_speed - speed`.
+///
+/// The integral's share is held within the range of the command, so it cannot wind up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedPid {
+    params: SpeedPidParams,
+}
+
+impl SpeedPid {
+    /// The controller with these parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn new(params: SpeedPidParams) -> Result<Self, ConfigError> {
+        config_in_range("kp", params.kp, 0.0, 1e6)?;
+        config_in_range("ki", params.ki, 0.0, 1e6)?;
+        config_in_range("kd", params.kd, 0.0, 1e6)?;
+        Ok(Self { params })
+    }
+
+    /// Pedals at `speed` for `target_speed` [m/s].
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] for a number that is not finite or beyond its bound; `state` is then
+    /// unchanged.
+    #[inline]
+    pub fn step(
+        &self,
+        state: &mut SpeedPidState,
+        speed: f64,
+        target_speed: f64,
+        dt: f64,
+    ) -> Result<Pedals, InputError> {
+        input_within("speed", speed, MAX_SPEED)?;
+        input_within("target_speed", target_speed, MAX_SPEED)?;
+        checked_dt(dt)?;
+        let error = target_speed - speed;
+        let rate = state
+            .previous_error
+            .map_or(0.0, |previous| (error - previous) / dt);
+        state.integral = saturate(state.integral + self.params.ki * error * dt, -1.0, 1.0);
+        state.previous_error = Some(error);
+        Ok(Pedals::from_command(
+            self.params.kp * error + state.integral + self.params.kd * rate,
+        ))
+    }
+
+    /// Whether `state` is one that this controller could have.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the field that is not.
+    pub fn check_state(&self, state: &SpeedPidState) -> Result<(), InputError> {
+        input_within("integral", state.integral, 1.0)?;
+        if let Some(error) = state.previous_error {
+            input_within("previous_error", error, 2.0 * MAX_SPEED)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_speed_pid_too_slow_throttles_and_too_fast_brakes() {
+        let law = SpeedPid::new(SpeedPidParams::DEFAULT).unwrap();
+        let mut state = SpeedPidState::default();
+        assert_eq!(law.step(&mut state, 0.0, 20.0, 0.05).unwrap().throttle, 1.0);
+        assert_eq!(law.step(&mut state, 20.0, 5.0, 0.05).unwrap().brake, 1.0);
+        let before = state;
+        assert!(law.step(&mut state, 20.0, f64::INFINITY, 0.05).is_err());
+        assert_eq!(state, before);
+    }
+}

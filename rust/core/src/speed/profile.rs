@@ -1,0 +1,364 @@
+//! The greatest speeds along a path that a vehicle's limits allow.
+//!
+//! The square of the speed is linear in the arc between waypoints, so that the acceleration is
+//! constant there. Bounds at the waypoints come first: top speed, speed limits, the lateral
+//! acceleration in the bend, the steering. A pass forward then lowers what driving cannot reach,
+//! and a pass backward what braking cannot come down from (the forward-backward solver of A.
+//! Heilmeier et al., *Minimum curvature trajectory planning and control for an autonomous race
+//! car*, Vehicle System Dynamics 58, 2020). An acceleration holds at both ends of its segment.
+
+use crate::error::ConfigError;
+use crate::math::{sqrt, tan};
+use crate::speed::limits::{Limits, OverSpeed, Place};
+
+/// What is lowered less than to this share still counts as limited by what it was: where a bend
+/// begins and ends, rounding alone lowers the speed.
+const SLIGHTLY: f64 = 0.999;
+/// Passes forward and backward until nothing is lowered any more. One does where the limits do not
+/// depend on the speed.
+const ROUNDS: usize = 50;
+
+/// What limits the speed at a waypoint.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
+pub enum Limit {
+    /// The top speed.
+    #[default]
+    TopSpeed,
+    /// The speed limit there.
+    SpeedLimit,
+    /// The lateral acceleration.
+    Lateral,
+    /// The angle of the wheels, with the understeer.
+    SteerAngle,
+    /// The rate of the wheels.
+    SteerRate,
+    /// The start, a cusp or the end.
+    Stop,
+    /// The driving acceleration.
+    Driving,
+    /// The braking deceleration.
+    Braking,
+}
+
+impl Limit {
+    /// The number that stands for it in arrays.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        match self {
+            Self::TopSpeed => 0,
+            Self::SpeedLimit => 1,
+            Self::Lateral => 2,
+            Self::SteerAngle => 3,
+            Self::SteerRate => 4,
+            Self::Stop => 5,
+            Self::Driving => 6,
+            Self::Braking => 7,
+        }
+    }
+}
+
+/// What is to be driven: N waypoints.
+#[derive(Clone, Copy, Debug)]
+pub struct Course<'a> {
+    /// Curvature at each waypoint [1/m].
+    pub curvature: &'a [f64],
+    /// Length of each segment [m]: N - 1 of an open path, N of a closed one.
+    pub spacing: &'a [f64],
+    /// Whether the last waypoint leads back to the first: the speeds are the same in each lap.
+    pub closed: bool,
+    /// Whether the vehicle turns round at each waypoint; nowhere without.
+    pub cusps: Option<&'a [bool]>,
+    /// The speed limit at each waypoint [m/s]; none without.
+    pub speed_limits: Option<&'a [f64]>,
+    /// Largest speed at the first waypoint of an open path [m/s].
+    pub start_speed: Option<f64>,
+    /// Largest speed at its last waypoint [m/s].
+    pub end_speed: Option<f64>,
+}
+
+impl Course<'_> {
+    fn curvature_at(&self, index: usize) -> f64 {
+        self.curvature.get(index).copied().unwrap_or(0.0)
+    }
+
+    fn spacing_at(&self, index: usize) -> f64 {
+        self.spacing.get(index).copied().unwrap_or(1.0)
+    }
+
+    fn is_cusp(&self, index: usize) -> bool {
+        self.cusps
+            .and_then(|cusps| cusps.get(index).copied())
+            .unwrap_or(false)
+    }
+
+    fn next(&self, index: usize) -> usize {
+        if index + 1 < self.curvature.len() {
+            index + 1
+        } else {
+            0
+        }
+    }
+}
+
+/// The greatest speed at each waypoint of `course` within `limits` [m/s], into `speed`, and what
+/// limits it there, into `limit`: both have room for N.
+///
+/// # Errors
+///
+/// [`ConfigError`], naming the limit that is out of its range.
+pub fn plan_speeds(
+    course: &Course<'_>,
+    limits: &Limits<'_>,
+    speed: &mut [f64],
+    limit: &mut [Limit],
+) -> Result<(), ConfigError> {
+    limits.checked()?;
+    bound(course, limits, speed, limit);
+    let count = speed.len();
+    let segments = course.spacing.len();
+    let mut start = 0;
+    if course.closed {
+        // At the slowest waypoint a lap neither drives nor brakes, so it can be cut open there.
+        let mut slowest = f64::INFINITY;
+        for (index, &squared) in speed.iter().enumerate() {
+            if squared < slowest {
+                slowest = squared;
+                start = index;
+            }
+        }
+    }
+    let varies = limits.acceleration.values.len() > 1 || limits.deceleration.values.len() > 1;
+    let rounds = if varies { ROUNDS } else { 1 };
+    for _ in 0..rounds {
+        let mut lowered = false;
+        for step in 0..segments {
+            let index = (start + step) % count;
+            let over = &limits.acceleration;
+            let reached = (index, course.next(index), index, Limit::Driving);
+            lowered |= lower(course, limits, over, reached, speed, limit);
+        }
+        for step in (0..segments).rev() {
+            let index = (start + step) % count;
+            let over = &limits.deceleration;
+            let reached = (course.next(index), index, index, Limit::Braking);
+            lowered |= lower(course, limits, over, reached, speed, limit);
+        }
+        if !lowered {
+            break;
+        }
+    }
+    for value in speed.iter_mut() {
+        *value = sqrt(*value);
+    }
+    Ok(())
+}
+
+/// Lowers the square of the speed at the second waypoint to what can be reached from the first over
+/// a segment; the last entry says by which limit.
+fn lower(
+    course: &Course<'_>,
+    limits: &Limits<'_>,
+    over: &OverSpeed<'_>,
+    (from, to, segment, by): (usize, usize, usize, Limit),
+    squared: &mut [f64],
+    limit: &mut [Limit],
+) -> bool {
+    let place = |index: usize| Place {
+        squared: squared.get(index).copied().unwrap_or(0.0),
+        curvature: course.curvature_at(index),
+    };
+    let (start, end) = (place(from), place(to));
+    if end.squared <= start.squared {
+        return false;
+    }
+    let reached = limits.reach(over, start, end, course.spacing_at(segment));
+    if reached >= end.squared {
+        return false;
+    }
+    if let (Some(value), Some(limit)) = (squared.get_mut(to), limit.get_mut(to)) {
+        *value = reached;
+        if reached < SLIGHTLY * end.squared {
+            *limit = by;
+        }
+    }
+    true
+}
+
+/// The square of the speed that each waypoint allows by itself, and what it is limited by.
+fn bound(course: &Course<'_>, limits: &Limits<'_>, squared: &mut [f64], limit: &mut [Limit]) {
+    let car = &limits.vehicle;
+    let base = car.turning_length(0.0);
+    let last = squared.len().saturating_sub(1);
+    let locked = tan(car.max_steer);
+    for (index, (value, by)) in squared.iter_mut().zip(limit.iter_mut()).enumerate() {
+        (*value, *by) = (limits.max_speed * limits.max_speed, Limit::TopSpeed);
+        let mut at_most = |bound: f64, cause: Limit| {
+            if bound < *value {
+                (*value, *by) = (bound, cause);
+            }
+        };
+        if let Some(&most) = course.speed_limits.and_then(|all| all.get(index)) {
+            at_most(most * most, Limit::SpeedLimit);
+        }
+        let bend = course.curvature_at(index).abs();
+        if bend > 0.0 {
+            at_most(limits.max_lateral_acceleration / bend, Limit::Lateral);
+            let room = locked / bend - base;
+            if car.understeer > 0.0 && room > 0.0 {
+                at_most(room / car.understeer, Limit::SteerAngle);
+            }
+        }
+        if course.is_cusp(index) {
+            at_most(0.0, Limit::Stop);
+        }
+        if !course.closed {
+            if let (0, Some(most)) = (index, course.start_speed) {
+                at_most(most * most, Limit::Stop);
+            }
+            if let (true, Some(most)) = (index == last, course.end_speed) {
+                at_most(most * most, Limit::Stop);
+            }
+        }
+    }
+    if car.max_steer_rate.is_none() {
+        return;
+    }
+    for (segment, &length) in course.spacing.iter().enumerate() {
+        let next = course.next(segment);
+        if course.is_cusp(next) {
+            continue; // the curvature there is that of the way on
+        }
+        let (from, to) = (course.curvature_at(segment), course.curvature_at(next));
+        let speed = limits.in_time(from, to, length, limits.max_speed);
+        for index in [segment, next] {
+            if let (Some(value), Some(by)) = (squared.get_mut(index), limit.get_mut(index))
+                && speed * speed < *value
+            {
+                (*value, *by) = (speed * speed, Limit::SteerRate);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::indexing_slicing, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::speed::limits::OverSpeed;
+    use crate::speed::limits::tests::{LIMITS, TWO};
+    use crate::vehicle::Vehicle;
+    use alloc::vec;
+    use alloc::vec::Vec;
+
+    fn plan(course: &Course<'_>, limits: &Limits<'_>) -> (Vec<f64>, Vec<Limit>) {
+        let mut speed = vec![0.0; course.curvature.len()];
+        let mut limit = vec![Limit::default(); speed.len()];
+        plan_speeds(course, limits, &mut speed, &mut limit).unwrap();
+        (speed, limit)
+    }
+
+    const STRAIGHT: Course<'static> = Course {
+        curvature: &[0.0; 5],
+        spacing: &[1.0; 4],
+        closed: false,
+        cusps: None,
+        speed_limits: None,
+        start_speed: Some(0.0),
+        end_speed: Some(0.0),
+    };
+
+    #[test]
+    fn test_straight_from_rest_to_rest_drives_then_brakes() {
+        let (speed, limit) = plan(&STRAIGHT, &LIMITS);
+        assert_eq!(speed, [0.0, 2.0, sqrt(8.0), 2.0, 0.0]);
+        assert_eq!(limit[1], Limit::Driving);
+        assert_eq!(limit[3], Limit::Braking);
+        assert_eq!(limit[4], Limit::Stop);
+    }
+
+    #[test]
+    fn test_acceleration_holds_at_both_ends_of_each_segment() {
+        let curvature: Vec<f64> = (0..200)
+            .map(|k: u32| 0.1 * crate::math::sin(0.07 * f64::from(k)))
+            .collect();
+        let table = OverSpeed {
+            speeds: &[0.0, 5.0, 15.0],
+            values: &[1.0, 4.0, 0.5],
+        };
+        for acceleration in [TWO, table] {
+            for exponent in [1.0, 1.5, 2.0, f64::INFINITY] {
+                let limits = Limits {
+                    acceleration,
+                    exponent,
+                    ..LIMITS
+                };
+                let course = Course {
+                    curvature: &curvature,
+                    spacing: &[0.5; 199],
+                    ..STRAIGHT
+                };
+                let (speed, _) = plan(&course, &limits);
+                for k in 0..199 {
+                    let (v, w) = (speed[k] * speed[k], speed[k + 1] * speed[k + 1]);
+                    let along = w - v; // over 0.5 m: the acceleration
+                    for (end, bend) in [(v, curvature[k]), (w, curvature[k + 1])] {
+                        let up = limits.available(&limits.acceleration, end, bend);
+                        let down = limits.available(&limits.deceleration, end, bend);
+                        assert!(along <= up + 1e-9 && -along <= down + 1e-9, "{k} {along}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn test_closed_lap_is_the_same_wherever_it_begins() {
+        let curvature: Vec<f64> = (0..100)
+            .map(|k: u32| 0.1 * crate::math::sin(0.062_831_853 * f64::from(k)))
+            .collect();
+        let lap = |shift: usize| {
+            let mut curvature = curvature.clone();
+            curvature.rotate_left(shift);
+            let course = Course {
+                curvature: &curvature,
+                spacing: &[1.0; 100],
+                closed: true,
+                start_speed: None,
+                end_speed: None,
+                ..STRAIGHT
+            };
+            let mut speed = plan(&course, &LIMITS).0;
+            speed.rotate_right(shift);
+            speed
+        };
+        assert_eq!(lap(0), lap(37));
+    }
+
+    #[test]
+    fn test_wheels_turn_no_faster_than_their_rate() {
+        let curvature: Vec<f64> = (0..60)
+            .map(|k: u32| 0.15 * crate::math::sin(0.2 * f64::from(k)))
+            .collect();
+        for understeer in [0.0, 0.004] {
+            let vehicle = Vehicle {
+                max_steer_rate: Some(0.3),
+                understeer,
+                ..Vehicle::DEFAULT
+            };
+            let limits = Limits { vehicle, ..LIMITS };
+            let course = Course {
+                curvature: &curvature,
+                spacing: &[1.0; 59],
+                ..STRAIGHT
+            };
+            let (speed, limit) = plan(&course, &limits);
+            assert!(limit.contains(&Limit::SteerRate));
+            let wheel =
+                |k: usize| crate::math::atan(curvature[k] * vehicle.turning_length(speed[k]));
+            for k in 0..59 {
+                let time = 2.0 / (speed[k] + speed[k + 1]);
+                assert!((wheel(k + 1) - wheel(k)).abs() <= 0.3 * time + 1e-9);
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! How a step went: a set of conditions, the same bits in Rust, Python, arrays and files.
+
+use core::fmt;
+use core::ops::{BitOr, BitOrAssign};
+
+/// How a step went: a set of conditions, of which several may hold. The empty set is `OK`.
+///
+/// The bits are the same in Rust, Python, arrays and files.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Status(u32);
+
+/// How bad the worst condition of a [`Status`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// As the controller wants it.
+    Ok,
+    /// It continues with less than it needs.
+    Degraded,
+    /// Stop the vehicle.
+    Fault,
+}
+
+impl Status {
+    /// As the controller wants it.
+    pub const OK: Self = Self(0);
+    /// Degraded: a larger angle, a larger lateral acceleration or a faster move of the wheels is
+    /// wanted than the vehicle allows. The command is limited.
+    pub const SATURATED: Self = Self(1);
+    /// Degraded: no point ahead lies on the lookahead circle. The controller aims at a substitute.
+    pub const LOOKAHEAD_LOST: Self = Self(1 << 1);
+    /// Degraded: the tracked point is past the end of the path. The last segment is followed on as
+    /// a straight line.
+    pub const END_OF_PATH: Self = Self(1 << 2);
+    /// Degraded: the vehicle was farther than `lost_distance` from its place, and was searched for
+    /// on the whole path. The controller steers to the place that was found.
+    pub const OFF_PATH: Self = Self(1 << 3);
+    /// Degraded: the input was refused. The last command is held.
+    pub const INPUT_HELD: Self = Self(1 << 4);
+    /// Fault: more inputs in a row were refused than `hold_limit`. The last command is repeated;
+    /// stop.
+    pub const INPUT_LOST: Self = Self(1 << 5);
+    /// Fault: the measured cross-track error is beyond `deviation_limit`, once it was within.
+    pub const DEVIATING: Self = Self(1 << 6);
+    /// Fault: within the last 2 s the vehicle turned otherwise than the commands explain: a wrong
+    /// sign of the steering, stuck wheels, or an unknown dead time or lag.
+    pub const IMPLAUSIBLE: Self = Self(1 << 7);
+    /// Degraded: the best plan within the vehicle's limits was not found in the time that a step
+    /// may take. The command is that of the best plan found, which keeps them.
+    pub const PLAN_CUT_SHORT: Self = Self(1 << 8);
+
+    /// Every condition with its name, from the lowest bit up.
+    pub const NAMES: [(Self, &'static str); 9] = [
+        (Self::SATURATED, "saturated"),
+        (Self::LOOKAHEAD_LOST, "lookahead-lost"),
+        (Self::END_OF_PATH, "end-of-path"),
+        (Self::OFF_PATH, "off-path"),
+        (Self::INPUT_HELD, "input-held"),
+        (Self::INPUT_LOST, "input-lost"),
+        (Self::DEVIATING, "deviating"),
+        (Self::IMPLAUSIBLE, "implausible"),
+        (Self::PLAN_CUT_SHORT, "plan-cut-short"),
+    ];
+    const FAULTS: Self = Self(Self::INPUT_LOST.0 | Self::DEVIATING.0 | Self::IMPLAUSIBLE.0);
+
+    /// The bits.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The conditions of these bits; none where a bit stands for no condition.
+    pub fn from_bits(bits: u32) -> Option<Self> {
+        let known = Self::NAMES.iter().fold(0, |all, (each, _)| all | each.0);
+        (bits & !known == 0).then_some(Self(bits))
+    }
+
+    /// Whether all conditions of `other` hold.
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// These conditions if `holds`, else none.
+    #[inline]
+    pub const fn when(self, holds: bool) -> Self {
+        if holds { self } else { Self::OK }
+    }
+
+    /// Those of the conditions that are faults.
+    pub const fn faults(self) -> Self {
+        Self(self.0 & Self::FAULTS.0)
+    }
+
+    /// The worst of the conditions.
+    pub const fn level(self) -> Level {
+        if self.0 & Self::FAULTS.0 != 0 {
+            Level::Fault
+        } else if self.0 != 0 {
+            Level::Degraded
+        } else {
+            Level::Ok
+        }
+    }
+
+    /// The names of the conditions that hold.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMES
+            .into_iter()
+            .filter(move |(each, _)| self.contains(*each))
+            .map(|(_, name)| name)
+    }
+}
+
+impl BitOr for Status {
+    type Output = Self;
+
+    #[inline]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for Status {
+    #[inline]
+    fn bitor_assign(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if *self == Self::OK {
+            return f.write_str("ok");
+        }
+        for (k, name) in self.names().enumerate() {
+            f.write_str(if k == 0 { "" } else { "|" })?;
+            f.write_str(name)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn test_status_conditions_stand_side_by_side() {
+        let both = Status::SATURATED | Status::END_OF_PATH;
+        assert!(both.contains(Status::SATURATED) && both.contains(Status::END_OF_PATH));
+        assert!(!both.contains(Status::OFF_PATH) && both.contains(Status::OK));
+        assert_eq!(format!("{both} {}", Status::OK), "saturated|end-of-path ok");
+        assert_eq!(both.level(), Level::Degraded);
+        assert_eq!((both | Status::INPUT_LOST).level(), Level::Fault);
+        assert_eq!(Status::OK.level(), Level::Ok);
+        assert_eq!(Status::from_bits(both.bits()), Some(both));
+        assert_eq!(Status::from_bits(1 << 31), None);
+    }
+
+    #[test]
+    fn test_status_every_condition_has_a_bit_of_its_own() {
+        let all = Status::NAMES.iter().fold(0, |all, (each, _)| {
+            assert_eq!(each.bits().count_ones(), 1);
+            assert_eq!(all & each.bits(), 0);
+            all | each.bits()
+        });
+        assert_eq!(all.count_ones(), 9);
+    }
+}

@@ -1,0 +1,82 @@
+//! Missing and refused inputs: the last command is held, and the next step covers their time.
+
+use crate::bounds::{MAX_DT, MIN_DT};
+use crate::laws::{LateralLaw, LateralState};
+use crate::math::saturate;
+use crate::path::view::PathView;
+use crate::status::Status;
+use crate::tracker::state::TrackerState;
+use crate::tracker::{Command, Reported, Tracker};
+use crate::vehicle::VehicleState;
+use crate::vehicle::state::checked_dt;
+
+/// Longest period whose motion is used for estimates [s]: what happened within a longer one is not
+/// known well enough. Larger values allow slower loops, and let gaps disturb the estimates.
+pub const ESTIMATION_GAP: f64 = 0.25;
+
+impl<L: LateralLaw> Tracker<L> {
+    /// A step that answers every input: where [`step`](Self::step) refuses the input, the
+    /// last command is held, its angle, direction, errors and target, with the status
+    /// [`Status::INPUT_HELD`] for up to `hold_limit` inputs in a row and [`Status::INPUT_LOST`]
+    /// beyond.
+    ///
+    /// The time `dt` of a held input is added to the next step, which then is one step over the
+    /// whole time. A `dt` that is itself refused counts as that of the last step.
+    pub fn step_or_hold(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        hold_limit: usize,
+    ) -> Command {
+        let reported = Reported::NOTHING;
+        self.step_or_hold_reported(path, state, vehicle, dt, hold_limit, reported)
+    }
+
+    /// The same for a vehicle that reports more than pose and speed. Reports of a held input are
+    /// ignored: the next step has to report for the whole time.
+    pub fn step_or_hold_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        hold_limit: usize,
+        reported: Reported,
+    ) -> Command {
+        if let Ok(command) = self.step_reported(path, state, vehicle, dt, reported) {
+            return command;
+        }
+        state.miss(dt);
+        state.held = state.held.saturating_add(1);
+        let status = if state.held > hold_limit {
+            Status::INPUT_LOST
+        } else {
+            Status::INPUT_HELD
+        };
+        super::command::command(state, status)
+    }
+}
+
+impl<S: LateralState> TrackerState<S> {
+    /// Notes an input that is missing, or refused, `dt` [s] after the last: the next step covers
+    /// its time. A `dt` out of its range counts as that of the last step.
+    pub fn miss(&mut self, dt: f64) {
+        let dt = checked_dt(dt).unwrap_or(self.period);
+        self.held_time = saturate(self.held_time + dt, 0.0, MAX_DT);
+    }
+
+    /// The time since the last step [s] of an input that comes in `dt` [s] after the last, missed
+    /// or not; no time has been missed then.
+    #[inline]
+    pub(super) fn elapse(&mut self, dt: f64) -> f64 {
+        let elapsed = saturate(self.held_time + dt, MIN_DT, MAX_DT);
+        self.held_time = 0.0;
+        self.period = elapsed;
+        if elapsed > ESTIMATION_GAP {
+            self.estimator.last_measured = None;
+        }
+        elapsed
+    }
+}

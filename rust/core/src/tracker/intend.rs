@@ -1,0 +1,102 @@
+//! The trajectory that a controller intends: it drives its own vehicle ahead, step by step.
+
+use crate::error::InputError;
+use crate::laws::LateralLaw;
+use crate::math::from_count;
+use crate::path::view::PathView;
+use crate::tracker::state::TrackerState;
+use crate::tracker::step::Tracker;
+use crate::vehicle::bicycle::Rollout;
+use crate::vehicle::state::checked_dt;
+use crate::vehicle::timed::clipped;
+use crate::vehicle::{Estimate, InFlight, VehicleState};
+
+/// One instant of a predicted trajectory.
+// The order of the fields is fixed: arrays of these come from C.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Predicted {
+    /// Time since the last step [s].
+    pub time: f64,
+    /// Pose of the vehicle's point, and speed.
+    pub vehicle: VehicleState,
+    /// Angle commanded then [rad].
+    pub steer: f64,
+}
+
+impl Predicted {
+    /// The origin at the last step.
+    pub const DEFAULT: Self = Self {
+        time: 0.0,
+        vehicle: VehicleState::ORIGIN,
+        steer: 0.0,
+    };
+}
+
+impl<L: LateralLaw> Tracker<L> {
+    /// Writes the trajectory from the last step of `state` on into `out`, an instant each `dt` [s],
+    /// the last step first. Tells how many were written: none before the first step.
+    ///
+    /// A copy of the controller drives the estimated vehicle at its present acceleration, and to
+    /// the next stop at most. `state` is unchanged.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where `dt` is no control period.
+    pub fn predict(
+        &self,
+        path: &PathView<'_>,
+        state: &TrackerState<L::State>,
+        dt: f64,
+        out: &mut [Predicted],
+    ) -> Result<usize, InputError> {
+        let dt = checked_dt(dt)?;
+        let Some(answer) = state.answer else {
+            return Ok(0);
+        };
+        let car = self.vehicle();
+        let mut state = state.clone();
+        // Predicted poses have no age, and carry no information on the vehicle.
+        let wheel = state.past.map(|past| past.wheel());
+        state.past = None;
+        state.held_time = 0.0;
+        state.estimator.last_measured = None;
+        let (estimate, mut plant) = match state.in_flight {
+            Some(in_flight) if self.models => (state.estimator.estimate, in_flight),
+            _ => (
+                Estimate::DEFAULT,
+                InFlight::standing(car, state.steer, wheel),
+            ),
+        };
+        let mut vehicle = answer.vehicle;
+        let mut remaining = answer.ahead.distance_to_stop;
+        let count = out.len();
+        for (k, instant) in out.iter_mut().enumerate() {
+            *instant = Predicted {
+                time: from_count(k) * dt,
+                vehicle,
+                steer: state.steer,
+            };
+            if k + 1 == count {
+                break;
+            }
+            if (vehicle.speed < 0.0) == answer.reverse {
+                let most = if remaining > 0.0 { remaining / dt } else { 0.0 };
+                if vehicle.speed.abs() > most {
+                    vehicle.speed = most.copysign(vehicle.speed);
+                }
+            }
+            remaining -= vehicle.speed.abs() * dt;
+            let start = vehicle.ahead(car.no_slip());
+            let mut rollout = Rollout::new(car, &estimate, start);
+            let commands = plant.commands().chain([(state.steer, dt)]);
+            rollout.drive(plant.wheel(), clipped(commands, dt));
+            plant.elapse(car, state.steer, dt, 0.0);
+            vehicle = rollout.state().bounded().ahead(-car.no_slip()).bounded();
+            if self.step(path, &mut state, vehicle, dt).is_err() {
+                return Ok(k + 1);
+            }
+        }
+        Ok(count)
+    }
+}

@@ -1,0 +1,128 @@
+//! From the wanted angle to the command: hand-over, then the limits of the vehicle.
+
+use crate::laws::{LateralLaw, LateralState};
+use crate::math::{atan, saturate};
+use crate::tracker::state::{HANDOVER_TIME, Handover, TrackerState, widest_offset};
+use crate::tracker::step::Tracker;
+use crate::vehicle::{Estimate, Vehicle};
+
+impl<L: LateralLaw> Tracker<L> {
+    /// Commands the angle `wanted` of the wheels [rad] as far as the vehicle allows; returns
+    /// whether it was limited.
+    pub(super) fn limit(
+        &self,
+        state: &mut TrackerState<L::State>,
+        wanted: f64,
+        speed: f64,
+        dt: f64,
+        estimate: &Estimate,
+    ) -> bool {
+        let car = self.law.vehicle();
+        let offset = car.steer_offset + estimate.steer_offset;
+        let widest = widest_offset(car);
+        let wanted = fade(
+            &mut state.handover,
+            state.steer,
+            wanted - offset,
+            dt,
+            widest,
+        );
+        let wheel = car.at_wheels(wanted + offset);
+        let wheel = car.limit_lateral_acceleration(wheel, speed, estimate.gain);
+        let command = saturate(wheel - offset, -car.max_steer, car.max_steer);
+        let steer = match car.max_steer_rate {
+            None => command,
+            Some(rate) => saturate(command, state.steer - rate * dt, state.steer + rate * dt),
+        };
+        state.steer = steer;
+        state.law.set_steer(car.at_wheels(steer + offset));
+        // The offset is put off and on again, which rounds.
+        (steer - wanted).abs() > 1e-12
+    }
+}
+
+/// The command of a hand-over: the difference to the last one, at most `widest` [rad], fades.
+fn fade(handover: &mut Option<Handover>, last: f64, wanted: f64, dt: f64, widest: f64) -> f64 {
+    let Some(fading) = handover else {
+        return wanted;
+    };
+    let before = fading.remaining;
+    let offset = match fading.offset {
+        None if before >= HANDOVER_TIME => last - wanted,
+        None => {
+            // The path changed again during a hand-over: the difference fades in the remaining
+            // time.
+            fading.remaining -= dt;
+            let share = before / HANDOVER_TIME;
+            if fading.remaining > 0.0 {
+                saturate((last - wanted) / share, -widest, widest)
+            } else {
+                0.0
+            }
+        }
+        Some(offset) => {
+            fading.remaining -= dt;
+            offset
+        }
+    };
+    fading.offset = Some(offset);
+    let share = saturate(fading.remaining / HANDOVER_TIME, 0.0, 1.0);
+    if fading.remaining <= 0.0 {
+        *handover = None;
+    }
+    wanted + share * offset
+}
+
+impl Vehicle {
+    /// The angle `wheel` [rad], brought within `max_lateral_acceleration` at `speed` [m/s] for a
+    /// vehicle that turns `gain` times as much as its parameters say.
+    #[inline]
+    fn limit_lateral_acceleration(&self, wheel: f64, speed: f64, gain: f64) -> f64 {
+        let Some(most) = self.max_lateral_acceleration else {
+            return wheel;
+        };
+        let (square, length) = (speed * speed * gain, self.turning_length(speed));
+        // tan(x) < x + x^3 up to 1.1, by more than rounds: within the limit no arc is needed.
+        let tangent = wheel.abs() * (1.0 + 1e-9 + wheel * wheel);
+        if wheel.abs() < 1.1 && tangent * square <= most * length {
+            return wheel;
+        }
+        let widest = atan(most * length / square);
+        saturate(wheel, -widest, widest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
+
+        #[test]
+        fn test_lateral_limit_without_the_arc_is_that_of_the_arc(
+            wheel in prop_oneof![-1.57..1.57, -1e-7..1e-7, Just(0.0)],
+            near in prop_oneof![Just(0.0), -3e-16..3e-16, -2e-9..2e-9, -0.1..0.1],
+            at_limit: bool,
+            speed in prop_oneof![Just(0.0), -40.0..40.0, -1e4..1e4],
+            gain in 0.4..2.5,
+            most in prop_oneof![Just(4.0), (-3.0..6.0).prop_map(|e| f64::powf(10.0, e))],
+            understeer in prop_oneof![Just(0.0), 0.0..0.01],
+        ) {
+            let vehicle = Vehicle {
+                understeer,
+                max_lateral_acceleration: Some(most),
+                ..Vehicle::DEFAULT
+            };
+            let widest = atan(most * vehicle.turning_length(speed) / (speed * speed * gain));
+            let wheel = if at_limit {
+                (widest * (1.0 + near)).copysign(wheel)
+            } else {
+                wheel
+            };
+            let limited = vehicle.limit_lateral_acceleration(wheel, speed, gain);
+            prop_assert_eq!(limited.to_bits(), saturate(wheel, -widest, widest).to_bits());
+        }
+    }
+}

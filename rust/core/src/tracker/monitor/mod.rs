@@ -1,0 +1,257 @@
+//! Monitors two things: the deviation from the path, and whether the vehicle answers as modelled.
+//!
+//! The turn measured over the last second is compared with the turns that the commands explain.
+//! These follow from the vehicle's parameters, for every gain within the estimator's bounds, the
+//! steering offset seen in the motion, and a somewhat faster or slower response. A turn outside of
+//! them by more than the noise of the yaw is a fault: a wrong sign of the steering, stuck wheels,
+//! or a dead time longer than the vehicle's.
+
+pub mod state;
+
+pub use state::MonitorState;
+
+use crate::error::{ConfigError, config_in_range, config_optional};
+use crate::math::{saturate, wrap};
+use crate::path::follow::Located;
+use crate::status::Status;
+use crate::vehicle::{Vehicle, VehicleState};
+
+/// Thresholds of the monitor's faults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MonitorParams {
+    /// Cross-track error from which a vehicle that was within it is deviating [m]. Half a wheelbase
+    /// by default; 1e9 switches it off.
+    pub deviation_limit: Option<f64>,
+    /// Largest difference of the turn measured over a second to the turns that the commands
+    /// explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner, false
+    /// alarms are likelier.
+    pub turn_tolerance: f64,
+}
+
+impl MonitorParams {
+    /// 1.5 m for a vehicle of 3 m, and twice what the plants' own dynamics need.
+    pub const DEFAULT: Self = Self {
+        deviation_limit: None,
+        turn_tolerance: 0.01,
+    };
+
+    /// The parameters themselves where each is within its range.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the one that is not.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        config_optional("deviation_limit", self.deviation_limit, 0.0, 1e9)?;
+        config_in_range("turn_tolerance", self.turn_tolerance, 0.0, 1e9)?;
+        Ok(self)
+    }
+}
+
+/// What is measured at a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Measured<'a> {
+    /// Where the tracked point of the measured vehicle is.
+    pub(super) here: &'a Located,
+    /// The vehicle by the pose of its own point.
+    pub(super) vehicle: VehicleState,
+    /// Angle of the modelled wheels [rad]; none where they are not modelled.
+    pub(super) wheel: Option<f64>,
+    /// Control period [s].
+    pub(super) dt: f64,
+}
+
+/// The parameters with their defaults for a vehicle filled in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Monitor {
+    params: MonitorParams,
+    deviation_limit: f64,
+}
+
+impl Monitor {
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub(super) fn new(params: MonitorParams, vehicle: &Vehicle) -> Result<Self, ConfigError> {
+        params
+            .checked()
+            .map(|params| Self::unchecked(params, vehicle))
+    }
+
+    /// The default of a controller.
+    pub(super) fn usual(vehicle: &Vehicle) -> Self {
+        Self::unchecked(MonitorParams::DEFAULT, vehicle)
+    }
+
+    fn unchecked(params: MonitorParams, vehicle: &Vehicle) -> Self {
+        Self {
+            params,
+            deviation_limit: params.deviation_limit.unwrap_or(0.5 * vehicle.wheelbase),
+        }
+    }
+
+    pub(super) fn params(&self) -> &MonitorParams {
+        &self.params
+    }
+
+    /// Compares a step with the angle `steer` [rad] that was commanded before it, and says what is
+    /// wrong; `last` is the cross-track error then [m].
+    #[inline]
+    pub(super) fn check(
+        &self,
+        car: &Vehicle,
+        monitored: &mut Option<MonitorState>,
+        steer: f64,
+        last: Option<f64>,
+        now: &Measured<'_>,
+    ) -> Status {
+        let at_rest = || MonitorState::settled(car.at_wheels(steer + car.steer_offset));
+        let monitored = monitored.get_or_insert_with(at_rest);
+        let is_deviating = self.check_path(monitored, now, last);
+        let is_implausible = self.check_turn(monitored, car, steer, now);
+        Status::DEVIATING.when(is_deviating) | Status::IMPLAUSIBLE.when(is_implausible)
+    }
+
+    /// Whether the vehicle is beyond the limit after it was within. A change of direction that
+    /// begins farther off is a new task, as a new path is: see `set_path` and `set_waypoint`.
+    #[inline]
+    fn check_path(
+        &self,
+        monitored: &mut MonitorState,
+        now: &Measured<'_>,
+        last: Option<f64>,
+    ) -> bool {
+        let error = now.here.closest.cross_track_error();
+        // The path turns round at a cusp: there the same place has an error of the other sign.
+        if let (true, Some(last)) = (now.here.direction_changed, last)
+            && (error + last).abs() > self.deviation_limit
+        {
+            monitored.within = false;
+        }
+        let is_within = error.abs() <= self.deviation_limit;
+        monitored.within |= is_within;
+        monitored.within && !is_within
+    }
+
+    /// Whether the vehicle turns otherwise than the commands explain, now or within the alarm time.
+    #[inline]
+    fn check_turn(
+        &self,
+        monitored: &mut MonitorState,
+        car: &Vehicle,
+        last: f64,
+        now: &Measured<'_>,
+    ) -> bool {
+        let (speed, dt) = (now.vehicle.speed, now.dt);
+        let (wheel, mean) = if let Some(wheel) = now.wheel {
+            (wheel, 0.5 * (monitored.wheel + wheel))
+        } else {
+            respond(car, monitored.wheel, last, dt)
+        };
+        monitored.wheel = wheel;
+        let share = speed / car.turning_length(speed);
+        let rate = share * tangent(mean);
+        let excess = share * (tangent(last) - last);
+
+        if now.here.direction_changed || dt > MonitorState::MAX_PERIOD {
+            monitored.interrupt();
+        }
+        monitored.alarm = saturate(monitored.alarm - dt, 0.0, MonitorState::ALARM_TIME);
+        if let Some(yaw) = monitored.yaw {
+            let turn = wrap(now.vehicle.yaw - yaw);
+            monitored.observe(turn, rate, excess, share, dt);
+            let is_beyond = monitored.is_beyond(self.params.turn_tolerance);
+            if is_beyond && monitored.time >= MonitorState::LEAST_TIME {
+                monitored.alarm = MonitorState::ALARM_TIME;
+            }
+        } else {
+            monitored.rate = rate;
+        }
+        monitored.yaw = Some(now.vehicle.yaw);
+        monitored.alarm > 0.0
+    }
+}
+
+/// The wheels at the angle `wheel` [rad] `dt` [s] later under the angle `command`, and their mean:
+/// the vehicle's response with a Pade approximant in place of the exponential. At most 3.3 % of a
+/// move is off up to a `dt` of the lag.
+#[inline]
+fn respond(car: &Vehicle, wheel: f64, command: f64, dt: f64) -> (f64, f64) {
+    let gap = car.at_wheels(command + car.steer_offset) - wheel;
+    let lag = car.steer_lag;
+    let turned = gap * (1.0 - lag * lag / (lag * lag + dt * (lag + 0.5 * dt)));
+    if let Some(rate) = car.max_steer_rate
+        && turned.abs() > rate * dt
+    {
+        let turned = (rate * dt).copysign(gap);
+        return (wheel + turned, wheel + 0.5 * turned);
+    }
+    (wheel + turned, wheel + gap - turned * (lag / dt))
+}
+
+/// A Pade approximant of the tangent: within 1 % up to 1.25 rad, finite up to a right angle.
+#[inline]
+fn tangent(angle: f64) -> f64 {
+    let square = angle * angle;
+    angle * (15.0 - square) / (15.0 - 6.0 * square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::tan;
+
+    #[test]
+    fn test_tangent_is_within_a_hundredth_and_finite_up_to_a_right_angle() {
+        for k in 1..=125 {
+            let angle = 0.01 * f64::from(k);
+            assert!((tangent(angle) / tan(angle) - 1.0).abs() < 0.01, "{angle}");
+        }
+        let right = tangent(core::f64::consts::FRAC_PI_2);
+        assert!(right.is_finite() && right > 10.0);
+    }
+
+    #[test]
+    fn test_modelled_wheels_respond_as_the_vehicles_within_a_thirtieth_of_the_move() {
+        for steer_lag in [0.0, 0.05, 0.2] {
+            for (dt, max_steer_rate) in [(0.05, None), (0.01, None), (0.05, Some(0.6))] {
+                let car = Vehicle {
+                    steer_lag,
+                    max_steer_rate,
+                    steer_offset: 0.02,
+                    ..Vehicle::PAPER
+                };
+                for (wheel, command) in [(0.1, 0.4), (0.3, -0.5), (-0.2, 0.1)] {
+                    let exact = car.move_wheel(wheel, command, dt);
+                    let (now, mean) = respond(&car, wheel, command, dt);
+                    let most = if steer_lag > 0.0 && max_steer_rate.is_some() {
+                        // The rate limits the move of the whole period, not its quickest part.
+                        0.6 * dt
+                    } else {
+                        0.033
+                            * (exact.wheel - wheel)
+                                .abs()
+                                .max((command + 0.02 - wheel).abs())
+                    };
+                    assert!(
+                        (now - exact.wheel).abs() <= most,
+                        "{now}, not {}",
+                        exact.wheel
+                    );
+                    assert!(
+                        (mean - exact.mean).abs() <= most,
+                        "{mean}, not {}",
+                        exact.mean
+                    );
+                    if let Some(rate) = max_steer_rate {
+                        assert!((now - wheel).abs() <= rate * dt + 1e-12);
+                    }
+                    if steer_lag <= 0.0 && max_steer_rate.is_some() {
+                        let turned = (0.6 * dt).copysign(command - wheel);
+                        assert!((now - wheel - turned).abs() < 1e-12);
+                        assert!((mean - wheel - 0.5 * turned).abs() < 1e-12);
+                    }
+                }
+            }
+        }
+    }
+}

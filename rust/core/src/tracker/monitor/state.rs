@@ -1,0 +1,219 @@
+//! What the monitor remembers: the turns of the last second, and what is known of the noise and of
+//! the steering offset.
+
+use crate::bounds::MAX_YAW;
+use crate::error::{InputError, input_in_range};
+use crate::math::{saturate, sqrt};
+use crate::vehicle::estimator::Estimator;
+
+/// The monitor's state; the turns are sums with exponential forgetting.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MonitorState {
+    /// Angle of the wheels by the vehicle's parameters [rad].
+    pub wheel: f64,
+    /// The yaw last measured [rad]; none where the motion since shows nothing.
+    pub yaw: Option<f64>,
+    /// The turn measured in the last period less the one expected [rad]; none before there was one.
+    pub residual: Option<f64>,
+    /// Turns measured [rad].
+    pub measured: f64,
+    /// Turns expected of the commands [rad].
+    pub expected: f64,
+    /// The same of a slower response [rad].
+    pub delayed: f64,
+    /// The turning rate of the slower response [rad/s].
+    pub rate: f64,
+    /// Turn by a radian of steering offset [rad]: negative where the vehicle drove backwards.
+    pub reach: f64,
+    /// How much more the commands would turn the vehicle than in proportion to their angle [rad].
+    pub excess: f64,
+    /// How long the noise has been measured, up to [`NOISE_TIME`](Self::NOISE_TIME) [s].
+    pub time: f64,
+    /// Variance of the noise of the measured yaw [rad^2].
+    pub noise: f64,
+    /// Turning rates of a radian of steering offset, squared, over the time [1/s].
+    pub offset_square: f64,
+    /// The same rates times the residuals [rad/s].
+    pub offset_sum: f64,
+    /// Remaining time of the alarm [s].
+    pub alarm: f64,
+    /// Whether the vehicle was within the limit of the deviation.
+    pub within: bool,
+}
+
+impl MonitorState {
+    /// Time over which turns are compared [s].
+    const WINDOW: f64 = 1.0;
+    /// The slower response lags by so much more than the vehicle's parameters say [s].
+    const SLOWER: f64 = 0.1;
+    /// A quicker one is ahead by this share of that.
+    const QUICKER: f64 = 0.3;
+    /// Unknown steering offset, before the motion has shown it [rad].
+    const OFFSET: f64 = 0.02;
+    /// How much motion halves it, as `offset_square` [1/s]: a quarter of a second at 8 m/s.
+    const OFFSET_DOUBT: f64 = 2.0;
+    /// Weight of a steering offset of 0 in the least squares [1/s]. Smaller values mistake stuck
+    /// wheels for a steering offset; larger values mistake a steering offset for stuck wheels.
+    const OFFSET_PRIOR: f64 = 8.0;
+    /// Time over which the steering offset is estimated [s]: too long for a fault to pass as one.
+    const OFFSET_TIME: f64 = 10.0;
+    /// Time over which the noise is measured [s].
+    pub const NOISE_TIME: f64 = 2.0;
+    /// Standard deviation of the noise before it is measured [rad], and for how long that counts.
+    const NOISE_PRIOR: (f64, f64) = (0.005, 0.05);
+    /// The share of the excess of large angles that is let pass: at commands that oscillate from
+    /// lock to lock, the tangent amplifies every error of the modelled wheels.
+    const EXCESS: f64 = 0.5;
+    /// How many standard deviations of the noise are let pass.
+    const DEVIATIONS: f64 = 5.0;
+    /// Nothing is concluded before the noise was measured for so long [s].
+    pub(super) const LEAST_TIME: f64 = 0.2;
+    /// Nothing is concluded from a longer period [s]: too much happens in it.
+    pub(super) const MAX_PERIOD: f64 = 0.3;
+    /// How long the vehicle is implausible after it last was beyond what is explained [s].
+    pub const ALARM_TIME: f64 = 2.0;
+    /// Bound that no valid input reaches.
+    const MAX: f64 = 1e100;
+    /// The same for a residual, little enough that the square of a change keeps to that.
+    const MAX_RESIDUAL: f64 = 1e49;
+
+    /// The state before the first step, with the wheels at the angle `wheel` [rad].
+    pub(crate) fn settled(wheel: f64) -> Self {
+        let (deviation, time) = Self::NOISE_PRIOR;
+        Self {
+            wheel,
+            yaw: None,
+            residual: None,
+            measured: 0.0,
+            expected: 0.0,
+            delayed: 0.0,
+            rate: 0.0,
+            reach: 0.0,
+            excess: 0.0,
+            time,
+            noise: deviation * deviation,
+            offset_square: 0.0,
+            offset_sum: 0.0,
+            alarm: 0.0,
+            within: false,
+        }
+    }
+
+    /// The motion until the next step is not used.
+    pub(crate) fn interrupt(&mut self) {
+        self.yaw = None;
+        self.residual = None;
+        self.measured = 0.0;
+        self.expected = 0.0;
+        self.delayed = 0.0;
+        self.reach = 0.0;
+        self.excess = 0.0;
+    }
+
+    /// Takes in a `turn` [rad] within `dt` [s] in which the commands made the vehicle turn at
+    /// `rate` [rad/s], a radian of steering offset at `share` [1/s]; the last command would by
+    /// `excess` [rad/s] more than in proportion to its angle.
+    #[inline]
+    pub(crate) fn observe(&mut self, turn: f64, rate: f64, excess: f64, share: f64, dt: f64) {
+        let expected = rate * dt;
+        let residual = turn - expected;
+        let kept = Self::WINDOW / (Self::WINDOW + dt);
+        self.rate += (rate - self.rate) * (dt / (Self::SLOWER + dt));
+        self.measured = (self.measured + turn) * kept;
+        self.expected = (self.expected + expected) * kept;
+        self.delayed = (self.delayed + self.rate * dt) * kept;
+        self.reach = (self.reach + share * dt) * kept;
+        self.excess = (self.excess + excess.abs() * dt) * kept;
+        self.observe_noise(residual, dt);
+        self.observe_offset(residual, share, dt);
+    }
+
+    /// Whether the turns are beyond what is explained by more than `tolerance` [rad].
+    ///
+    /// What is expected of the commands is itself explained, so most steps are done with that.
+    #[inline]
+    pub(crate) fn is_beyond(&self, tolerance: f64) -> bool {
+        (self.measured - self.expected).abs() > tolerance && self.unexplained() > tolerance
+    }
+
+    /// How far the turns are beyond what is explained, noise taken off [rad].
+    fn unexplained(&self) -> f64 {
+        let offset = self.offset_sum / (self.offset_square + Self::OFFSET_PRIOR);
+        let doubt = Self::OFFSET * Self::OFFSET_DOUBT / (Self::OFFSET_DOUBT + self.offset_square);
+        let (right, left) = if offset < 0.0 {
+            (offset - doubt, doubt)
+        } else {
+            (-doubt, offset + doubt)
+        };
+        let (right, left) = if self.reach < 0.0 {
+            (left, right)
+        } else {
+            (right, left)
+        };
+        let quicker = self.expected + Self::QUICKER * (self.expected - self.delayed);
+        let (least, most) = if quicker < self.delayed {
+            (quicker, self.delayed)
+        } else {
+            (self.delayed, quicker)
+        };
+        let (least, most) = (least + right * self.reach, most + left * self.reach);
+        let (low, high) = (Estimator::MIN_GAIN, Estimator::MAX_GAIN);
+        let least = least * if least > 0.0 { low } else { high };
+        let most = most * if most > 0.0 { high } else { low };
+        let (below, above) = (least - self.measured, self.measured - most);
+        let beyond = if below > above { below } else { above };
+        beyond - Self::EXCESS * self.excess - Self::DEVIATIONS * sqrt(self.noise)
+    }
+
+    /// A yaw with white noise of variance `s` makes turns whose differences have `6 s`.
+    #[inline]
+    fn observe_noise(&mut self, residual: f64, dt: f64) {
+        self.time = saturate(self.time + dt, 0.0, Self::NOISE_TIME);
+        if let Some(last) = self.residual {
+            let change = residual - last;
+            let weight = if dt < self.time { dt / self.time } else { 1.0 };
+            self.noise += (change * change / 6.0 - self.noise) * weight;
+        }
+        self.residual = Some(residual);
+    }
+
+    /// Least squares that forget, for the steering offset.
+    #[inline]
+    fn observe_offset(&mut self, residual: f64, share: f64, dt: f64) {
+        let kept = Self::OFFSET_TIME / (Self::OFFSET_TIME + dt);
+        let most = Estimator::MAX_STEER_OFFSET * share.abs() * dt;
+        self.offset_square = self.offset_square * kept + share * share * dt;
+        self.offset_sum = self.offset_sum * kept + share * saturate(residual, -most, most);
+    }
+
+    /// The state itself, where a vehicle could have shown it.
+    pub(crate) fn checked(self) -> Result<Self, InputError> {
+        let right = core::f64::consts::FRAC_PI_2;
+        for (value, low, high) in [
+            (self.wheel, -right, right),
+            (self.yaw.unwrap_or(0.0), -MAX_YAW, MAX_YAW),
+            (
+                self.residual.unwrap_or(0.0),
+                -Self::MAX_RESIDUAL,
+                Self::MAX_RESIDUAL,
+            ),
+            (self.measured, -Self::MAX, Self::MAX),
+            (self.expected, -Self::MAX, Self::MAX),
+            (self.delayed, -Self::MAX, Self::MAX),
+            (self.rate, -Self::MAX, Self::MAX),
+            (self.reach, -Self::MAX, Self::MAX),
+            (self.excess, 0.0, Self::MAX),
+            (self.time, 0.0, Self::NOISE_TIME),
+            (self.noise, 0.0, Self::MAX),
+            (self.offset_square, 0.0, Self::MAX),
+            (self.offset_sum, -Self::MAX, Self::MAX),
+            (self.alarm, 0.0, Self::ALARM_TIME),
+        ] {
+            input_in_range("monitor", value, low, high)?;
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests;

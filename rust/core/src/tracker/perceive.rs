@@ -1,0 +1,206 @@
+//! Measured and predicted vehicle of a step, from the pose, its age and the applied angle.
+
+use crate::bounds::MIN_DT;
+use crate::laws::{Belief, LateralLaw, LateralState};
+use crate::math::saturate;
+use crate::path::follow::Located;
+use crate::path::preview::Preview;
+use crate::path::view::PathView;
+use crate::tracker::reported::Reported;
+use crate::tracker::state::TrackerState;
+use crate::tracker::step::Tracker;
+use crate::vehicle::past::Past;
+use crate::vehicle::{AdaptParams, Estimate, InFlight, Vehicle, VehicleState};
+
+/// The vehicle at a step: as it is measured, and as it is predicted for the controller.
+pub(super) struct Perception {
+    /// The vehicle now; an old pose is rolled forward to now.
+    pub(super) here: VehicleState,
+    /// The vehicle when the next command reaches the wheels.
+    pub(super) predicted: VehicleState,
+    pub(super) belief: Belief,
+    /// Time between the last pose and this one [s]; 0 or less for a pose that was given before.
+    pub(super) observed: f64,
+    /// Distance travelled since the pose was measured [m].
+    pub(super) travel: f64,
+}
+
+impl<L: LateralLaw> Tracker<L> {
+    /// Measured and predicted vehicle, after all that is `reported`, which is checked.
+    #[inline]
+    pub(super) fn perceive(
+        &self,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Perception {
+        if let Some(applied) = reported.applied_steer {
+            // The angle that was applied takes the place of the last command.
+            state.steer = applied;
+            state.law.set_steer(applied);
+        }
+        if reported.pose_age > 0.0 || state.past.is_some() {
+            return self.perceive_aged(state, vehicle, dt, reported.pose_age);
+        }
+        let (predicted, belief) = self.predict_now(state, vehicle, dt);
+        Perception {
+            here: vehicle,
+            predicted,
+            belief,
+            observed: dt,
+            travel: 0.0,
+        }
+    }
+
+    /// [`perceive`](Self::perceive) for a pose that was measured `age` [s] ago: observes the motion
+    /// between the poses, puts the last command in flight, and predicts.
+    #[cold]
+    fn perceive_aged(
+        &self,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        age: f64,
+    ) -> Perception {
+        let car = self.vehicle();
+        let TrackerState {
+            steer,
+            in_flight,
+            past,
+            estimator,
+            ..
+        } = state;
+        let steer = *steer;
+        let mut in_flight = in_flight.as_mut().filter(|_| self.models);
+        // Nothing is remembered before the first pose with an age: the wheels count as still.
+        let past = past.get_or_insert_with(|| {
+            let standing = car.at_wheels(steer + car.steer_offset);
+            Past::settled(in_flight.as_ref().map_or(standing, |line| line.wheel()))
+        });
+        remember(car, past, in_flight.as_deref(), steer, dt);
+        let observed = past.since() - age;
+        let old = vehicle.ahead(car.no_slip());
+        let before = estimator.estimate.longer_dead_time;
+        // A pose that was given before carries no new information.
+        if observed >= MIN_DT {
+            if let (Some(adapt), Some(_)) = (self.adapt(), &in_flight) {
+                estimator.observe_turn(adapt, car, old, past.reached(age), observed);
+                // No command reaches the wheels before it is given: within a period the dead time
+                // grows by at most that period.
+                let longer = &mut estimator.estimate.longer_dead_time;
+                *longer = saturate(*longer, before - dt, before + dt);
+            }
+            past.see(age);
+        }
+        let estimate = match in_flight {
+            Some(_) => estimator.estimate,
+            None => Estimate::DEFAULT,
+        };
+        let (here, now) = if age > 0.0 {
+            let now = past.advance(car, old, age, &estimate).bounded();
+            (now.ahead(-car.no_slip()).bounded(), now)
+        } else {
+            (vehicle, old)
+        };
+        let (mut predicted, mut wheel) = (here, steer);
+        if let Some(in_flight) = &mut in_flight {
+            in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
+            wheel = in_flight.wheel();
+            if car.dead_time > 0.0 {
+                let (arriving, then) = in_flight.predict(car, now, &estimate);
+                predicted = arriving.bounded().ahead(-car.no_slip()).bounded();
+                wheel = then;
+            }
+        }
+        Perception {
+            here,
+            predicted,
+            belief: Belief { wheel, estimate },
+            observed,
+            travel: vehicle.speed * age,
+        }
+    }
+
+    /// The predicted vehicle of a pose that is not old: observes the motion since the last step,
+    /// puts the last command in flight, and predicts.
+    #[inline]
+    fn predict_now(
+        &self,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> (VehicleState, Belief) {
+        let car = self.law.vehicle();
+        // A tracker that models nothing ignores what a state of another vehicle holds.
+        let (true, Some(in_flight)) = (self.models, &mut state.in_flight) else {
+            let belief = Belief {
+                wheel: state.steer,
+                estimate: Estimate::DEFAULT,
+            };
+            return (vehicle, belief);
+        };
+        let estimator = &mut state.estimator;
+        let now = vehicle.ahead(car.no_slip());
+        let before = estimator.estimate.longer_dead_time;
+        if let Some(adapt) = self.adapt() {
+            let reached = in_flight.reaching(car, state.steer, dt);
+            estimator.observe_turn(adapt, car, now, reached, dt);
+        }
+        let estimate = estimator.estimate;
+        in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before);
+        if car.dead_time > 0.0 {
+            let (predicted, wheel) = in_flight.predict(car, now, &estimate);
+            // The input was valid, so its prediction is put within the bounds and not refused.
+            let predicted = predicted.bounded().ahead(-car.no_slip()).bounded();
+            (predicted, Belief { wheel, estimate })
+        } else {
+            let wheel = in_flight.wheel();
+            (vehicle, Belief { wheel, estimate })
+        }
+    }
+
+    /// Updates the estimated slip. `vehicle` is the measured pose, `dt` [s] after the last one;
+    /// `here` is the vehicle now, `travelled` [m] from that pose. A change of the driving direction
+    /// interrupts the estimation.
+    #[inline]
+    pub(super) fn observe_slip(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        adapt: &AdaptParams,
+        here: &Located,
+        vehicle: VehicleState,
+        (dt, travelled): (f64, f64),
+    ) {
+        let car = self.law.vehicle();
+        let now = vehicle.ahead(car.no_slip());
+        if here.direction_changed || here.vehicle.speed <= 0.0 {
+            state.estimator.last_measured = Some(now);
+            return;
+        }
+        let curvature = |travel: f64| {
+            let travel = travel.abs();
+            let mut turn = [0.0];
+            // The tracked point lies ahead of the no-slip point by about `reference_offset`.
+            let start = here.closest.arc_length(path) - self.follow().reference_offset - travel;
+            let start = start - travelled.abs();
+            let smoothing = 2.0 / 3.0 * car.wheelbase;
+            Preview::new(path, smoothing, here.closest.segment, start, travel)
+                .turns(start, travel, &mut turn);
+            let [turn] = turn;
+            here.mirror(turn / travel)
+        };
+        state.estimator.observe_slip(adapt, car, now, curvature, dt);
+        state.estimator.last_measured = Some(now);
+    }
+}
+
+/// Records `dt` [s] of the commanded angle `last` [rad]; it is in flight first if commands are.
+fn remember(car: &Vehicle, past: &mut Past, in_flight: Option<&InFlight>, last: f64, dt: f64) {
+    let last = core::iter::once((last, dt));
+    match in_flight {
+        Some(line) => past.elapse(car, line.commands().chain(last), line.wheel(), dt),
+        None => past.elapse(car, last, past.wheel(), dt),
+    }
+}

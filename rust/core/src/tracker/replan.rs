@@ -1,0 +1,137 @@
+//! A new path during a run: place, estimates and angle continue.
+//!
+//! A planner sends a path many times a second, mostly the last one shifted a little. The place on
+//! the new path is therefore that of the last projection, and only a path that lies elsewhere
+//! starts a hand-over.
+
+use crate::bounds::MIN_DT;
+use crate::geometry::{Point, get_distance};
+use crate::laws::{LateralLaw, LateralState};
+use crate::math::{PI, atan2, saturate, sqrt};
+use crate::path::index::STEP_BUDGET;
+use crate::path::locate::locate;
+use crate::path::projection::ClosestPoint;
+use crate::path::relocalise::relocalise_within;
+use crate::path::view::PathView;
+use crate::tracker::state::{HANDOVER_TIME, Handover, Place, TrackerState};
+use crate::tracker::step::Tracker;
+
+/// A path that passes the last projection farther off than this lies elsewhere, in wheelbases.
+/// Smaller values fade in more of a planner's noise; larger ones let the angle jump by more.
+const ELSEWHERE: f64 = 0.1;
+/// So does one whose direction there is another by more than half a radian: the cosine of that.
+/// The segments of a noisy plan differ by less.
+const ELSEWHERE_COSINE: f64 = 0.877_582_561_890_372_8;
+
+impl<L: LateralLaw> Tracker<L> {
+    /// The path `new` replaces `old`.
+    ///
+    /// The place on it is that of the last projection. Estimates, integral and commands in flight
+    /// continue; so does the whole state if the path is unchanged there. To a path that lies
+    /// elsewhere the command changes over from the present angle within [`HANDOVER_TIME`]; a
+    /// hand-over in progress keeps its end. Before the first step nothing changes.
+    pub fn set_path(
+        &self,
+        state: &mut TrackerState<L::State>,
+        old: &PathView<'_>,
+        new: &PathView<'_>,
+    ) {
+        let Some(last) = state.waypoint else {
+            state.measured_waypoint = None;
+            return;
+        };
+        let measured = state.measured_waypoint.unwrap_or(last);
+        if goes_on(old, new, last) && goes_on(old, new, measured) {
+            return;
+        }
+        let Some(place) = state.place else {
+            // After a jump it is not known where on the old path the vehicle was.
+            state.waypoint = None;
+            state.measured_waypoint = None;
+            state.law.change_path(None);
+            return state.hand_over();
+        };
+        let last = old.segment_at(last);
+        let (start, end) = old.segment(last);
+        let along = end - start;
+        let yaw = atan2(along.y, along.x);
+        let is_reverse = old.is_reverse(last);
+        // Where the vehicle looks.
+        let heading = if is_reverse { yaw + PI } else { yaw };
+        let opposite = self.follow().opposite_distance;
+        let found = relocalise_within(new, place.predicted, heading, opposite, STEP_BUDGET);
+        let closest = ClosestPoint::new(new, found.segment, place.predicted);
+
+        if state.measured_waypoint.is_some() {
+            let length = sqrt(along.x * along.x + along.y * along.y);
+            let along = Point::new(along.x / length, along.y / length);
+            let apart = get_distance(place.predicted, place.measured);
+            let reach = self.follow().search_distance + apart;
+            let found = locate(new, closest.segment, place.measured, along, reach, opposite);
+            state.measured_waypoint = Some(found.segment);
+        }
+        state.waypoint = Some(closest.segment);
+        state.place = Some(Place {
+            predicted: closest.point,
+            ..place
+        });
+
+        let changes_direction = new.is_reverse(closest.segment) != is_reverse;
+        let ahead = closest.along();
+        let lengths = sqrt(along.x * along.x + along.y * along.y)
+            * sqrt(ahead.x * ahead.x + ahead.y * ahead.y);
+        let cosine = (along.x * ahead.x + along.y * ahead.y) / lengths;
+        let is_askew = cosine < ELSEWHERE_COSINE;
+        if changes_direction {
+            state.law.leave_path();
+        } else if is_askew {
+            state.law.change_path(None);
+        } else {
+            state.law.change_path(Some(closest.cross_track_error()));
+        }
+        let limit = ELSEWHERE * self.vehicle().wheelbase;
+        if changes_direction || is_askew || closest.squared_distance > limit * limit {
+            state.hand_over();
+        }
+    }
+}
+
+impl<S: LateralState> TrackerState<S> {
+    /// Continues from the present angle: its difference to the controller's angle fades in the
+    /// remaining time of a hand-over in progress, or within [`HANDOVER_TIME`].
+    fn hand_over(&mut self) {
+        if let Some(monitor) = &mut self.monitor {
+            // A new path is a new task: the vehicle may start it beyond the limit.
+            monitor.within = false;
+        }
+        let remaining = match self.handover {
+            // Less than all of its time remains once a hand-over has begun.
+            Some(Handover {
+                offset: Some(_),
+                remaining,
+            }) => saturate(remaining, 0.0, HANDOVER_TIME - MIN_DT),
+            Some(Handover {
+                offset: None,
+                remaining,
+            }) => remaining,
+            None => HANDOVER_TIME,
+        };
+        self.handover = if self.law.set_steer(self.steer) {
+            None
+        } else {
+            Some(Handover {
+                offset: None,
+                remaining,
+            })
+        };
+    }
+}
+
+/// Whether `new` has the same segment at `waypoint` as `old`, driven in the same direction.
+fn goes_on(old: &PathView<'_>, new: &PathView<'_>, waypoint: usize) -> bool {
+    let segment = old.segment_at(waypoint);
+    waypoint < new.len()
+        && segment == new.segment_at(waypoint)
+        && old.segment(segment) == new.segment(segment)
+        && old.is_reverse(segment) == new.is_reverse(segment)
+}

@@ -1,0 +1,229 @@
+//! What a tracker remembers.
+
+use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
+use crate::error::{InputError, input_within};
+use crate::geometry::Point;
+use crate::laws::LateralState;
+use crate::math::{atan2, wrap};
+use crate::path::follow::Located;
+use crate::path::stop::Ahead;
+use crate::tracker::monitor::state::MonitorState;
+use crate::vehicle::past::Past;
+use crate::vehicle::{Estimator, InFlight, Vehicle, VehicleState};
+
+/// Time in which the difference to a driver's angle fades [s].
+pub const HANDOVER_TIME: f64 = 1.0;
+
+/// A hand-over: the difference to the angle that was taken over [rad], and its remaining time [s].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Handover {
+    /// None before the first step.
+    pub offset: Option<f64>,
+    /// From [`HANDOVER_TIME`] to 0.
+    pub remaining: f64,
+}
+
+/// Errors of the last step, which are repeated while an input is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation {
+    /// Cross-track error [m].
+    pub cross_track_error: f64,
+    /// Heading of the vehicle, mirrored where it drives backwards [rad].
+    pub yaw: f64,
+    /// Along the path [m].
+    pub along: Point,
+}
+
+impl Deviation {
+    #[inline]
+    pub(super) fn of(at: &Located) -> Self {
+        Self {
+            cross_track_error: at.closest.cross_track_error(),
+            yaw: at.vehicle.yaw,
+            along: at.closest.along(),
+        }
+    }
+
+    #[inline]
+    pub(super) fn heading_error(&self) -> f64 {
+        wrap(self.yaw - atan2(self.along.y, self.along.x))
+    }
+
+    /// Whether the heading error of `other` is that of this one, to the bit.
+    #[inline]
+    pub(super) fn heads_as(&self, other: &Self) -> bool {
+        self.yaw.to_bits() == other.yaw.to_bits()
+            && self.along.x.to_bits() == other.along.x.to_bits()
+            && self.along.y.to_bits() == other.along.y.to_bits()
+    }
+
+    pub(super) fn checked(self) -> Result<Self, InputError> {
+        let most = 4.0 * MAX_COORDINATE;
+        input_within("answer", self.cross_track_error, most)?;
+        input_within("answer", self.yaw, 2.0 * MAX_YAW)?;
+        input_within("answer", self.along.x, most)?;
+        input_within("answer", self.along.y, most)?;
+        Ok(self)
+    }
+}
+
+/// The projections of the last step, by which the place is found on another path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// That of the predicted vehicle [m].
+    pub predicted: Point,
+    /// That of the measured one [m].
+    pub measured: Point,
+}
+
+impl Place {
+    pub(super) fn checked(self) -> Result<Self, InputError> {
+        let most = 4.0 * MAX_COORDINATE;
+        for point in [self.predicted, self.measured] {
+            input_within("place", point.x, most)?;
+            input_within("place", point.y, most)?;
+        }
+        Ok(self)
+    }
+}
+
+/// The last step's command besides its angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// The measured vehicle.
+    pub measured: Deviation,
+    /// The predicted one.
+    pub predicted: Deviation,
+    /// The point aimed at [m].
+    pub target: Point,
+    /// Whether the path was driven backwards.
+    pub reverse: bool,
+    /// Reference speed and distance to the next stop.
+    pub ahead: Ahead,
+    /// The pose of the vehicle's point, and the speed.
+    pub vehicle: VehicleState,
+}
+
+impl Answer {
+    /// Before the first step: stop.
+    pub(super) const NOWHERE: Self = {
+        let deviation = Deviation {
+            cross_track_error: 0.0,
+            yaw: 0.0,
+            along: Point::new(1.0, 0.0),
+        };
+        Self {
+            measured: deviation,
+            predicted: deviation,
+            target: Point::new(0.0, 0.0),
+            reverse: false,
+            ahead: Ahead {
+                reference_speed: None,
+                distance_to_stop: 0.0,
+            },
+            vehicle: VehicleState::ORIGIN,
+        }
+    };
+    /// Bound of a distance along a path [m], which no valid path reaches.
+    const MAX_DISTANCE: f64 = 1e18;
+
+    pub(super) fn checked_ahead(&self) -> Result<(), InputError> {
+        let Ahead {
+            reference_speed,
+            distance_to_stop,
+        } = self.ahead;
+        let most = 2.0 * MAX_SPEED;
+        input_within("answer", reference_speed.unwrap_or(0.0), most)?;
+        if distance_to_stop < f64::INFINITY || distance_to_stop.is_nan() {
+            let most = Self::MAX_DISTANCE;
+            input_within("answer", distance_to_stop, most)?;
+        }
+        let vehicle = self.vehicle;
+        input_within("answer", vehicle.x, MAX_COORDINATE)?;
+        input_within("answer", vehicle.y, MAX_COORDINATE)?;
+        input_within("answer", vehicle.yaw, MAX_YAW)?;
+        input_within("answer", vehicle.speed, MAX_SPEED)?;
+        Ok(())
+    }
+}
+
+/// What a [`Tracker`](super::Tracker) remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackerState<S> {
+    /// What the controller remembers.
+    pub law: S,
+    /// The segment of the last projection of the predicted vehicle; none before the first step.
+    pub waypoint: Option<usize>,
+    /// The same of the measured vehicle, where there is a dead time.
+    pub measured_waypoint: Option<usize>,
+    /// Where both were projected to; none before the first step and after a jump.
+    pub place: Option<Place>,
+    /// The angle last commanded [rad].
+    pub steer: f64,
+    /// A hand-over that is not over.
+    pub handover: Option<Handover>,
+    /// How many inputs in a row were refused.
+    pub held: usize,
+    /// How much time they took, which the next step counts [s].
+    pub held_time: f64,
+    /// The time that the last step counted [s]; 0 before the first.
+    pub period: f64,
+    /// The last answer; none before the first step.
+    pub answer: Option<Answer>,
+    /// Commands in flight, if the vehicle is modelled.
+    pub in_flight: Option<InFlight>,
+    /// The wheels' recent angles; none before the first pose with an age.
+    pub past: Option<Past>,
+    /// The estimator's state.
+    pub estimator: Estimator,
+    /// What the monitor remembers; none before the first step.
+    pub monitor: Option<MonitorState>,
+}
+
+impl<S: LateralState> TrackerState<S> {
+    /// Sets the place on the path after a jump. The motion until then is not used for estimates.
+    pub fn set_waypoint(&mut self, waypoint: usize) {
+        self.waypoint = Some(waypoint);
+        self.measured_waypoint = None;
+        self.place = None;
+        self.estimator.last_measured = None;
+        if let Some(monitor) = &mut self.monitor {
+            monitor.interrupt();
+            monitor.within = false;
+        }
+    }
+
+    pub(super) fn take_over(&mut self, steer: f64) {
+        self.steer = steer;
+        self.handover = if self.law.set_steer(steer) {
+            None
+        } else {
+            Some(Handover {
+                offset: None,
+                remaining: HANDOVER_TIME,
+            })
+        };
+    }
+}
+
+/// The widest offset of a hand-over: from one end of the wheels to the other [rad].
+pub(super) fn widest_offset(vehicle: &Vehicle) -> f64 {
+    let offsets = vehicle.steer_offset.abs() + Estimator::MAX_STEER_OFFSET;
+    2.0 * vehicle.max_steer + offsets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_handover_reaches_from_one_end_of_the_wheels_to_the_other() {
+        let car = Vehicle {
+            max_steer: 0.6,
+            steer_offset: -0.05,
+            ..Vehicle::PAPER
+        };
+        let most = 1.2 + 0.05 + Estimator::MAX_STEER_OFFSET;
+        assert!((widest_offset(&car) - most).abs() < 1e-15);
+    }
+}

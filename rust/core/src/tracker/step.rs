@@ -1,0 +1,439 @@
+//! A whole control step: estimate, predict, locate, decide, limit.
+//!
+//! A [`Tracker`] runs a controller on a vehicle. It predicts the vehicle to the time when the next
+//! command reaches the wheels, keeps the commands within the vehicle's limits, takes over from a
+//! driver without a jump of the angle, and answers every input.
+
+use crate::bounds::{MAX_COORDINATE, MAX_DT, MIN_DT};
+use crate::error::{ConfigError, InputError, Requirement, input_in_range, input_within};
+use crate::geometry::Point;
+use crate::laws::law::check_steer;
+use crate::laws::{LateralLaw, LateralState};
+use crate::path::follow::{Follow, Located};
+use crate::path::relocalise::relocalise;
+use crate::path::stop::Ahead;
+use crate::path::view::PathView;
+use crate::status::Status;
+use crate::tracker::command::{Command, command};
+use crate::tracker::monitor::{Measured, Monitor, MonitorParams};
+use crate::tracker::reported::Reported;
+use crate::tracker::state::{
+    Answer, Deviation, HANDOVER_TIME, Handover, Place, TrackerState, widest_offset,
+};
+use crate::vehicle::state::checked_dt;
+use crate::vehicle::{AdaptParams, Estimate, Estimator, InFlight, Vehicle, VehicleState};
+
+/// A controller, and how it adapts to its vehicle.
+///
+/// With a dead time the controller gets the vehicle as predicted for the time when its command
+/// reaches the wheels. Commands keep the vehicle's limits of angle, rate and lateral acceleration.
+/// After a driver, or on another path, the command continues from the present angle: its difference
+/// to the controller's own angle fades linearly over [`HANDOVER_TIME`]; POP, whose next angle lies
+/// in the neighbourhood of the last, needs no fading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tracker<L> {
+    pub(super) law: L,
+    adapt: Option<AdaptParams>,
+    pub(super) monitor: Option<Monitor>,
+    /// Whether wheels and motion of the vehicle are modelled.
+    pub(super) models: bool,
+    /// Whether the controller's angle is the command as it is.
+    bare: bool,
+}
+
+impl<L: LateralLaw> Tracker<L> {
+    /// A tracker of `law` that adapts as given; not at all if none.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn new(law: L, adapt: Option<AdaptParams>) -> Result<Self, ConfigError> {
+        let adapt = match adapt {
+            Some(adapt) => Some(adapt.checked()?),
+            None => None,
+        };
+        Ok(Self::unchecked(law, adapt))
+    }
+
+    /// A tracker of `law` that adapts by the controller's default.
+    pub fn of(law: L) -> Self {
+        let adapt = law.default_adapt();
+        Self::unchecked(law, adapt)
+    }
+
+    fn unchecked(law: L, adapt: Option<AdaptParams>) -> Self {
+        let vehicle = *law.vehicle();
+        let models = law.predicts() || vehicle.dead_time > 0.0 || adapt.is_some();
+        let bare = !models
+            && vehicle.max_steer_rate.is_none()
+            && vehicle.max_lateral_acceleration.is_none()
+            && vehicle.steer_offset.to_bits() == 0;
+        Self {
+            law,
+            adapt,
+            monitor: Some(Monitor::usual(&vehicle)),
+            models,
+            bare,
+        }
+    }
+
+    /// The controller.
+    pub fn law(&self) -> &L {
+        &self.law
+    }
+
+    /// The vehicle that is steered.
+    pub fn vehicle(&self) -> &Vehicle {
+        self.law.vehicle()
+    }
+
+    /// How it adapts; none if it does not.
+    pub fn adapt(&self) -> Option<&AdaptParams> {
+        self.adapt.as_ref()
+    }
+
+    /// Which point of the vehicle is tracked, and how it is searched for on the path.
+    pub fn follow(&self) -> &Follow {
+        self.law.follow()
+    }
+
+    /// How far ahead of the pose's point the tracked point lies [m], driving forward.
+    pub fn tracked_point(&self) -> f64 {
+        self.follow().base + self.follow().reference_offset
+    }
+
+    /// The same with the controller made into another by `change`.
+    pub fn map<M: LateralLaw>(self, change: impl FnOnce(L) -> M) -> Tracker<M> {
+        let (models, bare) = (self.models, self.bare);
+        Tracker {
+            law: change(self.law),
+            adapt: self.adapt,
+            monitor: self.monitor,
+            models,
+            bare,
+        }
+    }
+
+    /// The state before the first step, with straight wheels.
+    pub fn initial_state(&self) -> TrackerState<L::State> {
+        TrackerState {
+            law: self.law.initial_state(),
+            waypoint: None,
+            measured_waypoint: None,
+            place: None,
+            steer: 0.0,
+            handover: None,
+            held: 0,
+            held_time: 0.0,
+            period: 0.0,
+            answer: None,
+            in_flight: self
+                .models
+                .then(|| InFlight::settled(self.law.vehicle(), 0.0)),
+            past: None,
+            estimator: Estimator::default(),
+            monitor: None,
+        }
+    }
+
+    /// The state before the first step of a vehicle that a driver leaves to the controller,
+    /// steering at the angle `steer` [rad].
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where `steer` is not within `max_steer`.
+    pub fn state_from(&self, steer: f64) -> Result<TrackerState<L::State>, InputError> {
+        check_steer("steer", steer, self.law.vehicle().max_steer)?;
+        let mut state = self.initial_state();
+        state.take_over(steer);
+        state.in_flight = self
+            .models
+            .then(|| InFlight::settled(self.law.vehicle(), steer));
+        Ok(state)
+    }
+
+    /// After a jump of the vehicle or of its localisation: finds the place that the next step
+    /// starts from, by [`relocalise`]. The rest of `state`
+    /// stays. Unlike a step it is exact everywhere, and visits every segment at worst.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the first of them that is not finite or beyond its bound; `state` is
+    /// then unchanged.
+    pub fn relocalise(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        x: f64,
+        y: f64,
+        yaw: f64,
+    ) -> Result<(), InputError> {
+        let speed = 0.0;
+        let vehicle = VehicleState { x, y, yaw, speed }.checked()?;
+        let follow = self.follow();
+        let base = vehicle.ahead(follow.base);
+        let position = Point::new(base.x, base.y);
+        let segment = relocalise(path, position, yaw, follow.opposite_distance);
+        state.set_waypoint(segment);
+        Ok(())
+    }
+
+    /// Whether `state` is one that this tracker could have on `path`.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], naming the field that is not.
+    pub fn check_state(
+        &self,
+        path: &PathView<'_>,
+        state: &TrackerState<L::State>,
+    ) -> Result<(), InputError> {
+        let vehicle = self.law.vehicle();
+        self.law.check_state(&state.law)?;
+        path.check_waypoint("waypoint", state.waypoint)?;
+        path.check_waypoint("measured_waypoint", state.measured_waypoint)?;
+        check_steer("steer", state.steer, vehicle.max_steer)?;
+        if let Some(Handover { offset, remaining }) = state.handover {
+            let widest = widest_offset(vehicle);
+            check_steer("handover_offset", offset.unwrap_or(0.0), widest)?;
+            input_in_range("handover_remaining", remaining, 0.0, HANDOVER_TIME)?;
+        }
+        if let Some(place) = state.place {
+            place.checked()?;
+        }
+        input_in_range("held_time", state.held_time, 0.0, MAX_DT)?;
+        input_in_range("period", state.period, 0.0, MAX_DT)?;
+        if let Some(answer) = state.answer {
+            answer.measured.checked()?;
+            answer.predicted.checked()?;
+            let most = 4.0 * MAX_COORDINATE;
+            input_within("answer", answer.target.x, most)?;
+            input_within("answer", answer.target.y, most)?;
+            answer.checked_ahead()?;
+        }
+        if let Some(past) = &state.past {
+            past.check()?;
+        }
+        state.estimator.checked(vehicle)?;
+        if let Some(monitor) = state.monitor {
+            monitor.checked()?;
+        }
+        match (self.models, &state.in_flight) {
+            (false, _) => Ok(()),
+            (true, Some(in_flight)) => {
+                in_flight.check(vehicle, state.estimator.estimate.longer_dead_time)
+            }
+            // Without a command in flight nothing could be predicted.
+            (true, None) => Err(InputError {
+                field: "commands_in_flight",
+                value: 0.0,
+                requirement: Requirement::CountInRange(1, InFlight::CAPACITY),
+            }),
+        }
+    }
+
+    /// The present estimates, with the fitted gain even if the controller does not use it.
+    pub fn estimate(&self, state: &TrackerState<L::State>) -> Estimate {
+        state.estimator.known()
+    }
+
+    /// One control step: `vehicle` is the pose of the vehicle's point and the speed, measured
+    /// `dt` [s] after those of the last step.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`] where a number in `vehicle`, or `dt`, is not finite or beyond its bound;
+    /// `state` is then unchanged.
+    #[inline]
+    pub fn step(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<Command, InputError> {
+        self.step_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The same for a vehicle that reports more than pose and speed.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step), and for what is `reported`.
+    #[inline]
+    pub fn step_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Command, InputError> {
+        let status = self.advance(path, state, vehicle, dt, reported)?;
+        Ok(command(state, status))
+    }
+
+    /// The angle of [`step`](Self::step) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step).
+    #[inline]
+    pub fn steer(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Result<f64, InputError> {
+        self.steer_reported(path, state, vehicle, dt, Reported::NOTHING)
+    }
+
+    /// The angle of [`step_reported`](Self::step_reported) alone [rad]; same state afterwards.
+    ///
+    /// # Errors
+    ///
+    /// As [`step_reported`](Self::step_reported).
+    #[inline]
+    pub fn steer_reported(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<f64, InputError> {
+        self.advance(path, state, vehicle, dt, reported)?;
+        Ok(state.steer)
+    }
+
+    #[inline]
+    pub(super) fn advance(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+        reported: Reported,
+    ) -> Result<Status, InputError> {
+        let vehicle = vehicle.checked()?;
+        let dt = checked_dt(dt)?;
+        let reported = reported.checked(self.law.vehicle())?;
+        let dt = state.elapse(dt);
+        let perception = self.perceive(state, vehicle, dt, reported);
+        let mut belief = perception.belief;
+
+        let follow = self.law.follow();
+        let at = follow.locate(path, state.waypoint, perception.predicted, dt);
+        state.waypoint = Some(at.closest.segment);
+        let measured = if self.law.vehicle().dead_time > 0.0 {
+            let measured = follow.locate(path, state.measured_waypoint, perception.here, dt);
+            state.measured_waypoint = Some(measured.closest.segment);
+            Some(measured)
+        } else {
+            // One that a state of another vehicle brought along may be none of this path.
+            state.measured_waypoint = None;
+            None
+        };
+        if let Some(adapt) = &self.adapt {
+            let place = measured.as_ref().unwrap_or(&at);
+            // A pose that was given before carries no new information.
+            if perception.observed >= MIN_DT {
+                let since = (perception.observed, perception.travel);
+                self.observe_slip(path, state, adapt, place, vehicle, since);
+            }
+            belief.estimate = state.estimator.estimate;
+        }
+
+        let here = measured.as_ref().unwrap_or(&at);
+        let fault = self.find_faults(state, here, perception.here, dt);
+
+        if !self.bare {
+            // The angle of the last command, with the present estimate of the offset.
+            let offset = self.law.vehicle().steer_offset + belief.estimate.steer_offset;
+            let last = self.law.vehicle().at_wheels(state.steer + offset);
+            state.law.set_steer(last);
+        }
+        let decision = self.law.decide(path, &mut state.law, &at, &belief);
+        let steer = at.mirror(decision.steer);
+        state.held = 0;
+        let limited = if self.bare && state.handover.is_none() {
+            state.steer = steer;
+            false
+        } else {
+            self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
+        };
+        let predicted = Deviation::of(&at);
+        let ahead = Ahead::of(path, follow, measured.as_ref().unwrap_or(&at));
+        let answer = Answer {
+            measured: measured.as_ref().map_or(predicted, Deviation::of),
+            predicted,
+            target: decision.target,
+            reverse: at.reverse,
+            ahead,
+            vehicle: perception.here,
+        };
+        state.answer = Some(answer);
+        state.place = Some(Place {
+            predicted: at.closest.point,
+            measured: measured
+                .as_ref()
+                .map_or(at.closest.point, |at| at.closest.point),
+        });
+        let status = decision.status
+            | fault
+            | Status::SATURATED.when(limited)
+            | Status::END_OF_PATH.when(at.past_end)
+            | Status::OFF_PATH.when(at.off_path);
+        Ok(status)
+    }
+
+    /// The same tracker with these thresholds of its monitor; without a monitor if none.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming the parameter that is out of its range.
+    pub fn monitored(mut self, params: Option<MonitorParams>) -> Result<Self, ConfigError> {
+        self.monitor = match params {
+            Some(params) => Some(Monitor::new(params, self.law.vehicle())?),
+            None => None,
+        };
+        Ok(self)
+    }
+
+    /// The thresholds of its monitor; none without a monitor.
+    pub fn monitor(&self) -> Option<&MonitorParams> {
+        self.monitor.as_ref().map(Monitor::params)
+    }
+
+    /// Compares the measured motion with the last commands, and returns the faults.
+    #[inline]
+    fn find_faults(
+        &self,
+        state: &mut TrackerState<L::State>,
+        here: &Located,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Status {
+        let Some(monitor) = &self.monitor else {
+            return Status::OK;
+        };
+        // A tracker that models nothing ignores what a state of another vehicle holds.
+        let in_flight = state.in_flight.as_ref().filter(|_| self.models);
+        let now = Measured {
+            here,
+            vehicle,
+            wheel: in_flight.map(InFlight::wheel),
+            dt,
+        };
+        let answer = state.answer.as_ref();
+        let last = answer.map(|answer| answer.measured.cross_track_error);
+        monitor.check(
+            self.law.vehicle(),
+            &mut state.monitor,
+            state.steer,
+            last,
+            &now,
+        )
+    }
+}
