@@ -1,27 +1,21 @@
 """Output files written whole or not at all.
 
-The bytes go to a temporary file in the same folder, which then takes the name of the target in one
-step. Whoever reads the target sees the old file or the new one, and a failure leaves the old one.
-What a killed process leaves of temporary files goes with the next write to the same folder.
+The bytes go to a temporary folder beside the target, from where they take its name in one step.
+Whoever reads the target sees the old file or the new one, and a failure leaves the old one.
 """
 
 from __future__ import annotations
 
 import errno
 import os
-import secrets
 import stat
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
-
-with suppress(ImportError):  # not on Windows, where nothing is locked and so nothing swept
-    import fcntl
-
-_LOCKS = "fcntl" in globals()
 
 __all__ = [
     "check_files",
@@ -30,9 +24,6 @@ __all__ = [
     "write_files_atomic",
     "write_text_atomic",
 ]
-
-_PREFIX = ".popsteer-"
-_SUFFIX = ".tmp"
 
 
 def check_files(paths: Iterable[str | os.PathLike[str]]) -> None:
@@ -181,8 +172,6 @@ def write_files_atomic(files: Mapping[Path, bytes]) -> None:
     for path in files:
         with _naming(path):
             targets[path] = _target(path)
-    for folder in {target.parent for target in targets.values() if target is not None}:
-        _sweep(folder)
     with ExitStack() as stack:
         staged = []
         for path, target in targets.items():
@@ -190,10 +179,12 @@ def write_files_atomic(files: Mapping[Path, bytes]) -> None:
                 continue
             with _naming(path):
                 target.parent.mkdir(parents=True, exist_ok=True)
-                temporary, descriptor = stack.enter_context(_temporary(target.parent))
-                # Closing a copy writes all out, or fails, while the file is still its temporary.
-                with os.fdopen(os.dup(descriptor), "wb") as stream:
-                    stream.write(files[path])
+                # A folder, as a file of `tempfile` would not have the permissions of the umask.
+                folder = TemporaryDirectory(
+                    dir=target.parent, prefix=".popsteer-", ignore_cleanup_errors=True
+                )
+                temporary = Path(stack.enter_context(folder)) / target.name
+                temporary.write_bytes(files[path])
                 staged.append((path, temporary, target))
         for path, temporary, target in staged:
             with _naming(path):
@@ -234,64 +225,5 @@ def _try_out(folder: Path) -> None:
         return
     if not stat.S_ISDIR(mode):
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
-    _sweep(folder)
-    with _temporary(folder):
+    with TemporaryFile(dir=folder, prefix=".popsteer-"):
         pass
-
-
-@contextmanager
-def _temporary(folder: Path) -> Iterator[tuple[Path, int]]:
-    """Make a file; it goes on leaving, unless it has got another name."""
-    path, descriptor = _make_locked(folder)
-    try:
-        yield path, descriptor
-    finally:
-        with suppress(OSError):
-            path.unlink()
-        os.close(descriptor)
-
-
-def _make_locked(folder: Path) -> tuple[Path, int]:
-    """Make a file under a name that is not in use, and lock it against `_sweep`."""
-    while True:
-        path = folder / f"{_PREFIX}{secrets.token_hex(8)}{_SUFFIX}"
-        # The permissions are those of the umask, unlike tempfile's 0600.
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
-        try:
-            if _lock(descriptor) and os.fstat(descriptor).st_nlink:
-                return path, descriptor
-        except OSError:
-            return path, descriptor  # no locks on this disk, so that nobody sweeps here either
-        os.close(descriptor)  # swept in the moment before it was locked
-
-
-def _sweep(folder: Path) -> None:
-    """Remove the temporary files that killed processes have left in a folder.
-
-    Who writes one holds a lock on it, and the kernel lifts the lock when the process ends, however
-    it ends. The id of the process would tell less: it is used again by others, and means nothing
-    in another container or on another host.
-    """
-    if not _LOCKS:
-        return
-    with suppress(OSError):
-        for path in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
-            with suppress(OSError):  # somebody else's, or swept by another meanwhile
-                # Neither to follow a link nor to wait at a pipe that has such a name.
-                descriptor = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
-                try:
-                    if stat.S_ISREG(os.fstat(descriptor).st_mode) and _lock(descriptor):
-                        path.unlink()
-                finally:
-                    os.close(descriptor)
-
-
-def _lock(descriptor: int) -> bool:
-    """Lock a file for oneself; false where another has it."""
-    if not _LOCKS:
-        return True
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True

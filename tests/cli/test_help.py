@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import subprocess
 import sys
 from typing import TYPE_CHECKING
 
@@ -122,3 +123,19 @@ def test_progress_on_a_terminal_shows_what_is_done_and_goes_away(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert "figures" in captured.err
+
+
+def test_help_of_every_command_needs_nothing_that_windows_lacks() -> None:
+    code = f"""
+import sys
+sys.modules.update(fcntl=None, resource=None, termios=None)
+from popsteer.cli import main
+for name in {_COMMANDS!r}:
+    try:
+        main([name, "--help"])
+    except SystemExit as end:
+        assert end.code == 0, name
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.count("Usage: popsteer ") == len(_COMMANDS)

@@ -1,12 +1,8 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
-import signal
 import stat
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -163,18 +159,12 @@ def test_write_files_one_refused_writes_none(tmp_path: Path) -> None:
 def test_write_files_disk_full_at_the_last_writes_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fdopen = os.fdopen
-    opened: list[int] = []
-
-    def full(descriptor: int, mode: str) -> object:
-        opened.append(descriptor)
-        if len(opened) < 3:
-            return fdopen(descriptor, mode)
-        os.close(descriptor)
-        return Path("/dev/full").open(mode)
+    def full(path: Path, data: bytes) -> int:
+        with (Path("/dev/full") if path.name == "c" else path).open("wb") as stream:
+            return stream.write(data)
 
     (tmp_path / "a").write_bytes(b"old")
-    monkeypatch.setattr(os, "fdopen", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OSError, match="No space left on device") as caught:
         write_files_atomic({tmp_path / name: b"new" for name in "abc"})
     assert caught.value.filename == str(tmp_path / "c")
@@ -207,99 +197,3 @@ def test_check_follows_links_that_lead_nowhere_yet(tmp_path: Path) -> None:
     assert caught.value.filename == str(tmp_path / "bad")
     with pytest.raises(NotADirectoryError):
         check_folder(tmp_path / "bad")
-
-
-# Writes one file and stays where its temporary is about to get the name.
-_WRITER = """
-import signal, sys
-from pathlib import Path
-from popsteer.files import write_bytes_atomic
-
-def stay(*_):
-    print("staged", flush=True)
-    signal.pause()
-
-Path.replace = stay
-write_bytes_atomic(sys.argv[1], b"new")
-"""
-
-
-def _temporaries(folder: Path) -> list[str]:
-    return sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".tmp"))
-
-
-@posix_only
-@pytest.mark.parametrize("write", [False, True], ids=["check", "write"])
-def test_temporary_of_a_killed_process_goes_with_the_next_and_of_a_live_one_stays(
-    tmp_path: Path, write: bool
-) -> None:
-    def next_run() -> None:
-        if write:
-            write_bytes_atomic(tmp_path / "b", b"next")
-        else:
-            check_files([tmp_path / "b"])
-
-    line = [sys.executable, "-c", _WRITER, str(tmp_path / "a")]
-    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            assert process.stdout.readline() == "staged\n"
-            before = _temporaries(tmp_path)
-            assert len(before) == 1
-            next_run()
-            assert _temporaries(tmp_path) == before
-            process.send_signal(signal.SIGSTOP)
-            next_run()
-            assert _temporaries(tmp_path) == before
-        finally:
-            process.kill()
-    assert _temporaries(tmp_path) == before
-    next_run()
-    assert [entry.name for entry in tmp_path.iterdir()] == (["b"] if write else [])
-
-
-@posix_only
-def test_sweep_leaves_alone_what_is_no_temporary_file(tmp_path: Path) -> None:
-    (tmp_path / "mine").write_bytes(b"mine")
-    os.mkfifo(tmp_path / ".popsteer-pipe.tmp")
-    (tmp_path / ".popsteer-folder.tmp").mkdir()
-    (tmp_path / ".popsteer-link.tmp").symlink_to(tmp_path / "mine")
-    (tmp_path / "popsteer-note.tmp").write_bytes(b"mine")
-    before = sorted(tmp_path.iterdir())
-    (tmp_path / ".popsteer-0123456789abcdef.tmp").write_bytes(b"left by an older version")
-    write_bytes_atomic(tmp_path / "mine", b"new")
-    assert sorted(tmp_path.iterdir()) == before
-
-
-@posix_only
-def test_write_bytes_swept_before_it_is_locked_takes_another_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    flock = fcntl.flock
-    swept: list[str] = []
-
-    def late(descriptor: int, operation: int) -> None:
-        if not swept:
-            swept.extend(_temporaries(tmp_path))
-            (tmp_path / swept[0]).unlink()
-        flock(descriptor, operation)
-
-    monkeypatch.setattr(fcntl, "flock", late)
-    write_bytes_atomic(tmp_path / "a", b"new")
-    assert len(swept) == 1
-    assert [entry.name for entry in tmp_path.iterdir()] == ["a"]
-    assert (tmp_path / "a").read_bytes() == b"new"
-
-
-@posix_only
-def test_write_bytes_on_a_disk_without_locks_sweeps_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_: object) -> None:
-        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
-
-    monkeypatch.setattr(fcntl, "flock", refuse)
-    (tmp_path / ".popsteer-0123456789abcdef.tmp").write_bytes(b"perhaps in use")
-    write_bytes_atomic(tmp_path / "a", b"new")
-    names = sorted(entry.name for entry in tmp_path.iterdir())
-    assert names == [".popsteer-0123456789abcdef.tmp", "a"]

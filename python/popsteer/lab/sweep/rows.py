@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import fcntl
 import io
 import json
 import os
@@ -93,10 +92,6 @@ class Journal:
             raise PopsteerError(f"{file}: is no regular file")
         stream = file.open("a+b", buffering=0)
         try:
-            try:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise PopsteerError(f"{file}: another process is writing it") from None
             self._resume(stream)
         except BaseException:
             stream.close()
@@ -125,6 +120,10 @@ class Journal:
         self._file.unlink(missing_ok=True)
 
     def _resume(self, stream: IO[bytes]) -> None:
+        from filelock import lock_descriptor
+
+        if not lock_descriptor(stream.fileno(), blocking=False):
+            raise PopsteerError(f"{self._file}: another process is writing it")
         stream.seek(0)
         data = stream.read()
         whole = data.rfind(b"\n") + 1

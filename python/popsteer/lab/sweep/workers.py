@@ -60,7 +60,10 @@ def on_processes(
     `progress` is called with the number of runs that are done. Raises PopsteerError where the
     processes die again and again.
     """
-    workers = len(os.sched_getaffinity(0)) if workers is None else workers
+    if workers is None:
+        # Windows and macOS do not tell which cores a process may use.
+        affinity = getattr(os, "sched_getaffinity", None)
+        workers = (os.cpu_count() or 1) if affinity is None else len(affinity(0))
     remaining = _chunks(runs, workers)
     done = 0
     for _ in range(_ATTEMPTS):
