@@ -3,18 +3,20 @@
     python tests/fuzz/run.py                      # every target, 60 s each
     python tests/fuzz/run.py laws --seconds 600
     python tests/fuzz/run.py laws --input FILE    # one input again
+    python tests/fuzz/run.py laws --add FILE ...  # inputs into corpus/laws.hex, to be replayed
     python tests/fuzz/run.py --keep               # the least inputs that reach all, into corpus/
 
-Each run starts from the inputs in `corpus/TARGET` and those that earlier runs left in
-`out/fuzz/TARGET/corpus`. An input that breaks a rule goes to `out/fuzz/TARGET`, and the exit code
-is then 1; 2 where something needed is missing. What was executed goes to `out/fuzz/runs`, of which
-`table.py` makes the table in docs/fuzzing.md.
+Each run starts from the inputs in `corpus/TARGET.hex`, one a line in hexadecimal, sorted, and those
+that earlier runs left in `out/fuzz/TARGET/corpus`. An input that breaks a rule goes to
+`out/fuzz/TARGET`, and the exit code is then 1; 2 where something needed is missing. What was
+executed goes to `out/fuzz/runs`, of which `table.py` makes the table in docs/fuzzing.md.
 """
 
 from __future__ import annotations
 
 import argparse
 import datetime as dt
+import hashlib
 import importlib.util
 import json
 import os
@@ -29,11 +31,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 OUT = ROOT / "out" / "fuzz"
+CORPUS = HERE / "corpus"
 TARGET_DIR = ROOT / "target" / "fuzz"
 
 CORE = ("path", "laws", "limited", "vehicle", "longitudinal", "speed_tracker", "predict")
@@ -76,6 +79,27 @@ class Result:
     findings: list[str]
 
 
+def read_corpus(target: str) -> list[bytes]:
+    """Every input that is kept for a target."""
+    text = (CORPUS / f"{target}.hex").read_text(encoding="ascii")
+    return [bytes.fromhex(line) for line in text.splitlines()]
+
+
+def write_corpus(target: str, inputs: Iterable[bytes]) -> None:
+    """Keep these inputs for a target; the empty one is replayed anyway."""
+    lines = sorted({data.hex() for data in inputs if data})
+    text = "".join(f"{line}\n" for line in lines)
+    (CORPUS / f"{target}.hex").write_text(text, encoding="ascii", newline="\n")
+    print(f"{target}: {len(lines)} inputs, {sum(map(len, lines)) // 2} bytes")
+
+
+def unpack(target: str, folder: Path) -> None:
+    """Write the kept inputs of a target into a new folder, each as a file, as libFuzzer reads."""
+    folder.mkdir()
+    for data in read_corpus(target):
+        (folder / hashlib.sha1(data, usedforsecurity=False).hexdigest()).write_bytes(data)
+
+
 def core_program(target: str) -> list[str]:
     """Command of a target of the core, built first."""
     for tool in ("cargo", "rustc"):
@@ -114,9 +138,10 @@ def limits(target: str) -> list[str]:
 def fuzz(target: str, program: Sequence[str], seconds: int) -> Result:
     """Fuzz one target for so long."""
     folder = OUT / target
-    grown, kept, log = folder / "corpus", HERE / "corpus" / target, folder / "log"
-    for each in (grown, kept):
-        each.mkdir(parents=True, exist_ok=True)
+    grown, kept, log = folder / "corpus", folder / "kept", folder / "log"
+    grown.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(kept, ignore_errors=True)
+    unpack(target, kept)
     command = [
         *program,
         *limits(target),
@@ -146,21 +171,24 @@ def fuzz(target: str, program: Sequence[str], seconds: int) -> Result:
 
 def keep(target: str) -> None:
     """Replace the corpus in the tree by the fewest inputs that reach what all inputs reach."""
-    kept = HERE / "corpus" / target
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as temporary:
+        kept, least = Path(temporary, "kept"), Path(temporary, "least")
+        unpack(target, kept)
+        least.mkdir()
         # Branches reached count; of the reader's few, how often they were too.
         counters = f"-use_counters={int(target == CSV)}"
         command = [*program(target), *limits(target), "-set_cover_merge=1", counters]
-        sources = [str(kept), str(OUT / target / "corpus")]
+        sources = [folder for folder in (kept, OUT / target / "corpus") if folder.is_dir()]
         subprocess.run(
-            [*command, folder, *sources], check=True, capture_output=True, stdin=subprocess.DEVNULL
+            [*command, str(least), *map(str, sources)],
+            check=True,
+            capture_output=True,
+            stdin=subprocess.DEVNULL,
         )
-        if not any(Path(folder).iterdir()):
-            raise Missing(f"{target}: libFuzzer kept no input at all; the corpus stays as it is")
-        shutil.rmtree(kept, ignore_errors=True)
-        shutil.copytree(folder, kept)
-    sizes = [file.stat().st_size for file in kept.iterdir()]
-    print(f"{target}: kept {len(sizes)} inputs, {sum(sizes)} bytes")
+        inputs = [file.read_bytes() for file in least.iterdir()]
+    if not inputs:
+        raise Missing(f"{target}: libFuzzer kept no input at all; the corpus stays as it is")
+    write_corpus(target, inputs)
 
 
 def show(result: Result) -> None:
@@ -215,24 +243,42 @@ def run_all(targets: Sequence[str], seconds: int) -> int:
     return int(any(result.findings for result in results))
 
 
-def main() -> int:
-    """Read the command line and do what it says."""
+def parse() -> argparse.Namespace:
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of {', '.join(CORE)}, {CSV}")
     parser.add_argument("--seconds", type=int, default=60, help="for each target (default: 60)")
-    parser.add_argument("--input", type=Path, metavar="FILE", help="run this input alone")
-    parser.add_argument("--keep", action="store_true", help="minimise the corpus into the tree")
+    one = parser.add_mutually_exclusive_group()
+    one.add_argument("--input", type=Path, metavar="FILE", help="run this input alone")
+    one.add_argument("--add", type=Path, nargs="+", metavar="FILE", help="keep these inputs")
+    one.add_argument("--keep", action="store_true", help="minimise the corpus into the tree")
     asked = parser.parse_args()
-    targets = asked.targets or [*CORE, CSV]
-    unknown = [target for target in targets if target not in LONGEST_INPUT]
+    unknown = [target for target in asked.targets if target not in LONGEST_INPUT]
     if unknown:
         parser.error(f"unknown target {unknown[0]!r}; known: {', '.join(LONGEST_INPUT)}")
     if asked.seconds < 1:
         parser.error(f"--seconds must be at least 1, got {asked.seconds}")
+    files = [asked.input] if asked.input else asked.add or []
+    if files and len(asked.targets) != 1:
+        parser.error(f"an input is one target's: name it, one of {', '.join(LONGEST_INPUT)}")
+    for file in files:
+        if not file.is_file():
+            parser.error(f"{file} is no file")
+    return asked
+
+
+def main() -> int:
+    """Do what the command line says; the exit code."""
+    asked = parse()
+    targets = asked.targets or [*CORE, CSV]
     try:
         if asked.input:
             command = [*program(targets[0]), str(asked.input.resolve())]
             return int(subprocess.run(command, check=False).returncode != 0)
+        if asked.add:
+            added = [file.read_bytes() for file in asked.add]
+            write_corpus(targets[0], [*read_corpus(targets[0]), *added])
+            return 0
         if asked.keep:
             for target in targets:
                 keep(target)

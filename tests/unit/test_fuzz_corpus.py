@@ -6,19 +6,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.fuzz import csv_reader
-from tests.helpers import ROOT
+from tests.fuzz import csv_reader, run
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-CORPUS = sorted((ROOT / "tests" / "fuzz" / "corpus" / "csv_reader").iterdir())
-
 
 def test_csv_reader_corpus_replayed_breaks_no_rule(tmp_path: Path) -> None:
-    assert len(CORPUS) >= 10
-    for kept in CORPUS:
-        csv_reader.check(kept.read_bytes(), tmp_path / "waypoints.csv")
+    inputs = run.read_corpus(run.CSV)
+    assert len(inputs) >= 10
+    for kept in inputs:
+        csv_reader.check(kept, tmp_path / "waypoints.csv")
 
 
 def test_csv_reader_check_of_a_wrong_reader_fails(

@@ -6,12 +6,16 @@ import os
 import shutil
 import subprocess
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.fuzz import run as fuzz
 from tests.fuzz import table
 from tests.helpers import ROOT
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -31,12 +35,50 @@ def test_fuzz_run_without_a_cpp_compiler_says_so() -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(["lawz"], "unknown target 'lawz'"), (["--seconds", "0"], "at least 1, got 0")],
+    [
+        (["lawz"], "unknown target 'lawz'"),
+        (["--seconds", "0"], "at least 1, got 0"),
+        (["--add", "found"], "an input is one target's: name it"),
+        (["laws", "--input", "none/such"], "none/such is no file"),
+    ],
 )
 def test_fuzz_run_bad_argument_is_named(arguments: list[str], message: str) -> None:
     done = run(*arguments)
     assert done.returncode == 2
     assert message in done.stderr
+
+
+def test_fuzz_corpus_written_is_read_again_and_one_more_input_is_one_more_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fuzz, "CORPUS", tmp_path)
+    every = bytes(range(256))
+    fuzz.write_corpus("laws", [b"\r\n", every, b"", b"\r\n"])
+    file = tmp_path / "laws.hex"
+    before = file.read_text(encoding="ascii").splitlines()
+    assert fuzz.read_corpus("laws") == [every, b"\r\n"]
+    found = tmp_path / "crash-1"
+    found.write_bytes(b"\x05new")
+    monkeypatch.setattr(sys, "argv", ["run.py", "laws", "--add", str(found)])
+    assert fuzz.main() == 0
+    after = file.read_text(encoding="ascii").splitlines()
+    assert [line for line in after if line != "056e6577"] == before
+    assert len(after) == len(before) + 1
+    fuzz.unpack("laws", tmp_path / "unpacked")
+    unpacked = sorted(file.read_bytes() for file in (tmp_path / "unpacked").iterdir())
+    assert unpacked == fuzz.read_corpus("laws")
+
+
+def test_fuzz_corpus_of_every_target_is_as_the_runner_writes_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = {target: fuzz.read_corpus(target) for target in fuzz.LONGEST_INPUT}
+    files = {file.name: file.read_bytes() for file in fuzz.CORPUS.iterdir()}
+    monkeypatch.setattr(fuzz, "CORPUS", tmp_path)
+    for target, inputs in kept.items():
+        assert max(map(len, inputs)) <= fuzz.LONGEST_INPUT[target], target
+        fuzz.write_corpus(target, inputs)
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == files
 
 
 def test_fuzz_table_adds_up_runs_and_keeps_the_reader_apart() -> None:

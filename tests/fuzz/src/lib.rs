@@ -2,7 +2,7 @@
 //! panics where an answer breaks a rule.
 //!
 //! A target is a module with a function `check`; its program in `src/bin` hands it to libFuzzer,
-//! and `tests/replay.rs` runs it on each file of `corpus/NAME` without.
+//! and `tests/replay.rs` runs it on each input of `corpus/NAME.hex` without.
 
 mod backwards;
 pub mod bytes;
