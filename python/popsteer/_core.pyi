@@ -58,6 +58,7 @@ __all__ = [
     "StanleyParams",
     "StanleyState",
     "Vehicle",
+    "_InFlight",
     "__version__",
     "_path_curvature",
     "_plan_speeds",
@@ -1278,6 +1279,13 @@ class Simulation:
     ) -> None: ...
     def metrics(self) -> dict[str, Any]: ...
     def records(self) -> dict[str, NDArray[Any]]: ...
+
+@final
+class _InFlight:
+    def __new__(cls, vehicle: Vehicle) -> Self: ...
+    def advance(
+        self, last: float, dt: float, x: float, y: float, yaw: float, speed: float
+    ) -> tuple[float, float, float, float, float]: ...
 
 def _path_curvature(path: Path, smoothing_length: float) -> _Floats: ...
 def _plan_speeds(

@@ -19,6 +19,7 @@ mod driving;
 mod episodes;
 mod errors;
 mod functions;
+mod in_flight;
 mod lateral;
 mod longitudinal;
 mod many;
@@ -56,6 +57,7 @@ mod _core {
             get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition,
             wrap,
         },
+        in_flight::PyInFlight,
         lateral::{
             PyBangBang, PyBangBangParams, PyBangBangState, PyMonitorParams, PyPid, PyPidParams,
             PyPidState, PyPop, PyPopParams, PyPopState, PyPreviewPop, PyPreviewPopParams,

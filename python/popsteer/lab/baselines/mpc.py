@@ -12,14 +12,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from popsteer._core import Vehicle
+from popsteer._core import Vehicle, _InFlight
 from popsteer.lab.baselines.ahead import Ahead
 from popsteer.lab.baselines.mpc_params import MpcParams
 from popsteer.lab.baselines.mpc_problem import Instant, Problem
-from popsteer.reference import Vehicle as Chain
-from popsteer.reference.vehicle.delay import InFlight
-from popsteer.reference.vehicle.estimate import Corrections
-from popsteer.reference.vehicle.state import VehicleState, checked_dt
 from popsteer.status import Status
 
 if TYPE_CHECKING:
@@ -33,7 +29,6 @@ _LEAST_SPEED = 1.0 / 3.0
 # Farther from the path, in wheelbases, the linear model says nothing; from there on it is
 # approached as from here.
 _MOST_ERROR, _MOST_HEADING = 1.0, 1.0
-_AS_GIVEN = Corrections()
 
 
 class MpcCommand(NamedTuple):
@@ -82,8 +77,8 @@ class Mpc:
         self.params = MpcParams() if params is None else params
         self.tracked_point = vehicle.front_axle
         resolved = self.params.resolved(vehicle)
-        # The reference has the same chain from command to motion as the core.
-        self._chain = Chain(**vehicle.as_dict())
+        point = vehicle.no_slip_point
+        self._no_slip = vehicle.rear_axle if point is None else point
         self._ahead = Ahead(path)
         self._ends = resolved.stage_time * np.arange(resolved.stages + 1, dtype=np.float64)
         self._problem = Problem(vehicle, resolved)
@@ -98,7 +93,7 @@ class Mpc:
         self.previous_steer = 0.0
         self._segment: int | None = None
         self._reverse = False
-        self._in_flight = InFlight.settled(self._chain, 0.0)
+        self._in_flight = _InFlight(self.vehicle)
         self._problem.reset()
 
     def step(
@@ -174,24 +169,21 @@ class Mpc:
 
         Takes and raises what `step` does.
         """
-        measured = VehicleState(x, y, yaw, speed).checked()
-        dt = checked_dt(dt)
-        segment = self._find(measured, reverse=reverse)
-        # The state now, and when the next command reaches the wheels.
-        self._in_flight = self._in_flight.elapse(self._chain, self.previous_steer, dt, 0.0)
-        now = measured.ahead(self._chain.no_slip)
-        state, wheel = self._in_flight.predict(self._chain, now, _AS_GIVEN)
+        # The no-slip point when the next command reaches the wheels.
+        then = self._in_flight.advance(self.previous_steer, dt, x, y, yaw, speed)
+        segment = self._find(x, y, yaw, reverse=reverse)
+        x, y, yaw, speed, wheel = then
 
         # Backwards, mirrored to a vehicle that drives forward.
-        length, slip = self.vehicle.wheelbase, self._chain.no_slip - self.vehicle.rear_axle
-        yaw, ahead = state.yaw, length - slip
+        length, slip = self.vehicle.wheelbase, self._no_slip - self.vehicle.rear_axle
+        ahead = length - slip
         if self._reverse:
             yaw, ahead = math.remainder(yaw + math.pi, math.tau), length + slip
-        x, y = state.x + ahead * math.cos(yaw), state.y + ahead * math.sin(yaw)
-        reach = 2.0 * length + abs(state.speed) * dt
+        x, y = x + ahead * math.cos(yaw), y + ahead * math.sin(yaw)
+        reach = 2.0 * length + abs(speed) * dt
         projection = self.path.locate(x, y, yaw, segment, reach)
         self._segment = projection.segment
-        speed = max(self._mirror(state.speed), _LEAST_SPEED * length)
+        speed = max(self._mirror(speed), _LEAST_SPEED * length)
         heading = self._ahead.headings(
             projection.segment, projection.arc_length, speed * self._ends
         )
@@ -219,12 +211,13 @@ class Mpc:
         self.previous_steer = self._mirror(self._problem.solve())
         return self.previous_steer
 
-    def _find(self, measured: VehicleState, *, reverse: bool | None) -> int:
+    def _find(self, x: float, y: float, yaw: float, *, reverse: bool | None) -> int:
         """Give the segment at which to search for the vehicle, and set the direction."""
         segment = self._segment
         if segment is None:
-            rear = measured.ahead(self.vehicle.rear_axle)
-            segment = self.path.relocalise(rear.x, rear.y, rear.yaw)
+            rear = self.vehicle.rear_axle
+            x, y = x + rear * math.cos(yaw), y + rear * math.sin(yaw)
+            segment = self.path.relocalise(x, y, yaw)
         if reverse is not None:
             segment = self._ahead.turning(segment, reverse=reverse)
         backwards = self._ahead.reverse(segment)

@@ -13,17 +13,18 @@ Without a and c, δ is a ratio of polynomials of b.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 from numpy.polynomial import Polynomial
 
-from popsteer.reference.laws.preview_pop.cost_to_go import regulator, stage, transition
-from popsteer.reference.math import decay
-
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from popsteer._core import PreviewPopParams, Vehicle
 
-__all__ = ["PreviewGains", "preview_gains", "preview_pop"]
+__all__ = ["PreviewGains", "decay", "preview_gains", "preview_pop"]
 
 _BACK = Polynomial([0.0, 1.0])  # b, one period back
 _MAX_STEPS = 20  # of the prediction
@@ -42,6 +43,17 @@ class PreviewGains(NamedTuple):
     """Of the curvature that was commanded [-]."""
     slip: float
     """Of the slip that is estimated [1/m]."""
+
+
+def decay(time: float, time_constant: float) -> float:
+    """Tell what is left after `time` of what fades with a time constant; nothing where that is 0.
+
+    Examples
+    --------
+    >>> decay(0.1, 0.0), round(decay(0.1, 0.1), 3)
+    (0.0, 0.368)
+    """
+    return math.exp(-time / time_constant) if time_constant > 0.0 else 0.0
 
 
 def preview_pop(
@@ -96,10 +108,8 @@ def preview_gains(
     step = max(speed, pace) * period
     move_cost = (rate_cost * vehicle.turning_length(speed) / period) ** 2
     lag = vehicle.steer_lag * speed
-    # A slip of 1 is a drift of a step in each.
-    model = transition(step, lag, decay(step, lag), offset=0.0, drift=step)
-    best = regulator([model] * count, stage(heading_cost, offset=0.0), move_cost)
-    error, heading, driven, commanded, slip = (dt / period * best.gains[0]).tolist()
+    gains = _first_gains(_straight(step, lag), heading_cost, move_cost, count)
+    error, heading, driven, commanded, slip = (dt / period * gains).tolist()
     return PreviewGains(
         # An error counts as far as a heading does, so not at all where that does not.
         error=error if heading > 0.0 else 0.0,
@@ -108,3 +118,39 @@ def preview_gains(
         commanded=commanded,
         slip=slip,
     )
+
+
+def _straight(step: float, lag: float) -> NDArray[np.float64]:
+    """Return A of a step [m] of z = (e, ψ, a, c, s) along a straight, with a lag [m], exactly.
+
+    e' = ψ + s, ψ' = a, a' = (c - a) / lag, each by the distance travelled.
+    """
+    kept = decay(step, lag)
+    by_driven = lag * (1.0 - kept)
+    by_commanded = step - by_driven
+    lagging = lag * by_commanded
+    return np.array(
+        [
+            [1.0, step, lagging, 0.5 * step * step - lagging, step],
+            [0.0, 1.0, by_driven, by_commanded, 0.0],
+            [0.0, 0.0, kept, 1.0 - kept, 0.0],
+            [0.0, 0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+
+
+def _first_gains(
+    model: NDArray[np.float64], heading_cost: float, move_cost: float, count: int
+) -> NDArray[np.float64]:
+    """Return K of the first of `count` steps: the Riccati recursion, from the last one back.
+
+    S = Aᵀ P A,  K = Bᵀ S / (R + Bᵀ S B),  P = Q + S - S B K, from P = Q, where B moves c.
+    """
+    stage = np.diag([1.0, heading_cost**2, 0.0, 0.0, 0.0])
+    after, gain = stage, np.zeros(5)
+    for _ in range(count):
+        cost = model.T @ after @ model
+        gain = cost[3] / (move_cost + cost[3, 3])
+        after = stage + cost - np.outer(cost[3], gain)
+    return gain

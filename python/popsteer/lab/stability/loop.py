@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from popsteer.lab.stability.linear import no_slip
-from popsteer.reference.math import decay
+from popsteer.lab.stability.linear_preview import decay
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
