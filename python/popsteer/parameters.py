@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from popsteer.errors import ConfigError, in_range
+from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -46,8 +46,7 @@ class Parameters:
             value = getattr(self, name)
             if value is None and getattr(type(self), name) is None:
                 continue  # left to what it scales with
-            if not low <= value <= high:  # NaN fails too
-                raise ConfigError(name, value, in_range(low, high))
+            check_in_range(name, value, low, high)
 
     def as_dict(self) -> dict[str, Any]:
         """Give the parameters by name.

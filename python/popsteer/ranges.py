@@ -1,16 +1,22 @@
-"""Refuse a number that is out of its range, by its name."""
+"""Refuse a number that is out of its range, by its name: every such refusal in Python is here."""
 
 from __future__ import annotations
 
-import math
+from popsteer.errors import ConfigError, InputError, count_in_range, in_range
 
-from popsteer.errors import ConfigError, in_range
-
-__all__ = ["check_in_range"]
+__all__ = ["check_count", "check_in_range"]
 
 
-def check_in_range(field: str, value: float, low: float, high: float) -> None:
-    """Refuse a number that is not finite or out of its range.
+def check_in_range(
+    field: str,
+    value: float,
+    low: float,
+    high: float,
+    *,
+    above: bool = False,
+    error: type[ConfigError | InputError] = ConfigError,
+) -> None:
+    """Refuse a number that is out of its range; NaN is out of every range.
 
     Parameters
     ----------
@@ -20,11 +26,15 @@ def check_in_range(field: str, value: float, low: float, high: float) -> None:
         What it is.
     low, high : float
         Ends of the range; both belong to it.
+    above : bool, default False
+        Whether `low` itself is refused, too.
+    error : type, default ConfigError
+        What to raise.
 
     Raises
     ------
     ConfigError
-        Naming the field and the value.
+        Naming the field and the value; or `error`.
 
     Examples
     --------
@@ -32,5 +42,19 @@ def check_in_range(field: str, value: float, low: float, high: float) -> None:
     Traceback (most recent call last):
     popsteer.errors.ConfigError: radius must be in [0.1, 1000], got -1.0
     """
-    if not (math.isfinite(value) and low <= value <= high):
-        raise ConfigError(field, value, in_range(low, high))
+    if not (low <= value <= high) or (above and value == low):
+        wanted = f"in ({low:g}, {high:g}]" if above else in_range(low, high)
+        raise error(field, value, wanted)
+
+
+def check_count(field: str, value: int, low: int, high: int) -> None:
+    """Refuse a whole number that is out of its range; as `check_in_range`.
+
+    Examples
+    --------
+    >>> check_count("runs", 0, 1, 1000)
+    Traceback (most recent call last):
+    popsteer.errors.ConfigError: runs must be a count in [1, 1000], got 0
+    """
+    if not low <= value <= high:
+        raise ConfigError(field, value, count_in_range(low, high))

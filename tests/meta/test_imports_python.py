@@ -17,9 +17,9 @@ PACKAGE = ROOT / "python" / "popsteer"
 # parts of one layer do not know each other.
 LAYERS = (
     ("_core", "errors"),
+    ("ranges",),
     (
         "status",
-        "ranges",
         "files",
         "csv_file",
         "toml_file",

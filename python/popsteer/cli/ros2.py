@@ -10,7 +10,7 @@ import typer
 
 from popsteer import controllers
 from popsteer.cli import inputs, options, ros2_options, vehicle_inputs
-from popsteer.errors import ConfigError
+from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
     from popsteer import Path, Vehicle
@@ -154,8 +154,7 @@ def _make(name: str, vehicle: Vehicle, tuning: inputs.Tuning, path: Path) -> Con
 
 
 def _limited(vehicle: Vehicle, max_speed: float) -> Vehicle:
-    if not 0.0 < max_speed <= 1e4:
-        raise ConfigError("--max-speed", max_speed, "in (0, 10000]")
+    check_in_range("--max-speed", max_speed, 0.0, 1e4, above=True)
     most = max_speed if vehicle.max_speed is None else min(vehicle.max_speed, max_speed)
     return vehicle.replace(max_speed=most)
 

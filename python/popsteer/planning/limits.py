@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from popsteer.errors import ConfigError, in_range
+from popsteer.errors import ConfigError
 from popsteer.parameters import Parameters
+from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -161,7 +162,7 @@ class SpeedLimits(Parameters):
 def _checked(name: str, value: Any) -> float | tuple[tuple[float, float], ...]:  # noqa: ANN401 - of any kind
     """Settle a limit of the acceleration, a number or a table over speed."""
     if isinstance(value, (int, float)):
-        _check(name, float(value), 1e-3, 1e3)
+        check_in_range(name, float(value), 1e-3, 1e3)
         return float(value)
     try:
         table = tuple((float(speed), float(most)) for speed, most in value)
@@ -170,13 +171,8 @@ def _checked(name: str, value: Any) -> float | tuple[tuple[float, float], ...]: 
     if not table:
         raise ConfigError(name, value, "a number or pairs of speed and acceleration")
     for speed, most in table:
-        _check(name, speed, 0.0, 1e4)
-        _check(name, most, 1e-3, 1e3)
+        check_in_range(name, speed, 0.0, 1e4)
+        check_in_range(name, most, 1e-3, 1e3)
     if not (np.diff([speed for speed, _ in table]) > 1e-6).all():
         raise ConfigError(name, value, "a table whose speeds increase")
     return table
-
-
-def _check(name: str, value: float, low: float, high: float) -> None:
-    if not low <= value <= high:  # NaN fails too
-        raise ConfigError(name, value, in_range(low, high))

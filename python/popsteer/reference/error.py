@@ -6,6 +6,7 @@ import operator
 from math import inf
 
 from popsteer import errors
+from popsteer.ranges import check_in_range
 
 __all__ = [
     "config_count",
@@ -50,8 +51,7 @@ def config_in_range(params: object, field: str, low: float, high: float) -> None
     popsteer.errors.ConfigError: kp must be in [0, 1e+06], got -1.0
     """
     value = _number(getattr(params, field))
-    if not in_range(value, low, high):
-        raise errors.ConfigError(field, value, errors.in_range(low, high))
+    check_in_range(field, value, low, high)
     # Parameters are frozen; this runs inside their construction.
     object.__setattr__(params, field, value)
 
@@ -104,8 +104,7 @@ def input_in_range(field: str, value: float, low: float, high: float) -> float:
     popsteer.errors.InputError: dt must be in [1e-06, 1000], got 0.0
     """
     value = _number(value)
-    if not in_range(value, low, high):
-        raise errors.InputError(field, value, errors.in_range(low, high))
+    check_in_range(field, value, low, high, error=errors.InputError)
     return value
 
 

@@ -18,8 +18,8 @@ from popsteer._core import (
     SpeedTracker,
     Vehicle,
 )
-from popsteer.errors import ConfigError, count_in_range, in_range
-from popsteer.ranges import check_in_range
+from popsteer.errors import ConfigError
+from popsteer.ranges import check_count, check_in_range
 from popsteer.sim.belief import believed, informed
 from popsteer.sim.geometry import Plant, Pose, StartAt, made, pose_of, vehicle_of
 from popsteer.sim.metrics import Metrics
@@ -169,8 +169,7 @@ def at_constant_speed(path: Path, speed: float) -> tuple[Path, SpeedPid]:
     >>> path.speed.tolist()
     [14.0, 14.0]
     """
-    if not 0.0 <= speed <= 100.0:  # NaN fails too
-        raise ConfigError("constant_speed", speed, in_range(0.0, 100.0))
+    check_in_range("constant_speed", speed, 0.0, 100.0)
     xy = np.column_stack((path.x, path.y))
     speeds = np.full(len(xy), float(speed))
     if path.reverse is not None:
@@ -355,8 +354,7 @@ def check_seed(seed: int) -> None:
     Traceback (most recent call last):
     popsteer.errors.ConfigError: seed must be a count in [0, 18446744073709551615], got -1
     """
-    if not 0 <= seed <= _MAX_SEED:
-        raise ConfigError("seed", seed, count_in_range(0, _MAX_SEED))
+    check_count("seed", seed, 0, _MAX_SEED)
 
 
 def _starts_backwards(path: Path) -> bool:

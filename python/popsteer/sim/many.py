@@ -8,7 +8,8 @@ import numpy as np
 
 from popsteer import _core, controllers
 from popsteer._core import CarlaIdentified, KinematicBicycle, Noise
-from popsteer.errors import ConfigError, count_in_range
+from popsteer.errors import ConfigError
+from popsteer.ranges import check_count
 from popsteer.sim.belief import informed
 from popsteer.sim.closed_loop import check_seed, default_start
 from popsteer.sim.geometry import plant_name, plant_names, pose_of, vehicle_of
@@ -141,8 +142,8 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
     )
     for one in [cast("int", seed)] if seeds is None else seeds:
         check_seed(one)
-    if threads is not None and not 1 <= threads <= _MAX_THREADS:
-        raise ConfigError("threads", threads, count_in_range(1, _MAX_THREADS))
+    if threads is not None:
+        check_count("threads", threads, 1, _MAX_THREADS)
 
     each = [controller] * count if several_controllers is None else several_controllers
     each_plant = [cast("CorePlant", plant)] * count if several_plants is None else several_plants

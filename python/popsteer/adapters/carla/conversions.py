@@ -12,7 +12,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from popsteer import Path
-from popsteer.errors import ConfigError, PopsteerError, in_range
+from popsteer.errors import PopsteerError
+from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -253,8 +254,7 @@ class Steering:
     curve: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        if not 0.01 <= self.lock <= _MAX_LOCK:  # NaN fails too
-            raise ConfigError("lock", self.lock, in_range(0.01, _MAX_LOCK))
+        check_in_range("lock", self.lock, 0.01, _MAX_LOCK)
 
     def at_full(self, speed: float) -> float:
         """Give the angle of the wheels at full lock at a speed.

@@ -13,6 +13,7 @@ import numpy as np
 from popsteer import Path, PathError, SpeedPid, SpeedPidParams, Vehicle, tracks
 from popsteer._core import Episodes, Settings
 from popsteer.errors import ConfigError, in_range
+from popsteer.ranges import check_in_range
 from popsteer.sim import plant_name, plant_names
 from popsteer.sim.closed_loop import at_constant_speed
 from popsteer.sim.geometry import CORE_PLANTS, made, pose_of, vehicle_of
@@ -125,13 +126,12 @@ class Task:
         self.random_start = bool(random_start)
         self.start_offset = _range("start_offset", start_offset, 1e3)
         self.start_yaw = _range("start_yaw", start_yaw, math.pi)
-        if start_speed is not None and not 0.0 <= start_speed <= 100.0:
-            raise ConfigError("start_speed", start_speed, in_range(0.0, 100.0))
+        if start_speed is not None:
+            check_in_range("start_speed", start_speed, 0.0, 100.0)
         self.start_speed = start_speed
         self.preview = [float(distance) for distance in preview]
         for distance in self.preview:
-            if not 0.0 <= distance <= 1e3:
-                raise ConfigError("preview", distance, in_range(0.0, 1e3))
+            check_in_range("preview", distance, 0.0, 1e3)
         self.reward = _reward_of(reward)
         self.settings = Settings(
             dt=dt,

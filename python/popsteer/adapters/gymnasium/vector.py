@@ -11,7 +11,8 @@ from gymnasium.vector.utils import batch_space
 from popsteer.adapters.gymnasium.env import TrackEnv
 from popsteer.adapters.gymnasium.picture import Picture
 from popsteer.adapters.gymnasium.spaces import INFO, actions_of
-from popsteer.errors import ConfigError, InputError, count_in_range
+from popsteer.errors import ConfigError, InputError
+from popsteer.ranges import check_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -77,8 +78,7 @@ class TrackVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "ND
         max_episode_steps: int | None = None,
         **options: Any,  # noqa: ANN401 - those of TrackEnv, which checks them
     ) -> None:
-        if not 1 <= num_envs <= _MOST:
-            raise ConfigError("num_envs", num_envs, count_in_range(1, _MOST))
+        check_count("num_envs", num_envs, 1, _MOST)
         if max_episode_steps is not None:
             options["time_limit"] = max_episode_steps * options.get("dt", 0.05)
         single = TrackEnv(**options)

@@ -18,7 +18,8 @@ from popsteer.adapters.ros2.messages import CONTROL, ODOMETRY, encode
 from popsteer.adapters.ros2.pilot import Drive, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
 from popsteer.adapters.ros2.waiting import silence
-from popsteer.errors import ConfigError, InputError, PopsteerError
+from popsteer.errors import InputError, PopsteerError
+from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,9 +82,7 @@ class Options:
             "report_rate": (0.1, 1000.0),
         }
         for name, (low, high) in ranges.items():
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise ConfigError(name, value, f"in [{low:g}, {high:g}]")
+            check_in_range(name, getattr(self, name), low, high)
 
     @property
     def period(self) -> float:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import popsteer
-from popsteer.errors import ConfigError, PopsteerError, count_in_range
+from popsteer.errors import ConfigError, PopsteerError
 from popsteer.files import write_text_atomic
 from popsteer.lab.bench import yardsticks
 from popsteer.lab.bench.calls import PAPER_NS, SLOW_STEPS, lineup
@@ -29,6 +29,7 @@ from popsteer.lab.bench.table import table
 from popsteer.lab.common import machine
 from popsteer.lab.common.percentiles import Percentiles
 from popsteer.lab.common.timing import BATCH, Drive, time_calls
+from popsteer.ranges import check_count
 
 if TYPE_CHECKING:
     import os
@@ -90,8 +91,7 @@ def measure(
     if reference_calls is None:
         reference_calls = len(drive.states)
     for name, count in (("calls", calls), ("reference_calls", reference_calls)):
-        if not 1 <= count <= _MOST_CALLS:
-            raise ConfigError(name, count, count_in_range(1, _MOST_CALLS))
+        check_count(name, count, 1, _MOST_CALLS)
     outside = yardsticks.Yardsticks() if outside is None else outside
     makers = {**lineup(drive), **outside.makers}
     counts = {name: min(calls, outside.calls.get(name, calls)) for name in makers}

@@ -28,6 +28,7 @@ from popsteer.lab import baselines
 from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.varied import Varied, draws, run_seed, varied
+from popsteer.ranges import check_count, check_in_range
 from popsteer.sim.closed_loop import at_constant_speed
 from popsteer.sim.geometry import CORE_PLANTS, object_of, plant_name
 from popsteer.sim.pedals import PedalMap, check_longitudinal
@@ -124,10 +125,8 @@ class Job:
     label: str = ""
 
     def __post_init__(self) -> None:
-        if not 1 <= self.runs <= _MAX_RUNS:
-            raise ConfigError("runs", self.runs, f"a count in [1, {_MAX_RUNS}]")
-        if not 0.0 < self.deviation <= 1e3:
-            raise ConfigError("deviation", self.deviation, "in (0, 1000]")
+        check_count("runs", self.runs, 1, _MAX_RUNS)
+        check_in_range("deviation", self.deviation, 0.0, 1e3, above=True)
         sim.closed_loop.check_seed(self.seed)
         middle = {name: each.quantile(0.5) for name, each in self.vary.items()}
         varied(self.whole, self.path, middle, self.start_offset)  # refuses what cannot vary

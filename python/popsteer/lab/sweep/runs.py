@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from popsteer.errors import ConfigError
 from popsteer.lab.sweep import workers as who
 from popsteer.lab.sweep.rows import Journal, check_same, journal_of, read, write
+from popsteer.ranges import check_count
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -67,8 +67,8 @@ def run(
     >>> [row["success"] for row in run(job)]
     [True, True, True]
     """
-    if workers is not None and not 1 <= workers <= _MAX_WORKERS:
-        raise ConfigError("--workers", workers, f"a count in [1, {_MAX_WORKERS}]")
+    if workers is not None:
+        check_count("--workers", workers, 1, _MAX_WORKERS)
     if out is None:
         found = _driven(job, {}, dask, workers, progress, lambda _: None)
         return _ordered(found)

@@ -25,6 +25,7 @@ from popsteer.lab.common import longitudinal
 from popsteer.lab.common.distributions import Distribution, distribution
 from popsteer.lab.common.varied import draws, run_seed, varied
 from popsteer.lab.compare.runs import controller
+from popsteer.ranges import check_count
 from popsteer.sim.closed_loop import at_constant_speed
 from popsteer.sim.pedals import PedalMap, check_longitudinal
 
@@ -153,8 +154,7 @@ class Problem:
     def __post_init__(self) -> None:
         if self.controller not in controllers.names():
             raise ConfigError.unknown("controller", self.controller, controllers.names())
-        if not 0 <= self.cars <= _MAX_CARS:
-            raise ConfigError("cars", self.cars, f"a count in [0, {_MAX_CARS}]")
+        check_count("cars", self.cars, 0, _MAX_CARS)
         if not self.search:
             raise ConfigError("search", "nothing", "at least one parameter")
         known = self.base.as_dict()

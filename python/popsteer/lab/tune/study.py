@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer.errors import ConfigError, PopsteerError
+from popsteer.ranges import check_count, check_in_range
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -242,12 +243,11 @@ def _near_the_best(
 
 def _check(trials: int | None, seconds: float | None, effort_limit: float) -> None:
     """Refuse numbers that are out of their range."""
-    if trials is not None and not 1 <= trials <= _MAX_TRIALS:
-        raise ConfigError("--trials", trials, f"a count in [1, {_MAX_TRIALS}]")
+    if trials is not None:
+        check_count("--trials", trials, 1, _MAX_TRIALS)
     if seconds is not None and not 0.0 < seconds < 1e9:
         raise ConfigError("--seconds", seconds, "positive")
-    if not 0.0 < effort_limit <= 1e3:
-        raise ConfigError("--effort-limit", effort_limit, "in (0, 1000]")
+    check_in_range("--effort-limit", effort_limit, 0.0, 1e3, above=True)
 
 
 def _study(

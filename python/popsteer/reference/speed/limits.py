@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer import errors
-from popsteer.reference.error import in_range
+from popsteer.ranges import check_in_range
 from popsteer.reference.math import sqrt
 
 if TYPE_CHECKING:
@@ -67,13 +66,13 @@ class OverSpeed(NamedTuple):
         """Raise `ConfigError` for a point that is out of its range."""
         before = -1.0
         for speed in self.speeds:
-            _check(field, speed, 0.0, 1e4)
+            check_in_range(field, speed, 0.0, 1e4)
             # Speeds that do not increase are refused by the least that would do.
-            _check(field, speed, max(0.0, before + 1e-6), 1e4)
+            check_in_range(field, speed, max(0.0, before + 1e-6), 1e4)
             before = speed
         for value in self.values:
-            _check(field, value, 1e-3, 1e3)
-        _check(field, self.most(), 1e-3, 1e3)
+            check_in_range(field, value, 1e-3, 1e3)
+        check_in_range(field, self.most(), 1e-3, 1e3)
 
 
 class Limits(NamedTuple):
@@ -96,13 +95,13 @@ class Limits(NamedTuple):
 
     def check(self) -> None:
         """Raise `ConfigError` naming the field that is not within its range."""
-        _check("max_speed", self.max_speed, 1e-3, 1e4)
-        _check("max_lateral_acceleration", self.max_lateral_acceleration, 1e-3, 1e3)
+        check_in_range("max_speed", self.max_speed, 1e-3, 1e4)
+        check_in_range("max_lateral_acceleration", self.max_lateral_acceleration, 1e-3, 1e3)
         self.acceleration.check("max_acceleration")
         self.deceleration.check("max_deceleration")
         if self.longitudinal_grip is not None:
-            _check("longitudinal_grip", self.longitudinal_grip, 1e-3, 1e3)
-        _check("exponent", self.exponent, 1.0, inf)
+            check_in_range("longitudinal_grip", self.longitudinal_grip, 1e-3, 1e3)
+        check_in_range("exponent", self.exponent, 1.0, inf)
 
     def available(self, over: OverSpeed, squared: float, curvature: float) -> float:
         """Return the largest acceleration along the path within `over` [m/s²].
@@ -205,9 +204,3 @@ class Limits(NamedTuple):
 
 _Place = tuple[float, float]
 """The square of the speed at a waypoint [m²/s²], and the curvature there [1/m]."""
-
-
-def _check(field: str, value: float, low: float, high: float) -> None:
-    """Raise `ConfigError` for a number that is not in [low, high]."""
-    if not in_range(value, low, high):
-        raise errors.ConfigError(field, value, errors.in_range(low, high))
