@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.helpers import ROOT
+from tests.meta.imports import circles, python_graph, sources
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -56,13 +57,8 @@ def _part(module: str) -> str:
 
 
 def _sources() -> dict[str, str]:
-    """Every module by name; the reference's own order is held by another test."""
-    found = {}
-    for file in PACKAGE.rglob("*.py"):
-        names = file.relative_to(PACKAGE).with_suffix("").parts
-        module = ".".join(("popsteer", *names)).removesuffix(".__init__")
-        found[module] = file.read_text(encoding="utf-8")
-    return found
+    """Every module by name; of the extension, which imports none of them, the name alone."""
+    return {**sources(PACKAGE, "popsteer"), "popsteer._core": ""}
 
 
 def _imports(source: str, modules: Mapping[str, str]) -> Iterator[str]:
@@ -73,15 +69,15 @@ def _imports(source: str, modules: Mapping[str, str]) -> Iterator[str]:
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("popsteer"):
             for name in node.names:
                 full = f"{node.module}.{name.name}"
-                yield full if full in modules or full == "popsteer._core" else str(node.module)
+                yield full if full in modules else str(node.module)
 
 
-def _upward(sources: Mapping[str, str]) -> list[str]:
+def _upward(modules: Mapping[str, str]) -> list[str]:
     """Imports that go up, or across to another part of the same layer."""
     found = []
-    for module, source in sources.items():
+    for module, source in modules.items():
         own = _part(module)
-        for imported in _imports(source, sources):
+        for imported in _imports(source, modules):
             other = _part(imported)
             if own != other and RANK[other] >= RANK[own]:
                 found.append(f"{module} imports {imported}")
@@ -109,9 +105,9 @@ def test_no_part_imports_one_of_its_own_layer_or_above() -> None:
     ],
 )
 def test_planted_import_is_found(module: str, planted: str) -> None:
-    sources = _sources()
-    sources[module] += f"\n{planted}\n"
-    (found,) = _upward(sources)
+    modules = _sources()
+    modules[module] += f"\n{planted}\n"
+    (found,) = _upward(modules)
     assert found.startswith(f"{module} imports popsteer.")
 
 
@@ -122,6 +118,41 @@ def test_no_command_imports_another() -> None:
         if "\nHELP = " in file.read_text(encoding="utf-8")
     }
     assert len(commands) >= 7
-    sources = _sources()
+    modules = _sources()
     for command in commands:
-        assert commands.isdisjoint(_imports(sources[command], sources)), command
+        assert commands.isdisjoint(_imports(modules[command], modules)), command
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    graph = python_graph(_sources())
+    assert len(graph) > 250
+    assert sum(map(len, graph.values())) > 1000
+    assert circles(graph) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "planted", "circle"),
+    [
+        (
+            "popsteer.adapters.ros2.waiting",
+            "if TYPE_CHECKING:\n    from popsteer.adapters.ros2.node import Node",
+            ["popsteer.adapters.ros2.node", "popsteer.adapters.ros2.waiting"],
+        ),
+        (
+            "popsteer.sim.geometry",
+            "def f():\n    from popsteer.sim import pedals",
+            ["popsteer.sim.geometry", "popsteer.sim.pedals"],
+        ),
+        # A name that a package passes on from outside is the package's.
+        (
+            "popsteer.sim.metrics",
+            "from popsteer.sim import KinematicBicycle",
+            ["popsteer.sim", "popsteer.sim.closed_loop", "popsteer.sim.metrics"],
+        ),
+    ],
+)
+def test_planted_circle_is_found(module: str, planted: str, circle: list[str]) -> None:
+    modules = _sources()
+    modules[module] += f"\n{planted}\n"
+    (found,) = circles(python_graph(modules))
+    assert set(circle) <= set(found)

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from popsteer._core import CoupledLongitudinal, SpeedPid, SpeedTracker
+from popsteer._core import (
+    CarlaIdentified,
+    CoupledLongitudinal,
+    KinematicBicycle,
+    SpeedPid,
+    SpeedTracker,
+)
 from popsteer.errors import ConfigError, PathError
 from popsteer.parameters import Parameters
 from popsteer.sim.geometry import made
@@ -89,8 +95,6 @@ class PedalMap(Parameters):
         >>> PedalMap.of("carla-identified").air_drag
         0.001
         """
-        from popsteer.sim import CarlaIdentified, KinematicBicycle
-
         found: Any = made(plant)
         if isinstance(found, str):
             found = CarlaIdentified() if found == "carla-identified" else KinematicBicycle()

@@ -17,7 +17,7 @@ from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.messages import CONTROL, ODOMETRY, encode
 from popsteer.adapters.ros2.pilot import Drive, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
-from popsteer.adapters.ros2.waiting import silence
+from popsteer.adapters.ros2.waiting import why_none_is_usable
 from popsteer.errors import InputError, PopsteerError
 from popsteer.ranges import check_in_range
 
@@ -255,8 +255,20 @@ class Node:
         PopsteerError
             The time-out has passed; says what is missing and what is known about it.
         """
-        if self.pilot is None and waited >= self.options.timeout:
-            raise PopsteerError(silence(self, self._participant))
+        if self.pilot is not None or waited < self.options.timeout:
+            return
+        topics, intake, participant = self.options.topics, self.intake, self._participant
+        if intake.measured is None:
+            topic, kind, count = topics.odometry, ODOMETRY, intake.odometry
+            readers = [self._odometry]
+        else:
+            topic, kind, count = topics.path, topics.path_type, intake.courses
+            readers = self._paths
+        raise PopsteerError(
+            f"no {kind} that can be used on {topic} in domain {participant.domain} within"
+            f" {self.options.timeout:g} s:"
+            f" {why_none_is_usable(count, topic, kind, readers, participant)}"
+        )
 
     def _take(self, now: int) -> None:
         topics, seconds = self.options.topics, 1e-9 * now
