@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::Criterion;
-use popsteer_bench::{Course, DELAYED, Drive, FREE, SLOW, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, FREE, LapRunner, SLOW, WAYPOINTS};
 use popsteer_core::laws::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
@@ -13,7 +13,7 @@ use popsteer_core::laws::{
 use popsteer_core::{LateralLaw, Tracker, Vehicle};
 
 fn bench_law<L: LateralLaw>(criterion: &mut Criterion, course: &Course, name: &str, law: L) {
-    let mut drive = Drive::new(course, Tracker::of(law));
+    let mut drive = LapRunner::new(course, Tracker::of(law));
     let mut group = criterion.benchmark_group(name);
     group.bench_function("steer", |bencher| bencher.iter(|| black_box(drive.steer())));
     group.bench_function("step", |bencher| bencher.iter(|| black_box(drive.step())));

@@ -164,12 +164,12 @@ fn bench_vehicle(criterion: &mut Criterion, lap: &[At]) {
     bench_part(criterion, "vehicle/predict", lap, |at| {
         in_flight.predict(&DELAYED, at.vehicle, &estimate)
     });
-    bench_part(criterion, "vehicle/reaching", lap, |at| {
-        in_flight.reaching(&DELAYED, 0.01 * at.vehicle.speed, DT)
+    bench_part(criterion, "vehicle/wheel_integrals", lap, |at| {
+        in_flight.wheel_integrals(&DELAYED, 0.01 * at.vehicle.speed, DT)
     });
     let mut estimator = Estimator::default();
     bench_part(criterion, "vehicle/observe_turn", lap, |at| {
-        let reached = in_flight.reaching(&DELAYED, 0.1, DT);
+        let reached = in_flight.wheel_integrals(&DELAYED, 0.1, DT);
         estimator.observe_turn(&AdaptParams::DEFAULT, &DELAYED, at.vehicle, reached, DT);
         estimator.last_measured = Some(at.vehicle);
     });

@@ -70,7 +70,7 @@ def field(count: int) -> NDArray[np.float64]:
     return xy
 
 
-class Drive:
+class RowRunner:
     """Steady driving on one path, row after row; the times of its batches [ns a step]."""
 
     def __init__(self, path: popsteer.Path, xy: NDArray[np.float64]) -> None:
@@ -115,7 +115,7 @@ class Drive:
             self.times.append(elapsed / BATCH)
 
 
-def time_steps(drives: list[Drive], repeats: int) -> None:
+def time_steps(drives: list[RowRunner], repeats: int) -> None:
     """Drive on all paths by turns."""
     for repeat in range(repeats):
         batches = min([drive.begin(repeat) for drive in drives])
@@ -228,12 +228,12 @@ def memory(count: int) -> float | None:
 def measure(sizes: list[int], repeats: int) -> list[dict[str, Any]]:
     """Measure at each length; one row of the table each."""
     rows: list[dict[str, Any]] = []
-    drives: list[Drive] = []
+    drives: list[RowRunner] = []
     for count in sizes:
         xy = field(count)
         held = memory(count)
         path, construction = time_construction(xy)
-        drives.append(Drive(path, xy))
+        drives.append(RowRunner(path, xy))
         row: dict[str, Any] = {
             "waypoints": count,
             CONSTRUCTION: construction,

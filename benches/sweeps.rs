@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
-use popsteer_bench::{Course, Drive, WAYPOINTS};
+use popsteer_bench::{Course, LapRunner, WAYPOINTS};
 use popsteer_core::laws::{Pop, PopParams};
 use popsteer_core::tracker::Tracker;
 use popsteer_core::{ConfigError, Vehicle};
@@ -18,7 +18,7 @@ fn bench_pop(
     value: impl Display,
     params: PopParams,
 ) -> Result<(), ConfigError> {
-    let mut drive = Drive::new(course, Tracker::of(Pop::new(Vehicle::PAPER, params)?));
+    let mut drive = LapRunner::new(course, Tracker::of(Pop::new(Vehicle::PAPER, params)?));
     group.bench_function(BenchmarkId::from_parameter(value), |bencher| {
         bencher.iter(|| black_box(drive.steer()));
     });

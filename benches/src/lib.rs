@@ -124,14 +124,14 @@ impl Ring {
 
 /// A controller on its way around a course, lap after lap.
 #[derive(Clone, Debug)]
-pub struct Drive<'a, L: LateralLaw> {
+pub struct LapRunner<'a, L: LateralLaw> {
     course: &'a Course,
     tracker: Tracker<L>,
     state: TrackerState<L::State>,
     next: usize,
 }
 
-impl<'a, L: LateralLaw> Drive<'a, L> {
+impl<'a, L: LateralLaw> LapRunner<'a, L> {
     /// The controller after its first lap, with the search for the first waypoint behind it.
     pub fn new(course: &'a Course, tracker: Tracker<L>) -> Self {
         let state = tracker.initial_state();
@@ -205,7 +205,7 @@ mod tests {
     fn test_drive_goes_on_alike_after_a_lap() {
         let course = Course::new(1000).unwrap();
         let pop = Pop::new(Vehicle::PAPER, PopParams::DEFAULT).unwrap();
-        let mut drive = Drive::new(&course, Tracker::of(pop));
+        let mut drive = LapRunner::new(&course, Tracker::of(pop));
         let mut again = drive.clone();
         for _ in 0..2 * course.lap.len() {
             let steer = drive.steer();

@@ -84,7 +84,7 @@ class Bench:
         stamp = self.now if at is None else at
         self.send(self.odometry, ros2.odometry_message(self.x, 0.1, 0.0, speed, stamp, frame))
 
-    def cycle(self) -> ros2.Drive | None:
+    def cycle(self) -> ros2.DriveCommand | None:
         self.now += PERIOD
         return self.node.cycle(self.now, 0.02)
 
@@ -100,7 +100,7 @@ class Bench:
         return False
 
     def begin(self) -> None:
-        """Drive."""
+        """DriveCommand."""
         self.send_pose()
         self.send_path()
         for _ in range(100):
@@ -110,7 +110,7 @@ class Bench:
         raise AssertionError(self.lines)
 
     def run(self, cycles: int, **pose: Any) -> None:
-        """Drive on, with odometry."""
+        """DriveCommand on, with odometry."""
         for _ in range(cycles):
             self.x += 0.08
             self.send_pose(**pose)

@@ -270,7 +270,7 @@ def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) 
         },
         {"past_wheel": 0.1, "past_angles": ((0.2, 0.3), (0.1, 0.5)), "past_since": 0.05},
         {"monitor": _MONITORED},
-        {"wheel": 0.1, "commands_in_flight": ((5.0, 9.0),) * 300 if not law.predicts else ()},
+        {"wheel": 0.1, "commands_in_flight": ((5.0, 9.0),) * 300 if not law.reads_belief else ()},
     ):
         assert pair.set_state(make(law.state_name, **{**good, **fields}))
         pair.get("state")
@@ -278,7 +278,7 @@ def check_bad_states(law: Law, good: dict[str, Any], bad: list[dict[str, Any]]) 
 
 
 @dataclass(frozen=True)
-class Drive:
+class Rollout:
     """A run of at least 200 steps: a path, a start, and a seed for all that changes on the way."""
 
     shape: Shape = field(default_factory=Shape)
@@ -291,7 +291,7 @@ class Drive:
 
 def check_rollout(
     law: Law,
-    drive: Drive,
+    drive: Rollout,
     params: dict[str, Any],
     most: int = 250,
     vehicle: dict[str, Any] | None = None,

@@ -13,7 +13,7 @@ import numpy as np
 
 from popsteer.reference.laws.preview_pop import limited
 from popsteer.reference.laws.preview_pop.cost_to_go import COMMANDED
-from popsteer.reference.laws.preview_pop.horizon import Horizon, Limits, Plan, Reached
+from popsteer.reference.laws.preview_pop.horizon import Horizon, MoveLimit, Plan, PlanLimits
 
 DIGITS = Context(prec=100)
 TINY = Decimal("1e-60")
@@ -25,7 +25,7 @@ class Planned(NamedTuple):
 
     horizon: Horizon
     start: Any
-    limits: Limits
+    limits: PlanLimits
     stage: Any
     """Q of the regulator."""
     move_cost: float
@@ -41,14 +41,14 @@ class _Problem(NamedTuple):
     """The best x without limits."""
     rows: Any
     room: Any
-    kinds: list[tuple[int, Reached]]
+    kinds: list[tuple[int, MoveLimit]]
 
 
 def best(planned: Planned) -> Plan:
     """The best plan, as `limited.plan_within` gives it."""
     horizon, start, limits = planned[:3]
     forced, first, start, limits = limited.go_back(horizon, start, limits)
-    reached = [*forced, *[Reached.NOTHING] * (len(horizon.models) - len(forced))]
+    reached = [*forced, *[MoveLimit.NOTHING] * (len(horizon.models) - len(forced))]
     if len(forced) < len(reached):
         with localcontext(DIGITS):
             problem = _problem(planned, start, limits, len(forced))
@@ -76,7 +76,7 @@ def is_best(planned: Planned, code: int, within: float) -> bool:
         for row, (step, kind) in enumerate(problem.kinds):
             named = code >> 3 * (len(forced) + step) & 7
             reached = abs(problem.rows[row] @ curvatures - problem.room[row]) <= near
-            of_two = named in (Reached.LEAST_MOVE, Reached.MOST_MOVE) and kind.of_curvature()
+            of_two = named in (MoveLimit.LEAST_MOVE, MoveLimit.MOST_MOVE) and kind.of_curvature()
             if named == kind or (of_two and reached):
                 held.append(row)
         return bool(max(abs(_held(problem, held) - curvatures)) <= near)
@@ -96,7 +96,7 @@ def rounding(planned: Planned) -> float:
     return float(limited.SUM_ROUNDING * abs(room).max(initial=0.0) / widest)
 
 
-def _problem(planned: Planned, start: Any, limits: Limits, begin: int) -> _Problem:
+def _problem(planned: Planned, start: Any, limits: PlanLimits, begin: int) -> _Problem:
     models = [_decimals(model) for model in planned.horizon.models[begin:]]
     stage, move_cost, count = _decimals(planned.stage), Decimal(planned.move_cost), len(models)
     # The state, a curvature, the cost: what stands before (x, 1), once or twice.
@@ -109,10 +109,10 @@ def _problem(planned: Planned, start: Any, limits: Limits, begin: int) -> _Probl
         state[COMMANDED] = before = unit[k].copy()
         least, most = (-limits.later, limits.later) if k else limits.first
         for kind, sign, row, end in (
-            (Reached.LEAST_MOVE, -1, moved, least),
-            (Reached.MOST_MOVE, 1, moved, most),
-            (Reached.LOW_CURVATURE, -1, before, limits.low),
-            (Reached.HIGH_CURVATURE, 1, before, limits.high),
+            (MoveLimit.LEAST_MOVE, -1, moved, least),
+            (MoveLimit.MOST_MOVE, 1, moved, most),
+            (MoveLimit.LOW_CURVATURE, -1, before, limits.low),
+            (MoveLimit.HIGH_CURVATURE, 1, before, limits.high),
         ):
             if np.isfinite(end):
                 rows.append(sign * row[:-1])

@@ -23,7 +23,7 @@ class Law:
     flags: tuple[str, ...] = ()
     optional: tuple[str, ...] = ()
     searches: bool = False
-    predicts: bool = False
+    reads_belief: bool = False
 
     @property
     def params_name(self) -> str:
@@ -87,7 +87,7 @@ PREVIEW_POP = Law(
         *("steer_span_rate", "heading_cost", "steer_rate_cost", "min_speed", "smoothing_length"),
         *_FOLLOW,
     ),
-    predicts=True,
+    reads_belief=True,
 )
 PID = Law(
     "Pid",

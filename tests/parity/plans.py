@@ -18,7 +18,7 @@ import popsteer
 from popsteer import Status, reference
 from popsteer.reference.laws import preview_pop
 from popsteer.reference.laws.preview_pop import cost_to_go, limited
-from popsteer.reference.laws.preview_pop.horizon import Reached
+from popsteer.reference.laws.preview_pop.horizon import MoveLimit
 from tests.parity import exact_plans
 from tests.parity.exact_plans import Planned
 from tests.parity.tolerances import agree
@@ -78,7 +78,7 @@ def _same_plan(ours: int, theirs: int) -> bool:
 
 def _holds_best(code: int, within: float) -> bool:
     # A state keeps the limits of the next step on where the period is a step of the horizon.
-    codes = [code, *(code << 3 | first for first in Reached)]
+    codes = [code, *(code << 3 | first for first in MoveLimit)]
     return any(exact_plans.is_best(_LAST[0], each, within) for each in codes)
 
 
@@ -88,7 +88,7 @@ def _touches() -> bool:
         return False
     later = exact_plans.best(_LAST[0]).reached[1:]
     code = sum(limit << 3 * k for k, limit in enumerate(later, 1))
-    return sum(exact_plans.is_best(_LAST[0], code | first, PLANS) for first in Reached) >= 2
+    return sum(exact_plans.is_best(_LAST[0], code | first, PLANS) for first in MoveLimit) >= 2
 
 
 def equally_near(pair: Any) -> bool:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tests.helpers import long_drives
 from tests.parity.checks import (
-    Drive,
+    Rollout,
     check_bad_states,
     check_bad_steps,
     check_params,
@@ -39,7 +39,7 @@ from tests.parity.strategies import (
     ids=str,
 )
 def test_bang_bang_matches_reference_cases(
-    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+    drive: Rollout, params: dict[str, Any], vehicle: dict[str, Any]
 ) -> None:
     check_rollout(BANG_BANG, drive, params, most=5000, vehicle=vehicle)
 
@@ -85,6 +85,6 @@ def test_bang_bang_matches_reference_random(
 @long_drives()
 @given(drive=drives(), params=BANG_BANG.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_bang_bang_matches_reference_rollout(
-    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+    drive: Rollout, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
 ) -> None:
     check_rollout(BANG_BANG, drive, params, vehicle=vehicle, adapt=adapt)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from popsteer.reference.laws.preview_pop import limited
-from popsteer.reference.laws.preview_pop.horizon import Reached
+from popsteer.reference.laws.preview_pop.horizon import MoveLimit
 from tests.parity import plans
 from tests.parity.checks import controller
 from tests.parity.exact_plans import Planned, best, is_best
@@ -41,5 +41,5 @@ def test_best_plan_is_the_references(
     code = sum(limit << 3 * k for k, limit in enumerate(plan.reached))
     assert is_best(planned, code, 1e-9)
     for k, limit in enumerate(plan.reached[:3]):
-        other = Reached((limit + 2) % len(Reached))
+        other = MoveLimit((limit + 2) % len(MoveLimit))
         assert not is_best(planned, code ^ (limit ^ other) << 3 * k, 1e-9)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.helpers import long_drives
 from tests.parity.checks import (
-    Drive,
+    Rollout,
     check_bad_states,
     check_bad_steps,
     check_params,
@@ -42,7 +42,7 @@ from tests.parity.strategies import (
     ids=str,
 )
 def test_pop_matches_reference_cases(
-    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+    drive: Rollout, params: dict[str, Any], vehicle: dict[str, Any]
 ) -> None:
     check_rollout(POP, drive, params, most=5000, vehicle=vehicle)
 
@@ -92,6 +92,6 @@ def test_pop_matches_reference_random(
 @long_drives()
 @given(drive=drives(), params=POP.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_pop_matches_reference_rollout(
-    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+    drive: Rollout, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
 ) -> None:
     check_rollout(POP, drive, params, vehicle=vehicle, adapt=adapt)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.helpers import long_drives
 from tests.parity.checks import (
-    Drive,
+    Rollout,
     check_bad_states,
     check_bad_steps,
     check_params,
@@ -44,7 +44,7 @@ from tests.parity.strategies import (
     ids=str,
 )
 def test_pure_pursuit_matches_reference_cases(
-    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any]
+    drive: Rollout, params: dict[str, Any], vehicle: dict[str, Any]
 ) -> None:
     check_rollout(PURE_PURSUIT, drive, params, most=5000, vehicle=vehicle)
 
@@ -100,6 +100,6 @@ def test_pure_pursuit_matches_reference_random(
 @long_drives()
 @given(drive=drives(), params=PURE_PURSUIT.params(), vehicle=CALM_VEHICLES, adapt=ADAPTS)
 def test_pure_pursuit_matches_reference_rollout(
-    drive: Drive, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
+    drive: Rollout, params: dict[str, Any], vehicle: dict[str, Any], adapt: Any
 ) -> None:
     check_rollout(PURE_PURSUIT, drive, params, vehicle=vehicle, adapt=adapt)

@@ -13,9 +13,9 @@ import popsteer
 from popsteer import Status
 from popsteer.reference.laws import preview_pop
 from popsteer.reference.laws.preview_pop import limited
-from popsteer.reference.laws.preview_pop.horizon import Reached
+from popsteer.reference.laws.preview_pop.horizon import MoveLimit
 from popsteer.reference.vehicle import estimator
-from tests.parity.checks import Drive, check_rollout
+from tests.parity.checks import Rollout, check_rollout
 from tests.parity.compare import Apart, Pair, make
 from tests.parity.laws import POP, PREVIEW_POP, STANLEY, Law
 from tests.parity.strategies import Shape, Spot
@@ -31,7 +31,7 @@ CAR: dict[str, Any] = {
     "max_lateral_acceleration": 3.0,
     "understeer": 0.001,
 }
-DRIVE = Drive(Shape("smooth", 100, seed=3), Spot(0.0, 1.5), steps=200, seed=1)
+DRIVE = Rollout(Shape("smooth", 100, seed=3), Spot(0.0, 1.5), steps=200, seed=1)
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_limits_that_hold_another_plan_differ() -> None:
     assert state.rust.reached_limits != 0
     rng = random.Random(1)
     for _ in range(20):
-        code = sum(rng.choice(list(Reached)) << 3 * k for k in range(19))
+        code = sum(rng.choice(list(MoveLimit)) << 3 * k for k in range(19))
         pair.twin.state = popsteer.reference.PreviewPopState(
             **{**state.rust.as_dict(), "reached_limits": code}
         )

@@ -155,7 +155,7 @@ def test_state_of_another_vehicle_matches_reference_edges(law: Law) -> None:
     assert not delayed(0.3).set_state(state)
     bare = delayed(0.0)
     # Of a controller that models nothing, nothing is in flight; preview POP would have to know.
-    assert bare.set_state(state) == (not law.predicts)
+    assert bare.set_state(state) == (not law.reads_belief)
     bare.get("state")
     # The wheels of a state that knows nothing of them are at rest under its angle.
     plain = make(law.state_name, steer=0.1)

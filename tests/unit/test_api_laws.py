@@ -117,7 +117,7 @@ def test_law_of_a_path_alone_has_the_default_vehicle_and_tuning(law: Law) -> Non
 def test_law_adapts_where_an_estimate_counts_unless_told(law: Law) -> None:
     make = getattr(popsteer, law.name)
     usual, late = make(PATH), make(PATH, popsteer.Vehicle(dead_time=0.1))
-    assert usual.adapt == (popsteer.AdaptParams() if law.predicts else None)
+    assert usual.adapt == (popsteer.AdaptParams() if law.reads_belief else None)
     assert late.adapt == make(PATH, CAR, adapt="auto").adapt == popsteer.AdaptParams()
     assert make(PATH, CAR, adapt=None).adapt is None
     assert make(PATH, adapt=ADAPT).adapt == ADAPT

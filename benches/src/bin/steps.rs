@@ -10,7 +10,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::io::{Write, stdout};
 
-use popsteer_bench::{Course, DELAYED, Drive, FREE, SLOW, WAYPOINTS};
+use popsteer_bench::{Course, DELAYED, FREE, LapRunner, SLOW, WAYPOINTS};
 use popsteer_core::laws::{
     BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
     PurePursuit, PurePursuitParams, Stanley, StanleyParams,
@@ -21,7 +21,7 @@ use popsteer_core::{LateralLaw, Tracker, Vehicle};
 // loop.
 #[inline(never)]
 fn take_steps<L: LateralLaw>(course: &Course, law: L, call: &str, steps: usize) {
-    let mut drive = Drive::new(course, Tracker::of(law));
+    let mut drive = LapRunner::new(course, Tracker::of(law));
     if call == "steer" {
         for _ in 0..steps {
             black_box(drive.steer());

@@ -9,7 +9,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from popsteer._core import Vehicle
-    from popsteer.identification.drive import Drive
+    from popsteer.identification.drive import PreparedLog
     from popsteer.identification.fit import Fit
 
 __all__ = ["error_of", "unsure"]
@@ -23,14 +23,14 @@ _SURE_DELAY = 0.03
 _SURE_SHIFT = 0.1
 
 
-def unsure(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:
+def unsure(found: Fit, drive: PreparedLog, told: Vehicle) -> Doubt | None:
     """Give what the log cannot tell apart first.
 
     Parameters
     ----------
     found : Fit
         A fit.
-    drive : Drive
+    drive : PreparedLog
         The log.
     told : Vehicle
         Gives the values that the log does not show.
@@ -52,7 +52,7 @@ def error_of(found: Fit, weights: dict[str, float]) -> float:
     return float(np.sqrt(max(vector @ found.covariance @ vector, 0.0)))
 
 
-def _shift(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: ARG001 - as the others
+def _shift(found: Fit, drive: PreparedLog, told: Vehicle) -> Doubt | None:  # noqa: ARG001 - as the others
     hardest = max(float(np.quantile(np.abs(drive.acceleration), 0.9)), 0.1)
     bends = found.errors.get("load_shift", 0.0) * hardest * drive.usual_speed**2
     if bends > _SURE_SHIFT * found.values["turning_wheelbase"]:
@@ -60,7 +60,7 @@ def _shift(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: AR
     return None
 
 
-def _understeer(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:
+def _understeer(found: Fit, drive: PreparedLog, told: Vehicle) -> Doubt | None:
     square, length = drive.usual_speed**2, found.values["turning_wheelbase"]
     if "understeer" not in found.errors:
         return None
@@ -75,7 +75,7 @@ def _understeer(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:
     )
 
 
-def _oversteer(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: ARG001
+def _oversteer(found: Fit, drive: PreparedLog, told: Vehicle) -> Doubt | None:  # noqa: ARG001
     slope = found.values["understeer"]
     if "understeer" not in found.errors or slope >= 0.0:
         return None
@@ -88,7 +88,7 @@ def _oversteer(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa
     )
 
 
-def _offset(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: ARG001
+def _offset(found: Fit, drive: PreparedLog, told: Vehicle) -> Doubt | None:  # noqa: ARG001
     if found.errors.get("steer_offset", 0.0) <= _SURE_OFFSET:
         return None
     return {"steer_offset": told.steer_offset}, (
@@ -97,7 +97,7 @@ def _offset(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: A
     )
 
 
-def _delay(found: Fit, drive: Drive, told: Vehicle) -> Doubt | None:  # noqa: ARG001
+def _delay(found: Fit, drive: PreparedLog, told: Vehicle) -> Doubt | None:  # noqa: ARG001
     values, errors = found.values, found.errors
     if errors.get("dead_time", 0.0) <= _SURE_DELAY:
         return None

@@ -27,7 +27,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer.identification.drive import Drive
+    from popsteer.identification.drive import PreparedLog
 
     Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ class Wheels:
 class Chain:
     """The simulated car of a drive; it remembers the wheels that it computed last."""
 
-    drive: Drive
+    drive: PreparedLog
     lag_of: LagOf = "yaw rate"
     _wheels: dict[tuple[float, float | None], Wheels] = field(default_factory=dict)
 

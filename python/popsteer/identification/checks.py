@@ -12,7 +12,7 @@ from popsteer.logs import LogError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer.identification.drive import Drive
+    from popsteer.identification.drive import PreparedLog
     from popsteer.logs import Log
 
     Array = NDArray[np.float64]
@@ -46,12 +46,12 @@ def refuse_units(log: Log) -> None:
         )
 
 
-def first_length(drive: Drive, name: str) -> float:
+def first_length(drive: PreparedLog, name: str) -> float:
     """Give a first guess of the length by which the car turns, or say why there is none.
 
     Parameters
     ----------
-    drive : Drive
+    drive : PreparedLog
         The log.
     name : str
         What it is called.
@@ -93,7 +93,7 @@ def first_length(drive: Drive, name: str) -> float:
     return _regression(drive, t, name)
 
 
-def _regression(drive: Drive, t: Array, name: str) -> float:
+def _regression(drive: PreparedLog, t: Array, name: str) -> float:
     """Regress the turn in a window on what the commands explain, delay by delay."""
     counted = np.unique(np.round((t - t[0]) / _WINDOW).astype(int)) * _WINDOW + t[0]
     ends = counted[1:][np.diff(counted) < 1.5 * _WINDOW]

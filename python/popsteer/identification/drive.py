@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Drive", "prepare"]
+__all__ = ["PreparedLog", "prepare"]
 
 CELL = 0.025
 """Longest cell of the simulation [s]. Lag, dead time and rate are exact for a command that stays
@@ -35,7 +35,7 @@ HARDEST = 12.0
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class PreparedLog:
     """A log on a clock without gaps.
 
     `commands` begin at `times`. `edges` bound the cells of the simulation, `speed` is that of
@@ -75,7 +75,7 @@ class Drive:
         return found
 
 
-def prepare(log: Log) -> Drive:
+def prepare(log: Log) -> PreparedLog:
     """Lay a log out for the fit.
 
     Parameters
@@ -85,7 +85,7 @@ def prepare(log: Log) -> Drive:
 
     Returns
     -------
-    Drive
+    PreparedLog
         The same on a clock in which each gap lasts `PAUSE`.
     """
     starts = np.concatenate(([0], np.asarray(log.gaps, dtype=np.int64))).astype(np.int64)
@@ -111,7 +111,7 @@ def prepare(log: Log) -> Drive:
     edges, speed = _cells(t, starts, ends, clean["speed"])
     acceleration = _acceleration(speed, float(edges[1] - edges[0]))
     usual = _usual_speed(t, clean["yaw"], clean["speed"])
-    return Drive(
+    return PreparedLog(
         t=t,
         x=clean["x"],
         y=clean["y"],

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from popsteer.identification.drive import Drive
+    from popsteer.identification.drive import PreparedLog
 
     Array = NDArray[np.float64]
 
@@ -102,7 +102,7 @@ class Fit:
 
 
 def fit(
-    drive: Drive,
+    drive: PreparedLog,
     start: Mapping[str, float],
     fixed: Mapping[str, float],
     progress: Callable[[float], object] | None = None,
@@ -111,7 +111,7 @@ def fit(
 
     Parameters
     ----------
-    drive : Drive
+    drive : PreparedLog
         The log.
     start : mapping of str to float
         Where to begin; a turning wheelbase at least.
@@ -158,7 +158,7 @@ def fit(
 class _Task:
     """One structure of the chain, and what is to be found in it."""
 
-    def __init__(self, drive: Drive, chain: Chain, fixed: dict[str, float]) -> None:
+    def __init__(self, drive: PreparedLog, chain: Chain, fixed: dict[str, float]) -> None:
         self.drive, self.chain, self.fixed = drive, chain, fixed
         self.parts = drive.parts()
         self.theta, self.noise = 0.9, 0.002

@@ -21,7 +21,7 @@ from popsteer.identification.whiten import choose_theta, covariance, spread, whi
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer.identification.drive import Drive
+    from popsteer.identification.drive import PreparedLog
 
     Array = NDArray[np.float64]
 
@@ -48,12 +48,12 @@ class Point:
         return float(np.sqrt(max(weights @ self.covariance @ weights, 0.0)))
 
 
-def fit_point(drive: Drive, simulated: Array, theta: float) -> Point:
+def fit_point(drive: PreparedLog, simulated: Array, theta: float) -> Point:
     """Fit the point to the positions of a drive.
 
     Parameters
     ----------
-    drive : Drive
+    drive : PreparedLog
         The log.
     simulated : (N,) ndarray of float64
         The simulated heading [rad].
@@ -105,7 +105,7 @@ def fit_point(drive: Drive, simulated: Array, theta: float) -> Point:
     )
 
 
-def _columns(drive: Drive, heading: Array) -> list[Array]:
+def _columns(drive: PreparedLog, heading: Array) -> list[Array]:
     """Give the way between samples, and what each parameter adds to it, (N - 1, 2) each."""
     step, turn = np.diff(drive.t), np.diff(heading)
     middle = heading[:-1] + 0.5 * turn
@@ -124,7 +124,7 @@ def _columns(drive: Drive, heading: Array) -> list[Array]:
     ]
 
 
-def smooth(values: Array, theta: float, drive: Drive) -> Array:
+def smooth(values: Array, theta: float, drive: PreparedLog) -> Array:
     """Give a random walk out of the noise of its samples: exponential, forwards and backwards."""
     from scipy.signal import lfilter
 

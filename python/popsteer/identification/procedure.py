@@ -20,7 +20,7 @@ from popsteer.logs import LogError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from popsteer.identification.drive import Drive
+    from popsteer.identification.drive import PreparedLog
     from popsteer.identification.point import Point
     from popsteer.logs import Log
 
@@ -130,7 +130,7 @@ def identify(
 
 
 def _heading(
-    drive: Drive,
+    drive: PreparedLog,
     length: float,
     told: Vehicle,
     name: str,
@@ -204,7 +204,7 @@ def _vehicle(
     point: Point,
     rate: float | None,
     fixed: dict[str, float],
-    drive: Drive,
+    drive: PreparedLog,
     words: list[str],
 ) -> tuple[Vehicle, dict[str, float]]:
     """Make the vehicle of what was found, and of what was given for the rest."""
@@ -241,7 +241,7 @@ def _vehicle(
 def _place(
     told: Vehicle | None,
     point: Point,
-    drive: Drive,
+    drive: PreparedLog,
     changes: dict[str, float | None],
     errors: dict[str, float],
     words: list[str],
@@ -272,7 +272,7 @@ def _place(
         errors["no_slip_point" if told.no_slip_point is not None else "rear_axle"] = at_speed
 
 
-def _outliers(drive: Drive) -> list[str]:
+def _outliers(drive: PreparedLog) -> list[str]:
     if not drive.outliers:
         return []
     numbers = "number stands" if drive.outliers == 1 else "numbers stand"

@@ -11,7 +11,7 @@ from popsteer.identification.drive import SETTLING
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from popsteer.identification.drive import Drive
+    from popsteer.identification.drive import PreparedLog
     from popsteer.logs import Log
 
     Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ AFRESH = 10.0
 
 
 def compared(
-    log: Log, drive: Drive, yaw: Array, theta: float, point: tuple[float, float, float]
+    log: Log, drive: PreparedLog, yaw: Array, theta: float, point: tuple[float, float, float]
 ) -> dict[str, NDArray[Any]]:
     """Set the simulated motion beside the measured one.
 
@@ -31,7 +31,7 @@ def compared(
     ----------
     log : Log
         The log.
-    drive : Drive
+    drive : PreparedLog
         The log, prepared for the fit.
     yaw : (N,) ndarray of float64
         The simulated heading [rad].
@@ -85,7 +85,7 @@ def compared(
     }
 
 
-def _starts(drive: Drive) -> list[int]:
+def _starts(drive: PreparedLog) -> list[int]:
     """Give the samples at which the simulation restarts."""
     found: list[int] = []
     ends = [*drive.starts[1:], len(drive.t)]

@@ -9,8 +9,8 @@
 mod instance;
 
 use instance::{Instance, Random};
-use popsteer_core::laws::preview_pop::cost_to_go::{BestMove, Predicted};
-use popsteer_core::laws::preview_pop::limited::{Limits, MAX_PASSES, Reached, ReachedLimits};
+use popsteer_core::laws::preview_pop::cost_to_go::{BestMove, ModelState};
+use popsteer_core::laws::preview_pop::limited::{MAX_PASSES, MoveLimit, PlanLimits, ReachedLimits};
 
 #[test]
 fn test_plan_meets_the_conditions_of_optimality_on_20000_random_instances() {
@@ -69,7 +69,7 @@ fn test_plan_within_limits_that_do_not_bind_is_the_unlimited_one() {
     let mut random = Random(13);
     for _ in 0..1000 {
         let mut instance = Instance::random(&mut random);
-        instance.limits = Limits {
+        instance.limits = PlanLimits {
             first: (-1e6, 1e6),
             later: 1e6,
             low: -1e6,
@@ -85,7 +85,7 @@ fn test_plan_within_limits_that_do_not_bind_is_the_unlimited_one() {
             plan.first().to_bits(),
             moves[0].commanded(&instance.start).to_bits()
         );
-        assert_eq!((plan.passes, plan.reached), (1, Reached::Nothing));
+        assert_eq!((plan.passes, plan.reached), (1, MoveLimit::Nothing));
     }
 }
 
@@ -143,7 +143,7 @@ fn test_plan_in_a_noisy_loop_takes_more_than_12_passes_in_a_thousandth_of_the_st
         let mut guess = ReachedLimits::default();
         let mut truth = instance.start;
         for _ in 0..100 {
-            instance.start = Predicted {
+            instance.start = ModelState {
                 error: truth.error + 0.1 * instance.length / 2.7 * away(&mut random),
                 heading: truth.heading + 0.005 * away(&mut random),
                 ..truth

@@ -27,7 +27,7 @@ fn test_angles_of_the_wheels_are_remembered_for_their_time() {
     assert!((angles[0].0 - 0.1).abs() < 1e-12);
     // From a pose 0.45 s old to one 0.1 s old.
     past.see(0.45);
-    let reached = past.reached(0.1);
+    let reached = past.wheel_integrals(0.1);
     let turn = 0.15 * f64::tan(0.3) + 0.2 * f64::tan(-0.2);
     assert!((reached.turn - turn).abs() < 1e-12, "{reached:?}");
     past.see(0.05);

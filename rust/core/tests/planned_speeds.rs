@@ -1,7 +1,7 @@
 //! Planned speeds keep every limit, and at every waypoint one of the limits is reached: no greater
 //! speed is within them. The limits are written here as their definitions say.
 
-use popsteer_core::speed::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
+use popsteer_core::speed::{Course, Limit, OverSpeed, SpeedLimits, path_curvature, plan_speeds};
 use popsteer_core::{Path, Vehicle};
 
 const FALLING: OverSpeed<'static> = OverSpeed {
@@ -74,7 +74,7 @@ fn at(over: &OverSpeed<'_>, speed: f64) -> f64 {
 }
 
 /// What the friction ellipse leaves along the path.
-fn available(limits: &Limits<'_>, over: &OverSpeed<'_>, squared: f64, curvature: f64) -> f64 {
+fn available(limits: &SpeedLimits<'_>, over: &OverSpeed<'_>, squared: f64, curvature: f64) -> f64 {
     let most = at(over, squared.sqrt());
     let used = squared * curvature.abs() / limits.max_lateral_acceleration;
     let share = if limits.exponent.is_infinite() {
@@ -87,8 +87,8 @@ fn available(limits: &Limits<'_>, over: &OverSpeed<'_>, squared: f64, curvature:
         .map_or(most * share, |grip| most.min(grip * share))
 }
 
-/// How fast the wheels turn at most along a segment, by the bound that `Limits` states [rad/s].
-fn turning(limits: &Limits<'_>, from: f64, to: f64, length: f64, speed: f64) -> f64 {
+/// How fast the wheels turn at most along a segment, by the bound that `SpeedLimits` states [rad/s].
+fn turning(limits: &SpeedLimits<'_>, from: f64, to: f64, length: f64, speed: f64) -> f64 {
     let car = &limits.vehicle;
     let longer = car.understeer * speed * speed;
     let most = at(&limits.acceleration, 0.0).max(at(&limits.deceleration, 0.0));
@@ -102,7 +102,7 @@ fn turning(limits: &Limits<'_>, from: f64, to: f64, length: f64, speed: f64) -> 
     speed * (change + rising) / (1.0 + (least * car.wheelbase).powi(2))
 }
 
-fn check(track: &Track, closed: bool, limits: &Limits<'_>) -> Vec<Limit> {
+fn check(track: &Track, closed: bool, limits: &SpeedLimits<'_>) -> Vec<Limit> {
     let course = Course {
         curvature: &track.curvature,
         spacing: &track.spacing,
@@ -196,7 +196,7 @@ fn test_planned_speeds_are_the_greatest_within_the_limits() {
             for longitudinal_grip in [None, Some(3.5)] {
                 for (acceleration, deceleration) in [(PLAIN, FALLING), (FALLING, PLAIN)] {
                     for (understeer, rate) in [(0.0, None), (0.05, None), (0.005, Some(0.6))] {
-                        let limits = Limits {
+                        let limits = SpeedLimits {
                             max_speed: 12.0,
                             max_lateral_acceleration: 6.0,
                             acceleration,
@@ -240,7 +240,7 @@ fn test_lap_is_planned_alike_wherever_it_begins() {
             start_speed: None,
             end_speed: None,
         };
-        let limits = Limits {
+        let limits = SpeedLimits {
             max_speed: 12.0,
             max_lateral_acceleration: 6.0,
             acceleration: FALLING,

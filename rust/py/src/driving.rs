@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use popsteer_core::InputError;
-use popsteer_sim::{Controller, Drive, Perception, Simulation, closed_loop};
+use popsteer_sim::{Controller, Longitudinal, Perception, Simulation, closed_loop};
 use pyo3::prelude::*;
 
 use crate::errors::OrRaise;
@@ -20,7 +20,7 @@ pub(crate) fn driven(
     simulation: &mut Simulation,
     plant: Option<&PythonPlant>,
     controller: &Bound<'_, PyAny>,
-    drive: &Drive,
+    longitudinal: &Longitudinal,
     perception: Perception,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Option<PyErr>> {
@@ -50,11 +50,11 @@ pub(crate) fn driven(
         py.detach(|| {
             simulation.track(*tracker.follow());
             let mut driver = Controller::new(&tracker);
-            closed_loop::run(simulation, &mut driver, drive, perception, go_on)
+            closed_loop::run(simulation, &mut driver, longitudinal, perception, go_on)
         })
     } else {
         let mut driver = PythonDriver::of(controller)?;
-        let run = || closed_loop::run(simulation, &mut driver, drive, perception, go_on);
+        let run = || closed_loop::run(simulation, &mut driver, longitudinal, perception, go_on);
         let outcome = py.detach(run);
         driver.take_fault().map_or(Ok(outcome), Err)?
     };

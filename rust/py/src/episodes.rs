@@ -13,7 +13,7 @@ use pyo3::types::PyDict;
 use pyo3::{PyTraverseError, PyVisit};
 
 use crate::errors::{OrRaise, entry_error};
-use crate::longitudinal::drive_of;
+use crate::longitudinal::longitudinal_of;
 use crate::path::PyPath;
 use crate::plants::any_plant;
 use crate::pool;
@@ -21,7 +21,7 @@ use crate::python_plant::{PythonPlant, limit_of};
 use crate::settings::PySettings;
 
 /// Observations, rewards, whether the episodes are terminated, whether they are truncated, info.
-type Answer<'py> = (
+type StepArrays<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<bool>>,
@@ -87,9 +87,9 @@ impl PyEpisodes {
         longitudinal: Option<&Bound<'_, PyAny>>,
         settings: Option<Py<PySettings>>,
     ) -> PyResult<Self> {
-        let drive = match longitudinal {
+        let longitudinal = match longitudinal {
             None => None,
-            Some(longitudinal) => Some(drive_of(longitudinal).ok_or_else(|| {
+            Some(longitudinal) => Some(longitudinal_of(longitudinal).ok_or_else(|| {
                 PyTypeError::new_err("longitudinal must be a CoupledLongitudinal or a SpeedPid")
             })?),
         };
@@ -102,7 +102,7 @@ impl PyEpisodes {
             off_path,
         };
         let terms = Terms {
-            drive,
+            longitudinal,
             preview,
             weights,
         };
@@ -213,7 +213,7 @@ impl PyEpisodes {
         py: Python<'py>,
         actions: PyReadonlyArray2<'py, f64>,
         rest: PyReadonlyArray1<'py, bool>,
-    ) -> PyResult<Answer<'py>> {
+    ) -> PyResult<StepArrays<'py>> {
         // Copied: other threads may write to them while the lock is released.
         let actions: Vec<f64> = actions.as_array().iter().copied().collect();
         let rest: Vec<bool> = rest.as_array().iter().copied().collect();
@@ -247,7 +247,7 @@ impl PyEpisodes {
     ///     Observations, shape (N, D) of float32; the rewards of the last step, shape (N,); whether
     ///     the episodes are terminated, and whether they are truncated, shape (N,) of bool; a column
     ///     for each of the names of `info_names`, shape (N, K).
-    fn look<'py>(&self, py: Python<'py>) -> Answer<'py> {
+    fn look<'py>(&self, py: Python<'py>) -> StepArrays<'py> {
         let (count, width) = (self.episodes.len(), self.episodes.terms().observations());
         let mut observations = Vec::with_capacity(count * width);
         let mut info = Vec::with_capacity(count * INFO.len());

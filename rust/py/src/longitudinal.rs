@@ -6,7 +6,7 @@ use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
 };
 use popsteer_sim::plant::PedalMap;
-use popsteer_sim::{Drive, Plant};
+use popsteer_sim::{Longitudinal, Plant};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
@@ -218,16 +218,16 @@ impl PySpeedPid {
 }
 
 /// Either of the longitudinal controllers that need no plan, as the closed loop takes it.
-pub(crate) fn drive_of(object: &Bound<'_, PyAny>) -> Option<Drive> {
+pub(crate) fn longitudinal_of(object: &Bound<'_, PyAny>) -> Option<Longitudinal> {
     if let Ok(law) = object.cast_exact::<PyCoupledLongitudinal>() {
-        return Some(Drive::Coupled(law.get().law));
+        return Some(Longitudinal::Coupled(law.get().law));
     }
     object
         .cast_exact::<PySpeedPid>()
         .ok()?
         .try_borrow()
         .ok()
-        .map(|law| Drive::Speed(law.law))
+        .map(|law| Longitudinal::Speed(law.law))
 }
 
 /// The numbers of a `popsteer.sim.PedalMap`.
@@ -252,16 +252,16 @@ impl From<GivenPedals> for PedalMap {
 
 /// Any of the longitudinal controllers, for a plant; its pedals are those of `given`, or its own.
 /// Without a controller, the paper's.
-pub(crate) fn drive_for(
+pub(crate) fn longitudinal_for(
     object: Option<&Bound<'_, PyAny>>,
     plant: &dyn Plant,
     given: Option<GivenPedals>,
-) -> PyResult<Drive> {
+) -> PyResult<Longitudinal> {
     let Some(object) = object else {
-        return Ok(Drive::default());
+        return Ok(Longitudinal::default());
     };
     let Ok(tracker) = object.cast_exact::<PySpeedTracker>() else {
-        return drive_of(object).ok_or_else(|| {
+        return longitudinal_of(object).ok_or_else(|| {
             PyTypeError::new_err(
                 "longitudinal must be a CoupledLongitudinal, a SpeedPid or a SpeedTracker",
             )
@@ -273,5 +273,7 @@ pub(crate) fn drive_for(
         let none = py.None().into_bound(py);
         return Err(argument_error(py, "pedals", none, &required));
     };
-    Ok(Drive::Tracked(Arc::new(tracker.try_borrow()?.tracked(map))))
+    Ok(Longitudinal::Tracked(Arc::new(
+        tracker.try_borrow()?.tracked(map),
+    )))
 }

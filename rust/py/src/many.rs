@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 
 use crate::errors::{OrRaise, entry_error};
 use crate::lateral::law_of;
-use crate::longitudinal::{GivenPedals, drive_for};
+use crate::longitudinal::{GivenPedals, longitudinal_for};
 use crate::metrics::figures;
 use crate::plants::plant_of;
 use crate::pool;
@@ -53,7 +53,7 @@ pub(crate) fn run_many<'py>(
         let start = VehicleState { x, y, yaw, speed };
         let plant = plant_of(&plant)?;
         prepared.push(Run {
-            drive: drive_for(longitudinal.as_ref(), plant.as_ref(), pedals)?,
+            longitudinal: longitudinal_for(longitudinal.as_ref(), plant.as_ref(), pedals)?,
             law,
             path,
             plant,

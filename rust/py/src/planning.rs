@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use popsteer_core::error::config_in_range;
 use popsteer_core::speed::{
-    Course, Limit, Limits, OverSpeed, path_curvature as curvature_of, plan_speeds as plan,
+    Course, Limit, OverSpeed, SpeedLimits, path_curvature as curvature_of, plan_speeds as plan,
 };
 use pyo3::prelude::*;
 
@@ -48,7 +48,7 @@ pub(crate) fn plan_speeds<'py>(
     exponent: f64,
     vehicle: &PyVehicle,
 ) -> PyResult<Planned<'py>> {
-    let limits = Limits {
+    let limits = SpeedLimits {
         max_speed,
         max_lateral_acceleration,
         acceleration: over_speed(&acceleration)?,

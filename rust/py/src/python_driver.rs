@@ -1,7 +1,7 @@
 //! A controller written in Python, driven by the same closed loop as the core's.
 
 use popsteer_core::{InputError, PathView, Point, Status, VehicleState};
-use popsteer_sim::{Answer, Driver};
+use popsteer_sim::{Driver, DriverAnswer};
 use pyo3::exceptions::PyTypeError;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -38,7 +38,7 @@ impl PythonDriver {
         self.fault.take()
     }
 
-    fn asked(&self, vehicle: VehicleState, dt: f64, reverse: bool) -> PyResult<Answer> {
+    fn asked(&self, vehicle: VehicleState, dt: f64, reverse: bool) -> PyResult<DriverAnswer> {
         Python::attach(|py| {
             let VehicleState { x, y, yaw, speed } = vehicle;
             let options = PyDict::new(py);
@@ -62,7 +62,7 @@ impl Driver for PythonDriver {
         vehicle: VehicleState,
         dt: f64,
         reverse: bool,
-    ) -> Result<Option<Answer>, InputError> {
+    ) -> Result<Option<DriverAnswer>, InputError> {
         match self.asked(vehicle, dt, reverse) {
             Ok(answer) => Ok(Some(answer)),
             Err(error) => {
@@ -95,11 +95,11 @@ fn takes_reverse(step: &Bound<'_, PyAny>) -> PyResult<bool> {
 }
 
 /// An angle, or an object that has one and may have target, status and direction.
-fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<Answer> {
+fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<DriverAnswer> {
     let py = answer.py();
     let nowhere = Point::new(f64::NAN, f64::NAN);
     if answer.is_instance_of::<PyFloat>() || answer.is_instance_of::<PyInt>() {
-        return Ok(Answer {
+        return Ok(DriverAnswer {
             steer: answer.extract()?,
             reverse,
             target: nowhere,
@@ -138,7 +138,7 @@ fn read(answer: &Bound<'_, PyAny>, reverse: bool) -> PyResult<Answer> {
         None => reverse,
         Some(reverse) => reverse.extract()?,
     };
-    Ok(Answer {
+    Ok(DriverAnswer {
         steer,
         reverse,
         target,

@@ -12,7 +12,7 @@ use pyo3::{PyTraverseError, PyVisit};
 
 use crate::driving::driven;
 use crate::errors::{OrRaise, argument_error};
-use crate::longitudinal::{GivenPedals, drive_for};
+use crate::longitudinal::{GivenPedals, longitudinal_for};
 use crate::metrics::by_name;
 use crate::path::PyPath;
 use crate::plants::{AnyPlant, any_plant, plant_object};
@@ -322,7 +322,8 @@ impl PySimulation {
         seed: u64,
         pedals: Option<GivenPedals>,
     ) -> PyResult<()> {
-        let drive = drive_for(longitudinal, self.simulation.plant().as_ref(), pedals)?;
+        let longitudinal =
+            longitudinal_for(longitudinal, self.simulation.plant().as_ref(), pedals)?;
         if self.limit.is_some() {
             return Ok(());
         }
@@ -330,7 +331,13 @@ impl PySimulation {
         let perception = Perception::new(noise, seed, 0);
         let (simulation, plant) = (&mut self.simulation, self.python_plant.as_deref());
         let fault = driven(
-            py, simulation, plant, controller, &drive, perception, progress,
+            py,
+            simulation,
+            plant,
+            controller,
+            &longitudinal,
+            perception,
+            progress,
         )?;
         self.take_note(py, fault)
     }

@@ -7,7 +7,7 @@ use popsteer_core::Path;
 use popsteer_core::VehicleState;
 use popsteer_core::speed::{SpeedCommand, SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
 use popsteer_core::vehicle::Vehicle;
-use popsteer_sim::drive::Tracked;
+use popsteer_sim::longitudinal::Tracked;
 use popsteer_sim::plant::PedalMap;
 use pyo3::prelude::*;
 

@@ -3,13 +3,13 @@
 use popsteer_core::tracker::TrackerState;
 use popsteer_core::{InputError, LateralLaw, PathView, Point, Status, Tracker, VehicleState};
 
-use crate::drive::{Drive, Pedalling};
+use crate::longitudinal::{Longitudinal, Pedalling};
 use crate::noise::Perception;
 use crate::simulation::Simulation;
 
 /// What a driver answers to one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Answer {
+pub struct DriverAnswer {
     /// Steering angle to command [rad].
     pub steer: f64,
     /// Whether to drive backwards.
@@ -34,7 +34,7 @@ pub trait Driver {
         vehicle: VehicleState,
         dt: f64,
         reverse: bool,
-    ) -> Result<Option<Answer>, InputError>;
+    ) -> Result<Option<DriverAnswer>, InputError>;
 }
 
 /// A controller of the core as a driver, from a fresh state.
@@ -66,9 +66,9 @@ impl<L: LateralLaw> Driver for Controller<'_, L> {
         vehicle: VehicleState,
         dt: f64,
         _reverse: bool,
-    ) -> Result<Option<Answer>, InputError> {
+    ) -> Result<Option<DriverAnswer>, InputError> {
         let command = self.tracker.step(path, &mut self.state, vehicle, dt)?;
-        Ok(Some(Answer {
+        Ok(Some(DriverAnswer {
             steer: command.steer,
             reverse: command.reverse,
             target: command.target,
@@ -77,7 +77,7 @@ impl<L: LateralLaw> Driver for Controller<'_, L> {
     }
 }
 
-/// Lets `driver` and `drive` drive `simulation` until it is over; both are given the vehicle with
+/// Lets `driver` and `longitudinal` drive `simulation` until it is over; both are given the vehicle with
 /// the noise of `perception`.
 ///
 /// `go_on` is called after every step; `false` ends the run early.
@@ -88,11 +88,11 @@ impl<L: LateralLaw> Driver for Controller<'_, L> {
 pub fn run(
     simulation: &mut Simulation,
     driver: &mut impl Driver,
-    drive: &Drive,
+    longitudinal: &Longitudinal,
     mut perception: Perception,
     mut go_on: impl FnMut(&Simulation) -> bool,
 ) -> Result<(), InputError> {
-    let mut pedals = Pedalling::new(drive, simulation);
+    let mut pedals = Pedalling::new(longitudinal, simulation);
     let path = simulation.path().clone();
     let dt = simulation.settings().dt;
     while !simulation.is_over() {

@@ -36,8 +36,8 @@ macro_rules! laws {
                 match self { $(Self::$law(law) => law.steered(),)+ }
             }
 
-            fn predicts(&self) -> bool {
-                match self { $(Self::$law(law) => law.predicts(),)+ }
+            fn reads_belief(&self) -> bool {
+                match self { $(Self::$law(law) => law.reads_belief(),)+ }
             }
 
             fn default_adapt(&self) -> Option<AdaptParams> {

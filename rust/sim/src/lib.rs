@@ -8,7 +8,7 @@
 //! ```
 //! use std::sync::Arc;
 //! use popsteer_core::{Path, Tracker, VehicleState, lateral::Pop};
-//! use popsteer_sim::{Controller, Drive, Perception, Settings, Simulation, closed_loop};
+//! use popsteer_sim::{Controller, Longitudinal, Perception, Settings, Simulation, closed_loop};
 //! use popsteer_sim::plant::CarlaIdentified;
 //!
 //! let x: Vec<f64> = (0..200).map(f64::from).collect();
@@ -19,8 +19,8 @@
 //! let mut simulation =
 //!     Simulation::new(path, Arc::new(plant), start, *pop.follow(), Settings::default())?;
 //! let mut controller = Controller::new(&pop);
-//! let drive = Drive::default();
-//! closed_loop::run(&mut simulation, &mut controller, &drive, Perception::EXACT, |_| true)?;
+//! let longitudinal = Longitudinal::default();
+//! closed_loop::run(&mut simulation, &mut controller, &longitudinal, Perception::EXACT, |_| true)?;
 //! assert!(simulation.metrics().finished);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -29,11 +29,11 @@
 pub mod batch;
 pub mod closed_loop;
 pub mod delay;
-pub mod drive;
 #[cfg(feature = "std")]
 pub mod episodes;
 mod follower;
 pub mod law;
+pub mod longitudinal;
 #[cfg(feature = "std")]
 pub mod many;
 pub mod metrics;
@@ -46,11 +46,11 @@ pub mod simulation;
 
 #[cfg(feature = "std")]
 pub use batch::{Batch, BatchError};
-pub use closed_loop::{Answer, Controller, Driver};
-pub use drive::Drive;
+pub use closed_loop::{Controller, Driver, DriverAnswer};
 #[cfg(feature = "std")]
 pub use episodes::{Episodes, Weights};
 pub use law::{Law, LawState};
+pub use longitudinal::Longitudinal;
 pub use metrics::{ErrorStats, Metrics};
 pub use noise::{Noise, Perception};
 pub use plant::{Control, Plant, PlantState};

@@ -7,8 +7,8 @@ use popsteer_core::{Path, Tracker, VehicleState};
 use rayon::prelude::*;
 
 use crate::closed_loop::{self, Controller};
-use crate::drive::Drive;
 use crate::law::Law;
+use crate::longitudinal::Longitudinal;
 use crate::metrics::Metrics;
 use crate::noise::Perception;
 use crate::plant::Plant;
@@ -29,7 +29,7 @@ pub struct Run {
     /// How it sees the vehicle.
     pub perception: Perception,
     /// Who works the pedals.
-    pub drive: Drive,
+    pub longitudinal: Longitudinal,
 }
 
 /// The progress of [`run_many`], for another thread, and a way to stop it.
@@ -87,7 +87,7 @@ pub fn run_many(
                 closed_loop::run(
                     &mut simulation,
                     &mut controller,
-                    &run.drive,
+                    &run.longitudinal,
                     perception,
                     go_on,
                 )?;
@@ -126,7 +126,7 @@ mod tests {
                 plant: Arc::clone(&plant),
                 start: start(k),
                 perception: Perception::new(noise, seed, u64::from(k)),
-                drive: Drive::default(),
+                longitudinal: Longitudinal::default(),
             })
             .collect()
     }
@@ -175,8 +175,15 @@ mod tests {
                 Simulation::new(run.path, run.plant, run.start, tracked, settings).unwrap();
             let mut controller = Controller::new(&run.law);
             let exact = Perception::EXACT;
-            let drive = &run.drive;
-            closed_loop::run(&mut simulation, &mut controller, drive, exact, |_| true).unwrap();
+            let longitudinal = &run.longitudinal;
+            closed_loop::run(
+                &mut simulation,
+                &mut controller,
+                longitudinal,
+                exact,
+                |_| true,
+            )
+            .unwrap();
             assert_eq!(simulation.metrics(), metrics);
         }
     }

@@ -88,7 +88,7 @@ mod tests {
     use super::*;
     use crate::closed_loop::{Controller, run};
     use crate::plant::KinematicBicycle;
-    use crate::{Drive, Perception, Settings};
+    use crate::{Longitudinal, Perception, Settings};
     use popsteer_core::laws::{Pop, PopParams};
     use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
     use std::sync::Arc;
@@ -124,7 +124,7 @@ mod tests {
             run(
                 simulation,
                 &mut Controller::new(&pop),
-                &Drive::default(),
+                &Longitudinal::default(),
                 Perception::EXACT,
                 |_| {
                     *steps += 1;

@@ -31,7 +31,7 @@ fn begun() -> Episodes {
     let settings = Settings::DEFAULT;
     let simulation = Simulation::new(Arc::new(path), plant, START, tracked, settings).unwrap();
     let terms = Terms {
-        drive: None,
+        longitudinal: None,
         preview: vec![4.0, 9.0],
         weights: WEIGHTS,
     };

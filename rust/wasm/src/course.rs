@@ -5,11 +5,11 @@ use std::sync::Arc;
 use popsteer_core::error::ConfigError;
 use popsteer_core::math::{atan2, cos, sin};
 use popsteer_core::path::PathView;
-use popsteer_core::speed::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
+use popsteer_core::speed::{Course, Limit, OverSpeed, SpeedLimits, path_curvature, plan_speeds};
 use popsteer_core::speed::{SpeedPid, SpeedPidParams};
 use popsteer_core::{Path, Tracker, VehicleState};
 use popsteer_sim::{
-    Controller, Drive, Law, Perception, Settings as Running, Simulation, closed_loop,
+    Controller, Law, Longitudinal, Perception, Settings as Running, Simulation, closed_loop,
 };
 
 use crate::refusal::Refusal;
@@ -58,10 +58,16 @@ pub(crate) fn drive(
         *law.follow(),
         Running::DEFAULT,
     )?;
-    let drive = Drive::Speed(SpeedPid::new(KEEPING)?);
+    let longitudinal = Longitudinal::Speed(SpeedPid::new(KEEPING)?);
     let mut controller = Controller::new(law);
     let exact = Perception::EXACT;
-    closed_loop::run(&mut simulation, &mut controller, &drive, exact, |_| true)?;
+    closed_loop::run(
+        &mut simulation,
+        &mut controller,
+        &longitudinal,
+        exact,
+        |_| true,
+    )?;
     Ok(simulation)
 }
 
@@ -77,7 +83,7 @@ fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigEr
     if view.is_closed() {
         spacing.push(view.length() - view.s().last().copied().unwrap_or(0.0));
     }
-    let limits = Limits {
+    let limits = SpeedLimits {
         max_speed: settings.speed,
         max_lateral_acceleration: LATERAL,
         acceleration: DRIVING,

@@ -1,8 +1,10 @@
 //! The plan of preview POP within its limits.
 
 use crate::bytes::Bytes;
-use popsteer_core::laws::preview_pop::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
-use popsteer_core::laws::preview_pop::limited::{Horizon, Limits, MAX_PASSES, Plan, ReachedLimits};
+use popsteer_core::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
+use popsteer_core::laws::preview_pop::limited::{
+    Horizon, MAX_PASSES, Plan, PlanLimits, ReachedLimits,
+};
 use popsteer_core::vehicle::bicycle::MAX_STEPS;
 
 /// One vehicle, planned for from a few states.
@@ -33,7 +35,7 @@ pub fn check(data: &[u8]) {
     let mut guess = ReachedLimits::default();
     for _ in 0..4 {
         let later = bytes.within(0.001, 0.3) / length;
-        let limits = Limits {
+        let limits = PlanLimits {
             first: (
                 -later * bytes.within(0.0, 1.0),
                 later * bytes.within(0.0, 1.0),
@@ -42,7 +44,7 @@ pub fn check(data: &[u8]) {
             low: -bytes.within(0.001, 0.7) / length,
             high: bytes.within(0.001, 0.7) / length,
         };
-        let start = Predicted {
+        let start = ModelState {
             error: length * bytes.within(-3.0, 3.0),
             heading: bytes.within(-1.0, 1.0),
             driven: bytes.within(-0.7, 0.7) / length,
@@ -80,7 +82,7 @@ pub fn check(data: &[u8]) {
 }
 
 /// Moves within their limits, curvatures within theirs or on their way there.
-fn check_plan(plan: &Plan, limits: &Limits, commanded: f64, count: usize) {
+fn check_plan(plan: &Plan, limits: &PlanLimits, commanded: f64, count: usize) {
     assert!(plan.passes <= MAX_PASSES && plan.cut_short <= (plan.passes == MAX_PASSES));
     assert!(plan.curvatures.iter().all(|each| each.is_finite()));
     let scale = limits.later.min(limits.high - limits.low);

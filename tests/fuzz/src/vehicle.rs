@@ -167,7 +167,7 @@ impl Life {
     fn observe(&mut self, state: VehicleState, turn: f64, dt: f64) -> f64 {
         let before = self.estimator.estimate;
         let now = state.ahead(self.car.no_slip());
-        let reached = self.in_flight.reaching(&self.car, self.last, dt);
+        let reached = self.in_flight.wheel_integrals(&self.car, self.last, dt);
         assert!(reached.turn.is_finite() && reached.slope.is_finite());
         assert!(reached.slope >= 0.0 && reached.slope + 1e-12 * dt >= reached.turn.abs());
         self.estimator

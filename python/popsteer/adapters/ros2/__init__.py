@@ -29,12 +29,12 @@ from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.messages import decode, encode, make
 from popsteer.adapters.ros2.node import Node, Options
 from popsteer.adapters.ros2.pacing import spin
-from popsteer.adapters.ros2.pilot import Drive, Pilot, State
+from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.recording import Recording, record_run
 from popsteer.adapters.ros2.topics import Topics
 
 __all__ = [
-    "Drive",
+    "DriveCommand",
     "Intake",
     "Measured",
     "MessageError",

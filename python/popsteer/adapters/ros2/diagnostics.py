@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from popsteer.adapters.ros2.intake import Intake
-    from popsteer.adapters.ros2.pilot import Drive, Pilot
+    from popsteer.adapters.ros2.pilot import DriveCommand, Pilot
 
 __all__ = ["ERROR", "OK", "WARN", "Loop", "message", "run_message"]
 
@@ -76,7 +76,7 @@ def message(
     loop: Loop,
     intake: Intake,
     pilot: Pilot | None,
-    drive: Drive | None,
+    drive: DriveCommand | None,
     *,
     waits: str,
     deviation: float,
@@ -92,7 +92,7 @@ def message(
         What came in.
     pilot : Pilot or None
         What drives; None before there is a path.
-    drive : Drive or None
+    drive : DriveCommand or None
         What was commanded last.
     waits : str
         What it waits for before it can drive.
@@ -175,7 +175,7 @@ def run_message(row: Mapping[str, float], nanoseconds: int) -> Any:  # noqa: ANN
     return _array([_status(_LEVELS[status.level], "steering", str(status), values)], nanoseconds)
 
 
-def _steering(pilot: Pilot | None, drive: Drive | None, waits: str, deviation: float) -> Any:  # noqa: ANN401
+def _steering(pilot: Pilot | None, drive: DriveCommand | None, waits: str, deviation: float) -> Any:  # noqa: ANN401
     if pilot is None or pilot.command is None or drive is None:
         return _status(WARN, "steering", f"waiting: {waits}", {"state": "waiting"})
     command, estimate = pilot.command, pilot.controller.estimate

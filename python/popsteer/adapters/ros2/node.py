@@ -15,7 +15,7 @@ from popsteer.adapters.ros2.conversions import (
 )
 from popsteer.adapters.ros2.intake import Intake
 from popsteer.adapters.ros2.messages import CONTROL, ODOMETRY, encode
-from popsteer.adapters.ros2.pilot import Drive, Pilot, State
+from popsteer.adapters.ros2.pilot import DriveCommand, Pilot, State
 from popsteer.adapters.ros2.topics import Topics
 from popsteer.adapters.ros2.waiting import why_none_is_usable
 from popsteer.errors import InputError, PopsteerError
@@ -134,7 +134,7 @@ class Node:
         self.intake = Intake(options.topics.path_type, options.stale, closed=options.closed)
         self.loop = diagnostics.Loop(options.period)
         self.pilot: Pilot | None = None
-        self.drive: Drive | None = None
+        self.drive: DriveCommand | None = None
         self.waits = ""
         self._participant = participant
         self._make = make_controller
@@ -201,7 +201,7 @@ class Node:
         if self.pilot is not None:
             self.pilot.reset()
 
-    def cycle(self, now: int, dt: float, missed: int = 0) -> Drive | None:
+    def cycle(self, now: int, dt: float, missed: int = 0) -> DriveCommand | None:
         """Do one cycle: take, steer, publish.
 
         Parameters
@@ -215,7 +215,7 @@ class Node:
 
         Returns
         -------
-        Drive or None
+        DriveCommand or None
             What was commanded; None before there is odometry and a path.
         """
         began = time.perf_counter()
@@ -240,7 +240,7 @@ class Node:
         """
         if self.drive is not None:
             limit = abs(self.drive.limit)
-            self._publish_drive(Drive(self.drive.steer, 0.0, -limit, limit), now)
+            self._publish_drive(DriveCommand(self.drive.steer, 0.0, -limit, limit), now)
 
     def check_silence(self, waited: float) -> None:
         """Give up where nothing has come in.
@@ -312,7 +312,7 @@ class Node:
             return f"path on {topics.path} says stand", measured
         return "", measured
 
-    def _steer(self, now: int, dt: float) -> Drive | None:
+    def _steer(self, now: int, dt: float) -> DriveCommand | None:
         concern, measured = self._concern(now)
         if self.pilot is None:
             self.waits = concern
@@ -325,7 +325,7 @@ class Node:
         self._deviation = max(self._deviation, abs(self.pilot.command.cross_track_error))
         return drive
 
-    def _publish_drive(self, drive: Drive, now: int) -> None:
+    def _publish_drive(self, drive: DriveCommand, now: int) -> None:
         topics = self.options.topics
         message: Any
         if topics.command_type == CONTROL:

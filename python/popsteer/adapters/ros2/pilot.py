@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from popsteer.adapters.ros2.conversions import Measured
     from popsteer.controllers import Controller
 
-__all__ = ["Drive", "Pilot", "State", "up_to_stand"]
+__all__ = ["DriveCommand", "Pilot", "State", "up_to_stand"]
 
 # What the vehicle does not limit, as `SpeedTracker` and the closed loop of `popsteer.sim` have it.
 _ACCELERATION = 2.0
@@ -42,7 +42,7 @@ class State(Enum):
     """It has braked to a standstill, and waits for what is missing."""
 
 
-class Drive(NamedTuple):
+class DriveCommand(NamedTuple):
     """What is commanded."""
 
     steer: float
@@ -125,7 +125,9 @@ class Pilot:
         self._speed = None
         self._passed = 0.0
 
-    def step(self, measured: Measured | None, age: float, dt: float, concern: str = "") -> Drive:
+    def step(
+        self, measured: Measured | None, age: float, dt: float, concern: str = ""
+    ) -> DriveCommand:
         """Take one step.
 
         Parameters
@@ -141,7 +143,7 @@ class Pilot:
 
         Returns
         -------
-        Drive
+        DriveCommand
             What to command.
         """
         self._passed += dt
@@ -158,7 +160,7 @@ class Pilot:
         self.reason = concern or fault
         if concern and self._concerned <= self._hold and self.state is not State.STANDING:
             self.state = State.HOLDING
-            return Drive(self._steer, self._speed or 0.0, 0.0, self._limit(braking=True))
+            return DriveCommand(self._steer, self._speed or 0.0, 0.0, self._limit(braking=True))
         if self.reason or known is None:
             return self._brake(dt)
         self.state = State.DRIVING
@@ -184,7 +186,7 @@ class Pilot:
         self._measured_speed = measured.speed
         return speed
 
-    def _drive(self, wanted: SpeedCommand, dt: float) -> Drive:
+    def _drive(self, wanted: SpeedCommand, dt: float) -> DriveCommand:
         """Make of the acceleration a speed, for vehicles that are given one."""
         sign = -1.0 if wanted.reverse else 1.0
         ahead, measured = sign * (self._speed or 0.0), sign * self._measured_speed
@@ -198,14 +200,14 @@ class Pilot:
             ahead += wanted.acceleration * dt
             ahead = max(0.0, measured - _LAGGING, min(ahead, measured + _LAGGING))
         self._speed = sign * ahead
-        return Drive(self._steer, self._speed, wanted.acceleration, limit)
+        return DriveCommand(self._steer, self._speed, wanted.acceleration, limit)
 
-    def _brake(self, dt: float) -> Drive:
+    def _brake(self, dt: float) -> DriveCommand:
         limit = self.vehicle.max_deceleration or _STOP_DECELERATION
         speed = self._speed or 0.0
         self._speed = math.copysign(max(abs(speed) - limit * dt, 0.0), speed)
         self.state = State.BRAKING if self._speed else State.STANDING
-        return Drive(self._steer, self._speed, -limit, limit)
+        return DriveCommand(self._steer, self._speed, -limit, limit)
 
     def _limit(self, *, braking: bool) -> float:
         car = self.vehicle

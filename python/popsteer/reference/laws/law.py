@@ -123,7 +123,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
         """The parameters, as given."""
         return self._params
 
-    def predicts(self) -> bool:
+    def reads_belief(self) -> bool:
         """Tell whether the controller reads the `Belief`: every step then models the wheels."""
         return False
 
@@ -174,7 +174,7 @@ class LateralLaw(ABC, Generic[ParamsT, StateT]):
 
         It adapts if it uses the estimates: if it predicts, or if commands are in flight.
         """
-        return AdaptParams() if self.predicts() or self._vehicle.dead_time > 0.0 else None
+        return AdaptParams() if self.reads_belief() or self._vehicle.dead_time > 0.0 else None
 
 
 class Tracked(enum.Enum):

@@ -115,7 +115,9 @@ class Tracker(
         monitor_params = self._monitor_params
         self._monitor = None if monitor_params is None else Monitor(monitor_params, self._vehicle)
         # Whether wheels and motion of the vehicle are modelled.
-        self._models = self.predicts() or self._vehicle.dead_time > 0.0 or self._adapt is not None
+        self._models = (
+            self.reads_belief() or self._vehicle.dead_time > 0.0 or self._adapt is not None
+        )
         # Whether the controller's angle is the command as it is.
         offset = self._vehicle.steer_offset
         self._bare = (

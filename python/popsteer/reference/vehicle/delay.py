@@ -22,7 +22,7 @@ from popsteer.reference.vehicle.timed import (
     push_or_join,
     take,
 )
-from popsteer.reference.vehicle.wheels import Reached, move_wheel
+from popsteer.reference.vehicle.wheels import WheelIntegrals, move_wheel
 
 if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
@@ -103,9 +103,9 @@ class InFlight:
         input_in_range(field, total, dead_time - slack, dead_time + slack)
         return InFlight(commands, wheel)
 
-    def reaching(self, vehicle: Vehicle, last: float, dt: float) -> Reached:
+    def reaching(self, vehicle: Vehicle, last: float, dt: float) -> WheelIntegrals:
         """Return what reaches the wheels in `dt` [s] after `last` [rad] was commanded."""
-        reached, wheel = Reached(), self.wheel
+        reached, wheel = WheelIntegrals(), self.wheel
         for steer, time in clipped((*self.commands, (last, dt)), dt):
             moved = move_wheel(vehicle, wheel, steer, time)
             reached = reached.plus(moved.mean, time)

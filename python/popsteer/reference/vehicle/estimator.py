@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from popsteer.reference.vehicle import Vehicle
     from popsteer.reference.vehicle.estimate import AdaptParams
-    from popsteer.reference.vehicle.wheels import Reached
+    from popsteer.reference.vehicle.wheels import WheelIntegrals
 
 __all__ = ["Estimator"]
 
@@ -101,12 +101,12 @@ class Estimator:
     10 s of a vehicle that turns although its wheels are straight:
 
     >>> from popsteer.reference import AdaptParams, Vehicle
-    >>> from popsteer.reference.vehicle.wheels import Reached
+    >>> from popsteer.reference.vehicle.wheels import WheelIntegrals
     >>> estimator = Estimator(last_measured=VehicleState(0.0, 0.0, 0.0, 10.0))
     >>> now = VehicleState(1.0, 0.0, 0.01, 10.0)
     >>> for _ in range(100):
     ...     estimator = estimator.observe_turn(
-    ...         AdaptParams(), Vehicle(), now, Reached(turn=0.0, slope=0.1), dt=0.1
+    ...         AdaptParams(), Vehicle(), now, WheelIntegrals(turn=0.0, slope=0.1), dt=0.1
     ...     )
     >>> round(estimator.estimate.steer_offset, 2)  # 0.01 rad a metre, times the wheelbase
     0.03
@@ -124,7 +124,7 @@ class Estimator:
         params: AdaptParams,
         vehicle: Vehicle,
         now: VehicleState,
-        reached: Reached,
+        reached: WheelIntegrals,
         dt: float,
     ) -> Estimator:
         """Update gain, steering offset, dead time and acceleration from the last `dt` [s].

@@ -19,7 +19,7 @@ from popsteer.reference.vehicle.timed import (
     clipped,
     push_or_join,
 )
-from popsteer.reference.vehicle.wheels import Reached, move_wheel
+from popsteer.reference.vehicle.wheels import WheelIntegrals, move_wheel
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -120,9 +120,9 @@ class Past:
             wheel = moved.wheel
         return Past(past, wheel, saturate(self.since + dt, 0.0, MAX_SINCE))
 
-    def reached(self, age: float) -> Reached:
+    def reached(self, age: float) -> WheelIntegrals:
         """Return what the wheels did from the last pose taken in until `age` [s] ago."""
-        reached = Reached()
+        reached = WheelIntegrals()
         for angle, time in self._between(self.since, age):
             reached = reached.plus(angle, time)
         return reached

@@ -10,7 +10,7 @@ from popsteer.reference.math import decay, saturate, tan
 if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["Moved", "Reached", "move_wheel"]
+__all__ = ["Moved", "WheelIntegrals", "move_wheel"]
 
 
 class Moved(NamedTuple):
@@ -79,7 +79,7 @@ def _approach(lag: float, wheel: float, target: float, time: float) -> Moved:
     return Moved(target + excess * kept, target + excess * (lag * (1.0 - kept) / time))
 
 
-class Reached(NamedTuple):
+class WheelIntegrals(NamedTuple):
     """What the wheels did in a period.
 
     Times speed / turning length, the integrals are the turn of the vehicle and its derivative by a
@@ -91,7 +91,9 @@ class Reached(NamedTuple):
     slope: float = 0.0
     """Integral of its derivative by the angle, 1 + tan²(wheel), over the time [s]."""
 
-    def plus(self, wheel: float, time: float) -> Reached:
+    def plus(self, wheel: float, time: float) -> WheelIntegrals:
         """Return the same and wheels that stand at the angle `wheel` [rad] for `time` [s]."""
         tangent = tan(wheel)
-        return Reached(self.turn + time * tangent, self.slope + time * (1.0 + tangent * tangent))
+        return WheelIntegrals(
+            self.turn + time * tangent, self.slope + time * (1.0 + tangent * tangent)
+        )

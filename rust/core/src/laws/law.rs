@@ -70,7 +70,7 @@ pub trait LateralLaw {
     }
 
     /// Whether the controller reads the [`Belief`]: its wheels are then modelled at every step.
-    fn predicts(&self) -> bool {
+    fn reads_belief(&self) -> bool {
         false
     }
 
@@ -95,7 +95,7 @@ pub trait LateralLaw {
     /// How a tracker of this controller adapts by default: only if estimates are used, which is in
     /// controllers that predict and for vehicles with a dead time.
     fn default_adapt(&self) -> Option<AdaptParams> {
-        (self.predicts() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
+        (self.reads_belief() || self.vehicle().dead_time > 0.0).then_some(AdaptParams::DEFAULT)
     }
 }
 

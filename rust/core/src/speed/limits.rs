@@ -69,7 +69,7 @@ impl OverSpeed<'_> {
 
 /// What limits the speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits<'a> {
+pub struct SpeedLimits<'a> {
     /// Top speed [m/s].
     pub max_speed: f64,
     /// Largest lateral acceleration [m/s^2].
@@ -88,7 +88,7 @@ pub struct Limits<'a> {
     pub vehicle: Vehicle,
 }
 
-impl Limits<'_> {
+impl SpeedLimits<'_> {
     /// The limits themselves where every number is within its range.
     ///
     /// # Errors
@@ -145,8 +145,14 @@ impl Limits<'_> {
     /// The largest square of the speed, at most `bound`, that is reached over `length` [m] from
     /// the square `squared`; curvature and acceleration hold at both ends.
     #[inline]
-    pub(super) fn reach(&self, over: &OverSpeed<'_>, from: Place, to: Place, length: f64) -> f64 {
-        let Place { squared, curvature } = from;
+    pub(super) fn reach(
+        &self,
+        over: &OverSpeed<'_>,
+        from: PlanPoint,
+        to: PlanPoint,
+        length: f64,
+    ) -> f64 {
+        let PlanPoint { squared, curvature } = from;
         let bound = to.squared;
         if bound <= squared {
             return bound;
@@ -233,7 +239,7 @@ impl Limits<'_> {
 
 /// A waypoint: the square of the speed there [m^2/s^2], and the curvature [1/m].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct PlanPoint {
     pub squared: f64,
     pub curvature: f64,
 }
@@ -246,7 +252,7 @@ pub(super) mod tests {
         speeds: &[0.0],
         values: &[2.0],
     };
-    pub(in super::super) const LIMITS: Limits<'static> = Limits {
+    pub(in super::super) const LIMITS: SpeedLimits<'static> = SpeedLimits {
         max_speed: 20.0,
         max_lateral_acceleration: 4.0,
         acceleration: TWO,
@@ -264,28 +270,28 @@ pub(super) mod tests {
         };
         let bad = [
             (
-                Limits {
+                SpeedLimits {
                     max_speed: 0.0,
                     ..LIMITS
                 },
                 "max_speed",
             ),
             (
-                Limits {
+                SpeedLimits {
                     exponent: 0.5,
                     ..LIMITS
                 },
                 "exponent",
             ),
             (
-                Limits {
+                SpeedLimits {
                     acceleration: falling,
                     ..LIMITS
                 },
                 "max_acceleration",
             ),
             (
-                Limits {
+                SpeedLimits {
                     longitudinal_grip: Some(f64::NAN),
                     ..LIMITS
                 },

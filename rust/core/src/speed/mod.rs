@@ -19,7 +19,7 @@ pub use coupled::{CoupledLongitudinal, CoupledLongitudinalParams};
 #[cfg(feature = "alloc")]
 pub use curvature::path_curvature;
 #[cfg(feature = "alloc")]
-pub use limits::{Limits, OverSpeed};
+pub use limits::{OverSpeed, SpeedLimits};
 pub use pedals::Pedals;
 pub use pid::{SpeedPid, SpeedPidParams, SpeedPidState};
 #[cfg(feature = "alloc")]

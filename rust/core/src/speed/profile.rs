@@ -9,7 +9,7 @@
 
 use crate::error::ConfigError;
 use crate::math::{sqrt, tan};
-use crate::speed::limits::{Limits, OverSpeed, Place};
+use crate::speed::limits::{OverSpeed, PlanPoint, SpeedLimits};
 
 /// What is lowered less than to this share still counts as limited by what it was: where a bend
 /// begins and ends, rounding alone lowers the speed.
@@ -108,7 +108,7 @@ impl Course<'_> {
 /// [`ConfigError`], naming the limit that is out of its range.
 pub fn plan_speeds(
     course: &Course<'_>,
-    limits: &Limits<'_>,
+    limits: &SpeedLimits<'_>,
     speed: &mut [f64],
     limit: &mut [Limit],
 ) -> Result<(), ConfigError> {
@@ -157,17 +157,17 @@ pub fn plan_speeds(
 /// a segment; the last entry says by which limit.
 fn lower(
     course: &Course<'_>,
-    limits: &Limits<'_>,
+    limits: &SpeedLimits<'_>,
     over: &OverSpeed<'_>,
     (from, to, segment, by): (usize, usize, usize, Limit),
     squared: &mut [f64],
     limit: &mut [Limit],
 ) -> bool {
-    let place = |index: usize| Place {
+    let plan_point = |index: usize| PlanPoint {
         squared: squared.get(index).copied().unwrap_or(0.0),
         curvature: course.curvature_at(index),
     };
-    let (start, end) = (place(from), place(to));
+    let (start, end) = (plan_point(from), plan_point(to));
     if end.squared <= start.squared {
         return false;
     }
@@ -185,7 +185,7 @@ fn lower(
 }
 
 /// The square of the speed that each waypoint allows by itself, and what it is limited by.
-fn bound(course: &Course<'_>, limits: &Limits<'_>, squared: &mut [f64], limit: &mut [Limit]) {
+fn bound(course: &Course<'_>, limits: &SpeedLimits<'_>, squared: &mut [f64], limit: &mut [Limit]) {
     let car = &limits.vehicle;
     let base = car.turning_length(0.0);
     let last = squared.len().saturating_sub(1);
@@ -250,7 +250,7 @@ mod tests {
     use alloc::vec;
     use alloc::vec::Vec;
 
-    fn plan(course: &Course<'_>, limits: &Limits<'_>) -> (Vec<f64>, Vec<Limit>) {
+    fn plan(course: &Course<'_>, limits: &SpeedLimits<'_>) -> (Vec<f64>, Vec<Limit>) {
         let mut speed = vec![0.0; course.curvature.len()];
         let mut limit = vec![Limit::default(); speed.len()];
         plan_speeds(course, limits, &mut speed, &mut limit).unwrap();
@@ -287,7 +287,7 @@ mod tests {
         };
         for acceleration in [TWO, table] {
             for exponent in [1.0, 1.5, 2.0, f64::INFINITY] {
-                let limits = Limits {
+                let limits = SpeedLimits {
                     acceleration,
                     exponent,
                     ..LIMITS
@@ -345,7 +345,7 @@ mod tests {
                 understeer,
                 ..Vehicle::DEFAULT
             };
-            let limits = Limits { vehicle, ..LIMITS };
+            let limits = SpeedLimits { vehicle, ..LIMITS };
             let course = Course {
                 curvature: &curvature,
                 spacing: &[1.0; 59],

@@ -162,7 +162,7 @@ impl SpeedTracker {
     /// [`ConfigError`], where a limit of the vehicle is out of the range of a plan.
     #[cfg(feature = "alloc")]
     pub fn plan(&self, path: &PathView<'_>) -> Result<alloc::vec::Vec<f64>, ConfigError> {
-        use crate::speed::{Course, Limit, Limits, OverSpeed, path_curvature, plan_speeds};
+        use crate::speed::{Course, Limit, OverSpeed, SpeedLimits, path_curvature, plan_speeds};
         use alloc::vec;
         use alloc::vec::Vec;
 
@@ -190,7 +190,7 @@ impl SpeedTracker {
             start_speed: None,
             end_speed: Some(0.0),
         };
-        let limits = Limits {
+        let limits = SpeedLimits {
             max_speed: car.max_speed.unwrap_or(TOP_SPEED),
             max_lateral_acceleration: BENDS * car.max_lateral_acceleration.unwrap_or(LATERAL),
             acceleration: OverSpeed {

@@ -85,7 +85,7 @@ impl<L: LateralLaw> Tracker<L> {
         // A pose that was given before carries no new information.
         if observed >= MIN_DT {
             if let (Some(adapt), Some(_)) = (self.adapt(), &in_flight) {
-                estimator.observe_turn(adapt, car, old, past.reached(age), observed);
+                estimator.observe_turn(adapt, car, old, past.wheel_integrals(age), observed);
                 // No command reaches the wheels before it is given: within a period the dead time
                 // grows by at most that period.
                 let longer = &mut estimator.estimate.longer_dead_time;
@@ -144,7 +144,7 @@ impl<L: LateralLaw> Tracker<L> {
         let now = vehicle.ahead(car.no_slip());
         let before = estimator.estimate.longer_dead_time;
         if let Some(adapt) = self.adapt() {
-            let reached = in_flight.reaching(car, state.steer, dt);
+            let reached = in_flight.wheel_integrals(car, state.steer, dt);
             estimator.observe_turn(adapt, car, now, reached, dt);
         }
         let estimate = estimator.estimate;

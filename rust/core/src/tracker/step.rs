@@ -63,7 +63,7 @@ impl<L: LateralLaw> Tracker<L> {
 
     fn unchecked(law: L, adapt: Option<AdaptParams>) -> Self {
         let vehicle = *law.vehicle();
-        let models = law.predicts() || vehicle.dead_time > 0.0 || adapt.is_some();
+        let models = law.reads_belief() || vehicle.dead_time > 0.0 || adapt.is_some();
         let bare = !models
             && vehicle.max_steer_rate.is_none()
             && vehicle.max_lateral_acceleration.is_none()

@@ -6,7 +6,7 @@
 
 use super::bicycle::Rollout;
 use super::timed::{Timed, clipped};
-use super::wheels::Reached;
+use super::wheels::WheelIntegrals;
 use super::{Estimate, Vehicle, VehicleState};
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{from_count, saturate};
@@ -102,8 +102,8 @@ impl InFlight {
 
     /// What reaches the wheels in `dt` [s] after `last` was commanded.
     #[inline]
-    pub fn reaching(&self, vehicle: &Vehicle, last: f64, dt: f64) -> Reached {
-        let (mut reached, mut wheel) = (Reached::default(), self.wheel);
+    pub fn wheel_integrals(&self, vehicle: &Vehicle, last: f64, dt: f64) -> WheelIntegrals {
+        let (mut reached, mut wheel) = (WheelIntegrals::default(), self.wheel);
         for (steer, time) in clipped(self.commands().chain([(last, dt)]), dt) {
             let moved = vehicle.move_wheel(wheel, steer, time);
             reached.add(moved.mean, time);

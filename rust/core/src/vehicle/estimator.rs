@@ -10,7 +10,7 @@
 //! - **Slip**, the angle from the heading to the direction of motion, by normalised least mean
 //!   squares from the measured positions.
 
-use super::wheels::Reached;
+use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
 use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
@@ -92,7 +92,7 @@ impl Estimator {
         params: &AdaptParams,
         vehicle: &Vehicle,
         now: VehicleState,
-        reached: Reached,
+        reached: WheelIntegrals,
         dt: f64,
     ) {
         let Some(before) = self.last_measured else {

@@ -5,7 +5,7 @@
 
 use super::bicycle::Rollout;
 use super::timed::{Timed, clipped};
-use super::wheels::Reached;
+use super::wheels::WheelIntegrals;
 use super::{Estimate, Vehicle, VehicleState};
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{from_count, saturate};
@@ -121,8 +121,8 @@ impl Past {
     }
 
     /// What the wheels did from the last pose that was taken in until `age` [s] ago.
-    pub fn reached(&self, age: f64) -> Reached {
-        let mut reached = Reached::default();
+    pub fn wheel_integrals(&self, age: f64) -> WheelIntegrals {
+        let mut reached = WheelIntegrals::default();
         for (angle, time) in self.between(self.since, age) {
             reached.add(angle, time);
         }

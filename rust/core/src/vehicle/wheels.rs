@@ -63,14 +63,14 @@ impl Vehicle {
 /// What the wheels did in a period. Times `speed / turning length`, the integrals are the turn of
 /// the vehicle and its derivative by a steering offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reached {
+pub struct WheelIntegrals {
     /// Integral of `tan(wheel)` over the time [s].
     pub turn: f64,
     /// Integral of its derivative by the angle, `1 + tan(wheel)^2`, over the time [s].
     pub slope: f64,
 }
 
-impl Reached {
+impl WheelIntegrals {
     /// Adds wheels that stand at the angle `wheel` [rad] for `time` [s].
     #[inline]
     pub fn add(&mut self, wheel: f64, time: f64) {

@@ -1,7 +1,7 @@
 //! Plans at random, and the dense quadratic programs that they solve.
 
-use popsteer_core::laws::preview_pop::cost_to_go::{CostToGo, Predicted, Travel};
-use popsteer_core::laws::preview_pop::limited::{Horizon, Limits, Plan};
+use popsteer_core::laws::preview_pop::cost_to_go::{CostToGo, ModelState, Travel};
+use popsteer_core::laws::preview_pop::limited::{Horizon, Plan, PlanLimits};
 
 /// Plain numbers at random.
 pub(crate) struct Random(pub(crate) u64);
@@ -35,8 +35,8 @@ pub(crate) struct Instance {
     pub(crate) move_cost: f64,
     pub(crate) turns: Vec<f64>,
     pub(crate) drift: f64,
-    pub(crate) start: Predicted,
-    pub(crate) limits: Limits,
+    pub(crate) start: ModelState,
+    pub(crate) limits: PlanLimits,
     /// Of the vehicle: what makes an angle of a curvature [m].
     pub(crate) length: f64,
 }
@@ -89,13 +89,13 @@ impl Instance {
             move_cost: rate_cost * rate_cost,
             turns,
             drift: step * random.of(&[0.0, 0.01]),
-            start: Predicted {
+            start: ModelState {
                 error: random.uniform(-2.0, 2.0) * random.of(&[0.1, 1.0, 3.0]) * length / 2.7,
                 heading: random.uniform(-0.4, 0.4),
                 driven: commanded + random.uniform(-0.04, 0.04) / length,
                 commanded,
             },
-            limits: Limits {
+            limits: PlanLimits {
                 first: (-first * random.of(&[1.0, 0.99]), first),
                 later,
                 low,
@@ -117,7 +117,7 @@ impl Instance {
 
     /// The states after each step, as their constant parts or as their answers to one move alone.
     fn states(&self, moved: Option<usize>) -> Vec<[f64; 3]> {
-        let nothing = Predicted {
+        let nothing = ModelState {
             error: 0.0,
             heading: 0.0,
             driven: 0.0,

@@ -6,7 +6,7 @@ use popsteer_core::{Point, Status};
 
 use super::Terms;
 use super::ahead::point_at;
-use crate::drive::Pedalling;
+use crate::longitudinal::Pedalling;
 use crate::plant::Control;
 use crate::simulation::Simulation;
 
@@ -55,9 +55,9 @@ impl Episode {
     pub(super) fn new(simulation: Simulation, terms: &Terms) -> Self {
         let mut episode = Self {
             pedalling: terms
-                .drive
+                .longitudinal
                 .as_ref()
-                .map(|drive| Pedalling::new(drive, &simulation)),
+                .map(|longitudinal| Pedalling::new(longitudinal, &simulation)),
             simulation,
             previous_steer: 0.0,
             failed: false,

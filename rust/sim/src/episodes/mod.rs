@@ -15,7 +15,7 @@ use popsteer_core::InputError;
 use popsteer_core::error::{ConfigError, input_in_range};
 use rayon::prelude::*;
 
-use crate::drive::Drive;
+use crate::longitudinal::Longitudinal;
 use crate::simulation::Simulation;
 
 /// Vehicles a thread takes at a time: enough to outweigh handing them over. No more than that are
@@ -29,7 +29,7 @@ const MAX_ACTION: f64 = 1e9;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
     /// Who works the pedals; none where the learner does.
-    pub drive: Option<Drive>,
+    pub longitudinal: Option<Longitudinal>,
     /// How far ahead along the path the points lie that are observed [m].
     pub preview: Vec<f64>,
     /// What is rewarded.
@@ -39,7 +39,7 @@ pub struct Terms {
 impl Terms {
     /// Numbers in an action: the steering, and the pedals where the learner works them.
     pub fn actions(&self) -> usize {
-        if self.drive.is_some() { 1 } else { 2 }
+        if self.longitudinal.is_some() { 1 } else { 2 }
     }
 
     /// Numbers in an observation.

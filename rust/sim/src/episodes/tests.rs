@@ -34,7 +34,7 @@ fn at(y: f64, speed: f64) -> VehicleState {
 
 fn batch(count: usize) -> Episodes {
     let terms = Terms {
-        drive: None,
+        longitudinal: None,
         preview: vec![5.0, 10.0],
         weights: Weights::DEFAULT,
     };

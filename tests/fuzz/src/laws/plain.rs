@@ -83,7 +83,7 @@ fn decide<L: Subject>(
             estimator.last_measured = None;
         }
         if let Some(adapt) = tracker.adapt() {
-            let reached = in_flight.reaching(car, before.steer, dt);
+            let reached = in_flight.wheel_integrals(car, before.steer, dt);
             estimator.observe_turn(adapt, car, now, reached, dt);
         }
         let longer = estimator.estimate.longer_dead_time;

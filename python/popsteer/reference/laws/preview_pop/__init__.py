@@ -17,7 +17,7 @@ import numpy as np
 from popsteer.reference.laws.law import Belief, Decision, Tracked, check_steer, limit_steer
 from popsteer.reference.laws.preview_pop.approach import FULL_RATE, Approach, Straightening
 from popsteer.reference.laws.preview_pop.cost_to_go import COMMANDED, regulator, stage, transition
-from popsteer.reference.laws.preview_pop.horizon import Horizon, Limits, Reached
+from popsteer.reference.laws.preview_pop.horizon import Horizon, MoveLimit, PlanLimits
 from popsteer.reference.laws.preview_pop.limited import plan_within
 from popsteer.reference.laws.preview_pop.params import PreviewPopParams
 from popsteer.reference.math import atan, decay, divide, saturate, tan, wrap
@@ -82,7 +82,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
     PARAMS = PreviewPopParams
     STATE = PreviewPopState
 
-    def predicts(self) -> bool:
+    def reads_belief(self) -> bool:
         """Tell whether the controller reads the `Belief`: it does."""
         return True
 
@@ -150,7 +150,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             first(low) if low > -vehicle.max_steer else -inf,
             first(high) if high < vehicle.max_steer else inf,
         )
-        plan = plan_within(horizon, start, Limits(ends, most_later, least, greatest))
+        plan = plan_within(horizon, start, PlanLimits(ends, most_later, least, greatest))
         self._remember(plan.reached[1:] if share > 0.5 else plan.reached)
         # A move that ends at a limit of the curvature is commanded at once: with only a share of it
         # in each control period, the wheels would get there too late.
@@ -161,7 +161,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         # counts; being held back by `steer_span_rate`, which is a choice, does not.
         arrives = reached.of_curvature() and low - 1e-10 <= angle <= high + 1e-10
         is_the_vehicles = approach.rate_is_the_vehicles and speed >= FULL_RATE * min_speed
-        limits = arrives or (reached is not Reached.NOTHING and is_the_vehicles)
+        limits = arrives or (reached is not MoveLimit.NOTHING and is_the_vehicles)
         return saturate(angle, low, high), Status.SATURATED if limits else Status.OK
 
     def _predict(
@@ -186,7 +186,7 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         best = regulator(models, stage(self._resolved.heading_cost, offset), move_cost)
         return Horizon(models, best), path_yaw
 
-    def _remember(self, reached: Sequence[Reached]) -> None:
+    def _remember(self, reached: Sequence[MoveLimit]) -> None:
         """Keep the limits that the plan reached: three bits a step, the first the lowest."""
         code = sum(limit << 3 * k for k, limit in enumerate(reached))
         self._state = replace(self.state, reached_limits=code)

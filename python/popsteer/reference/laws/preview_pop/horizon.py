@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Horizon", "Limits", "Plan", "Reached"]
+__all__ = ["Horizon", "MoveLimit", "Plan", "PlanLimits"]
 
 
-class Reached(enum.IntEnum):
+class MoveLimit(enum.IntEnum):
     """The limit that a move reaches; the number that a state remembers it by."""
 
     NOTHING = 0
@@ -29,7 +29,7 @@ class Reached(enum.IntEnum):
 
     def of_curvature(self) -> bool:
         """Tell whether it is a limit of the curvature."""
-        return self in (Reached.LOW_CURVATURE, Reached.HIGH_CURVATURE)
+        return self in (MoveLimit.LOW_CURVATURE, MoveLimit.HIGH_CURVATURE)
 
 
 class Plan(NamedTuple):
@@ -37,11 +37,11 @@ class Plan(NamedTuple):
 
     curvature: float
     """Curvature that is commanded after the first move [1/m]."""
-    reached: Sequence[Reached]
+    reached: Sequence[MoveLimit]
     """The limit that each move reaches."""
 
 
-class Limits(NamedTuple):
+class PlanLimits(NamedTuple):
     """The limits of a plan."""
 
     first: tuple[float, float]

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer.reference.laws.preview_pop.cost_to_go import COMMANDED
-from popsteer.reference.laws.preview_pop.horizon import Horizon, Limits, Plan, Reached
+from popsteer.reference.laws.preview_pop.horizon import Horizon, MoveLimit, Plan, PlanLimits
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class Problem(NamedTuple):
     """Shape (limits, steps)."""
     room: Array
     """How far each limit is away without a departure."""
-    kinds: list[tuple[int, Reached]]
+    kinds: list[tuple[int, MoveLimit]]
     """The step and the limit that each row stands for."""
     curvature: float
     """Curvature after the first move without a departure [1/m]."""
@@ -48,14 +48,14 @@ class Problem(NamedTuple):
     """What a departure adds to that."""
 
 
-def plan_within(horizon: Horizon, start: Array, limits: Limits) -> Plan:
+def plan_within(horizon: Horizon, start: Array, limits: PlanLimits) -> Plan:
     """Return the best plan from the state `start` within `limits`.
 
     Where the commanded curvature lies beyond its limit and cannot be brought back by one move,
     the moves go back as fast as they may until it can.
     """
     forced, first, start, limits = go_back(horizon, start, limits)
-    reached = [*forced, *[Reached.NOTHING] * (len(horizon.models) - len(forced))]
+    reached = [*forced, *[MoveLimit.NOTHING] * (len(horizon.models) - len(forced))]
     if len(forced) < len(horizon.models):
         problem = bounds(horizon, start, limits, len(forced))
         rounding = ROUNDING * max(abs(limits.low), abs(limits.high))
@@ -69,21 +69,21 @@ def plan_within(horizon: Horizon, start: Array, limits: Limits) -> Plan:
 
 
 def go_back(
-    horizon: Horizon, start: Array, limits: Limits
-) -> tuple[list[Reached], float, Array, Limits]:
+    horizon: Horizon, start: Array, limits: PlanLimits
+) -> tuple[list[MoveLimit], float, Array, PlanLimits]:
     """Make the moves that no plan can choose: those from beyond a limit of the curvature.
 
     Returns the limits that they reach, the curvature after the first of them, and state and limits
     after the last.
     """
-    reached: list[Reached] = []
+    reached: list[MoveLimit] = []
     first, rounding = float(start[COMMANDED]), 1e-10 * _scale(limits)
     for model in horizon.models:
         curvature, (least, most) = float(start[COMMANDED]), limits.first
         if curvature + least >= limits.high - rounding:
-            move, kind = least, Reached.LEAST_MOVE
+            move, kind = least, MoveLimit.LEAST_MOVE
         elif curvature + most <= limits.low + rounding:
-            move, kind = most, Reached.MOST_MOVE
+            move, kind = most, MoveLimit.MOST_MOVE
         else:
             break
         first = first if reached else curvature + move
@@ -95,12 +95,12 @@ def go_back(
     return reached, first, start, limits
 
 
-def _scale(limits: Limits) -> float:
+def _scale(limits: PlanLimits) -> float:
     """Return a length of move to measure rounding by [1/m]."""
     return min(limits.later, limits.high - limits.low)
 
 
-def bounds(horizon: Horizon, start: Array, limits: Limits, begin: int) -> Problem:
+def bounds(horizon: Horizon, start: Array, limits: PlanLimits, begin: int) -> Problem:
     """Write the limits from step `begin` on, where the state is `start`, as bounds of departures.
 
     A departure x_k is v_k times the root of its weight.
@@ -117,10 +117,10 @@ def bounds(horizon: Horizon, start: Array, limits: Limits, begin: int) -> Proble
         curvatures.append(curvature := state[COMMANDED].copy())
         least, most = (-limits.later, limits.later) if k else limits.first
         for kind, sign, row, end in (
-            (Reached.LEAST_MOVE, -1.0, move, least),
-            (Reached.MOST_MOVE, 1.0, move, most),
-            (Reached.LOW_CURVATURE, -1.0, curvature, limits.low),
-            (Reached.HIGH_CURVATURE, 1.0, curvature, limits.high),
+            (MoveLimit.LEAST_MOVE, -1.0, move, least),
+            (MoveLimit.MOST_MOVE, 1.0, move, most),
+            (MoveLimit.LOW_CURVATURE, -1.0, curvature, limits.low),
+            (MoveLimit.HIGH_CURVATURE, 1.0, curvature, limits.high),
         ):
             if np.isfinite(end):
                 rows.append(sign * row[:-1])

@@ -1,6 +1,6 @@
 //! The active set of [`limited`](super::limited).
 
-use crate::laws::preview_pop::cost_to_go::{BestMove, Predicted};
+use crate::laws::preview_pop::cost_to_go::{BestMove, ModelState};
 
 /// The limits that a plan reaches, three bits a step. The search for the next plan starts from
 /// them.
@@ -84,7 +84,7 @@ pub(super) struct Step {
     pub forced: bool,
     pub held: Held,
     /// Before the move, along the best plan so far.
-    pub state: Predicted,
+    pub state: ModelState,
     pub policy: BestMove,
     /// The curvature that the step has to lead to.
     pub target: Option<f64>,

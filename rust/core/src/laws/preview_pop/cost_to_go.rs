@@ -44,7 +44,7 @@ impl Travel {
 
 /// A state of the prediction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Predicted {
+pub struct ModelState {
     /// Cross-track error [m].
     pub error: f64,
     /// Heading error [rad].
@@ -59,15 +59,15 @@ impl Travel {
     /// The state after this step from `state`, after its move: within the step the path turns by
     /// `turn` [rad], and the vehicle drifts to the left by `drift` [m].
     #[inline]
-    pub fn after(&self, state: &Predicted, turn: f64, drift: f64) -> Predicted {
+    pub fn after(&self, state: &ModelState, turn: f64, drift: f64) -> ModelState {
         let moved = drift - 0.5 * self.step * turn;
-        let Predicted {
+        let ModelState {
             error,
             heading,
             driven,
             commanded,
         } = *state;
-        Predicted {
+        ModelState {
             error: (error + self.step * heading + moved)
                 + (self.error_by_driven * driven + self.error_by_commanded * commanded),
             heading: (heading - turn)
@@ -82,15 +82,15 @@ impl Travel {
     /// The state after this step from `state`, without the contribution of the curvature commanded
     /// during it.
     #[inline]
-    pub(super) fn before_commanded(&self, state: &Predicted, turn: f64, drift: f64) -> Predicted {
+    pub(super) fn before_commanded(&self, state: &ModelState, turn: f64, drift: f64) -> ModelState {
         let moved = drift - 0.5 * self.step * turn;
-        let Predicted {
+        let ModelState {
             error,
             heading,
             driven,
             commanded,
         } = *state;
-        Predicted {
+        ModelState {
             error: error + (self.step * heading + (self.error_by_driven * driven + moved)),
             heading: (heading - turn) + self.heading_by_driven * driven,
             driven: self.kept * driven,
@@ -101,8 +101,8 @@ impl Travel {
     /// The contribution of a curvature of 1, commanded during the step before, to
     /// [`before_commanded`](Self::before_commanded).
     #[inline]
-    pub(super) fn added(&self) -> Predicted {
-        Predicted {
+    pub(super) fn added(&self) -> ModelState {
+        ModelState {
             error: self.error_by_commanded
                 + (self.step * self.heading_by_commanded + self.error_by_driven * self.taken),
             heading: self.heading_by_commanded + self.heading_by_driven * self.taken,
@@ -127,13 +127,13 @@ pub struct BestMove {
 impl BestMove {
     /// The optimal commanded curvature in `state` [1/m].
     #[inline]
-    pub fn commanded(&self, state: &Predicted) -> f64 {
+    pub fn commanded(&self, state: &ModelState) -> f64 {
         self.remaining * state.commanded - self.pull(state)
     }
 
     /// The part of it that does not come from the present commanded curvature, negated.
     #[inline]
-    pub(super) fn pull(&self, state: &Predicted) -> f64 {
+    pub(super) fn pull(&self, state: &ModelState) -> f64 {
         (self.e * state.error + self.p * state.heading) + (self.a * state.driven + self.constant)
     }
 
@@ -257,8 +257,8 @@ impl CostToGo {
 
     /// This cost of one state alone, where it is a [`stage`](Self::stage).
     #[inline]
-    pub fn of(&self, state: &Predicted) -> f64 {
-        let Predicted {
+    pub fn of(&self, state: &ModelState) -> f64 {
+        let ModelState {
             error,
             heading,
             driven,

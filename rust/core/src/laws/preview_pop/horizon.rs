@@ -1,7 +1,7 @@
 //! The plan of preview POP over its horizon, and the limits of its moves.
 
 use crate::laws::preview_pop::active_set::{Held, ReachedLimits, Side, Step};
-use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
+use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
 use crate::math::smaller;
 use crate::vehicle::bicycle::MAX_STEPS;
 
@@ -25,7 +25,7 @@ pub struct Horizon<'a> {
 
 /// The limits of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct PlanLimits {
     /// Least and greatest first move [1/m]; 0 lies between them.
     pub first: (f64, f64),
     /// The largest of the other moves, either way [1/m]; positive.
@@ -38,7 +38,7 @@ pub struct Limits {
 
 /// The limit that a first move reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reached {
+pub enum MoveLimit {
     /// None.
     Nothing,
     /// That of the move.
@@ -53,7 +53,7 @@ pub struct Plan {
     /// Curvature that is commanded after each move [1/m]; 0 beyond the horizon.
     pub curvatures: [f64; MAX_STEPS],
     /// The limit that the first move reaches.
-    pub reached: Reached,
+    pub reached: MoveLimit,
     /// The limits that the plan reaches.
     pub limits: ReachedLimits,
     /// Backward recursions taken.
@@ -89,7 +89,7 @@ impl Horizon<'_> {
     /// Each step costs this; so the state is carried without what the present curvature adds to
     /// it, and the next curvature waits for little else than the present one.
     #[inline]
-    pub fn keeps(&self, moves: &[BestMove], start: Predicted, limits: &Limits) -> bool {
+    pub fn keeps(&self, moves: &[BestMove], start: ModelState, limits: &PlanLimits) -> bool {
         let within = |curvature: f64| limits.low <= curvature && curvature <= limits.high;
         let [first, moves @ ..] = moves else {
             return true;
@@ -116,7 +116,7 @@ impl Horizon<'_> {
     }
 
     /// Moves on by a step under `curvature`; what it costs.
-    pub(super) fn advance(&self, state: &mut Predicted, curvature: f64, turn: f64) -> f64 {
+    pub(super) fn advance(&self, state: &mut ModelState, curvature: f64, turn: f64) -> f64 {
         let moved = curvature - state.commanded;
         state.commanded = curvature;
         *state = self.travel.after(state, turn, self.drift);
@@ -124,7 +124,7 @@ impl Horizon<'_> {
     }
 }
 
-impl Limits {
+impl PlanLimits {
     /// Prepares the steps of a plan that starts from the curvature `commanded`; returns a length
     /// of move to measure rounding by.
     pub(super) fn begin(&self, commanded: f64, turns: &[f64], steps: &mut [Step]) -> f64 {
@@ -166,9 +166,9 @@ pub(super) fn plan(
 ) -> Plan {
     let first = steps.first().copied().unwrap_or_default();
     let reached = match (first.held.rate, first.held.curvature) {
-        (_, Side::Low | Side::High) => Reached::Curvature,
-        (Side::Low | Side::High, _) => Reached::Rate,
-        _ => Reached::Nothing,
+        (_, Side::Low | Side::High) => MoveLimit::Curvature,
+        (Side::Low | Side::High, _) => MoveLimit::Rate,
+        _ => MoveLimit::Nothing,
     };
     let mut curvatures = [0.0; MAX_STEPS];
     for (curvature, step) in curvatures.iter_mut().zip(steps) {
@@ -189,7 +189,7 @@ mod tests {
 
     /// `keeps` carries the state in parts; the plain prediction says where the limits lie that it
     /// keeps.
-    fn check_kept(horizon: &Horizon<'_>, start: Predicted) {
+    fn check_kept(horizon: &Horizon<'_>, start: ModelState) {
         let mut moves = [BestMove::default(); MAX_STEPS];
         let (moves, _) = moves.split_at_mut(horizon.turns.len());
         horizon.unlimited(moves);
@@ -205,21 +205,21 @@ mod tests {
             state = horizon.travel.after(&state, turn, horizon.drift);
         }
         let slack = 1e-9 * (low.abs() + high.abs() + most);
-        let wide = Limits {
+        let wide = PlanLimits {
             first: (0.0, 0.0),
             later: most + slack,
             low: low - slack,
             high: high + slack,
         };
-        let lower = Limits {
+        let lower = PlanLimits {
             high: high - slack,
             ..wide
         };
-        let higher = Limits {
+        let higher = PlanLimits {
             low: low + slack,
             ..wide
         };
-        let slower = Limits {
+        let slower = PlanLimits {
             later: most - slack,
             ..wide
         };
@@ -241,7 +241,7 @@ mod tests {
                         turns: &bends,
                         drift: 0.01,
                     };
-                    let start = Predicted {
+                    let start = ModelState {
                         error,
                         heading,
                         driven,

@@ -21,12 +21,12 @@
 //! Wright, *Numerical Optimization*, section 16.5).
 
 use crate::laws::preview_pop::active_set::{Held, Side, Step, first_stop};
-use crate::laws::preview_pop::cost_to_go::Predicted;
+use crate::laws::preview_pop::cost_to_go::ModelState;
 use crate::laws::preview_pop::horizon::{ROUNDING, plan};
 use crate::vehicle::bicycle::MAX_STEPS;
 
 pub use crate::laws::preview_pop::active_set::ReachedLimits;
-pub use crate::laws::preview_pop::horizon::{Horizon, Limits, Plan, Reached};
+pub use crate::laws::preview_pop::horizon::{Horizon, MoveLimit, Plan, PlanLimits};
 
 /// The most passes of a plan; after them the best plan so far is taken.
 pub const MAX_PASSES: usize = 40;
@@ -57,15 +57,15 @@ impl Horizon<'_> {
     ///
     /// `guess` are the limits that the plan may reach; it decides nothing but the count of passes.
     #[inline(never)]
-    pub fn limited(&self, start: Predicted, limits: &Limits, guess: ReachedLimits) -> Plan {
+    pub fn limited(&self, start: ModelState, limits: &PlanLimits, guess: ReachedLimits) -> Plan {
         self.limited_in(MAX_PASSES, start, limits, guess)
     }
 
     fn limited_in(
         &self,
         most_passes: usize,
-        start: Predicted,
-        limits: &Limits,
+        start: ModelState,
+        limits: &PlanLimits,
         guess: ReachedLimits,
     ) -> Plan {
         let mut steps = [Step::default(); MAX_STEPS];
@@ -143,7 +143,7 @@ impl Horizon<'_> {
     }
 
     /// Backward along the best plan so far: the best moves, each held where it exceeds a limit.
-    fn recur_along(&self, start: Predicted, steps: &mut [Step]) {
+    fn recur_along(&self, start: ModelState, steps: &mut [Step]) {
         let mut state = start;
         for step in steps.iter_mut() {
             step.state = state;
@@ -165,7 +165,7 @@ impl Horizon<'_> {
     }
 
     /// Forward: the best moves, each cut to its limits, and which limits cut them; their cost.
-    fn roll_cut(&self, start: Predicted, steps: &mut [Step]) -> f64 {
+    fn roll_cut(&self, start: ModelState, steps: &mut [Step]) -> f64 {
         let mut state = start;
         let mut cost = 0.0;
         for step in steps {
@@ -179,7 +179,7 @@ impl Horizon<'_> {
     /// Forward: the best moves where some are held. Whether they are the best of all: no other
     /// limit is exceeded, and none that is held keeps the cost up. Where that is not so,
     /// `next_held` has those and not these.
-    fn roll_held(&self, start: Predicted, steps: &mut [Step], rounding: f64) -> bool {
+    fn roll_held(&self, start: ModelState, steps: &mut [Step], rounding: f64) -> bool {
         let mut state = start;
         // What it is worth to move the place where held moves have to land.
         let mut landed = 0.0;
@@ -222,7 +222,7 @@ impl Horizon<'_> {
 
     /// Takes a part of the step from the best plan to the next one, with the moves cut to their
     /// limits, where that costs less than `best_cost`; the cost then.
-    fn shorten(&self, start: Predicted, steps: &mut [Step], best_cost: f64) -> Option<f64> {
+    fn shorten(&self, start: ModelState, steps: &mut [Step], best_cost: f64) -> Option<f64> {
         let mut share = 0.5;
         while share > 0.05 {
             let cost = self.cost_along(start, steps, share, true);
@@ -242,7 +242,7 @@ impl Horizon<'_> {
     /// Goes from the best plan towards the next one, which costs less without the limits: until a
     /// limit stops it, or farther, with the moves cut to their limits, where that costs less. The
     /// cost of the best plan then.
-    fn go_on(&self, start: Predicted, steps: &mut [Step], rounding: f64) -> f64 {
+    fn go_on(&self, start: ModelState, steps: &mut [Step], rounding: f64) -> f64 {
         let (share, stop) = first_stop(start.commanded, steps, rounding);
         let mut best = (share, self.cost_along(start, steps, share, false));
         if stop.is_some() {
@@ -277,7 +277,7 @@ impl Horizon<'_> {
 
     /// The cost of a plan a `share` of the step from the best one to the next, cut to its limits
     /// where that is asked for; the plan is `trial`.
-    fn cost_along(&self, start: Predicted, steps: &mut [Step], share: f64, cut: bool) -> f64 {
+    fn cost_along(&self, start: ModelState, steps: &mut [Step], share: f64, cut: bool) -> f64 {
         let mut state = start;
         let mut cost = 0.0;
         for step in steps {
@@ -319,13 +319,13 @@ mod tests {
             turns: &turns,
             drift: 0.0,
         };
-        let start = Predicted {
+        let start = ModelState {
             error: 1.0,
             heading: -0.2,
             driven: 0.0,
             commanded: 0.0,
         };
-        let limits = Limits {
+        let limits = PlanLimits {
             first: (-0.004, 0.004),
             later: 0.004,
             low: -0.03,

@@ -18,8 +18,8 @@ pub use params::PreviewPopParams;
 use crate::error::{ConfigError, InputError};
 use crate::laws::law::{Tracked, check_steer, within};
 use crate::laws::preview_pop::approach::{Approach, FULL_RATE, Straightening};
-use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, Predicted, Travel};
-use crate::laws::preview_pop::limited::{Horizon, Limits, Reached, ReachedLimits};
+use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
+use crate::laws::preview_pop::limited::{Horizon, MoveLimit, PlanLimits, ReachedLimits};
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
 use crate::math::{PI, atan, decay, from_count, larger, saturate, smaller, tan, wrap};
 use crate::path::follow::Located;
@@ -177,7 +177,7 @@ impl PreviewPop {
 
         let (low, high) = (previous_steer - span, previous_steer + span);
         let unlimited = atan(wanted * length);
-        let start = Predicted {
+        let start = ModelState {
             error: if wanted_pull.abs() > most {
                 pull / cost.ec
             } else {
@@ -188,13 +188,13 @@ impl PreviewPop {
             commanded,
         };
         let later = rate * period * self.steepness(tangent) / length;
-        let limits = |(least, greatest)| Limits {
+        let limits = |(least, greatest)| PlanLimits {
             first: (-later, later),
             later,
             low: least,
             high: greatest,
         };
-        let keeps = |limits: &Limits| {
+        let keeps = |limits: &PlanLimits| {
             low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, limits)
         };
         // The narrower limits are cheaper, and a plan that keeps them keeps the limits.
@@ -227,8 +227,8 @@ impl PreviewPop {
     fn best_within(
         &self,
         horizon: &Horizon<'_>,
-        start: Predicted,
-        limits: Limits,
+        start: ModelState,
+        limits: PlanLimits,
         around: &Neighbourhood,
         guess: &mut ReachedLimits,
     ) -> (f64, Status) {
@@ -252,7 +252,7 @@ impl PreviewPop {
         } else {
             f64::INFINITY
         };
-        let limits = Limits {
+        let limits = PlanLimits {
             first: (least, greatest),
             ..limits
         };
@@ -265,7 +265,7 @@ impl PreviewPop {
         // A move that ends at a limit of the curvature is commanded at once: with only a share of
         // it in each control period, the wheels would get there too late.
         let made = match plan.reached {
-            Reached::Curvature => 1.0,
+            MoveLimit::Curvature => 1.0,
             _ => share,
         };
         let angle = atan((commanded + (plan.first() - commanded) * made) * length);
@@ -273,9 +273,9 @@ impl PreviewPop {
         // counts; being held back by `steer_span_rate`, which is a choice, does not.
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let status = Status::SATURATED.when(match plan.reached {
-            Reached::Nothing => false,
-            Reached::Rate => is_the_vehicles,
-            Reached::Curvature => arrives || is_the_vehicles,
+            MoveLimit::Nothing => false,
+            MoveLimit::Rate => is_the_vehicles,
+            MoveLimit::Curvature => arrives || is_the_vehicles,
         });
         (
             saturate(angle, low, high),
@@ -351,7 +351,7 @@ impl LateralLaw for PreviewPop {
         &self.steered
     }
 
-    fn predicts(&self) -> bool {
+    fn reads_belief(&self) -> bool {
         true
     }
 

@@ -38,7 +38,7 @@ fn estimated(given: Vehicle, steer_offset: f64, acceleration: f64, jump: f64) ->
         if step == 900 {
             vehicle.yaw += jump;
         }
-        let reached = known.reaching(&given, command, 0.05);
+        let reached = known.wheel_integrals(&given, command, 0.05);
         let before = estimator.estimate.longer_dead_time;
         estimator.observe_turn(&AdaptParams::DEFAULT, &given, vehicle, reached, 0.05);
         let longer = estimator.estimate.longer_dead_time - before;

@@ -13,7 +13,7 @@ use crate::simulation::Simulation;
 
 /// Who works the pedals.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Drive {
+pub enum Longitudinal {
     /// The paper's controller, coupled with the steering.
     Coupled(CoupledLongitudinal),
     /// A PID on the path's reference speeds.
@@ -57,7 +57,7 @@ impl Tracked {
     }
 }
 
-impl Default for Drive {
+impl Default for Longitudinal {
     /// The paper's controller with the paper's Table 2.
     fn default() -> Self {
         let law = CoupledLongitudinal::new(CoupledLongitudinalParams::DEFAULT);
@@ -68,7 +68,7 @@ impl Default for Drive {
 /// A longitudinal law on a run, with what it remembers.
 #[derive(Clone, Debug)]
 pub(crate) struct Pedalling {
-    drive: Drive,
+    longitudinal: Longitudinal,
     state: SpeedPidState,
     tracked: SpeedTrackerState,
     backwards: bool,
@@ -76,9 +76,9 @@ pub(crate) struct Pedalling {
 
 impl Pedalling {
     /// At the start of a run.
-    pub(crate) fn new(drive: &Drive, simulation: &Simulation) -> Self {
+    pub(crate) fn new(longitudinal: &Longitudinal, simulation: &Simulation) -> Self {
         Self {
-            drive: drive.clone(),
+            longitudinal: longitudinal.clone(),
             state: SpeedPidState::default(),
             tracked: SpeedTrackerState::default(),
             backwards: simulation.reverse(),
@@ -104,14 +104,14 @@ impl Pedalling {
         } else {
             vehicle.speed
         };
-        let pedals: Pedals = match &self.drive {
-            Drive::Coupled(law) => law.step(speed, steer)?,
-            Drive::Speed(law) => {
+        let pedals: Pedals = match &self.longitudinal {
+            Longitudinal::Coupled(law) => law.step(speed, steer)?,
+            Longitudinal::Speed(law) => {
                 // Without a reference speed it holds the present one.
                 let wanted = simulation.stopping_speed().map_or(speed, f64::abs);
                 law.step(&mut self.state, speed, wanted, dt)?
             }
-            Drive::Tracked(tracked) => {
+            Longitudinal::Tracked(tracked) => {
                 return tracked.control(&mut self.tracked, vehicle, steer, dt);
             }
         };
