@@ -58,6 +58,7 @@ __all__ = [
     "StanleyParams",
     "StanleyState",
     "Vehicle",
+    "_EmptyCall",
     "_InFlight",
     "__version__",
     "_path_curvature",
@@ -1279,6 +1280,23 @@ class Simulation:
     ) -> None: ...
     def metrics(self) -> dict[str, Any]: ...
     def records(self) -> dict[str, NDArray[Any]]: ...
+
+@final
+class _EmptyCall:
+    def __new__(cls) -> Self: ...
+    def reset(self) -> None: ...
+    def steer(
+        self,
+        x: float,
+        y: float,
+        yaw: float,
+        speed: float,
+        dt: float,
+        /,
+        *,
+        applied_steer: float | None = None,
+        pose_age: float = 0.0,
+    ) -> float: ...
 
 @final
 class _InFlight:

@@ -16,6 +16,7 @@ mod choice;
 mod command;
 mod commands;
 mod driving;
+mod empty_call;
 mod episodes;
 mod errors;
 mod functions;
@@ -52,6 +53,7 @@ mod _core {
         batch::PyBatch,
         command::PyCommand,
         commands::PyCommandBatch,
+        empty_call::PyEmptyCall,
         episodes::PyEpisodes,
         functions::{
             get_distance, get_predicted_location, kinematic_bicycle, saturate, state_transition,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import popsteer
 from popsteer import reference
+from popsteer._core import _EmptyCall
 from popsteer.lab.common.timing import Driver
 
 if TYPE_CHECKING:
@@ -84,8 +85,8 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
     -----
     ``pop_step_ns`` and the other controllers are ``steer``, the angle alone; ``pop_command_ns`` is
     ``step``, which measures the errors besides; ``pop_paper_step_ns`` is POP with the paper's
-    search. ``empty_call_ns`` is a method of `popsteer.Pop` with the signature of ``steer`` that
-    returns at once: what the border between Python and Rust costs by itself.
+    search. ``empty_call_ns`` is a method with the signature of ``steer`` that returns at once:
+    what the border between Python and Rust costs by itself.
     """
     path, car = drive.path, drive.vehicle
     paper = popsteer.PopParams(exact_lookahead=False)
@@ -108,7 +109,7 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
         "pid_step_ns": driver(lambda: popsteer.Pid(path, car)),
         "pure_pursuit_step_ns": driver(lambda: popsteer.PurePursuit(path, car)),
         "stanley_step_ns": driver(lambda: popsteer.Stanley(path, car)),
-        EMPTY_CALL: driver(lambda: popsteer.Pop(path, car), "_empty_call"),
+        EMPTY_CALL: driver(_EmptyCall),
         REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_car)),
         PAPER_REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_car, plain_paper)),
     }

@@ -32,7 +32,6 @@ macro_rules! controller {
         $class:ident($core:ident) named $name:literal,
         params $params:ident, state $state:ident,
         examples { $(#[doc = $example:literal])+ }
-        $(extra { $($extra:item)* })?
     ) => {
         $(#[doc = $about])+
         ///
@@ -493,8 +492,6 @@ macro_rules! controller {
             fn __setstate__(&mut self, py: Python<'_>, state: PyRef<'_, $state>) -> PyResult<()> {
                 self.set_state(py, state)
             }
-
-            $($($extra)*)?
         }
     };
 }

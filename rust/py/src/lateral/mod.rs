@@ -59,32 +59,6 @@ controller! {
         /// >>> command.steer < 0.0, command.cross_track_error
         /// (True, 0.5)
     }
-    extra {
-        /// Return at once: what a call of `steer` costs without the step, for the benchmark.
-        #[pyo3(
-            signature = (x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=Number(0.0)),
-            text_signature = "($self, x, y, yaw, speed, dt, /, *, applied_steer=None, pose_age=0.0)"
-        )]
-        #[expect(
-            unused_variables,
-            clippy::unused_self,
-            clippy::unnecessary_wraps,
-            reason = "the signature is the point"
-        )]
-        fn _empty_call(
-            &mut self,
-            py: Python<'_>,
-            x: Number,
-            y: Number,
-            yaw: Number,
-            speed: Number,
-            dt: Number,
-            applied_steer: Option<Number>,
-            pose_age: Number,
-        ) -> PyResult<f64> {
-            Ok(yaw.0)
-        }
-    }
 }
 
 controller! {
