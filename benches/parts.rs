@@ -31,29 +31,13 @@ struct At {
     reach: f64,
 }
 
-/// The lengths of the search for the lookahead point [m].
-#[derive(Clone, Copy)]
-struct Search {
-    min_lookahead: f64,
-    lookahead_tolerance: f64,
-    window_ahead: f64,
-    grid_spacing: f64,
-}
-
-/// Those of POP.
-fn search() -> Search {
-    let params = PopParams::DEFAULT.resolved(&Vehicle::DEFAULT);
-    let given = |length: Option<f64>| length.unwrap_or(f64::NAN);
-    Search {
-        min_lookahead: given(params.min_lookahead),
-        lookahead_tolerance: given(params.lookahead_tolerance),
-        window_ahead: given(params.window_ahead),
-        grid_spacing: given(params.grid_spacing),
-    }
+/// The parameters of POP.
+fn search() -> PopParams<f64> {
+    PopParams::DEFAULT.resolved(&Vehicle::DEFAULT)
 }
 
 fn located(course: &Course, follow: &Follow) -> Vec<At> {
-    let Search { min_lookahead, .. } = search();
+    let PopParams { min_lookahead, .. } = search();
     let gain = PopParams::DEFAULT.lookahead_gain;
     let path = course.path.view();
     let mut last = None;

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 # What each part may import, beside itself. A part is a module with all below it; of several that
 # hold a module the longest counts. Another package or crate is added with its parts here.
-_GROUND = ("math", "geometry", "bounds", "error", "status")
+_GROUND = ("math", "geometry", "bounds", "error", "params", "status")
 
 
 def _core(root: str) -> dict[str, set[str]]:
@@ -28,6 +28,7 @@ def _core(root: str) -> dict[str, set[str]]:
         "error": (),
         "status": (),
         "geometry": ("math",),
+        "params": ("math", "error"),
         "vehicle": _GROUND,
         "path": (*_GROUND, "vehicle"),
         "laws": (*_GROUND, "vehicle", "path"),

@@ -75,18 +75,6 @@ refusal! {
     InputError, input_in_range
 }
 
-/// A parameter that may be left out: as [`config_in_range`] where it is given.
-pub(crate) fn config_optional(
-    field: &'static str,
-    value: Option<f64>,
-    low: f64,
-    high: f64,
-) -> Result<(), ConfigError> {
-    value.map_or(Ok(()), |value| {
-        config_in_range(field, value, low, high).map(|_| ())
-    })
-}
-
 /// `value` where it lies within `most` either way, as [`input_in_range`].
 #[inline]
 pub(crate) fn input_within(field: &'static str, value: f64, most: f64) -> Result<f64, InputError> {

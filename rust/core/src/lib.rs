@@ -68,6 +68,7 @@ pub mod error;
 pub mod geometry;
 pub mod laws;
 pub mod math;
+pub mod params;
 pub mod path;
 pub mod speed;
 pub mod status;
@@ -83,22 +84,3 @@ pub use path::PathView;
 pub use status::Status;
 pub use tracker::{Command, Tracker};
 pub use vehicle::{Vehicle, VehicleState};
-
-/// `Default` for types that have it as the constant `DEFAULT`.
-macro_rules! default_is_constant {
-    ($($kind:path),+ $(,)?) => {$(
-        impl Default for $kind {
-            fn default() -> Self {
-                Self::DEFAULT
-            }
-        }
-    )+};
-}
-
-default_is_constant! {
-    Vehicle, vehicle::AdaptParams, vehicle::Estimate,
-    laws::PopParams, laws::PreviewPopParams, laws::PurePursuitParams,
-    laws::PidParams, laws::StanleyParams, laws::BangBangParams, tracker::MonitorParams,
-    speed::CoupledLongitudinalParams, speed::SpeedPidParams,
-    speed::SpeedTrackerParams,
-}

@@ -222,10 +222,9 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
             max_steer_rate: Some(0.4),
             ..Vehicle::DEFAULT
         };
-        let assert_is = |value: Option<f64>, wheelbases: f64| {
+        let assert_is = |value: f64, wheelbases: f64| {
             let expected = wheelbases * wheelbase;
-            let close = value.is_some_and(|value| (value - expected).abs() < 1e-9);
-            assert!(close, "{value:?}, not {expected}");
+            assert!((value - expected).abs() < 1e-9, "{value}, not {expected}");
         };
         let pop = PopParams::DEFAULT.resolved(&car);
         let pursuit = PurePursuitParams::DEFAULT.resolved(&car);
@@ -248,14 +247,14 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
         assert_is(preview.steer_rate_cost, 1.0 / 12.0);
         assert_is(preview.min_speed, 5.0 / 3.0);
         assert_is(preview.smoothing_length, 2.0 / 3.0);
-        assert_eq!(preview.steer_span_rate, Some(0.4));
+        assert_is(preview.steer_span_rate, 0.4 / wheelbase);
         // The paper's 3 degrees in 50 ms.
         let free = Vehicle {
             max_steer_rate: None,
             ..car
         };
         let rate = PreviewPopParams::DEFAULT.resolved(&free).steer_span_rate;
-        assert!((rate.unwrap() - 60.0_f64.to_radians()).abs() < 1e-12);
+        assert!((rate - 60.0_f64.to_radians()).abs() < 1e-12);
         let stanley = StanleyParams::DEFAULT.resolved(&car);
         assert_is(stanley.softening, 1e-5 / 3.0);
         assert_is(stanley.smoothing_length, 1.0);
@@ -263,7 +262,7 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
         assert_is(pid.smoothing_length, 2.0);
         // Gains per metre go with the inverse.
         for (gain, at_3_m) in [(pid.kp, 0.25), (pid.ki, 0.01), (pid.kd, 0.2)] {
-            assert_is(gain.map(|gain| gain * wheelbase * wheelbase), at_3_m * 3.0);
+            assert_is(gain * wheelbase * wheelbase, at_3_m * 3.0);
         }
         let bang_bang = BangBangParams::DEFAULT.resolved(&car);
         for (search_distance, lost_distance) in [
@@ -278,8 +277,8 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
             assert_is(lost_distance, 10.0);
         }
         let follow = Follow::of(&car, 0.0, 0.0);
-        assert_is(Some(follow.search_distance), 2.0);
-        assert_is(Some(follow.arrival_distance), 0.05);
-        assert_is(Some(follow.opposite_distance), 10.0 / 3.0);
+        assert_is(follow.search_distance, 2.0);
+        assert_is(follow.arrival_distance, 0.05);
+        assert_is(follow.opposite_distance, 10.0 / 3.0);
     }
 }

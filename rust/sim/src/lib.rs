@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use popsteer_core::{Path, Tracker, VehicleState, lateral::Pop};
+//! use popsteer_core::{Path, Tracker, VehicleState, laws::Pop};
 //! use popsteer_sim::{Controller, Longitudinal, Perception, Settings, Simulation, closed_loop};
 //! use popsteer_sim::plant::CarlaIdentified;
 //!

@@ -1,42 +1,21 @@
 //! Bang-bang: a fixed angle back towards the path, the floor to measure against.
 
-use crate::error::{ConfigError, config_in_range};
-use crate::laws::law::{Tracked, or_scaled};
+use crate::error::ConfigError;
+use crate::laws::law::Tracked;
+use crate::laws::params::law_params;
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
 use crate::path::follow::Located;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 
-/// Parameters of [`BangBang`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BangBangParams {
-    /// The angle that is switched [rad]; at most `max_steer` of it is used. The published code
-    /// takes a tenth of its limit.
-    pub amplitude: f64,
-    /// Cross-track errors up to this leave the wheels straight [m].
-    pub deadband: f64,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
-    pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
-    pub lost_distance: Option<f64>,
-}
-
-impl BangBangParams {
-    /// The defaults.
-    pub const DEFAULT: Self = Self {
-        amplitude: 0.122,
-        deadband: 0.0,
-        search_distance: None,
-        lost_distance: None,
-    };
-
-    /// The parameters with the defaults that scale with `vehicle` filled in.
-    pub fn resolved(self, vehicle: &Vehicle) -> Self {
-        Self {
-            search_distance: or_scaled(self.search_distance, 2.0 * vehicle.wheelbase),
-            lost_distance: or_scaled(self.lost_distance, 10.0 * vehicle.wheelbase),
-            ..self
-        }
+law_params! {
+    /// Parameters of [`BangBang`].
+    pub struct BangBangParams<Scaled> of Vehicle(wheelbase) {
+        /// The angle that is switched [rad]; at most `max_steer` of it is used. The published code
+        /// takes a tenth of its limit.
+        amplitude: f64 = 0.122, in [0.0, 1.57];
+        /// Cross-track errors up to this leave the wheels straight [m].
+        deadband: f64 = 0.0, in [0.0, 1e6];
     }
 }
 
@@ -60,12 +39,11 @@ impl BangBang {
     /// [`ConfigError`], naming the field that is out of its range.
     pub fn new(vehicle: Vehicle, params: BangBangParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
-        let params = params.resolved(&vehicle);
-        let distances = (params.search_distance, params.lost_distance);
+        let params = params.resolved(&vehicle).checked()?;
         Ok(Self {
-            amplitude: config_in_range("amplitude", params.amplitude, 0.0, 1.57)?,
-            deadband: config_in_range("deadband", params.deadband, 0.0, 1e6)?,
-            steered: Tracked::FrontAxle.of(vehicle, distances)?,
+            amplitude: params.amplitude,
+            deadband: params.deadband,
+            steered: Tracked::FrontAxle.of(vehicle, params.search_distance, params.lost_distance),
         })
     }
 }

@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use crate::error::{ConfigError, InputError, config_in_range, input_within};
+use crate::error::{InputError, input_within};
 use crate::geometry::Point;
 use crate::path::follow::{Follow, Located};
 use crate::path::view::PathView;
@@ -117,13 +117,8 @@ pub(crate) enum Tracked {
 }
 
 impl Tracked {
-    /// How this point of a checked `vehicle` follows the path, with distances after their defaults
-    /// were filled in.
-    pub(crate) fn of(
-        self,
-        vehicle: Vehicle,
-        (search, lost): (Option<f64>, Option<f64>),
-    ) -> Result<Steered, ConfigError> {
+    /// How this point of a checked `vehicle` follows the path, with checked distances.
+    pub(crate) fn of(self, vehicle: Vehicle, search_distance: f64, lost_distance: f64) -> Steered {
         let wheelbase = vehicle.wheelbase;
         let (base, reference_offset) = match self {
             Self::FrontAxle => (vehicle.rear_axle, wheelbase),
@@ -131,11 +126,11 @@ impl Tracked {
             Self::NoSlipPoint => (vehicle.no_slip(), 0.0),
         };
         let follow = Follow {
-            search_distance: within("search_distance", search, 0.0, 1e6)?,
-            lost_distance: within("lost_distance", lost, 1e-3, 1e9)?,
+            search_distance,
+            lost_distance,
             ..Follow::of(&vehicle, base, reference_offset)
         };
-        Ok(Steered { vehicle, follow })
+        Steered { vehicle, follow }
     }
 }
 
@@ -151,21 +146,6 @@ impl Vehicle {
             (steer, Status::OK)
         }
     }
-}
-
-/// A parameter that is given, or its default for the vehicle.
-pub(crate) fn or_scaled(given: Option<f64>, default: f64) -> Option<f64> {
-    given.or(Some(default))
-}
-
-/// A parameter after its defaults were filled in; one that was not is refused as not a number.
-pub(crate) fn within(
-    field: &'static str,
-    value: impl Into<Option<f64>>,
-    low: f64,
-    high: f64,
-) -> Result<f64, ConfigError> {
-    config_in_range(field, value.into().unwrap_or(f64::NAN), low, high)
 }
 
 /// Whether a remembered angle is within the limit.

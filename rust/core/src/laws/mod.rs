@@ -5,6 +5,7 @@
 
 pub mod bang_bang;
 pub mod law;
+mod params;
 pub mod pid;
 pub mod pop;
 pub mod preview_pop;

@@ -1,8 +1,9 @@
 //! POP: proximally optimal predictive control, the paper's Algorithm 1.
 
-use crate::error::{ConfigError, InputError, Requirement, config_in_range};
+use crate::error::{ConfigError, InputError};
 use crate::geometry::{Point, get_distance};
-use crate::laws::law::{Tracked, check_steer, or_scaled};
+use crate::laws::law::{Tracked, check_steer};
+use crate::laws::params::law_params;
 use crate::laws::search::{Search, search_of};
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
 use crate::math::{PI, atan2, from_count, saturate, to_count, wrap};
@@ -12,63 +13,20 @@ use crate::status::Status;
 use crate::vehicle::bicycle::get_predicted_location;
 use crate::vehicle::{Vehicle, VehicleState};
 
-/// Parameters of [`Pop`]; the paper's Table 1 by default.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PopParams {
-    /// Velocity constant `k_v` [s]: `lookahead = min_lookahead + lookahead_gain speed`.
-    pub lookahead_gain: f64,
-    /// Lookahead at rest `ld_min` [m]; two wheelbases by default, the published code's 6 m at the
-    /// paper's car. The paper gives none.
-    pub min_lookahead: Option<f64>,
-    /// Optimization range `delta_nbd` [rad]: candidates lie at most this far from the last angle.
-    pub steer_span: f64,
-    /// Optimization resolution: the number of candidates, odd.
-    pub candidate_count: usize,
-    /// Whether the lookahead point is the path's first crossing of the circle ahead of the
-    /// vehicle, [`get_crossing`](crate::path::lookahead::get_crossing), instead of what the
-    /// paper's search finds.
-    pub exact_lookahead: bool,
-    /// Threshold `epsilon` of the paper's search [m]; 1/300 of the wheelbase by default.
-    pub lookahead_tolerance: Option<f64>,
-    /// Arc ahead of the vehicle that the paper's search looks at [m]; 20/3 wheelbases by default.
-    pub window_ahead: Option<f64>,
-    /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
-    /// 1/300 of the wheelbase by default.
-    pub grid_spacing: Option<f64>,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
-    pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
-    pub lost_distance: Option<f64>,
-}
-
-impl PopParams {
-    /// The defaults.
-    pub const DEFAULT: Self = Self {
-        lookahead_gain: 0.2,
-        min_lookahead: None,
-        steer_span: 3.0 * (PI / 180.0),
-        candidate_count: 21,
-        exact_lookahead: true,
-        lookahead_tolerance: None,
-        window_ahead: None,
-        grid_spacing: None,
-        search_distance: None,
-        lost_distance: None,
-    };
-
-    /// The parameters with the defaults that scale with `vehicle` filled in.
-    pub fn resolved(self, vehicle: &Vehicle) -> Self {
-        let wheelbase = vehicle.wheelbase;
-        Self {
-            min_lookahead: or_scaled(self.min_lookahead, 2.0 * wheelbase),
-            lookahead_tolerance: or_scaled(self.lookahead_tolerance, wheelbase / 300.0),
-            window_ahead: or_scaled(self.window_ahead, 20.0 / 3.0 * wheelbase),
-            grid_spacing: or_scaled(self.grid_spacing, wheelbase / 300.0),
-            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
-            ..self
-        }
+law_params! {
+    /// Parameters of [`Pop`]; the paper's Table 1 at the paper's car. The paper gives no
+    /// `min_lookahead`: the published code has 6 m.
+    pub struct PopParams<Scaled> of Vehicle(wheelbase) {
+        /// Velocity constant `k_v` [s]: `lookahead = min_lookahead + lookahead_gain * speed`.
+        lookahead_gain: f64 = 0.2, in [0.0, 1e3];
+        /// Lookahead at rest `ld_min` [m].
+        min_lookahead: Scaled = 2.0 * wheelbase, in [0.0, 1e4];
+        /// Optimization range `delta_nbd` [rad]: candidates lie at most this far from the last angle.
+        steer_span: f64 = 3.0 * (PI / 180.0), in [1e-6, PI];
+        /// Optimization resolution: the number of candidates, odd.
+        candidate_count: usize = 21, in odd [3, 100_001];
     }
+    with search
 }
 
 /// What [`Pop`] remembers.
@@ -98,9 +56,6 @@ pub struct Pop {
 }
 
 impl Pop {
-    /// The largest number of candidates.
-    pub const MAX_CANDIDATES: usize = 100_001;
-
     /// The controller with these parameters, for `vehicle`.
     ///
     /// # Errors
@@ -108,27 +63,17 @@ impl Pop {
     /// [`ConfigError`], naming the field that is out of its range.
     pub fn new(vehicle: Vehicle, params: PopParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
-        let params = params.resolved(&vehicle);
-        let distances = (params.search_distance, params.lost_distance);
-        let steer_span = config_in_range("steer_span", params.steer_span, 1e-6, PI)?;
-        let count = params.candidate_count;
-        if count.is_multiple_of(2) || !(3..=Self::MAX_CANDIDATES).contains(&count) {
-            return Err(ConfigError {
-                field: "candidate_count",
-                value: from_count(count),
-                requirement: Requirement::OddInRange(3, Self::MAX_CANDIDATES),
-            });
-        }
-        let half = from_count(count / 2);
-        let step = steer_span / half;
+        let params = params.resolved(&vehicle).checked()?;
+        let half = from_count(params.candidate_count / 2);
+        let step = params.steer_span / half;
         Ok(Self {
             search: search_of!(params),
-            steer_span,
-            candidate_count: count,
+            steer_span: params.steer_span,
+            candidate_count: params.candidate_count,
             half,
             step,
             steps_per_rad: 1.0 / step,
-            steered: Tracked::FrontAxle.of(vehicle, distances)?,
+            steered: Tracked::FrontAxle.of(vehicle, params.search_distance, params.lost_distance),
         })
     }
 

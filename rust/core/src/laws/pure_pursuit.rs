@@ -2,7 +2,8 @@
 
 use crate::error::{ConfigError, InputError};
 use crate::geometry::get_distance;
-use crate::laws::law::{Tracked, check_steer, or_scaled};
+use crate::laws::law::{Tracked, check_steer};
+use crate::laws::params::law_params;
 use crate::laws::search::{Search, search_of};
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
 use crate::math::{PI, acos, atan2, larger, sin};
@@ -11,63 +12,23 @@ use crate::path::view::PathView;
 use crate::status::Status;
 use crate::vehicle::Vehicle;
 
-/// Parameters of [`PurePursuit`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PurePursuitParams {
-    /// Velocity constant `k_v` [s]: `lookahead = max(min_lookahead, lookahead_gain speed)`.
-    pub lookahead_gain: f64,
-    /// Least lookahead [m]; 10/3 wheelbases by default, the published code's 10 m at the paper's
-    /// car. The paper's equation has 0.
-    pub min_lookahead: Option<f64>,
-    /// Whether `alpha` is taken as the published code does, `acos(heading . line / lookahead)`,
-    /// instead of as the angle between heading and line. The grid point lies up to the threshold
-    /// inside the circle, so that reading never sees less than about `sqrt(2 tolerance /
-    /// lookahead)`: the wheels chatter about straight ahead, and the path is tracked more tightly.
-    pub alpha_by_arccos: bool,
-    /// Whether the lookahead point is the path's first crossing of the circle ahead of the
-    /// vehicle, [`get_crossing`](crate::path::lookahead::get_crossing), instead of what the
-    /// paper's search finds; with it, a point behind the vehicle is turned to as one abeam.
-    pub exact_lookahead: bool,
-    /// Threshold `epsilon` of the paper's search [m]; 1/300 of the wheelbase by default.
-    pub lookahead_tolerance: Option<f64>,
-    /// Arc ahead of the vehicle that the paper's search looks at [m]; 20/3 wheelbases by default.
-    pub window_ahead: Option<f64>,
-    /// Greatest distance of neighbours on the path as the paper's search re-discretises it [m];
-    /// 1/300 of the wheelbase by default.
-    pub grid_spacing: Option<f64>,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
-    pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
-    pub lost_distance: Option<f64>,
-}
-
-impl PurePursuitParams {
-    /// The defaults: the paper's Table 1, the least lookahead from the published code.
-    pub const DEFAULT: Self = Self {
-        lookahead_gain: 0.9,
-        min_lookahead: None,
-        alpha_by_arccos: false,
-        exact_lookahead: true,
-        lookahead_tolerance: None,
-        window_ahead: None,
-        grid_spacing: None,
-        search_distance: None,
-        lost_distance: None,
-    };
-
-    /// The parameters with the defaults that scale with `vehicle` filled in.
-    pub fn resolved(self, vehicle: &Vehicle) -> Self {
-        let wheelbase = vehicle.wheelbase;
-        Self {
-            min_lookahead: or_scaled(self.min_lookahead, 10.0 / 3.0 * wheelbase),
-            lookahead_tolerance: or_scaled(self.lookahead_tolerance, wheelbase / 300.0),
-            window_ahead: or_scaled(self.window_ahead, 20.0 / 3.0 * wheelbase),
-            grid_spacing: or_scaled(self.grid_spacing, wheelbase / 300.0),
-            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
-            ..self
-        }
+law_params! {
+    /// Parameters of [`PurePursuit`]; the paper's Table 1 at the paper's car, with the published
+    /// code's 10 m of `min_lookahead`, where the paper's equation has 0. With `exact_lookahead`, a
+    /// lookahead point behind the vehicle is turned to as one abeam.
+    pub struct PurePursuitParams<Scaled> of Vehicle(wheelbase) {
+        /// Velocity constant `k_v` [s]: `lookahead = max(min_lookahead, lookahead_gain * speed)`.
+        lookahead_gain: f64 = 0.9, in [0.0, 1e3];
+        /// Least lookahead [m].
+        min_lookahead: Scaled = 10.0 / 3.0 * wheelbase, in [0.0, 1e4];
+        /// Whether alpha is taken as the published code does, `acos(heading . line / lookahead)`,
+        /// instead of as the angle between heading and line. The grid point lies up to the threshold
+        /// inside the circle, so that reading never sees less than about `sqrt(2 tolerance /
+        /// lookahead)`: the wheels chatter about straight ahead, and the path is tracked more
+        /// tightly.
+        alpha_by_arccos: bool = false;
     }
+    with search
 }
 
 /// What [`PurePursuit`] remembers.
@@ -96,12 +57,11 @@ impl PurePursuit {
     /// [`ConfigError`], naming the field that is out of its range.
     pub fn new(vehicle: Vehicle, params: PurePursuitParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
-        let params = params.resolved(&vehicle);
-        let distances = (params.search_distance, params.lost_distance);
+        let params = params.resolved(&vehicle).checked()?;
         Ok(Self {
             search: search_of!(params),
             alpha_by_arccos: params.alpha_by_arccos,
-            steered: Tracked::RearAxle.of(vehicle, distances)?,
+            steered: Tracked::RearAxle.of(vehicle, params.search_distance, params.lost_distance),
         })
     }
 }

@@ -18,22 +18,16 @@ pub(super) struct Search {
 }
 
 macro_rules! search_of {
-    ($params:expr) => {{
-        use $crate::laws::law::within;
+    ($params:expr) => {
         $crate::laws::search::Search {
-            lookahead_gain: within("lookahead_gain", $params.lookahead_gain, 0.0, 1e3)?,
-            min_lookahead: within("min_lookahead", $params.min_lookahead, 0.0, 1e4)?,
+            lookahead_gain: $params.lookahead_gain,
+            min_lookahead: $params.min_lookahead,
             exact_lookahead: $params.exact_lookahead,
-            lookahead_tolerance: within(
-                "lookahead_tolerance",
-                $params.lookahead_tolerance,
-                1e-9,
-                1e3,
-            )?,
-            window_ahead: within("window_ahead", $params.window_ahead, 1e-3, 1e6)?,
-            grid_spacing: within("grid_spacing", $params.grid_spacing, 1e-6, 1e3)?,
+            lookahead_tolerance: $params.lookahead_tolerance,
+            window_ahead: $params.window_ahead,
+            grid_spacing: $params.grid_spacing,
         }
-    }};
+    };
 }
 pub(super) use search_of;
 

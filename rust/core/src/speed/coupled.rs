@@ -1,27 +1,20 @@
 //! The paper's longitudinal controller, coupled with the steering angle: Equation 7.
 
 use crate::bounds::MAX_SPEED;
-use crate::error::{ConfigError, InputError, config_in_range, input_within};
+use crate::error::{ConfigError, InputError, input_within};
+use crate::params;
 use crate::speed::Pedals;
 
-/// Parameters of [`CoupledLongitudinal`]; the paper's Table 2 by default.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoupledLongitudinalParams {
-    /// Cutoff constant `k_tau`, 0 to 1: offset and aggressiveness of the command.
-    pub cutoff: f64,
-    /// Steering limit `delta_lim` [rad].
-    pub steer_limit: f64,
-    /// Speed limit `v_lim` [m/s].
-    pub speed_limit: f64,
-}
-
-impl CoupledLongitudinalParams {
-    /// The defaults.
-    pub const DEFAULT: Self = Self {
-        cutoff: 0.5,
-        steer_limit: 1.22,
-        speed_limit: 69.44,
-    };
+params! {
+    /// Parameters of [`CoupledLongitudinal`]; the paper's Table 2 by default.
+    pub struct CoupledLongitudinalParams {
+        /// Cutoff constant `k_tau`, 0 to 1: offset and aggressiveness of the command.
+        cutoff: f64 = 0.5, in [0.0, 1.0];
+        /// Steering limit `delta_lim` [rad].
+        steer_limit: f64 = 1.22, in [1e-3, 1.57];
+        /// Speed limit `v_lim` [m/s].
+        speed_limit: f64 = 69.44, in [1e-3, 1e4];
+    }
 }
 
 /// `command = cutoff + ((speed_limit - speed) / speed_limit - |steer| / steer_limit) (1 -
@@ -38,10 +31,9 @@ impl CoupledLongitudinal {
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub fn new(params: CoupledLongitudinalParams) -> Result<Self, ConfigError> {
-        config_in_range("cutoff", params.cutoff, 0.0, 1.0)?;
-        config_in_range("steer_limit", params.steer_limit, 1e-3, 1.57)?;
-        config_in_range("speed_limit", params.speed_limit, 1e-3, MAX_SPEED)?;
-        Ok(Self { params })
+        Ok(Self {
+            params: params.checked()?,
+        })
     }
 
     /// Pedals at `speed` [m/s] with the commanded angle `steer` [rad]. The controller has no

@@ -1,29 +1,22 @@
 //! PID that tracks a reference speed.
 
 use crate::bounds::MAX_SPEED;
-use crate::error::{ConfigError, InputError, config_in_range, input_within};
+use crate::error::{ConfigError, InputError, input_within};
 use crate::math::saturate;
+use crate::params;
 use crate::speed::Pedals;
 use crate::vehicle::state::checked_dt;
 
-/// Parameters of [`SpeedPid`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedPidParams {
-    /// Proportional gain [s/m].
-    pub kp: f64,
-    /// Integral gain [1/m].
-    pub ki: f64,
-    /// Derivative gain [s^2/m].
-    pub kd: f64,
-}
-
-impl SpeedPidParams {
-    /// The defaults.
-    pub const DEFAULT: Self = Self {
-        kp: 0.5,
-        ki: 0.1,
-        kd: 0.0,
-    };
+params! {
+    /// Parameters of [`SpeedPid`].
+    pub struct SpeedPidParams {
+        /// Proportional gain [s/m].
+        kp: f64 = 0.5, in [0.0, 1e6];
+        /// Integral gain [1/m].
+        ki: f64 = 0.1, in [0.0, 1e6];
+        /// Derivative gain [s^2/m].
+        kd: f64 = 0.0, in [0.0, 1e6];
+    }
 }
 
 /// What [`SpeedPid`] remembers.
@@ -50,10 +43,9 @@ impl SpeedPid {
     ///
     /// [`ConfigError`], naming the parameter that is out of its range.
     pub fn new(params: SpeedPidParams) -> Result<Self, ConfigError> {
-        config_in_range("kp", params.kp, 0.0, 1e6)?;
-        config_in_range("ki", params.ki, 0.0, 1e6)?;
-        config_in_range("kd", params.kd, 0.0, 1e6)?;
-        Ok(Self { params })
+        Ok(Self {
+            params: params.checked()?,
+        })
     }
 
     /// Pedals at `speed` for `target_speed` [m/s].

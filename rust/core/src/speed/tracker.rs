@@ -1,8 +1,9 @@
 //! Keeps the speed that a path allows, and stops where it has to.
 
 use crate::bounds::MAX_SPEED;
-use crate::error::{ConfigError, InputError, config_in_range, input_within};
+use crate::error::{ConfigError, InputError, input_within};
 use crate::math::{saturate, smaller, sqrt};
+use crate::params;
 use crate::path::{Follow, PathView};
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{Vehicle, VehicleState};
@@ -46,43 +47,19 @@ const NEAR: f64 = 1.0 / 6.0;
 /// Bound of the integral's share [m/s^2].
 const MOST_INTEGRAL: f64 = 1.0;
 
-/// Parameters of [`SpeedTracker`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedTrackerParams {
-    /// Acceleration for an error of the speed [1/s].
-    pub kp: f64,
-    /// Acceleration for its integral [1/s^2].
-    pub ki: f64,
-    /// Largest change of the acceleration [m/s^3].
-    pub max_jerk: f64,
-    /// Acceleration beyond that of the plan that may correct an error [m/s^2].
-    pub reserve: f64,
-    /// Time from a command to its first effect on the drive [s].
-    pub drive_delay: f64,
-}
-
-impl SpeedTrackerParams {
-    /// The defaults.
-    pub const DEFAULT: Self = Self {
-        kp: 1.5,
-        ki: 0.2,
-        max_jerk: 20.0,
-        reserve: 0.4,
-        drive_delay: 0.0,
-    };
-
-    /// The parameters themselves where every number is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the parameter that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("kp", self.kp, 0.0, 1e3)?;
-        config_in_range("ki", self.ki, 0.0, 1e3)?;
-        config_in_range("max_jerk", self.max_jerk, 1e-3, 1e6)?;
-        config_in_range("reserve", self.reserve, 0.0, 1e3)?;
-        config_in_range("drive_delay", self.drive_delay, 0.0, 10.0)?;
-        Ok(self)
+params! {
+    /// Parameters of [`SpeedTracker`].
+    pub struct SpeedTrackerParams {
+        /// Acceleration for an error of the speed [1/s].
+        kp: f64 = 1.5, in [0.0, 1e3];
+        /// Acceleration for its integral [1/s^2].
+        ki: f64 = 0.2, in [0.0, 1e3];
+        /// Largest change of the acceleration [m/s^3].
+        max_jerk: f64 = 20.0, in [1e-3, 1e6];
+        /// Acceleration beyond that of the plan that may correct an error [m/s^2].
+        reserve: f64 = 0.4, in [0.0, 1e3];
+        /// Time from a command to its first effect on the drive [s].
+        drive_delay: f64 = 0.0, in [0.0, 10.0];
     }
 }
 

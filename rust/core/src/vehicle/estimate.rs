@@ -1,41 +1,23 @@
 //! What is estimated of a vehicle, and how fast a controller adapts to it.
 
+use super::Vehicle;
 use crate::bounds::MAX_SPEED;
-use crate::error::{ConfigError, config_in_range, config_optional};
 use crate::math::saturate;
+use crate::params;
 
-/// How fast a controller adapts to its vehicle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AdaptParams {
-    /// Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
-    /// switches them off. Shorter: faster, and more noise of the heading in the estimates.
-    pub turn_time: f64,
-    /// Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more noise
-    /// of the position in the estimate.
-    pub slip_time: f64,
-    /// Below this speed the slip is not estimated [m/s], because the position moves too little to
-    /// show it. The default is 5/3 wheelbases a second.
-    pub min_speed: Option<f64>,
-}
-
-impl AdaptParams {
-    /// 10 s for the turning, which is a few bends; 5 s for the slip.
-    pub const DEFAULT: Self = Self {
-        turn_time: 10.0,
-        slip_time: 5.0,
-        min_speed: None,
-    };
-
-    /// Returns the parameters if each is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the one that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("turn_time", self.turn_time, 0.0, 1e6)?;
-        config_in_range("slip_time", self.slip_time, 0.0, 1e6)?;
-        config_optional("min_speed", self.min_speed, 0.0, 1e3)?;
-        Ok(self)
+params! {
+    /// How fast a controller adapts to its vehicle: by default within 10 s to its turning, which is
+    /// a few bends, and within 5 s to its slip.
+    pub struct AdaptParams<Scaled> of Vehicle(wheelbase) {
+        /// Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
+        /// switches them off. Shorter: faster, and more noise of the heading in the estimates.
+        turn_time: f64 = 10.0, in [0.0, 1e6];
+        /// Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more
+        /// noise of the position in the estimate.
+        slip_time: f64 = 5.0, in [0.0, 1e6];
+        /// Below this speed the slip is not estimated [m/s], because the position moves too little
+        /// to show it.
+        min_speed: Scaled = 5.0 / 3.0 * wheelbase, in [0.0, 1e3];
     }
 }
 
@@ -78,5 +60,11 @@ impl Estimate {
         } else {
             saturate(next, -MAX_SPEED, 0.0)
         }
+    }
+}
+
+impl Default for Estimate {
+    fn default() -> Self {
+        Self::DEFAULT
     }
 }

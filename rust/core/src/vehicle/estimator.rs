@@ -216,7 +216,7 @@ impl Estimator {
         let (Some(before), true) = (self.last_measured, params.slip_time > 0.0) else {
             return;
         };
-        let pace = params.min_speed.unwrap_or(5.0 / 3.0 * vehicle.wheelbase);
+        let pace = params.resolved(vehicle).min_speed;
         let speed = 0.5 * (before.speed + now.speed);
         let travel = speed * dt;
         if speed.abs() < pace || travel.abs() < Self::LEAST_TRAVEL {

@@ -47,7 +47,7 @@ macro_rules! tuning {
                 /// same as the object
                 ///     The parameters, with a number for each.
                 fn resolved(&self, vehicle: PyRef<'_, PyVehicle>) -> Self {
-                    Self(self.0.resolved(&vehicle.0))
+                    Self(self.0.resolved(&vehicle.0).into())
                 }
             }
         }

@@ -48,7 +48,7 @@ impl Subject for Pop {
                 250 => 501,
                 251 => 20,
                 252 => 0,
-                253 => Self::MAX_CANDIDATES + 2,
+                253 => 100_003,
                 _ => usize::MAX,
             },
             search_distance: search.search_distance,

@@ -5,7 +5,8 @@ pub mod error_buffer;
 use crate::bounds::MAX_COORDINATE;
 use crate::error::{ConfigError, InputError, Requirement, input_within};
 use crate::geometry::Point;
-use crate::laws::law::{Tracked, or_scaled, within};
+use crate::laws::law::Tracked;
+use crate::laws::params::law_params;
 use crate::laws::pid::error_buffer::{BOUND, ErrorBuffer};
 use crate::laws::{Belief, Decision, LateralLaw, LateralState, Steered};
 use crate::math::{cos, from_count, saturate, sin};
@@ -14,60 +15,28 @@ use crate::path::preview::Preview;
 use crate::path::view::PathView;
 use crate::vehicle::Vehicle;
 
-/// Parameters of [`Pid`]; the paper's Table 1 by default.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PidParams {
-    /// Proportional gain `k_P` [rad/m]; by default 0.25 at the paper's wheelbase, like the others
-    /// inversely proportional to it at others.
-    pub kp: Option<f64>,
-    /// Integral gain `k_I` [rad/(m s)]; [rad/m] without `integral_with_dt`. By default 0.01 at the
-    /// paper's wheelbase.
-    pub ki: Option<f64>,
-    /// Derivative gain `k_D` [rad s/m]; by default 0.2 at the paper's wheelbase.
-    pub kd: Option<f64>,
-    /// Buffer length: how many of the last errors the integral sums, against wind-up; at most
-    /// [`ErrorBuffer::CAPACITY`].
-    pub buffer_length: usize,
-    /// Whether the integral weighs each error with its `dt`, as the published code does; the
-    /// paper's equation sums the bare errors.
-    pub integral_with_dt: bool,
-    /// Length of path over which its heading is taken [m]; two wheelbases by default. The
-    /// derivative is then how fast the front axle moves across that heading, which noise of the
-    /// waypoints hardly reaches. 0: that of the error, as printed.
-    pub smoothing_length: Option<f64>,
-    /// [`Follow::search_distance`](crate::path::Follow::search_distance), by default 2 wheelbases.
-    pub search_distance: Option<f64>,
-    /// [`Follow::lost_distance`](crate::path::Follow::lost_distance), by default 10 wheelbases.
-    pub lost_distance: Option<f64>,
-}
-
-impl PidParams {
-    /// The defaults.
-    pub const DEFAULT: Self = Self {
-        kp: None,
-        ki: None,
-        kd: None,
-        buffer_length: 500,
-        integral_with_dt: true,
-        smoothing_length: None,
-        search_distance: None,
-        lost_distance: None,
-    };
-
-    /// The parameters with the defaults that scale with `vehicle` filled in.
-    pub fn resolved(self, vehicle: &Vehicle) -> Self {
-        let wheelbase = vehicle.wheelbase;
-        Self {
-            kp: or_scaled(self.kp, 0.25 * (3.0 / wheelbase)),
-            ki: or_scaled(self.ki, 0.01 * (3.0 / wheelbase)),
-            kd: or_scaled(self.kd, 0.2 * (3.0 / wheelbase)),
-            smoothing_length: or_scaled(self.smoothing_length, 2.0 * wheelbase),
-            search_distance: or_scaled(self.search_distance, 2.0 * wheelbase),
-            lost_distance: or_scaled(self.lost_distance, 10.0 * wheelbase),
-            ..self
-        }
+law_params! {
+    /// Parameters of [`Pid`]; the paper's Table 1 at the paper's car, whose wheelbase is 3 m.
+    pub struct PidParams<Scaled> of Vehicle(wheelbase) {
+        /// Proportional gain `k_P` [rad/m].
+        kp: Scaled = 0.25 * (3.0 / wheelbase), in [0.0, 1e6];
+        /// Integral gain `k_I` [rad/(m s)], or [rad/m] without `integral_with_dt`.
+        ki: Scaled = 0.01 * (3.0 / wheelbase), in [0.0, 1e6];
+        /// Derivative gain `k_D` [rad s/m].
+        kd: Scaled = 0.2 * (3.0 / wheelbase), in [0.0, 1e6];
+        /// How many of the last errors the integral sums, against wind-up.
+        buffer_length: usize = 500, in [1, 500];
+        /// Whether the integral weighs each error with its dt, as the published code does; the
+        /// paper's equation sums the bare errors.
+        integral_with_dt: bool = true;
+        /// Length of path over which its heading is taken [m]. The derivative is then how fast the
+        /// front axle moves across that heading, which noise of the waypoints hardly reaches. 0:
+        /// that of the error, as printed.
+        smoothing_length: Scaled = 2.0 * wheelbase, in [0.0, 1e4];
     }
 }
+
+const _: () = assert!(ErrorBuffer::CAPACITY == 500, "the most of `buffer_length`");
 
 /// What [`Pid`] remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,12 +59,7 @@ pub struct PidState {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pid {
     steered: Steered,
-    kp: f64,
-    ki: f64,
-    kd: f64,
-    buffer_length: usize,
-    integral_with_dt: bool,
-    smoothing_length: f64,
+    params: PidParams<f64>,
 }
 
 impl Pid {
@@ -106,24 +70,10 @@ impl Pid {
     /// [`ConfigError`], naming the field that is out of its range.
     pub fn new(vehicle: Vehicle, params: PidParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
-        let params = params.resolved(&vehicle);
-        let distances = (params.search_distance, params.lost_distance);
-        let buffer_length = params.buffer_length;
-        if !(1..=ErrorBuffer::CAPACITY).contains(&buffer_length) {
-            return Err(ConfigError {
-                field: "buffer_length",
-                value: from_count(buffer_length),
-                requirement: Requirement::CountInRange(1, ErrorBuffer::CAPACITY),
-            });
-        }
+        let params = params.resolved(&vehicle).checked()?;
         Ok(Self {
-            kp: within("kp", params.kp, 0.0, 1e6)?,
-            ki: within("ki", params.ki, 0.0, 1e6)?,
-            kd: within("kd", params.kd, 0.0, 1e6)?,
-            buffer_length,
-            integral_with_dt: params.integral_with_dt,
-            smoothing_length: within("smoothing_length", params.smoothing_length, 0.0, 1e4)?,
-            steered: Tracked::FrontAxle.of(vehicle, distances)?,
+            steered: Tracked::FrontAxle.of(vehicle, params.search_distance, params.lost_distance),
+            params,
         })
     }
 
@@ -135,7 +85,12 @@ impl Pid {
         let step = at.position - previous;
         let half = 0.5 * (step.x * at.heading.x + step.y * at.heading.y);
         let middle = at.closest.arc_length(path) - half;
-        let yaw = Preview::yaw_at(path, self.smoothing_length, at.closest.segment, middle);
+        let yaw = Preview::yaw_at(
+            path,
+            self.params.smoothing_length,
+            at.closest.segment,
+            middle,
+        );
         (step.y * cos(yaw) - step.x * sin(yaw)) / at.dt
     }
 }
@@ -163,7 +118,7 @@ impl LateralLaw for Pid {
         PidState {
             previous_error: None,
             previous_position: None,
-            buffer: ErrorBuffer::new(self.buffer_length),
+            buffer: ErrorBuffer::new(self.params.buffer_length),
         }
     }
 
@@ -179,19 +134,20 @@ impl LateralLaw for Pid {
         at: &Located,
         _belief: &Belief,
     ) -> Decision {
+        let params = &self.params;
         let error = at.closest.cross_track_error();
         if at.direction_changed || at.off_path {
             state.leave_path();
         }
         // At rest an error cannot be steered away; summing it would wind the integral up.
         if at.vehicle.forward_speed() > 0.0 {
-            state.buffer.push(if self.integral_with_dt {
+            state.buffer.push(if self.params.integral_with_dt {
                 error * at.dt
             } else {
                 error
             });
         }
-        let rate = if self.smoothing_length > 0.0 {
+        let rate = if self.params.smoothing_length > 0.0 {
             let previous = state.previous_position.replace(at.position);
             previous.map_or(0.0, |previous| self.rate_across(path, previous, at))
         } else {
@@ -200,7 +156,7 @@ impl LateralLaw for Pid {
             let previous = state.previous_error;
             previous.map_or(0.0, |previous| (error - previous) / at.dt)
         };
-        let wanted = -(self.kp * error + self.ki * state.buffer.sum() + self.kd * rate);
+        let wanted = -(params.kp * error + params.ki * state.buffer.sum() + params.kd * rate);
         let (steer, status) = self.vehicle().limit_steer(wanted);
         state.previous_error = Some(error);
         Decision {
@@ -219,11 +175,14 @@ impl LateralLaw for Pid {
             input_within("previous_position", position.x, most)?;
             input_within("previous_position", position.y, most)?;
         }
-        if state.buffer.length() != self.buffer_length {
+        if state.buffer.length() != self.params.buffer_length {
             return Err(InputError {
                 field: "buffer_length",
                 value: from_count(state.buffer.length()),
-                requirement: Requirement::CountInRange(self.buffer_length, self.buffer_length),
+                requirement: Requirement::CountInRange(
+                    self.params.buffer_length,
+                    self.params.buffer_length,
+                ),
             });
         }
         Ok(())

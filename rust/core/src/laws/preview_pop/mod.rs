@@ -11,12 +11,10 @@ mod approach;
 pub mod cost_to_go;
 pub mod horizon;
 pub mod limited;
-pub mod params;
-
-pub use params::PreviewPopParams;
 
 use crate::error::{ConfigError, InputError};
-use crate::laws::law::{Tracked, check_steer, within};
+use crate::laws::law::{Tracked, check_steer};
+use crate::laws::params::law_params;
 use crate::laws::preview_pop::approach::{Approach, FULL_RATE, Straightening};
 use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
 use crate::laws::preview_pop::limited::{Horizon, MoveLimit, PlanLimits, ReachedLimits};
@@ -28,6 +26,38 @@ use crate::path::view::PathView;
 use crate::status::Status;
 use crate::vehicle::Vehicle;
 use crate::vehicle::bicycle::{MAX_STEPS, steps};
+
+law_params! {
+    /// Parameters of [`PreviewPop`]: POP's neighbourhood, and costs that suit a passenger car.
+    pub struct PreviewPopParams<Scaled> of Vehicle(wheelbase, max_steer_rate) {
+        /// Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most this
+        /// times dt from the last one. By default the vehicle's `max_steer_rate`, or 60 degrees/s,
+        /// the paper's 3 degrees in 50 ms.
+        steer_span_rate: Scaled = max_steer_rate.unwrap_or(60.0 * (PI / 180.0)), in [1e-3, 1e6];
+        /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
+        /// anticipated. If it is shorter than the lag and the return to the path, the vehicle
+        /// oscillates. Up to twice as long if the vehicle has a `max_steer_rate` and its wheels
+        /// need it.
+        horizon: f64 = 1.0, in [0.05, 100.0];
+        /// How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]. More:
+        /// the path is joined more gently, and offsets take longer to vanish.
+        heading_cost: Scaled = wheelbase, in [0.0, 1e3];
+        /// How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
+        /// [m s/rad]. More: calmer wheels, less noise passed on, wider bends where the model is
+        /// wrong.
+        steer_rate_cost: Scaled = wheelbase / 12.0, in [1e-5, 1e3];
+        /// Heading at which the path is approached from afar [rad]; less if the vehicle's limits
+        /// would not straighten it in time. More: sooner back on the path, by a sharper manoeuvre.
+        approach_angle: f64 = 0.25, in [1e-3, 0.5 * PI];
+        /// Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
+        /// prediction looks as far as at this speed; at rest they keep their angle. Where the
+        /// vehicle's `max_steer_rate` is given, they turn at all of it down to half this speed.
+        min_speed: Scaled = 5.0 / 3.0 * wheelbase, in [1e-3, 1e4];
+        /// Length of path over which its direction is taken [m]. More: less of the waypoints' noise
+        /// is steered, and bends shorter than this are cut.
+        smoothing_length: Scaled = 2.0 / 3.0 * wheelbase, in [0.0, 1e3];
+    }
+}
 
 /// What [`PreviewPop`] remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,10 +83,8 @@ pub struct PreviewPopState {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewPop {
     steered: Steered,
-    heading_cost: f64,
-    steer_rate_cost: f64,
+    params: PreviewPopParams<f64>,
     approach: Approach,
-    smoothing_length: f64,
 }
 
 /// The angles that can be commanded in this control period.
@@ -81,24 +109,19 @@ impl PreviewPop {
     /// [`ConfigError`], naming the field that is out of its range.
     pub fn new(vehicle: Vehicle, params: PreviewPopParams) -> Result<Self, ConfigError> {
         let vehicle = vehicle.checked()?;
-        let params = params.resolved(&vehicle);
-        let distances = (params.search_distance, params.lost_distance);
-        let span_rate = within("steer_span_rate", params.steer_span_rate, 1e-3, 1e6)?;
+        let params = params.resolved(&vehicle).checked()?;
         let rate = vehicle.max_steer_rate.unwrap_or(f64::INFINITY);
-        let horizon = within("horizon", params.horizon, 0.05, 100.0)?;
         Ok(Self {
-            heading_cost: within("heading_cost", params.heading_cost, 0.0, 1e3)?,
-            steer_rate_cost: within("steer_rate_cost", params.steer_rate_cost, 1e-5, 1e3)?,
             approach: Approach {
-                rate: smaller(span_rate, rate),
-                rate_is_the_vehicles: rate <= span_rate,
+                rate: smaller(params.steer_span_rate, rate),
+                rate_is_the_vehicles: rate <= params.steer_span_rate,
                 max_tangent: tan(vehicle.max_steer),
-                horizon,
-                angle: within("approach_angle", params.approach_angle, 1e-3, 0.5 * PI)?,
-                min_speed: within("min_speed", params.min_speed, 1e-3, 1e4)?,
+                horizon: params.horizon,
+                angle: params.approach_angle,
+                min_speed: params.min_speed,
             },
-            smoothing_length: within("smoothing_length", params.smoothing_length, 0.0, 1e3)?,
-            steered: Tracked::NoSlipPoint.of(vehicle, distances)?,
+            steered: Tracked::NoSlipPoint.of(vehicle, params.search_distance, params.lost_distance),
+            params,
         })
     }
 
@@ -127,19 +150,19 @@ impl PreviewPop {
         let offset = at.mirror(estimate.slip_length);
         let travel = Travel::new(step, lag, kept, offset);
         let length = vehicle.turning_length(speed) / estimate.gain;
-        let move_cost = self.steer_rate_cost * length / period;
+        let move_cost = self.params.steer_rate_cost * length / period;
         let move_cost = move_cost * move_cost;
 
         let mut turns = [0.0; MAX_STEPS];
         let turns = turns.get_mut(..count).unwrap_or_default();
         let arc_length = closest.arc_length(path);
         let distance = from_count(count) * step;
-        let smoothing = self.smoothing_length;
+        let smoothing = self.params.smoothing_length;
         let path_yaw = Preview::new(path, smoothing, closest.segment, arc_length, distance)
             .turns(arc_length, step, turns);
         let horizon = Horizon {
             travel,
-            stage: CostToGo::stage(self.heading_cost, offset),
+            stage: CostToGo::stage(self.params.heading_cost, offset),
             move_cost,
             turns,
             drift: step * estimate.slip,

@@ -10,40 +10,24 @@ pub mod state;
 
 pub use state::MonitorState;
 
-use crate::error::{ConfigError, config_in_range, config_optional};
+use crate::error::ConfigError;
 use crate::math::{saturate, wrap};
+use crate::params;
 use crate::path::follow::Located;
 use crate::status::Status;
 use crate::vehicle::{Vehicle, VehicleState};
 
-/// Thresholds of the monitor's faults.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MonitorParams {
-    /// Cross-track error from which a vehicle that was within it is deviating [m]. Half a wheelbase
-    /// by default; 1e9 switches it off.
-    pub deviation_limit: Option<f64>,
-    /// Largest difference of the turn measured over a second to the turns that the commands
-    /// explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner, false
-    /// alarms are likelier.
-    pub turn_tolerance: f64,
-}
-
-impl MonitorParams {
-    /// 1.5 m for a vehicle of 3 m, and twice what the plants' own dynamics need.
-    pub const DEFAULT: Self = Self {
-        deviation_limit: None,
-        turn_tolerance: 0.01,
-    };
-
-    /// The parameters themselves where each is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the one that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        config_optional("deviation_limit", self.deviation_limit, 0.0, 1e9)?;
-        config_in_range("turn_tolerance", self.turn_tolerance, 0.0, 1e9)?;
-        Ok(self)
+params! {
+    /// Thresholds of the monitor's faults: by default 1.5 m for a vehicle of 3 m, and twice the turn
+    /// that the plants' own dynamics need.
+    pub struct MonitorParams<Scaled> of Vehicle(wheelbase) {
+        /// Cross-track error from which a vehicle that was within it is deviating [m]; 1e9 switches
+        /// it off.
+        deviation_limit: Scaled = 0.5 * wheelbase, in [0.0, 1e9];
+        /// Largest difference of the turn measured over a second to the turns that the commands
+        /// explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner,
+        /// false alarms are likelier.
+        turn_tolerance: f64 = 0.01, in [0.0, 1e9];
     }
 }
 
@@ -85,7 +69,7 @@ impl Monitor {
     fn unchecked(params: MonitorParams, vehicle: &Vehicle) -> Self {
         Self {
             params,
-            deviation_limit: params.deviation_limit.unwrap_or(0.5 * vehicle.wheelbase),
+            deviation_limit: params.resolved(vehicle).deviation_limit,
         }
     }
 

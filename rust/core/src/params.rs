@@ -1,0 +1,260 @@
+//! How parameters are declared: once, each with its default, its range, its unit and its text.
+//!
+//! [`params!`](crate::params!) makes the struct with its defaults and its checks. Everything else
+//! that has the parameters, the Python classes, C's structs, stubs and tables in pages, is made from
+//! the declaration: by the macro of the struct's name, or from `fields()` at build time.
+
+use crate::error::{ConfigError, Requirement, in_range};
+use crate::math::from_count;
+
+/// A parameter as it was declared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, with its unit in brackets.
+    pub text: &'static str,
+    /// Its default.
+    pub default: Value,
+    /// Whether it may be [`Value::Absent`].
+    pub optional: bool,
+    /// The default as it was written: a formula where it scales with the vehicle.
+    pub written: &'static str,
+    /// Its range; none for a flag.
+    pub requirement: Option<Requirement>,
+}
+
+/// The value of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// Not given.
+    Absent,
+    /// A number.
+    Number(f64),
+    /// A count.
+    Count(usize),
+    /// True or false.
+    Flag(bool),
+}
+
+impl Value {
+    /// Whether the value is one that `requirement` allows; what is absent is.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`], naming `field`.
+    pub fn checked(self, field: &'static str, requirement: Requirement) -> Result<(), ConfigError> {
+        let (value, is_met) = match (self, requirement) {
+            (Self::Number(value), Requirement::InRange(low, high)) => {
+                (value, in_range(value, low, high))
+            }
+            (Self::Count(count), Requirement::CountInRange(low, high)) => {
+                (from_count(count), low <= count && count <= high)
+            }
+            (Self::Count(count), Requirement::OddInRange(low, high)) => (
+                from_count(count),
+                low <= count && count <= high && !count.is_multiple_of(2),
+            ),
+            _ => return Ok(()),
+        };
+        if is_met {
+            return Ok(());
+        }
+        Err(ConfigError {
+            field,
+            value,
+            requirement,
+        })
+    }
+}
+
+/// What a parameter can be.
+pub trait Parameter: Copy {
+    /// Whether it may be absent.
+    const OPTIONAL: bool = false;
+
+    /// Its value.
+    fn value(self) -> Value;
+}
+
+impl Parameter for f64 {
+    fn value(self) -> Value {
+        Value::Number(self)
+    }
+}
+
+impl Parameter for Option<f64> {
+    const OPTIONAL: bool = true;
+
+    fn value(self) -> Value {
+        self.map_or(Value::Absent, Value::Number)
+    }
+}
+
+impl Parameter for usize {
+    fn value(self) -> Value {
+        Value::Count(self)
+    }
+}
+
+impl Parameter for bool {
+    fn value(self) -> Value {
+        Value::Flag(self)
+    }
+}
+
+/// Declares a struct of parameters.
+///
+/// ```
+/// popsteer_core::params! {
+///     /// Parameters of a wiper.
+///     pub struct WiperParams {
+///         /// Sweeps in a second [1/s].
+///         rate: f64 = 0.5, in [0.0, 2.0];
+///         /// The longest pause [s]; absent for none.
+///         pause: Option<f64> = None, in [0.1, 60.0];
+///         /// Number of blades, odd.
+///         blades: usize = 1, in odd [1, 5];
+///         /// Whether it squirts.
+///         squirts: bool = false;
+///     }
+/// }
+/// let bad = WiperParams { rate: -1.0, ..WiperParams::DEFAULT };
+/// assert_eq!(bad.checked().unwrap_err().to_string(), "rate must be in [0.0, 2.0], got -1.0");
+/// ```
+///
+/// The struct has `DEFAULT`, `checked`, which names a field that is out of its range, and `fields`.
+/// A text is one for all languages: it ends without the default and the range, which are added.
+///
+/// With `pub struct PidParams<Scaled> of Vehicle(wheelbase)` a field of type `Scaled` is a number
+/// that may be left out: it then follows from the named fields of the vehicle by its default, a
+/// formula. `resolved` fills these in; its result has plain numbers.
+///
+/// A macro of the struct's name hands the declared fields to the macro that it is given:
+/// `WiperParams! { each { before } }` is `each! { { before } { /// text... } name type = default;
+/// ... }`.
+#[macro_export]
+macro_rules! params {
+    (
+        $(#[doc = $about:literal])+
+        pub struct $name:ident { $($fields:tt)+ }
+    ) => {
+        $crate::params! { @struct [$($about)+] $name [] { $($fields)+ } }
+    };
+    (
+        $(#[doc = $about:literal])+
+        pub struct $name:ident<$scaled:ident> of $whole:ident $car:tt { $($fields:tt)+ }
+    ) => {
+        $crate::params! { @struct [$($about)+] $name [$scaled] { $($fields)+ } }
+        $crate::params! { @resolved $name $whole $car { $($fields)+ } }
+    };
+    (@struct [$($about:literal)+] $name:ident [$($scaled:ident)?] {$(
+        $(#[doc = $text:literal])+
+        $field:ident: $kind:ident $(<$of:ty>)? = $default:expr
+        $(, in $($odd:ident)? [$low:expr, $high:expr])?;
+    )+}) => {
+        $(#[doc = $about])+
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name$(<$scaled = Option<f64>>)? {$(
+            $(#[doc = $text])+
+            #[doc = concat!(
+                "\n\nDefault `", stringify!($default), "`"
+                $(, ", in `[", stringify!($low), ", ", stringify!($high), "]`")?, "."
+            )]
+            pub $field: $kind$(<$of>)?,
+        )+}
+
+        impl $name {
+            /// The defaults.
+            pub const DEFAULT: Self = Self {
+                $($field: $crate::params!(@default $kind $default)),+
+            };
+
+            /// The parameters as they were declared.
+            pub fn fields() -> [$crate::params::Field; [$(stringify!($field)),+].len()] {
+                [$($crate::params::Field {
+                    name: stringify!($field),
+                    text: concat!($($text),+).trim_ascii(),
+                    default: $crate::params::Parameter::value(Self::DEFAULT.$field),
+                    optional: $crate::params!(@type $kind$(<$of>)?),
+                    written: stringify!($default),
+                    requirement: $crate::params!(@required $kind $($($odd)? [$low, $high])?),
+                }),+]
+            }
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+
+        impl$(<$scaled: $crate::params::Parameter>)? $name$(<$scaled>)? {
+            /// The parameters themselves if each is within its range.
+            ///
+            /// # Errors
+            ///
+            #[doc = "[`ConfigError`](popsteer_core::ConfigError), naming the one that is not."]
+            pub fn checked(self) -> Result<Self, $crate::error::ConfigError> {
+                $($(
+                    $crate::params::Parameter::value(self.$field).checked(
+                        stringify!($field),
+                        $crate::params!(@range $kind $($odd)? [$low, $high]),
+                    )?;
+                )?)+
+                Ok(self)
+            }
+        }
+
+        #[doc(hidden)]
+        #[macro_export]
+        macro_rules! $name {
+            ($callback:ident $before:tt) => {
+                $callback! { $before $(
+                    $(#[doc = $text])+ $field: $kind$(<$of>)? = $default
+                    $(, in [$low, $high])?;
+                )+ }
+            };
+        }
+    };
+    (@resolved $name:ident $whole:ident ($($car:ident),+) {$(
+        $(#[doc = $text:literal])+
+        $field:ident: $kind:ident $(<$of:ty>)? = $default:expr
+        $(, in $($odd:ident)? [$low:expr, $high:expr])?;
+    )+}) => {
+        impl $name {
+            /// The parameters with the defaults that scale with `vehicle` filled in.
+            pub fn resolved(self, vehicle: &$whole) -> $name<f64> {
+                $(let $car = vehicle.$car;)+
+                $name { $($field: $crate::params!(@or $kind self.$field, $default)),+ }
+            }
+        }
+
+        impl From<$name<f64>> for $name {
+            fn from(resolved: $name<f64>) -> Self {
+                Self { $($field: $crate::params!(@given $kind resolved.$field)),+ }
+            }
+        }
+    };
+    (@default Scaled $default:expr) => { None };
+    (@default $kind:ident $default:expr) => { $default };
+    (@or Scaled $given:expr, $default:expr) => { $given.unwrap_or($default) };
+    (@or $kind:ident $given:expr, $default:expr) => { $given };
+    (@given Scaled $number:expr) => { Some($number) };
+    (@given $kind:ident $value:expr) => { $value };
+    (@type Scaled) => { true };
+    (@type $kind:ty) => { <$kind as $crate::params::Parameter>::OPTIONAL };
+    (@required $kind:ident) => { None };
+    (@required $kind:ident $($range:tt)+) => {
+        Some($crate::params!(@range $kind $($range)+))
+    };
+    (@range usize [$low:expr, $high:expr]) => {
+        $crate::error::Requirement::CountInRange($low, $high)
+    };
+    (@range usize odd [$low:expr, $high:expr]) => {
+        $crate::error::Requirement::OddInRange($low, $high)
+    };
+    (@range $kind:ident [$low:expr, $high:expr]) => {
+        $crate::error::Requirement::InRange($low, $high)
+    };
+}
