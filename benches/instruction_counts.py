@@ -40,7 +40,6 @@ CALLS = (
     "pid steer",
     "pure-pursuit steer",
     "stanley steer",
-    "bang-bang steer",
 )
 LAPS = 1, 3
 TOLERANCE = 0.03

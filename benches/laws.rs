@@ -7,8 +7,8 @@ use std::time::Duration;
 use criterion::Criterion;
 use popsteer_bench::{Course, DELAYED, FREE, LapRunner, SLOW, WAYPOINTS};
 use popsteer_core::laws::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
 };
 use popsteer_core::{LateralLaw, Tracker, Vehicle};
 
@@ -51,8 +51,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     bench_law(each, &course, "pure-pursuit", law);
     let law = Stanley::new(car, StanleyParams::DEFAULT)?;
     bench_law(each, &course, "stanley", law);
-    let law = BangBang::new(car, BangBangParams::DEFAULT)?;
-    bench_law(each, &course, "bang-bang", law);
     criterion.final_summary();
     Ok(())
 }

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 STEPS = 100_000_000
 BOUND = 1024 * 1024
 """How much may be resident more at the end than after the first tenth [bytes]."""
-LAWS = ("Pop", "PurePursuit", "Stanley", "Pid", "BangBang")
+LAWS = ("Pop", "PurePursuit", "Stanley", "Pid")
 VEHICLES = 1000
 CALLS = 16_000
 BATCHES = 4

@@ -29,9 +29,6 @@ from typing import TYPE_CHECKING, Any
 from popsteer import _core, paper, planning, vehicles
 from popsteer._core import (
     AdaptParams,
-    BangBang,
-    BangBangParams,
-    BangBangState,
     Batch,
     Command,
     CommandBatch,
@@ -79,9 +76,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AdaptParams",
-    "BangBang",
-    "BangBangParams",
-    "BangBangState",
     "Batch",
     "Command",
     "CommandBatch",
@@ -129,11 +123,9 @@ __all__ = [
     "vehicles",
 ]
 
-spell_out(BangBangState, PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
+spell_out(PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
 spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Settings)
-add_load_and_save(
-    BangBangParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams
-)
+add_load_and_save(PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams)
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - what an attribute is depends on its name

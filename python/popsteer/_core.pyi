@@ -16,9 +16,6 @@ from popsteer.status import Status
 
 __all__ = [
     "AdaptParams",
-    "BangBang",
-    "BangBangParams",
-    "BangBangState",
     "Batch",
     "CarlaIdentified",
     "Command",
@@ -84,10 +81,8 @@ _Answer: TypeAlias = tuple[_Numbers, _Numbers, _Point, bool, tuple[float | None,
 _LastStep: TypeAlias = tuple[float, float | None, float | None]
 _Turns: TypeAlias = tuple[float, float, float, float, float, float]
 _Monitor: TypeAlias = tuple[_LastStep, _Turns, _Numbers, float, bool]
-_Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
-_State: TypeAlias = (
-    PopState | PreviewPopState | PidState | PurePursuitState | StanleyState | BangBangState
-)
+_Law: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley
+_State: TypeAlias = PopState | PreviewPopState | PidState | PurePursuitState | StanleyState
 _Longitudinal: TypeAlias = CoupledLongitudinal | SpeedPid | SpeedTracker
 _Plant: TypeAlias = str | CarlaIdentified | KinematicBicycle
 
@@ -731,21 +726,6 @@ class StanleyParams(_LawParams):
     def smoothing_length(self) -> float | None: ...
 
 @final
-class BangBangParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        amplitude: float = 0.122,
-        deadband: float = 0.0,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    @property
-    def amplitude(self) -> float: ...
-    @property
-    def deadband(self) -> float: ...
-
-@final
 class PopState(_LawState):
     def __new__(
         cls,
@@ -924,8 +904,6 @@ class PurePursuitState(_LawState):
 class StanleyState(_LawState): ...
 
 @final
-class BangBangState(_LawState): ...
-
 @final
 class Pop(_Controller[PopParams, PopState]): ...
 
@@ -942,8 +920,6 @@ class PurePursuit(_Controller[PurePursuitParams, PurePursuitState]): ...
 class Stanley(_Controller[StanleyParams, StanleyState]): ...
 
 @final
-class BangBang(_Controller[BangBangParams, BangBangState]): ...
-
 @final
 class CommandBatch:
     def __new__(

@@ -4,7 +4,7 @@ Examples
 --------
 >>> from popsteer import controllers
 >>> controllers.names()
-('bang-bang', 'pid', 'pure-pursuit', 'stanley', 'pop', 'preview-pop')
+('pid', 'pure-pursuit', 'stanley', 'pop', 'preview-pop')
 >>> controllers.get("pop").controller
 <class 'popsteer.Pop'>
 """
@@ -14,8 +14,6 @@ from __future__ import annotations
 from typing import Literal, NamedTuple, TypeAlias
 
 from popsteer._core import (
-    BangBang,
-    BangBangParams,
     Pid,
     PidParams,
     Pop,
@@ -31,13 +29,11 @@ from popsteer.errors import ConfigError
 
 __all__ = ["CONTROLLERS", "Controller", "Law", "Params", "get", "name_of", "names"]
 
-Controller: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley | BangBang
+Controller: TypeAlias = Pop | PreviewPop | Pid | PurePursuit | Stanley
 """A controller of popsteer, with its state, its path and its vehicle."""
-Params: TypeAlias = (
-    PopParams | PreviewPopParams | PidParams | PurePursuitParams | StanleyParams | BangBangParams
-)
+Params: TypeAlias = PopParams | PreviewPopParams | PidParams | PurePursuitParams | StanleyParams
 """The parameters of a controller of popsteer."""
-CONTROLLERS = (Pop, PreviewPop, Pid, PurePursuit, Stanley, BangBang)
+CONTROLLERS = (Pop, PreviewPop, Pid, PurePursuit, Stanley)
 """The classes of `Controller`, as `isinstance` takes them."""
 
 
@@ -59,7 +55,6 @@ class Law(NamedTuple):
 _LAWS = {
     law.name: law
     for law in (
-        Law("bang-bang", "Bang-bang", BangBang, BangBangParams, "front"),
         Law("pid", "PID", Pid, PidParams, "front"),
         Law("pure-pursuit", "Pure-Pursuit", PurePursuit, PurePursuitParams, "rear"),
         Law("stanley", "Stanley", Stanley, StanleyParams, "front"),
@@ -80,7 +75,7 @@ def names() -> tuple[str, ...]:
     Examples
     --------
     >>> names()
-    ('bang-bang', 'pid', 'pure-pursuit', 'stanley', 'pop', 'preview-pop')
+    ('pid', 'pure-pursuit', 'stanley', 'pop', 'preview-pop')
     """
     return tuple(_LAWS)
 
@@ -109,7 +104,7 @@ def get(name: str) -> Law:
     'rear'
     >>> get("lqr")
     Traceback (most recent call last):
-    popsteer.errors.ConfigError: unknown controller 'lqr'; known: bang-bang, pid, pure-pursuit, \
+    popsteer.errors.ConfigError: unknown controller 'lqr'; known: pid, pure-pursuit, \
 stanley, pop, preview-pop
     """
     if name not in names():

@@ -156,8 +156,8 @@ class ConfigError(_FieldError):
 
         Examples
         --------
-        >>> print(ConfigError.unknown("controller", "foo", ["bang-bang", "pid"]))
-        unknown controller 'foo'; known: bang-bang, pid
+        >>> print(ConfigError.unknown("controller", "foo", ["pid", "stanley"]))
+        unknown controller 'foo'; known: pid, stanley
         """
         listed = ", ".join(known)
         error = cls(what, name, f"one of {listed}")

@@ -17,8 +17,6 @@ the two controllers that the paper does not have scale with it.
 
 Controller by controller:
 
-`bang-bang`
-    The paper runs none. All four switch 0.122 rad (7 degrees).
 `pid`
     The paper's integral (Equation 1) sums errors without Δt, so its weight grows with the control
     rate; the published code multiplies by Δt, and so do ``default`` and ``reproduction``. The gains
@@ -61,7 +59,6 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer import controllers
 from popsteer._core import (
-    BangBangParams,
     PidParams,
     PopParams,
     PreviewPopParams,
@@ -117,12 +114,6 @@ _POP = PopParams(
 )
 
 _PRESETS: dict[str, dict[str, Params]] = {
-    "bang-bang": {
-        "default": BangBangParams(),
-        "paper": BangBangParams(),
-        "published-code": BangBangParams(),
-        REPRODUCTION: BangBangParams(),
-    },
     "pid": {
         "default": PidParams(),
         "paper": _PID.replace(integral_with_dt=False),
@@ -194,8 +185,7 @@ def get(law: str, name: str) -> Params:
 
     Returns
     -------
-    PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams \
-or BangBangParams
+    PopParams or PreviewPopParams or PidParams or PurePursuitParams or StanleyParams
         The parameters, which cannot be changed; their ``replace`` gives a changed copy.
 
     Raises

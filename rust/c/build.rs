@@ -3,7 +3,7 @@
 use std::env;
 
 /// `POPSTEER_ABI_VERSION`; a test holds the two together.
-const ABI: &str = "1";
+const ABI: &str = "2";
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

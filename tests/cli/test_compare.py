@@ -217,9 +217,9 @@ def test_compare_with_each_preset_and_plant_says_so(
 def test_compare_keeps_the_order_of_the_controllers_and_drops_repetitions(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    arguments = ("compare", "--track", "straight", "--controllers", "pop, bang-bang,pop,pid")
+    arguments = ("compare", "--track", "straight", "--controllers", "pop, stanley,pop,pid")
     outcome = command.call(capsys, *arguments)
-    titles = ["POP", "Bang-bang", "PID"]
+    titles = ["POP", "Stanley", "PID"]
     rows = [line.partition(" ")[0] for line in outcome.out.splitlines()]
     assert [row for row in rows if row in titles] == titles
 
@@ -262,7 +262,7 @@ def test_table_of_all_laws_fits_its_width(width: int) -> None:
 
     comparison = lab.compare.run(
         popsteer.Path(tracks.get("racetrack").xy),
-        ["bang-bang", *LAWS],
+        LAWS,
     )
     stream = io.StringIO()
     console = Console(file=stream, width=width)
@@ -289,7 +289,5 @@ def test_metrics_of_a_single_step_hold_null_for_what_is_not_a_number() -> None:
 def test_files_of_a_single_step_can_be_drawn() -> None:
     settings = popsteer.sim.Settings(time_limit=0.05)
     path = popsteer.Path([(0.0, 0.0), (0.0, 30.0)])
-    content = lab.compare.files.files(
-        lab.compare.run(path, ["bang-bang", "pop"], settings=settings)
-    )
+    content = lab.compare.files.files(lab.compare.run(path, ["stanley", "pop"], settings=settings))
     assert content["results.png"].startswith(b"\x89PNG")

@@ -19,7 +19,7 @@ RAGGED = "0,0\n1,0\n2,0,5\n"
 WRONG = {
     "law": (
         ("compare", "--controllers", "pid,lqr"),
-        "unknown controller 'lqr'; known: bang-bang, pid, ",
+        "unknown controller 'lqr'; known: pid, ",
     ),
     "no-law": (("compare", "--controllers", " , "), "--controllers must be names, separated"),
     "plant": (("compare", "--plant", "tank"), "unknown plant 'tank'; known: carla-identified, "),
@@ -152,7 +152,7 @@ def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:
     assert outcome.status == 2
     assert outcome.out == ""
     assert outcome.err == (
-        "popsteer: unknown controller 'foo'; known: bang-bang, pid, pure-pursuit, stanley, pop, "
+        "popsteer: unknown controller 'foo'; known: pid, pure-pursuit, stanley, pop, "
         "preview-pop, mpc\n"
     )
 

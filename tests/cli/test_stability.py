@@ -144,7 +144,6 @@ def test_stability_figures_of_a_law_without_lookahead_are_fewer() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--controllers", "bang-bang"), "controller must be one with a linear loop: pop, pure-p"),
         (("--controllers", "lqr"), "unknown controller 'lqr'"),
         (("--speeds", "fast"), "--speeds must be numbers [m/s], separated by commas, got 'fast'"),
         (("--speeds", ","), "--speeds must be numbers [m/s]"),

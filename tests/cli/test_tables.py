@@ -29,7 +29,7 @@ COMMANDS = {
         "--track",
         "obstacle-avoidance",
         "--controllers",
-        "bang-bang,preview-pop",
+        "pid,preview-pop",
     ),
     "simulate": ("simulate", "--track", "double-lane-change"),
     "matrix": (

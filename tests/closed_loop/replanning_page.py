@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
 COURSE = Course(s_bends())
 STEPS = 400
-# Bang-bang limit-cycles across the road at this speed and with this dead time, on any path.
-TRACKING = tuple(name for name in controllers.names() if name != "bang-bang")
+TRACKING = controllers.names()
 RATES = (1, 5, 10, 20)
 
 

@@ -26,7 +26,7 @@ from tests.closed_loop.replanning_page import (
 from tests.pages.layout import line, table
 
 NAMES = controllers.names()
-FADING = ("pid", "pure-pursuit", "stanley", "bang-bang")
+FADING = ("pid", "pure-pursuit", "stanley")
 
 each_law = pytest.mark.parametrize("name", NAMES)
 each_tracking = pytest.mark.parametrize("name", TRACKING)

@@ -23,7 +23,7 @@ DELAYED = popsteer.Vehicle(
 )
 PROMPT = DELAYED.replace(dead_time=0.0)
 START = (0.0, 0.5, math.atan2(3.0, 12.0))
-NAMES = ["Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang"]
+NAMES = ["Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley"]
 each_controller = pytest.mark.parametrize("name", NAMES)
 each_car = pytest.mark.parametrize("car", [DELAYED, PROMPT], ids=["late", "prompt"])
 
@@ -178,8 +178,6 @@ def _mean_error(
 @each_car
 def test_age_that_is_told_costs_next_to_nothing(name: str, car: popsteer.Vehicle) -> None:
     for speed in (8.0, 12.0):
-        if name == "BangBang" and speed > 8.0:
-            continue  # it leaves the slalom at 12 m/s with or without
         fresh = _mean_error(name, car, 0.0, given=False, speed=speed)
         most = 1.1 * fresh + 0.005
         assert _mean_error(name, car, 0.1, given=True, speed=speed) <= most
@@ -243,9 +241,6 @@ def test_estimates_do_not_take_an_age_for_a_dead_time() -> None:
 @each_car
 def test_prediction_is_what_the_car_then_does(name: str, car: popsteer.Vehicle) -> None:
     controller = _made(name, car)
-    if name == "BangBang" and car is PROMPT:
-        # Its angle leaps, so its wheels have to be modelled to be known.
-        controller = popsteer.BangBang(SLALOM, car, adapt=popsteer.AdaptParams())
     chain = Chain(car, START, 8.0, DT, substeps=20)
     poses, predictions = [], []
     for _ in range(300):

@@ -160,7 +160,7 @@ def test_car_with_two_cusps_parks_within_a_decimetre(name: str, track: str, spee
     assert abs(command.distance_to_stop) < 0.1
 
 
-@pytest.mark.parametrize("name", ["Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang"])
+@pytest.mark.parametrize("name", ["Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley"])
 def test_distance_to_stop_is_that_of_the_rear_axle_in_its_section(name: str) -> None:
     # 20 m forward, 10 m back, 20 m forward.
     x = [*np.arange(0.0, 20.0), *np.arange(20.0, 10.0, -1.0), *np.arange(10.0, 31.0)]

@@ -34,8 +34,6 @@ CAR = popsteer.Vehicle(
 PROMPT = CAR.replace(dead_time=0.0)
 SPEED, DT = 8.0, 0.05
 NAMES = controllers.names()
-STEADY = tuple(name for name in NAMES if name != "bang-bang")
-"""The controllers that hold a line."""
 BENDS = bends(25.0, 10.0, 0.5)
 
 each_law = pytest.mark.parametrize("name", NAMES)
@@ -129,7 +127,7 @@ def test_dead_time_that_nobody_told_is_reported_before_two_metres(name: str) -> 
 
 @pytest.mark.parametrize("given", [CAR, PROMPT], ids=["dead-time", "prompt"])
 @pytest.mark.parametrize("wrong", [0.5, 1.5, 2.0])
-@pytest.mark.parametrize("name", STEADY)
+@each_law
 def test_wheelbase_that_is_wrong_by_a_half_is_no_alarm(
     name: str, wrong: float, given: popsteer.Vehicle
 ) -> None:
@@ -143,7 +141,7 @@ def test_wheelbase_that_is_wrong_by_a_half_is_no_alarm(
 
 
 @pytest.mark.parametrize("degrees", [1.0, -1.5])
-@pytest.mark.parametrize("name", STEADY)
+@each_law
 def test_steering_offset_that_nobody_told_is_no_alarm(name: str, degrees: float) -> None:
     controller = controllers.get(name).controller(BENDS, CAR)
     crooked = CAR.replace(steer_offset=math.radians(degrees))
@@ -171,7 +169,7 @@ def test_deviating_is_what_is_beyond_the_limit_once_it_was_within(name: str) -> 
     assert near > 0
 
 
-@pytest.mark.parametrize("name", STEADY)
+@each_law
 def test_vehicle_that_comes_from_beside_is_not_deviating(name: str) -> None:
     straight = popsteer.Path([(0.0, 0.0), (300.0, 0.0)])
     controller = controllers.get(name).controller(straight, CAR)
@@ -184,7 +182,7 @@ def test_vehicle_that_comes_from_beside_is_not_deviating(name: str) -> None:
         chain.advance(command.steer)
 
 
-@pytest.mark.parametrize("name", STEADY)
+@each_law
 def test_alarm_ends_two_seconds_after_the_vehicle_obeys_again(name: str) -> None:
     straight = popsteer.Path([(0.0, 0.0), (400.0, 0.0)])
     controller = controllers.get(name).controller(straight, CAR)

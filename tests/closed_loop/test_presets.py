@@ -45,7 +45,7 @@ def test_presets_where_paper_and_code_differ_hold_both() -> None:
 def test_preset_or_law_unknown_is_refused_with_the_known_ones() -> None:
     with pytest.raises(ConfigError, match="unknown preset 'mine'; known: default, paper"):
         presets.get("pop", "mine")
-    with pytest.raises(ConfigError, match="unknown controller 'mpc'; known: bang-bang, pid"):
+    with pytest.raises(ConfigError, match="unknown controller 'mpc'; known: pid"):
         presets.get("mpc", "paper")
 
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import AdaptParams, Vehicle, presets, vehicles
+from popsteer import AdaptParams, Vehicle, controllers, presets, vehicles
 from popsteer.lab.stability import margins
-from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.closed_loop.rolling import (
     Car,
     Given,
@@ -28,7 +27,7 @@ def _given(name: str, vehicle: Vehicle, adapt: Any = "auto", **changes: Any) -> 
     return Given(name, params, vehicle, adapt).in_small_signals()
 
 
-@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
+@pytest.mark.parametrize("name", controllers.names())
 @pytest.mark.parametrize("speed", [5.0, 10.0, 15.0, 20.0])
 @pytest.mark.parametrize("lag", [0.1, 0.2])
 def test_dead_time_margin_is_where_the_driven_loop_begins_to_grow(
@@ -52,7 +51,7 @@ def test_dead_time_margin_without_lag_and_at_another_rate_is_that_of_the_driven_
     assert driven == pytest.approx(computed, rel=0.01)
 
 
-@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
+@pytest.mark.parametrize("name", controllers.names())
 @pytest.mark.parametrize("dead_time", [0.04, 0.13])
 @pytest.mark.parametrize("speed", [6.0, 12.0])
 def test_dead_time_margin_of_a_controller_that_predicts_is_that_of_the_driven_loop(
@@ -67,7 +66,7 @@ def test_dead_time_margin_of_a_controller_that_predicts_is_that_of_the_driven_lo
     assert driven == pytest.approx(computed, rel=0.01, abs=3e-4)
 
 
-@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
+@pytest.mark.parametrize("name", controllers.names())
 def test_dead_time_margin_shrinks_by_the_dead_time_that_nobody_tells(name: str) -> None:
     params = presets.get(name, "default")
     free = margins(params, CAR, 8.0).dead_time
@@ -113,7 +112,7 @@ def test_dead_time_margin_of_a_preview_that_adapts_is_hardly_less(
     assert driven >= 0.85 * computed
 
 
-@pytest.mark.parametrize("name", LINEAR_CONTROLLERS)
+@pytest.mark.parametrize("name", controllers.names())
 @pytest.mark.parametrize("speed", [6.0, 12.0])
 def test_gain_margin_is_by_how_much_more_a_car_may_turn_than_the_controller_is_told(
     name: str, speed: float

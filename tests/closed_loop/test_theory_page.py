@@ -11,16 +11,15 @@ import popsteer
 from popsteer import Vehicle, controllers, presets, vehicles
 from popsteer.lab import stability
 from popsteer.lab.stability import carrot_offset, margins
-from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.pages.layout import DOCS, table
 from tests.pages.theory import CAR, carrot_lines, choice_lines, late_line, margins_of
 
 PAGE = (DOCS / "theory.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("place", range(len(LINEAR_CONTROLLERS)))
+@pytest.mark.parametrize("place", range(len(controllers.names())))
 def test_page_table_of_margins_is_computed_and_driven(place: int) -> None:
-    name = LINEAR_CONTROLLERS[place]
+    name = controllers.names()[place]
     title, *cells = (cell.strip() for cell in table("theory.md", "margins")[place].split("|")[1:-1])
     assert title == controllers.get(name).title
     for column, (computed, driven) in enumerate(margins_of(name)):
@@ -32,14 +31,14 @@ def test_page_table_of_offsets_is_computed_and_driven() -> None:
     assert table("theory.md", "carrot") == carrot_lines()
 
 
-@pytest.mark.parametrize("place", range(len(LINEAR_CONTROLLERS)))
+@pytest.mark.parametrize("place", range(len(controllers.names())))
 def test_page_table_of_late_commands_is_driven(place: int) -> None:
-    assert table("theory.md", "late")[place] == late_line(LINEAR_CONTROLLERS[place])
+    assert table("theory.md", "late")[place] == late_line(controllers.names()[place])
 
 
 def test_page_margins_of_the_identified_plant_are_computed() -> None:
-    found = stability.run(LINEAR_CONTROLLERS, vehicles.get("carla-identified"), [16.0]).margins
-    shown = [f"{1e3 * found[name][0].dead_time:.0f}" for name in LINEAR_CONTROLLERS]
+    found = stability.run(controllers.names(), vehicles.get("carla-identified"), [16.0]).margins
+    shown = [f"{1e3 * found[name][0].dead_time:.0f}" for name in controllers.names()]
     sentence = re.search(
         r"margins are (\d+) \(PID\), (\d+) \(pure pursuit\), (\d+) \(Stanley\), (\d+) \(POP\) and"
         r" (\d+) ms \(preview POP\)",

@@ -21,7 +21,7 @@ REFERENCE = ROOT / "python" / "popsteer" / "reference"
 CORE = ROOT / "rust" / "core" / "src"
 FILES = sorted(file.relative_to(REFERENCE) for file in REFERENCE.rglob("*.py"))
 OTHERS = ["SpeedPidState", "SpeedTrackerState"]
-LAWS = ["pop", "preview_pop/__init__", "pid/__init__", "pure_pursuit", "stanley", "bang_bang"]
+LAWS = ["pop", "preview_pop/__init__", "pid/__init__", "pure_pursuit", "stanley"]
 
 
 def _twins(file: Path) -> list[Path]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
+from popsteer import controllers
 from popsteer.files import write_text_atomic
 from popsteer.lab import edges
-from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.closed_loop.cars_loop import loop_lines
 from tests.closed_loop.replanning_page import input_rows, replanning_rows
 from tests.closed_loop.test_cars_loop_shadow import age_lines
@@ -32,7 +32,7 @@ TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
     "dead time, authors": ("edges.md", lambda: dead_time_lines(dead_time_rows("authors"))),
     "carrot": ("theory.md", carrot_lines),
     "margins": ("theory.md", margin_lines),
-    "late": ("theory.md", lambda: [late_line(name) for name in LINEAR_CONTROLLERS]),
+    "late": ("theory.md", lambda: [late_line(name) for name in controllers.names()]),
     "choice": ("theory.md", choice_lines),
     "preview": ("preview_pop.md", preview_lines),
     # Of the tables before it and of README's matrix.

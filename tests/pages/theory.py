@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import popsteer
 from popsteer import controllers, presets, sim, tracks, vehicles
 from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
-from popsteer.lab.stability.runs import LINEAR_CONTROLLERS
 from tests.closed_loop.rolling import Car, Given, critical_dead_time, driven_preview_offset
 from tests.pages.layout import line
 
@@ -36,7 +35,7 @@ def margin_lines() -> list[str]:
             controllers.get(name).title,
             *(f"{each:.1f}" for pair in margins_of(name) for each in pair),
         )
-        for name in LINEAR_CONTROLLERS
+        for name in controllers.names()
     ]
 
 

@@ -121,11 +121,6 @@ STANLEY = Law(
     flags=("heading_behind",),
     optional=("softening", "smoothing_length", *_FOLLOW),
 )
-BANG_BANG = Law(
-    "BangBang",
-    {"amplitude": ((0.0, 1.57), (0.0, 1.0)), "deadband": ((0.0, 1e6), (0.0, 1.0)), **_FOLLOW},
-    optional=tuple(_FOLLOW),
-)
 COUPLED = Law(
     "CoupledLongitudinal",
     {
@@ -147,5 +142,5 @@ SPEED_TRACKER = Law(
     },
 )
 
-LATERAL = (POP, PREVIEW_POP, PID, PURE_PURSUIT, STANLEY, BANG_BANG)
+LATERAL = (POP, PREVIEW_POP, PID, PURE_PURSUIT, STANLEY)
 ALL = (*LATERAL, COUPLED, SPEED_PID, SPEED_TRACKER)

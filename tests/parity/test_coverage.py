@@ -121,7 +121,7 @@ def test_covers_marks_name_only_what_exists() -> None:
 
 
 @pytest.mark.parametrize(
-    "law", ["pop", "preview_pop", "pid", "pure_pursuit", "stanley", "bang_bang", "speed_pid"]
+    "law", ["pop", "preview_pop", "pid", "pure_pursuit", "stanley", "speed_pid"]
 )
 @pytest.mark.parametrize("kind", ["edges", "random", "rollout"])
 def test_law_has_parity_test_of_each_kind(law: str, kind: str) -> None:

@@ -51,7 +51,7 @@ TABLE = (
         "it shows that gain, also of a state that another controller has adapted",
     ),
     Tolerance(
-        "all else: paths, projections, POP, PID, pure pursuit, Stanley, bang-bang, pedals, speeds",
+        "all else: paths, projections, POP, PID, pure pursuit, Stanley, pedals, speeds",
         lambda _: True,
         0.0,
         "the same operations in the same order",

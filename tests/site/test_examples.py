@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import textwrap
 from typing import TYPE_CHECKING
 
 import pytest
@@ -23,9 +24,9 @@ ELSEWHERE = {
     "ros2_vehicle.py": "tests/adapters/test_ros2_page.py",
     "embedded": "tests/core/test_embedded.py",
 }
-HERE = ("compare_controllers.py", "own_loop.py")
+HERE = ("compare_controllers.py", "own_controller.py", "own_loop.py")
 LONGEST = 59  # lines
-MOST = 8
+MOST = 9
 
 
 def _run(name: str, folder: Path) -> str:
@@ -51,6 +52,15 @@ def test_compared_controllers_have_the_order_that_the_pages_give(tmp_path: Path)
     errors = {row.split()[0]: float(row.split()[1]) for row in rows}
     assert sorted(errors, key=errors.__getitem__) == ["PreviewPop", "Stanley", "PurePursuit", "Pop"]
     assert all(row.split()[-1] == "0" for row in rows)
+
+
+def test_bang_bang_leaves_the_road_where_pop_does_not(tmp_path: Path) -> None:
+    said = _run("own_controller.py", tmp_path)
+    first, second = said.splitlines()
+    assert first.startswith("bang-bang: too far from the path after ")
+    assert second.startswith("pop: finished after ")
+    page = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    assert textwrap.indent(said, "    ") in page
 
 
 def _names() -> list[str]:

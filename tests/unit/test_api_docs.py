@@ -142,7 +142,7 @@ DEFAULTS = {
 
 
 def test_enumeration_of_public_objects_finds_the_essential_ones() -> None:
-    laws = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang")
+    laws = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley")
     for home in ("popsteer", "popsteer.reference"):
         wanted = {f"{home}.{law}{part}" for law in laws for part in ("", "Params", ".step")}
         assert wanted <= set(CALLABLES)
@@ -218,7 +218,7 @@ def test_examples_of_the_core_run(name: str) -> None:
 
 
 def test_laws_and_functions_of_the_core_each_have_an_example() -> None:
-    wanted = {"Path", "Pop", "Pid", "PurePursuit", "Stanley", "BangBang", "SpeedPid", "wrap"}
+    wanted = {"Path", "Pop", "Pid", "PurePursuit", "Stanley", "SpeedPid", "wrap"}
     wanted |= {"CoupledLongitudinal", "saturate", "get_distance", "get_predicted_location"}
     wanted |= {"state_transition", "kinematic_bicycle", "PreviewPop", "Vehicle", "AdaptParams"}
     wanted |= {

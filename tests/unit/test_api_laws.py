@@ -278,7 +278,7 @@ def test_status_says_that_the_lookahead_point_is_lost() -> None:
         assert command.target == (PATH.x[PATH.window(law.state.waypoint or 0)[0] + 21], 0.0)
 
 
-@pytest.mark.parametrize("law", ["Pid", "Stanley", "BangBang"])
+@pytest.mark.parametrize("law", ["Pid", "Stanley"])
 def test_status_says_that_the_angle_is_saturated(law: str) -> None:
     kind: Any = getattr(popsteer, law)
     controller = kind(PATH, popsteer.Vehicle(max_steer=0.1))

@@ -68,7 +68,6 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         "smoothing_length": None,
         **_PLACE,
     },
-    "BangBang": {"amplitude": 0.122, "deadband": 0.0, **_PLACE},
     "CoupledLongitudinal": {"cutoff": 0.5, "steer_limit": 1.22, "speed_limit": 69.44},
     "SpeedPid": {"kp": 0.5, "ki": 0.1, "kd": 0.0},
     "SpeedTracker": {
@@ -102,7 +101,6 @@ AT_THE_PAPERS: dict[str, dict[str, tuple[float, int]]] = {
         "grid_spacing": (0.01, 1),
     },
     "Stanley": {"softening": (1e-5, 1), "smoothing_length": (3.0, 1)},
-    "BangBang": {},
 }
 
 NUMBERS = [

@@ -61,7 +61,6 @@ FIRST: dict[str, dict[str, Any]] = {
     },
     "PurePursuit": {"previous_alpha": 0.0, **TAIL},
     "Stanley": TAIL,
-    "BangBang": TAIL,
 }
 DELAYED = popsteer.Vehicle(dead_time=0.2, steer_offset=0.01)
 

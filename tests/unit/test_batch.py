@@ -35,7 +35,6 @@ OWN: dict[str, dict[str, Any]] = {
     "Pid": {"kp": 0.4, "buffer_length": 7},
     "PurePursuit": {"min_lookahead": 7.0, "alpha_by_arccos": True},
     "Stanley": {"cross_track_gain": 0.7, "softening": 0.1},
-    "BangBang": {"amplitude": 0.3, "deadband": 0.2},
 }
 FIELDS = ("x", "y", "yaw", "speed")
 NUMBERS = (

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 ERRORS: list[PopsteerError] = [
     PopsteerError("anything"),
     ConfigError("max_steer", -0.5, "positive"),
-    ConfigError.unknown("law", "foo", ["bang-bang", "pid"]),
+    ConfigError.unknown("law", "foo", ["pid", "stanley"]),
     InputError("speed", float("inf"), "finite"),
     PathError("too short"),
     PathError("waypoints 3 and 4 coincide", index=4),

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 import popsteer
 from tests.parity.checks import adapting
 from tests.parity.decided import decided
-from tests.parity.laws import BANG_BANG, LATERAL, POP, PREVIEW_POP, PURE_PURSUIT, STANLEY, Law
+from tests.parity.laws import LATERAL, POP, PREVIEW_POP, PURE_PURSUIT, STANLEY, Law
 from tests.parity.strategies import ADAPTS, CALM_VEHICLES, SEEDS, Shape, Spot, Waypoints
 
 REACH = 2e3
@@ -229,7 +229,7 @@ def test_law_in_a_moved_world_steers_the_same(  # noqa: C901 - a way out for eac
         _check_aim(law, shown, moved_shown)
     elif not _tells_left_from_right(law, shape, abs(errors[0][1])):
         return
-    gain = 1.0 if law is BANG_BANG or law.searches else 10.0
+    gain = 1.0 if law.searches else 10.0
     assert abs(answers[1].steer - answers[0].steer) <= gain * ANGLE_SLACK
     _check_status(path, car, shown, answers)
 

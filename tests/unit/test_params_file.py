@@ -33,10 +33,10 @@ def test_saved_params_load_equal(tmp_path: Path, name: str, preset: str) -> None
         ("[pop]\ncandidate_count = 2.5", r"pop.candidate_count must be a whole number, got 2.5"),
         ("[pop]\nexact_lookahead = 1", r"pop.exact_lookahead must be true or false, got 1"),
         ("[pop]\nlookahead_gain = true", r"pop.lookahead_gain must be a number, got True"),
-        ("[mpc]\nhorizon = 1", r"unknown table 'mpc'; known: bang_bang, pid"),
+        ("[mpc]\nhorizon = 1", r"unknown table 'mpc'; known: pid"),
         ("lookahead_gain = 1", r"unknown table 'lookahead_gain'"),
         ("pop = 1", r"pop must be a table of parameters, \[pop\], got 1"),
-        ("", r"tables must be at least one of \[bang_bang\]"),
+        ("", r"tables must be at least one of \[pid\]"),
         ("[pop", r"not TOML"),
     ],
 )

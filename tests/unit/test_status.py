@@ -145,7 +145,6 @@ def test_status_on_a_closed_path_within_the_circle_aims_a_quarter_on(name: str) 
 
 
 _SATURATING: dict[str, dict[str, Any]] = {
-    "bang-bang": {"amplitude": 0.5},
     "preview-pop": {"steer_span_rate": 100.0},
 }
 

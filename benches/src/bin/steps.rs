@@ -12,8 +12,8 @@ use std::io::{Write, stdout};
 
 use popsteer_bench::{Course, DELAYED, FREE, LapRunner, SLOW, WAYPOINTS};
 use popsteer_core::laws::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
 };
 use popsteer_core::{LateralLaw, Tracker, Vehicle};
 
@@ -73,10 +73,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         "stanley" => {
             let law = Stanley::new(car, StanleyParams::DEFAULT)?;
-            take_steps(&course, law, call, steps);
-        }
-        "bang-bang" => {
-            let law = BangBang::new(car, BangBangParams::DEFAULT)?;
             take_steps(&course, law, call, steps);
         }
         _ => return Err("unknown law".into()),

@@ -12,9 +12,8 @@ mod host;
 mod panic;
 
 use popsteer_core::laws::{Pop, PopParams, PreviewPop, PreviewPopParams};
-use popsteer_core::tracker::Tracker;
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
-use popsteer_core::{LateralLaw, PathView, Vehicle, VehicleState, math};
+use popsteer_core::{LateralLaw, PathView, Tracker, Vehicle, VehicleState, math};
 
 const WAYPOINTS: usize = 200;
 const DT: f64 = 0.05; // the control period [s]

@@ -34,8 +34,8 @@ __all__ = ["app"]
 _HELP = """\
 Path-tracking controllers, driven along a track and measured.
 
-The controllers are POP (proximally optimal predictive), preview POP, PID, Pure-Pursuit, Stanley,
-and bang-bang as the simplest. The default plant is the vehicle identified from the run that the
+The controllers are POP (proximally optimal predictive), preview POP, PID, Pure-Pursuit and
+Stanley. The default plant is the vehicle identified from the run that the
 paper's authors recorded in CARLA; the default track comes with popsteer. The controllers know the
 plant's vehicle unless --vehicle gives them another.
 

@@ -12,11 +12,11 @@ from popsteer.cli.assignments import assigned
 from popsteer.cli.progress import Progress
 from popsteer.errors import ConfigError
 from popsteer.files import check_folder
-from popsteer.lab.stability.runs import DEFAULT_SPEEDS, LINEAR_CONTROLLERS
+from popsteer.lab.stability.runs import DEFAULT_SPEEDS
 
 __all__ = ["HELP", "stability"]
 
-_CONTROLLERS = ",".join(LINEAR_CONTROLLERS)
+_CONTROLLERS = ",".join(inputs.OWN_CONTROLLERS)
 _SPEEDS = ",".join(f"{speed:g}" for speed in DEFAULT_SPEEDS)
 # Some of the figures are drawn for some controllers alone.
 _FIGURES = ("stability-margins", "stability-map", "carrot-offset", "preview-choice")

@@ -8,7 +8,7 @@ Equations 4 to 6 `geometry`, `path.lookahead` and `vehicle.bicycle`, Equation 7
 
 On one machine the answers are those of `popsteer`: to the last bit, by the same operations in the
 same order, for paths, for all that decides between branches, and for POP, PID, pure pursuit,
-Stanley and bang-bang; within 1e-9 where linear algebra is written as in a textbook. That is preview
+and Stanley; within 1e-9 where linear algebra is written as in a textbook. That is preview
 POP (`lateral.cost_to_go`, `lateral.limited`), and what `vehicle.estimator` finds for a controller
 that adapts, by default one of a vehicle with a dead time.
 
@@ -40,7 +40,6 @@ from popsteer.prediction import Prediction
 from popsteer.reference import geometry, math
 from popsteer.reference.bounds import MAX_YAW
 from popsteer.reference.error import input_in_range, input_within
-from popsteer.reference.laws.bang_bang import BangBang, BangBangParams, BangBangState
 from popsteer.reference.laws.pid import Pid, PidParams, PidState
 from popsteer.reference.laws.pop import Pop, PopParams, PopState
 from popsteer.reference.laws.preview_pop import PreviewPop, PreviewPopState
@@ -79,9 +78,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AdaptParams",
-    "BangBang",
-    "BangBangParams",
-    "BangBangState",
     "Command",
     "CoupledLongitudinal",
     "CoupledLongitudinalParams",

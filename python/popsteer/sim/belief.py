@@ -21,7 +21,7 @@ def informed(controller: _C, plant: Vehicle) -> _C:
 
     Parameters
     ----------
-    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or one of your own
         What steers.
     plant : Vehicle
         What the plant is.
@@ -67,7 +67,7 @@ def believed(controller: controllers.Controller | OwnController) -> Vehicle | No
 
     Parameters
     ----------
-    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or one of your own
         What steers.
 
     Returns

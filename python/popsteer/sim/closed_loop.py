@@ -201,7 +201,7 @@ def run(  # noqa: PLR0913 - each is one thing that may differ
 
     Parameters
     ----------
-    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or one of your own
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or one of your own
         What steers. A controller of popsteer drives in the core, from a fresh state. Your own has a
         method ``step(x, y, yaw, speed, dt)`` that returns the angle [rad], or an object that has it
         as `steer`; see `OwnSimpleController` for what else it may have. It is called in the state

@@ -54,7 +54,7 @@ def run_many(  # noqa: PLR0913 - each is one thing that may vary
 
     Parameters
     ----------
-    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or a sequence
+    controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or a sequence
         What steers, along its own path, from a fresh state; one that was given no vehicle takes the
         plant's.
     plant : str or CarlaIdentified or KinematicBicycle or a sequence, default "carla-identified"

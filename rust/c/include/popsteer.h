@@ -17,7 +17,7 @@
  * The version of this binary interface: it rises with every change that a program compiled
  * against an older header would not survive. Compare it with `popsteer_abi_version()`.
  */
-#define POPSTEER_ABI_VERSION 1
+#define POPSTEER_ABI_VERSION 2
 
 /**
  * Of `popsteer_options.adapt` and `.monitor`: as controllers of this kind do; the default.
@@ -614,30 +614,6 @@ typedef struct popsteer_stanley_params {
 } popsteer_stanley_params;
 
 /**
- * Tuning of bang-bang, the floor to measure against.
- */
-typedef struct popsteer_bang_bang_params {
-    /**
-     * The angle that is switched [rad]. Default 0.122.
-     */
-    double amplitude;
-    /**
-     * Cross-track errors up to this leave the wheels straight [m]. Default 0.
-     */
-    double deadband;
-    /**
-     * Arc of the path that is searched on each side of the last projection [m], in addition to the
-     * distance travelled in a step; NAN: two wheelbases.
-     */
-    double search_distance;
-    /**
-     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
-     * NAN: ten wheelbases.
-     */
-    double lost_distance;
-} popsteer_bang_bang_params;
-
-/**
  * One instant of a predicted trajectory.
  */
 typedef struct popsteer_predicted {
@@ -938,20 +914,6 @@ popsteer_error popsteer_stanley_new(const struct popsteer_path *path,
                                     struct popsteer_controller **out);
 
 /**
- * Makes a bang-bang controller: a fixed angle back towards the path. Arguments as of
- * `popsteer_pop_new`.
- *
- * Required of the caller:
- *
- * Each pointer is NULL or leads to what its type says.
- */
-popsteer_error popsteer_bang_bang_new(const struct popsteer_path *path,
-                                      const struct popsteer_vehicle *vehicle,
-                                      const struct popsteer_bang_bang_params *params,
-                                      const struct popsteer_options *options,
-                                      struct popsteer_controller **out);
-
-/**
  * The defaults of `popsteer_pop_params`.
  */
 struct popsteer_pop_params popsteer_pop_params_default(void);
@@ -975,11 +937,6 @@ struct popsteer_pure_pursuit_params popsteer_pure_pursuit_params_default(void);
  * The defaults of `popsteer_stanley_params`.
  */
 struct popsteer_stanley_params popsteer_stanley_params_default(void);
-
-/**
- * The defaults of `popsteer_bang_bang_params`.
- */
-struct popsteer_bang_bang_params popsteer_bang_bang_params_default(void);
 
 /**
  * The defaults of `popsteer_options`.

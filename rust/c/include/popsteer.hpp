@@ -33,7 +33,6 @@ using PreviewPopParams = popsteer_preview_pop_params;
 using PidParams = popsteer_pid_params;
 using PurePursuitParams = popsteer_pure_pursuit_params;
 using StanleyParams = popsteer_stanley_params;
-using BangBangParams = popsteer_bang_bang_params;
 
 /// A field that is not given.
 inline constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -359,15 +358,6 @@ public:
                      const StanleyParams& params = popsteer_stanley_params_default(),
                      const Options& options = default_options())
         : Controller(popsteer_stanley_new, path, vehicle, params, options) {}
-};
-
-/// A fixed angle back towards the path, the floor to measure against.
-class BangBang : public Controller {
-public:
-    explicit BangBang(const Path& path, const Vehicle& vehicle = default_vehicle(),
-                      const BangBangParams& params = popsteer_bang_bang_params_default(),
-                      const Options& options = default_options())
-        : Controller(popsteer_bang_bang_new, path, vehicle, params, options) {}
 };
 
 /// Many vehicles in one call, on the calling thread.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use popsteer_core::laws::{BangBang, LateralLaw, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::laws::{LateralLaw, Pid, Pop, PreviewPop, PurePursuit, Stanley};
 use popsteer_core::tracker::{Reported, TrackerState};
 use popsteer_core::{Command, InputError, Path, Tracker, VehicleState};
 
@@ -57,7 +57,6 @@ pub(crate) enum Steering {
     Pid(Steered<Pid>),
     PurePursuit(Steered<PurePursuit>),
     Stanley(Steered<Stanley>),
-    BangBang(Steered<BangBang>),
 }
 
 /// `$with` for whichever law steers, with its tracker and its state.
@@ -65,7 +64,7 @@ macro_rules! each {
     ($steering:expr, $tracker:ident, $state:ident => $with:expr) => {
         $crate::controller::each!(
             @ $steering, $tracker, $state, $with,
-            Pop, PreviewPop, Pid, PurePursuit, Stanley, BangBang
+            Pop, PreviewPop, Pid, PurePursuit, Stanley
         )
     };
     (@ $steering:expr, $tracker:ident, $state:ident, $with:expr, $($law:ident),+) => {

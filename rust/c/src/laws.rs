@@ -1,13 +1,12 @@
 //! The constructors, one a controller.
 
-use popsteer_core::laws::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
 
 use crate::controller::{CController, Controller, Steering};
 use crate::error::{CError, guard};
 use crate::handle::{give, given};
 use crate::params::{
-    CBangBangParams, COptions, CPidParams, CPopParams, CPreviewPopParams, CPurePursuitParams,
-    CStanleyParams,
+    COptions, CPidParams, CPopParams, CPreviewPopParams, CPurePursuitParams, CStanleyParams,
 };
 use crate::path::{self, CPath};
 use crate::vehicle::CVehicle;
@@ -120,21 +119,4 @@ pub unsafe extern "C" fn popsteer_stanley_new(
     out: *mut *mut CController,
 ) -> CError {
     make!(Stanley, path, vehicle, params, options, out)
-}
-
-/// Makes a bang-bang controller: a fixed angle back towards the path. Arguments as of
-/// `popsteer_pop_new`.
-///
-/// # Safety
-///
-/// Each pointer is NULL or leads to what its type says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn popsteer_bang_bang_new(
-    path: *const CPath,
-    vehicle: *const CVehicle,
-    params: *const CBangBangParams,
-    options: *const COptions,
-    out: *mut *mut CController,
-) -> CError {
-    make!(BangBang, path, vehicle, params, options, out)
 }

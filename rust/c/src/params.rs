@@ -3,7 +3,7 @@
 use popsteer_core::LateralLaw;
 use popsteer_core::error::{ConfigError, Requirement};
 use popsteer_core::laws::{
-    BangBangParams, PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams,
+    PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams,
 };
 use popsteer_core::math::from_count;
 use popsteer_core::tracker::{MonitorParams, Tracker};
@@ -203,29 +203,6 @@ same_fields!(CStanleyParams, StanleyParams, {
     lost_distance,
 });
 
-/// Tuning of bang-bang, the floor to measure against.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct CBangBangParams {
-    /// The angle that is switched [rad]. Default 0.122.
-    pub amplitude: f64,
-    /// Cross-track errors up to this leave the wheels straight [m]. Default 0.
-    pub deadband: f64,
-    /// Arc of the path that is searched on each side of the last projection [m], in addition to the
-    /// distance travelled in a step; NAN: two wheelbases.
-    pub search_distance: f64,
-    /// Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
-    /// NAN: ten wheelbases.
-    pub lost_distance: f64,
-}
-
-same_fields!(CBangBangParams, BangBangParams, {
-    amplitude,
-    deadband,
-    search_distance,
-    lost_distance,
-});
-
 /// Of `popsteer_options.adapt` and `.monitor`: as controllers of this kind do; the default.
 pub const POPSTEER_AUTO: u32 = 0;
 /// Of `popsteer_options.adapt` and `.monitor`: not at all.
@@ -343,12 +320,6 @@ pub extern "C" fn popsteer_pure_pursuit_params_default() -> CPurePursuitParams {
 #[unsafe(no_mangle)]
 pub extern "C" fn popsteer_stanley_params_default() -> CStanleyParams {
     StanleyParams::DEFAULT.into()
-}
-
-/// The defaults of `popsteer_bang_bang_params`.
-#[unsafe(no_mangle)]
-pub extern "C" fn popsteer_bang_bang_params_default() -> CBangBangParams {
-    BangBangParams::DEFAULT.into()
 }
 
 /// The defaults of `popsteer_options`.

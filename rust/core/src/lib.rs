@@ -1,7 +1,7 @@
 //! Path-tracking steering controllers for car-like vehicles.
 //!
 //! The crate has the POP controller (proximally optimal predictive), preview POP, and the controllers
-//! that they are compared with: PID, Pure-Pursuit, Stanley and bang-bang. It has three longitudinal
+//! that they are compared with: PID, Pure-Pursuit and Stanley. It has three longitudinal
 //! controllers, and plans speeds along a path. "The paper" in these pages is C. Samak, T. Samak, S.
 //! Kandhasamy, *Proximally Optimal Predictive Control Algorithm for Path Tracking of Self-Driving
 //! Cars*.

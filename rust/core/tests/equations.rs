@@ -3,8 +3,8 @@
 mod straight;
 
 use popsteer_core::laws::{
-    BangBang, BangBangParams, LateralLaw, Pid, PidParams, PidState, PurePursuit, PurePursuitParams,
-    PurePursuitState, Stanley, StanleyParams,
+    LateralLaw, Pid, PidParams, PidState, PurePursuit, PurePursuitParams, PurePursuitState,
+    Stanley, StanleyParams,
 };
 use popsteer_core::vehicle::bicycle::kinematic_bicycle;
 use popsteer_core::{Point, Status, Tracker, Vehicle, VehicleState};
@@ -130,19 +130,6 @@ fn test_pid_weighs_the_error_its_sum_and_its_rate() {
                 assert_close(angle, expected);
             }
         }
-    }
-}
-
-#[test]
-fn test_bang_bang_switches_beyond_its_deadband() {
-    let params = BangBangParams {
-        amplitude: 0.2,
-        deadband: 0.5,
-        ..BangBangParams::DEFAULT
-    };
-    let law = BangBang::new(CAR, params).unwrap();
-    for (left, expected) in [(0.6, -0.2), (0.4, 0.0), (-0.4, 0.0), (-0.6, 0.2)] {
-        assert_close(angle(law, beside(30.0, left, 0.0, 5.0)), expected);
     }
 }
 

@@ -6,8 +6,8 @@ use std::cell::Cell;
 use std::hint::black_box;
 
 use popsteer_core::laws::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
 };
 use popsteer_core::speed::{
     CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState,
@@ -167,11 +167,6 @@ fn test_pure_pursuit_steps_allocate_nothing() {
 #[test]
 fn test_stanley_steps_allocate_nothing() {
     drive_all(|vehicle| Stanley::new(vehicle, StanleyParams::DEFAULT).unwrap());
-}
-
-#[test]
-fn test_bang_bang_steps_allocate_nothing() {
-    drive_all(|vehicle| BangBang::new(vehicle, BangBangParams::DEFAULT).unwrap());
 }
 
 #[test]

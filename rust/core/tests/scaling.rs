@@ -2,8 +2,8 @@
 //! length, speed and gain per metre scales with the wheelbase, what is learnt included.
 
 use popsteer_core::laws::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
 };
 use popsteer_core::path::Follow;
 use popsteer_core::speed::{SpeedTracker, SpeedTrackerParams, SpeedTrackerState};
@@ -146,13 +146,6 @@ fn test_pid_scales_with_its_vehicle() {
     });
 }
 
-#[test]
-fn test_bang_bang_scales_with_its_vehicle() {
-    assert_scales("bang-bang", |vehicle| {
-        BangBang::new(vehicle, BangBangParams::DEFAULT).unwrap()
-    });
-}
-
 /// The commands of a drive to the end of S-bends, every length and limit `k` times the usual one.
 fn keep_speed(k: f64) -> (Vec<f64>, Vec<f64>) {
     let waypoint = |n: u32| {
@@ -264,14 +257,12 @@ fn test_default_lengths_are_those_multiples_of_the_wheelbase_that_are_documented
         for (gain, at_3_m) in [(pid.kp, 0.25), (pid.ki, 0.01), (pid.kd, 0.2)] {
             assert_is(gain * wheelbase * wheelbase, at_3_m * 3.0);
         }
-        let bang_bang = BangBangParams::DEFAULT.resolved(&car);
         for (search_distance, lost_distance) in [
             (pop.search_distance, pop.lost_distance),
             (pursuit.search_distance, pursuit.lost_distance),
             (preview.search_distance, preview.lost_distance),
             (stanley.search_distance, stanley.lost_distance),
             (pid.search_distance, pid.lost_distance),
-            (bang_bang.search_distance, bang_bang.lost_distance),
         ] {
             assert_is(search_distance, 2.0);
             assert_is(lost_distance, 10.0);

@@ -4,9 +4,7 @@
 
 use core::mem::size_of;
 
-use popsteer_core::laws::{
-    BangBangState, PidState, PopState, PreviewPopState, PurePursuitState, StanleyState,
-};
+use popsteer_core::laws::{PidState, PopState, PreviewPopState, PurePursuitState, StanleyState};
 use popsteer_core::tracker::{MonitorState, TrackerState};
 use popsteer_core::vehicle::{Estimator, InFlight, Past};
 
@@ -16,7 +14,6 @@ const TRACKER: usize = 3160 + 2120 + 568;
 #[test]
 fn test_states_of_controllers_are_no_larger_than_recorded() {
     for (name, size, most) in [
-        ("bang-bang", size_of::<BangBangState>(), 0),
         ("stanley", size_of::<StanleyState>(), 0),
         ("pop", size_of::<PopState>(), 8),
         ("pure pursuit", size_of::<PurePursuitState>(), 8),

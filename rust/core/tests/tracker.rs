@@ -2,8 +2,8 @@
 
 use popsteer_core::bounds::MAX_YAW;
 use popsteer_core::laws::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
 };
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{Command, Path, Status, Tracker, Vehicle, VehicleState};
@@ -191,7 +191,6 @@ fn test_any_point_of_the_vehicle_gives_the_same_angles() {
             drive!(Pid::new(vehicle, PidParams::DEFAULT));
             drive!(PurePursuit::new(vehicle, PurePursuitParams::DEFAULT));
             drive!(Stanley::new(vehicle, StanleyParams::DEFAULT));
-            drive!(BangBang::new(vehicle, BangBangParams::DEFAULT));
             all
         };
         let rear = angles(0.0);

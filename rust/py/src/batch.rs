@@ -30,7 +30,7 @@ const MAX_COUNT: usize = 10_000_000;
 ///
 /// Parameters
 /// ----------
-/// controllers : sequence of Pop, PreviewPop, Pid, PurePursuit, Stanley or BangBang, or one of them
+/// controllers : sequence of Pop, PreviewPop, Pid, PurePursuit or Stanley, or one of them
 ///     The controllers, all of one class; several may share a path.
 /// count : int, optional
 ///     How many copies of a single controller, up to 10,000,000; one by default.

@@ -106,11 +106,11 @@ columns! {
     @examples {
         /// >>> import numpy as np
         /// >>> path = popsteer.Path([(0.0, 0.0), (100.0, 0.0)])
-        /// >>> batch = popsteer.Batch(popsteer.BangBang(path), 2)
+        /// >>> batch = popsteer.Batch(popsteer.Stanley(path), 2)
         /// >>> x, y = np.array([5.0, 99.0]), np.array([0.5, -0.5])
         /// >>> commands = batch.step(x, y, np.zeros(2), np.full(2, 5.0), 0.05)
-        /// >>> commands.steer, (commands.status & popsteer.Status.END_OF_PATH) > 0
-        /// (array([-0.122,  0.122]), array([False,  True]))
+        /// >>> commands.steer.round(4), (commands.status & popsteer.Status.END_OF_PATH) > 0
+        /// (array([-0.1149,  0.1149]), array([False,  True]))
     }
 }
 

@@ -61,10 +61,9 @@ mod _core {
         },
         in_flight::PyInFlight,
         lateral::{
-            PyBangBang, PyBangBangParams, PyBangBangState, PyMonitorParams, PyPid, PyPidParams,
-            PyPidState, PyPop, PyPopParams, PyPopState, PyPreviewPop, PyPreviewPopParams,
-            PyPreviewPopState, PyPurePursuit, PyPurePursuitParams, PyPurePursuitState, PyStanley,
-            PyStanleyParams, PyStanleyState,
+            PyMonitorParams, PyPid, PyPidParams, PyPidState, PyPop, PyPopParams, PyPopState,
+            PyPreviewPop, PyPreviewPopParams, PyPreviewPopState, PyPurePursuit,
+            PyPurePursuitParams, PyPurePursuitState, PyStanley, PyStanleyParams, PyStanleyState,
         },
         longitudinal::{
             PyCoupledLongitudinal, PyCoupledLongitudinalParams, PySpeedPid, PySpeedPidParams,

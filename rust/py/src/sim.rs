@@ -285,7 +285,7 @@ impl PySimulation {
     ///
     /// Parameters
     /// ----------
-    /// controller : Pop or PreviewPop or Pid or PurePursuit or Stanley or BangBang, or your own
+    /// controller : Pop or PreviewPop or Pid or PurePursuit or Stanley, or your own
     ///     One of popsteer drives from a fresh state; the object's own state is left alone. Your
     ///     own has a method ``step(x, y, yaw, speed, dt)``, which returns an angle [rad] or an
     ///     object with `steer` and, if it likes, `target`, `status` and `reverse`. If it has a

@@ -1,6 +1,6 @@
 //! The vehicles of a batch.
 
-use popsteer_core::laws::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
 use popsteer_sim::batch::{Batch, BatchError, CHUNK};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -8,8 +8,8 @@ use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
 use crate::errors::{IntoPyErr, entry_error};
 use crate::lateral::{
-    PyBangBang, PyBangBangState, PyPid, PyPidState, PyPop, PyPopState, PyPreviewPop,
-    PyPreviewPopState, PyPurePursuit, PyPurePursuitState, PyStanley, PyStanleyState, StateClass,
+    PyPid, PyPidState, PyPop, PyPopState, PyPreviewPop, PyPreviewPopState, PyPurePursuit,
+    PyPurePursuitState, PyStanley, PyStanleyState, StateClass,
 };
 use crate::pool;
 
@@ -22,7 +22,6 @@ pub(crate) enum Vehicles {
     Pid(Batch<Pid>),
     PurePursuit(Batch<PurePursuit>),
     Stanley(Batch<Stanley>),
-    BangBang(Batch<BangBang>),
 }
 
 /// What makes a controller anew, but for its state: its class and the arguments for it.
@@ -50,7 +49,6 @@ macro_rules! each {
             Vehicles::Pid($batch) => { $(type $state = PyPidState;)? $body }
             Vehicles::PurePursuit($batch) => { $(type $state = PyPurePursuitState;)? $body }
             Vehicles::Stanley($batch) => { $(type $state = PyStanleyState;)? $body }
-            Vehicles::BangBang($batch) => { $(type $state = PyBangBangState;)? $body }
         }
     };
 }
@@ -92,8 +90,7 @@ impl Vehicles {
             PreviewPop(PyPreviewPop),
             Pid(PyPid),
             PurePursuit(PyPurePursuit),
-            Stanley(PyStanley),
-            BangBang(PyBangBang)
+            Stanley(PyStanley)
         );
         Err(wrong_class(0, "a controller of popsteer", first))
     }

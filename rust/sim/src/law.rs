@@ -1,10 +1,10 @@
 //! Any of the core's controllers, chosen at run time.
 
-use popsteer_core::laws::{
-    BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
-    PurePursuit, PurePursuitState, Stanley, StanleyState,
-};
 use popsteer_core::laws::{Belief, Decision, Steered};
+use popsteer_core::laws::{
+    Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState, PurePursuit, PurePursuitState,
+    Stanley, StanleyState,
+};
 use popsteer_core::path::Located;
 use popsteer_core::vehicle::AdaptParams;
 use popsteer_core::{InputError, LateralLaw, LateralState, PathView};
@@ -94,7 +94,6 @@ macro_rules! laws {
 }
 
 laws! {
-    BangBang(BangBangState),
     Pid(PidState),
     PurePursuit(PurePursuitState),
     Stanley(StanleyState),

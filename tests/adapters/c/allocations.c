@@ -45,24 +45,23 @@ void free(void *old) {
 int main(void) {
     popsteer_path *path = sine(0.0), *other = sine(2.0);
     popsteer_vehicle car = late_car();
-    popsteer_controller *each[6] = {NULL};
+    popsteer_controller *each[5] = {NULL};
     CHECK(!popsteer_pop_new(path, &car, NULL, NULL, &each[0]));
     CHECK(!popsteer_preview_pop_new(path, &car, NULL, NULL, &each[1]));
     CHECK(!popsteer_pid_new(path, &car, NULL, NULL, &each[2]));
     CHECK(!popsteer_pure_pursuit_new(path, &car, NULL, NULL, &each[3]));
     CHECK(!popsteer_stanley_new(path, &car, NULL, NULL, &each[4]));
-    CHECK(!popsteer_bang_bang_new(path, &car, NULL, NULL, &each[5]));
     popsteer_batch *batch = NULL;
-    CHECK(!popsteer_batch_new((const popsteer_controller *const *)each, 6, &batch));
+    CHECK(!popsteer_batch_new((const popsteer_controller *const *)each, 5, &batch));
     CHECK(calls > 8);
     size_t before = calls;
     popsteer_reported reported = popsteer_reported_default();
     for (int step = 0; step < 600; ++step) {
-        popsteer_vehicle_state vehicles[6];
-        popsteer_command commands[6];
+        popsteer_vehicle_state vehicles[5];
+        popsteer_command commands[5];
         popsteer_predicted instants[10];
         popsteer_estimate estimate;
-        for (int k = 0; k < 6; ++k) {
+        for (int k = 0; k < 5; ++k) {
             vehicles[k] = (popsteer_vehicle_state){0.4 * step, 0.5 * k, 0.3, 8.0};
             vehicles[k].speed = step % 50 == 7 ? NAN : 8.0;
             reported.pose_age = step % 3 * 0.1;
@@ -79,7 +78,7 @@ int main(void) {
     }
     size_t counted = calls - before;
     popsteer_batch_free(batch);
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < 5; ++k) {
         popsteer_controller_free(each[k]);
     }
     popsteer_path_free(path);

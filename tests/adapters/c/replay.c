@@ -82,8 +82,6 @@ static popsteer_controller *make(const char *law, const popsteer_path *path,
         error = popsteer_pure_pursuit_new(path, car, NULL, NULL, &controller);
     } else if (strcmp(law, "Stanley") == 0) {
         error = popsteer_stanley_new(path, car, NULL, NULL, &controller);
-    } else if (strcmp(law, "BangBang") == 0) {
-        error = popsteer_bang_bang_new(path, car, NULL, NULL, &controller);
     }
     if (error != POPSTEER_ERROR_NONE) {
         fail(law);

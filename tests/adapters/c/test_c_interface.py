@@ -33,7 +33,7 @@ LATE = popsteer.Vehicle(
     max_steer=0.6,
     max_steer_rate=0.5,
 )
-LAWS = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley", "BangBang")
+LAWS = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley")
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def test_c_lap_is_that_of_python_bit_for_bit(law: str, replay: Path, tmp_path: P
     for number, (here, there) in enumerate(zip(recorder.answers, said, strict=True)):
         assert bits(here) == bits(there), f"answer {number}"
     angles = {here.split()[0] for here in recorder.answers}
-    assert len(angles) > (5 if law == "BangBang" else 300)
+    assert len(angles) > 300
 
 
 @pytest.mark.parametrize("flags", [SANITIZED, ("-O2",)], ids=["sanitized", "optimized"])

@@ -3,7 +3,7 @@
 
 use crate::bytes::Bytes;
 use crate::scene::{adapt, car, estimate, estimator, symmetric};
-use popsteer_core::laws::{BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams, Stanley, StanleyParams};
+use popsteer_core::laws::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams, Stanley, StanleyParams};
 use popsteer_core::bounds::{MAX_COORDINATE, MAX_DT, MAX_SPEED, MAX_YAW, MIN_DT};
 use popsteer_core::vehicle::{AdaptParams, Estimate, Estimator, InFlight};
 use popsteer_core::{Vehicle, VehicleState};
@@ -76,7 +76,6 @@ fn check_made(car: Vehicle) {
     assert!(PurePursuit::new(car, PurePursuitParams::DEFAULT).is_ok());
     assert!(Stanley::new(car, StanleyParams::DEFAULT).is_ok());
     assert!(Pid::new(car, PidParams::DEFAULT).is_ok());
-    assert!(BangBang::new(car, BangBangParams::DEFAULT).is_ok());
     assert!(car.front_axle() >= car.rear_axle && car.no_slip().is_finite());
     for speed in [0.0, 30.0, -MAX_SPEED] {
         let length = car.turning_length(speed);

@@ -10,7 +10,7 @@ use core::ffi::{c_char, c_int};
 use core::hint::black_box;
 
 use popsteer_core::laws::pid::error_buffer::ErrorBuffer;
-use popsteer_core::laws::{BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams, Stanley, StanleyParams};
+use popsteer_core::laws::{Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams, Stanley, StanleyParams};
 use popsteer_core::tracker::Tracker;
 use popsteer_core::speed::{CoupledLongitudinal, CoupledLongitudinalParams, SpeedPid, SpeedPidParams, SpeedPidState};
 use popsteer_core::path::jump::find_lookahead_point;
@@ -126,8 +126,6 @@ fn all_laws(path: &PathView<'_>, vehicle: VehicleState) -> f64 {
     sum += both(path, vehicle, |car| PurePursuit::new(car, params));
     let params = black_box(StanleyParams::DEFAULT);
     sum += both(path, vehicle, |car| Stanley::new(car, params));
-    let params = black_box(BangBangParams::DEFAULT);
-    sum += both(path, vehicle, |car| BangBang::new(car, params));
     if let Ok(law) = CoupledLongitudinal::new(black_box(CoupledLongitudinalParams::DEFAULT)) {
         sum += law
             .step(black_box(3.0), black_box(0.1))

@@ -28,6 +28,12 @@ class Theme(NamedTuple):
     """Colour of each controller of popsteer and of each baseline."""
     others: tuple[str, ...]
     """Colours for controllers of one's own, in turn."""
+    speed: str
+    """A limit of the speed itself."""
+
+    def colour(self, role: str) -> str:
+        """Give the colour of a controller, or of a field of the theme."""
+        return self.laws[role] if role in self.laws else str(getattr(self, role))
 
     def colours(self, names: Iterable[str]) -> dict[str, str]:
         """Give each controller a colour."""
@@ -77,7 +83,6 @@ class Theme(NamedTuple):
 # The colours of Okabe and Ito, which colour-blind readers can tell apart; on the dark background
 # the blue and the green are lighter, so that they stand out as far as the others.
 _LIGHT = {
-    "bang-bang": "#8a6d00",
     "pid": "#d55e00",
     "pure-pursuit": "#009e73",
     "stanley": "#b5589a",
@@ -86,7 +91,6 @@ _LIGHT = {
     "mpc": "#5b21e6",
 }
 _DARK = {
-    "bang-bang": "#f0e442",
     "pid": "#ff8c42",
     "pure-pursuit": "#2fd0a0",
     "stanley": "#e79ccb",
@@ -105,6 +109,7 @@ THEMES: Mapping[str, Theme] = MappingProxyType(
             path="#c3c9d1",
             laws=_LIGHT,
             others=("#332288", "#117733", "#882255", "#44aa99"),
+            speed="#8a6d00",
         ),
         "dark": Theme(
             background="#0d1117",
@@ -114,6 +119,7 @@ THEMES: Mapping[str, Theme] = MappingProxyType(
             path="#4c5661",
             laws=_DARK,
             others=("#b7a8ff", "#88ccee", "#ff9da7", "#ddcc77"),
+            speed="#f0e442",
         ),
     }
 )

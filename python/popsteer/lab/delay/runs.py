@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["DEAD_TIME", "DEAD_TIME_CONTROLLERS", "DEAD_TIME_PLANT", "DeadTimeRow", "run"]
 
 DEAD_TIME_CONTROLLERS = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
-"""The controllers that are driven: all but bang-bang, which holds no line."""
+"""The controllers that are driven."""
 DEAD_TIME_PLANT = CarlaIdentified()
 """What moves: the plant identified from the run of the paper's authors."""
 DEAD_TIME = 0.2

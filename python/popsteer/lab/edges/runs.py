@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 EDGE_CONTROLLERS = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
-"""The controllers that drive the edges: all but bang-bang, which holds no line."""
+"""The controllers that drive the edges."""
 MAX_STEER = 0.6
 """Largest angle of the wheels [rad]: a car's, which turns on a radius of 4.4 m."""
 EDGE_PLANT = KinematicBicycle(vehicles.get("kinematic-bicycle").replace(max_steer=MAX_STEER))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["plan_figure"]
 
-# Limits that are alike share a colour of the theme's laws.
+# Limits that are alike share a colour of the theme.
 _COLOURS = {
     "driving": "pure-pursuit",
     "braking": "pid",
@@ -26,8 +26,8 @@ _COLOURS = {
     "steer rate": "stanley",
     "steer angle": "stanley",
     "jerk": "mpc",
-    "top speed": "bang-bang",
-    "speed limit": "bang-bang",
+    "top speed": "speed",
+    "speed limit": "speed",
     "stop": "preview-pop",
 }
 
@@ -82,7 +82,7 @@ def _draw_speeds(
     )
     stops = limit == LIMITS.index("stop")
     for name in profile.shares():
-        colour = theme.laws[_COLOURS[name]]
+        colour = theme.colour(_COLOURS[name])
         mine = limit == LIMITS.index(name)
         if name == "stop":
             panel.scatter(

@@ -31,10 +31,7 @@ def colours_of(names: Iterable[str]) -> dict[str, Colour]:
 
 def named(role: str) -> Colour:
     """Give the colours of a field of `popsteer.lab.common.theme.Theme`, or of a controller."""
-    return [
-        theme.laws[role] if role in theme.laws else str(getattr(theme, role))
-        for theme in (THEMES["light"], THEMES["dark"])
-    ]
+    return [THEMES[name].colour(role) for name in ("light", "dark")]
 
 
 def ranked(place: int) -> Colour:

@@ -156,8 +156,8 @@ def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> Lin
     that it may move in one step, pure pursuit without `alpha_by_arccos`, whose bearing has no slope
     at zero; both with the lookahead point inside the window that is searched. Preview POP is taken
     within its limits. The gain and the steering offset that a controller estimates are taken as
-    constants. Raises ConfigError where the controller has no linear loop or no lookahead, or a
-    number is out of its range.
+    constants. Raises ConfigError where the controller has no lookahead, or a number is out of its
+    range.
 
     Examples
     --------
@@ -166,15 +166,9 @@ def linearised(params: Params, vehicle: Vehicle, speed: float, dt: float) -> Lin
     >>> law.tracked_point, law.cross_track.tolist(), law.heading.tolist()
     (3.0, [0.125], [1.0])
     """
-    make = _LINEAR.get(type(params))
-    if make is None:
-        known = ", ".join(controllers.name_of(kind) for kind in _LINEAR)
-        raise ConfigError(
-            "controller", controllers.name_of(type(params)), f"one with a linear loop: {known}"
-        )
     check_in_range("speed", speed, 1e-3, 1e3)
     check_in_range("dt", dt, 1e-3, 1.0)
-    weights = make(params, vehicle, speed, dt)
+    weights = _LINEAR[type(params)](params, vehicle, speed, dt)
     return LinearLaw(
         _tracked_point(params, vehicle),
         cross_track=np.array(weights.cross_track),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from popsteer import presets
+from popsteer import controllers, presets
 from popsteer._core import AdaptParams, PreviewPopParams, Vehicle
 from popsteer.lab.stability.linear import linearised
 from popsteer.lab.stability.loop import Loop
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_SPEEDS",
-    "LINEAR_CONTROLLERS",
     "Margins",
     "Stability",
     "dead_time_map",
@@ -32,8 +31,6 @@ __all__ = [
     "run",
 ]
 
-LINEAR_CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop", "preview-pop")
-"""The controllers that have a linear loop: all but bang-bang."""
 DEFAULT_SPEEDS = (2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
 """Speeds that are looked at by default [m/s]."""
 
@@ -128,7 +125,7 @@ def margins(
     Raises
     ------
     ConfigError
-        The controller has no linear loop, or a number is out of its range.
+        A number is out of its range, or the controller has no lookahead.
 
     Examples
     --------
@@ -189,7 +186,7 @@ def _slip_time(
 
 
 def run(
-    names: Iterable[str] | Mapping[str, Params] = LINEAR_CONTROLLERS,
+    names: Iterable[str] | Mapping[str, Params] = controllers.names(),
     vehicle: Vehicle | None = None,
     speeds: Iterable[float] = DEFAULT_SPEEDS,
     *,
@@ -203,8 +200,8 @@ def run(
     Parameters
     ----------
     names : iterable of str, or mapping of str to parameters
-        The controllers; by default all that have a linear loop. A mapping gives each its tuning,
-        and `preset` then only says what that is called.
+        The controllers; all of popsteer by default. A mapping gives each its tuning, and
+        `preset` then only says what that is called.
     vehicle : Vehicle, optional
         The vehicle as it is; ``Vehicle()`` by default.
     speeds : iterable of float
@@ -226,8 +223,7 @@ def run(
     Raises
     ------
     ConfigError
-        A controller or the preset is not known, has no linear loop, or a number is out of its
-        range.
+        A controller or the preset is not known, or a number is out of its range.
 
     Examples
     --------

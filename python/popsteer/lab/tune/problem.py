@@ -43,7 +43,6 @@ SCHEMA = "popsteer-tune/2"
 _UNFINISHED = 100.0  # m: worse than any error of a run that finished
 _MAX_CARS = 1000
 _SEARCHED = {
-    "bang-bang": ("amplitude", "deadband"),
     "pid": ("kp", "ki", "kd"),
     "pure-pursuit": ("lookahead_gain", "min_lookahead"),
     "stanley": ("cross_track_gain", "speed_gain"),

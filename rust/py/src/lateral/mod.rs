@@ -10,17 +10,15 @@ mod tail;
 
 pub(crate) use monitor::PyMonitorParams;
 pub(crate) use params::{
-    PyBangBangParams, PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams,
-    PyStanleyParams,
+    PyPidParams, PyPopParams, PyPreviewPopParams, PyPurePursuitParams, PyStanleyParams,
 };
 pub(crate) use state::{
-    PyBangBangState, PyPidState, PyPopState, PyPreviewPopState, PyPurePursuitState, PyStanleyState,
-    StateClass,
+    PyPidState, PyPopState, PyPreviewPopState, PyPurePursuitState, PyStanleyState, StateClass,
 };
 
 use std::sync::Arc;
 
-use popsteer_core::laws::{BangBang, Pid, Pop, PreviewPop, PurePursuit, Stanley};
+use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
 use popsteer_core::tracker::{Reported, Tracker, TrackerState};
 use popsteer_core::{LateralLaw, Path, Vehicle, VehicleState};
 use popsteer_sim::Law;
@@ -123,19 +121,6 @@ controller! {
     }
 }
 
-controller! {
-    /// Bang-bang: a fixed angle back towards the path, the floor to measure against.
-    ///
-    /// ``steer = -amplitude sign(cross_track_error)`` outside the deadband, 0 inside. Tracked
-    /// point: the front axle.
-    PyBangBang(BangBang) named "BangBang", params PyBangBangParams, state PyBangBangState,
-    examples {
-        /// >>> path = popsteer.Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)])
-        /// >>> popsteer.BangBang(path).steer(0.0, 0.5, 0.0, 5.0, 0.05)
-        /// -0.122
-    }
-}
-
 /// Any of the controllers as the closed loop takes it, and its path; none for another object.
 pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Tracker<Law>, Arc<Path>)> {
     macro_rules! try_each {
@@ -145,13 +130,6 @@ pub(crate) fn law_of(object: &Bound<'_, PyAny>) -> Option<(Tracker<Law>, Arc<Pat
             }
         )+};
     }
-    try_each!(
-        PyPop,
-        PyPreviewPop,
-        PyPid,
-        PyPurePursuit,
-        PyStanley,
-        PyBangBang
-    );
+    try_each!(PyPop, PyPreviewPop, PyPid, PyPurePursuit, PyStanley);
     None
 }

@@ -2,8 +2,8 @@
 
 use popsteer_core::Vehicle;
 use popsteer_core::laws::{
-    BangBang, BangBangParams, Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams,
-    PurePursuit, PurePursuitParams, Stanley, StanleyParams,
+    Pid, PidParams, Pop, PopParams, PreviewPop, PreviewPopParams, PurePursuit, PurePursuitParams,
+    Stanley, StanleyParams,
 };
 use pyo3::prelude::*;
 
@@ -168,19 +168,5 @@ tuning! {
     @examples {
         /// >>> popsteer.StanleyParams().resolved(popsteer.Vehicle(wheelbase=3.0)).lost_distance
         /// 30.0
-    }
-}
-
-tuning! {
-    /// Parameters of `BangBang`.
-    PyBangBangParams(BangBangParams) named "BangBangParams" of BangBang,
-    shown as "(*, amplitude=0.122, deadband=0.0, search_distance=None, lost_distance=None)",
-    amplitude: f64, "float, default 0.122",
-        "The angle that is switched [rad]; at most the vehicle's `max_steer` of it is used.";
-    deadband: f64, "float, default 0.0",
-        "Cross-track errors up to this leave the wheels straight [m].";
-    @examples {
-        /// >>> popsteer.BangBangParams().resolved(popsteer.Vehicle(wheelbase=0.3)).search_distance
-        /// 0.6
     }
 }

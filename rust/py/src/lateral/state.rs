@@ -2,8 +2,8 @@
 
 use popsteer_core::laws::pid::error_buffer::ErrorBuffer;
 use popsteer_core::laws::{
-    BangBang, BangBangState, Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState,
-    PurePursuit, PurePursuitState, Stanley, StanleyState,
+    Pid, PidState, Pop, PopState, PreviewPop, PreviewPopState, PurePursuit, PurePursuitState,
+    Stanley, StanleyState,
 };
 use popsteer_core::tracker::{Tracker, TrackerState};
 use popsteer_core::{InputError, LateralLaw, PathView};
@@ -93,11 +93,6 @@ state! {
     PyStanleyState named "StanleyState",
 }
 
-state! {
-    /// What `BangBang` remembers from one step to the next.
-    PyBangBangState named "BangBangState",
-}
-
 /// [`StateClass`] for a state whose fields go over as they are.
 macro_rules! as_it_is {
     ($class:ident of $law:ident, $state:ident { $($field:ident),* }) => {
@@ -128,7 +123,6 @@ as_it_is!(PyPopState of Pop, PopState { previous_steer });
 as_it_is!(PyPreviewPopState of PreviewPop, PreviewPopState { previous_steer, reached_limits });
 as_it_is!(PyPurePursuitState of PurePursuit, PurePursuitState { previous_alpha });
 as_it_is!(PyStanleyState of Stanley, StanleyState {});
-as_it_is!(PyBangBangState of BangBang, BangBangState {});
 
 impl StateClass for PyPidState {
     type Law = Pid;

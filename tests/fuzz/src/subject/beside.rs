@@ -3,7 +3,7 @@
 use super::{Search, Subject, gain, scaled_gain};
 use crate::bytes::Bytes;
 use popsteer_core::laws::pid::error_buffer::ErrorBuffer;
-use popsteer_core::laws::{BangBang, BangBangParams, BangBangState, Pid, PidParams, PidState, Stanley, StanleyParams, StanleyState};
+use popsteer_core::laws::{Pid, PidParams, PidState, Stanley, StanleyParams, StanleyState};
 use popsteer_core::{ConfigError, Point, Vehicle};
 
 impl Subject for Stanley {
@@ -28,28 +28,6 @@ impl Subject for Stanley {
 
     fn draw_state(_bytes: &mut Bytes) -> Option<StanleyState> {
         Some(StanleyState {})
-    }
-}
-
-impl Subject for BangBang {
-    type Params = BangBangParams;
-
-    fn draw(bytes: &mut Bytes) -> BangBangParams {
-        let search = Search::draw(bytes);
-        BangBangParams {
-            amplitude: bytes.parameter(0.122, [0.0, 1.0], [0.0, 1.57]),
-            deadband: bytes.parameter(0.0, [0.0, 1.0], [0.0, 1e6]),
-            search_distance: search.search_distance,
-            lost_distance: search.lost_distance,
-        }
-    }
-
-    fn make(vehicle: Vehicle, params: BangBangParams) -> Result<Self, ConfigError> {
-        Self::new(vehicle, params)
-    }
-
-    fn draw_state(_bytes: &mut Bytes) -> Option<BangBangState> {
-        Some(BangBangState {})
     }
 }
 
