@@ -158,7 +158,7 @@ $(VENV)/pyvenv.cfg: FORCE
 	echo "making $(VENV) with $$base"; \
 	rm -rf $(VENV); \
 	"$$base" -m venv $(VENV); \
-	$(PY) -m pip install --quiet '$(MATURIN)'; \
+	$(PY) -m pip install --quiet --upgrade 'pip>=25.1' '$(MATURIN)'; \
 	echo "$$wanted" >$(VENV)/.made-for; \
 	touch $@
 
@@ -167,8 +167,8 @@ $(WHEEL): $(VENV)/pyvenv.cfg $(SOURCES)
 	$(VENV)/bin/maturin build --release --interpreter $(PY) --out $(DIST)
 	@touch $@
 
-# The first line brings in a wheel whose version has not changed, the second what its extra needs.
+# The first line brings in a wheel whose version has not changed, the second what its extra or group needs.
 $(VENV)/.lab $(VENV)/.yardsticks $(VENV)/.fuzz $(VENV)/.audit $(VENV)/.dev: $(WHEEL)
 	$(PY) -m pip install --quiet --force-reinstall --no-deps $(DIST)/popsteer-*.whl
-	$(PY) -m pip install --quiet "$$(echo $(DIST)/popsteer-*.whl)[$(patsubst .%,%,$(@F))]"
+	$(PY) -m pip install --quiet $(if $(filter .lab,$(@F)),"$$(echo $(DIST)/popsteer-*.whl)[lab]",$(DIST)/popsteer-*.whl --group $(patsubst .%,%,$(@F)))
 	@touch $@

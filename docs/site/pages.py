@@ -67,7 +67,7 @@ def api_page(module: str) -> str:
     try:
         exported = importlib.import_module(module).__all__
     except ImportError as missing:  # an adapter whose extra is not installed
-        return f"# {module}\n\nThis page needs `{missing.name}` where the site is built.\n"
+        return f"# {module}\n\nNot made where the site was built: `{missing}`.\n"
     lines = [f"# {module}", "", f"::: {module}"]
     lines += ["    options:", "      show_root_heading: false", "      show_root_toc_entry: false"]
     lines += ["      members: false"]

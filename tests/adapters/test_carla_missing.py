@@ -32,7 +32,7 @@ def run(code: str) -> subprocess.CompletedProcess[str]:
 def test_entry_names_the_extra_that_is_missing(call: str) -> None:
     ended = run(call)
     assert ended.returncode == 1
-    assert ended.stderr.splitlines()[-1] == f"popsteer.errors.PopsteerError: {MESSAGE}"
+    assert ended.stderr.splitlines()[-1] == f"popsteer.extras.MissingExtra: {MESSAGE}"
 
 
 def test_adapter_is_imported_without_the_client() -> None:

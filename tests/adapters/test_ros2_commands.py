@@ -25,24 +25,6 @@ def _without(missing: str, code: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize(
-    ("missing", "arguments"),
-    [
-        ("cyclonedds", ["ros2", "--vehicle", "paper"]),
-        ("rosbags", ["ros2", "--vehicle", "paper", "--record", "FILE"]),
-        ("cyclonedds", ["record", "FILE"]),
-        ("rosbags", ["simulate", "--track", "straight", "--record", "FILE"]),
-    ],
-)
-def test_command_without_the_extra_names_it(
-    tmp_path: Path, missing: str, arguments: list[str]
-) -> None:
-    given = [str(tmp_path / "new.mcap") if each == "FILE" else each for each in arguments]
-    ended = _without(missing, f"from popsteer.cli import main\nmain({given!r})")
-    assert (ended.returncode, ended.stderr) == (2, f"popsteer: {MESSAGE}\n")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_each_entry_names_the_extra_that_is_missing() -> None:
     code = """
 import popsteer

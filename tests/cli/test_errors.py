@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 import time
 from typing import TYPE_CHECKING
 
@@ -155,27 +154,6 @@ def test_installed_command_with_wrong_use_exits_2_without_traceback() -> None:
         "popsteer: unknown controller 'foo'; known: pid, pure-pursuit, stanley, pop, "
         "preview-pop, mpc\n"
     )
-
-
-@pytest.mark.parametrize("missing", ["typer", "rich", "matplotlib"])
-def test_command_without_the_extra_names_it(tmp_path: Path, missing: str) -> None:
-    code = f"""
-import sys
-class Blocked:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == {missing!r}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
-sys.meta_path.insert(0, Blocked())
-import popsteer, popsteer.sim, popsteer.lab, popsteer.presets
-from popsteer.cli import main
-main(["compare", "--track", "straight", "--out", {str(tmp_path / "out")!r}])
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert done.stderr == (
-        'popsteer: the command line needs the extra "lab": pip install "popsteer[lab]"\n'
-    )
-    assert not (tmp_path / "out").exists()
 
 
 def test_interrupt_while_driving_exits_130_and_writes_nothing(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -150,7 +149,3 @@ def test_plan_of_a_path_too_short_or_without_an_extra_says_so(
     outcome = command.call(capsys, "plan", str(tmp_path / "short.csv"))
     assert (outcome.status, outcome.out) == (2, "")
     assert "too short to start and stop" in outcome.err
-    monkeypatch.setitem(sys.modules, "scipy", None)
-    outcome = command.call(capsys, "plan", str(waypoints), "--smooth", "0.1")
-    assert outcome.status == 2
-    assert 'smoothing needs the extra "plan"' in outcome.err

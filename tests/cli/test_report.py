@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import dataclasses
 import io
 import re
@@ -250,26 +249,6 @@ def test_report_that_cannot_be_written_is_refused_before_the_work(
         assert outcome.err == f"popsteer: {said}\n"
     left = {file.name for file in tmp_path.iterdir()}
     assert left == {"car.toml", "drive.csv", "folder.html"}
-
-
-@pytest.mark.usefixtures("_parked")
-def test_report_without_plotly_names_the_extra_before_the_work(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    real = builtins.__import__
-
-    def absent(name: str, *rest: Any, **more: Any) -> Any:
-        if name.partition(".")[0] == "plotly":
-            raise ModuleNotFoundError("No module named 'plotly'", name="plotly")
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", absent)
-    outcome = command.call(capsys, *DRIVEN["compare"], "--report", str(tmp_path / "page.html"))
-    assert (outcome.status, outcome.out) == (2, "")
-    assert outcome.err == (
-        'popsteer: the command line needs the extra "lab": pip install "popsteer[lab]"\n'
-    )
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_report_of_a_repeated_run_is_that_run(

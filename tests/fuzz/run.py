@@ -126,7 +126,7 @@ def program(target: str) -> list[str]:
     if target != CSV:
         return core_program(target)
     if importlib.util.find_spec("atheris") is None:
-        raise Missing("atheris is not installed: pip install 'popsteer[fuzz]'")
+        raise Missing("atheris is not installed: pip install --group fuzz")
     return [sys.executable, str(HERE / "csv_reader.py")]
 
 

@@ -18,7 +18,7 @@ PACKAGE = ROOT / "python" / "popsteer"
 # parts of one layer do not know each other.
 LAYERS = (
     ("_core", "errors"),
-    ("ranges",),
+    ("ranges", "extras"),
     (
         "status",
         "files",

@@ -10,7 +10,7 @@ import pytest
 from tests.helpers import ROOT
 from tests.meta.test_tree import _version
 
-yaml = pytest.importorskip("yaml", reason='the extra "site", which reads YAML, is not installed')
+yaml = pytest.importorskip("yaml", reason='the group "site", which reads YAML, is not installed')
 
 FORGE = ROOT / ".github"
 WORKFLOWS = sorted((FORGE / "workflows").glob("*.yml"))

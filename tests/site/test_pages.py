@@ -99,7 +99,7 @@ def test_table_of_the_paper_is_driven() -> None:
 
 
 def test_staged_page_leads_to_the_places_of_the_site() -> None:
-    pytest.importorskip("latex2mathml", reason='the extra "site" is not installed')
+    pytest.importorskip("latex2mathml", reason='the group "site" is not installed')
     code = "```\n[f](b.md) $1$\n```\n"
     text = f"# A\n\n[b.md](b.md#c), [`x`](../y.py), [d](#a), `[e](b.md)`, $x_1$\n\n{code}"
     staged = forge.staged(text, "docs/a.md", {"docs/b.md": "b.md"}.get, {"b.md": "Title"})

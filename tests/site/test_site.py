@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 for extra in ("zensical", "mkdocstrings", "latex2mathml"):
-    pytest.importorskip(extra, reason='the extra "site" is not installed')
+    pytest.importorskip(extra, reason='the group "site" is not installed')
 
 # Elements that make a browser load what their attribute names.
 LOADS = {"img": "src", "script": "src", "link": "href", "source": "srcset", "iframe": "src"}

@@ -118,7 +118,7 @@ def test_bad_tolerance_and_missing_extra_are_named(monkeypatch: pytest.MonkeyPat
     with pytest.raises(ConfigError, match="spacing must be in"):
         smooth(xy, 0.1, spacing=0.0)
     monkeypatch.setitem(sys.modules, "scipy", None)
-    with pytest.raises(PopsteerError, match='smoothing needs the extra "plan"'):
+    with pytest.raises(PopsteerError, match='smoothing needs the extra "lab"'):
         smooth(xy, 0.1)
-    with pytest.raises(PopsteerError, match='a limit of the jerk needs the extra "plan"'):
+    with pytest.raises(PopsteerError, match='a limit of the jerk needs the extra "lab"'):
         speed_profile(Path(xy), SpeedLimits(max_jerk=1.0))

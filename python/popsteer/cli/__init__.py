@@ -1,4 +1,4 @@
-"""The command ``popsteer``. It needs the extra ``lab``; ``main`` says so where it is missing."""
+"""The command ``popsteer``. ``main`` names the extra that a command lacks."""
 
 from popsteer.cli.entry import main
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from popsteer.errors import PopsteerError
+from popsteer.extras import MODULES, MissingExtra, missing, require
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +22,16 @@ REFUSED = 2
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as a shell has it."""
 
-_LAB = ("matplotlib", "plotly", "rich", "typer")
+_TYPED = ("rich", "typer")  # enough for help and for what only prints
+_PRINTING = ("new", "tracks")
+_OF_ROS2 = ("ros2", "record")
+# What else a command line may need, by words in it.
+_ALSO = {
+    "dask": r"--dask\b",
+    "mpc": r"\bmpc\b",
+    "parquet": r"\.parquet\b",
+    "plants": r"\b(commonroad|mujoco)-",
+}
 _NOW = {
     "--laws": "--controllers",
     "dead-time": "delay",
@@ -51,13 +61,14 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     SystemExit: 2
     """
     _set_up_streams()
+    given = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        status = _run(arguments)
+        try:
+            _check_extras(given)
+            status = _run(given)
+        except MissingExtra as error:
+            raise _with_all_extras(error, given) from None
         sys.stdout.flush()
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in _LAB:
-            raise
-        status = _refuse('the command line needs the extra "lab": pip install "popsteer[lab]"')
     except PopsteerError as error:
         status = _refuse(str(error))
     except BrokenPipeError:
@@ -87,7 +98,29 @@ def _set_up_streams() -> None:
             stream.reconfigure(errors="replace")
 
 
-def _run(arguments: Sequence[str] | None) -> int:
+def _command(given: Sequence[str]) -> str:
+    """Name the command of a command line; empty where there is none."""
+    return next((each for each in given if not each.startswith("-")), "")
+
+
+def _check_extras(given: Sequence[str]) -> None:
+    """Refuse a command whose extra is missing, before any of its work."""
+    command = _command(given)
+    extra = "ros2" if command in _OF_ROS2 else "lab"
+    printing = command in ("", *_PRINTING) or not {"--help", "-h"}.isdisjoint(given)
+    require(command or "the command line", extra, *(_TYPED if printing else ()))
+
+
+def _with_all_extras(error: MissingExtra, given: Sequence[str]) -> MissingExtra:
+    """Name at once all extras that the command line needs and that are missing."""
+    command, line = _command(given), " ".join(given)
+    needed = {"ros2" if command in _OF_ROS2 else "lab"}
+    needed |= {extra for extra, word in _ALSO.items() if re.search(word, line)}
+    absent = {extra for extra in needed if missing(*MODULES[extra])}
+    return MissingExtra(error.what, *sorted({*error.extras, *absent}))
+
+
+def _run(given: list[str]) -> int:
     """Run the command line; errors of its use come back as a status, all others as they are."""
     import typer
 
@@ -98,7 +131,6 @@ def _run(arguments: Sequence[str] | None) -> int:
         kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
     )
     command = typer.main.get_command(app)
-    given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         # A report tells the command that made it.
         status = command.main(args=given, prog_name="popsteer", standalone_mode=False, obj=given)

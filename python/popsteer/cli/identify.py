@@ -30,7 +30,7 @@ command or steering report). steer is the angle of the front wheels that was com
 Prints the estimates with their standard errors, and notes on what the log does not show. Two
 minutes of bends to both sides at several speeds, steered briskly, show everything. Give what a tape
 measure and the manual say by --vehicle or --set-vehicle; otherwise the position of the axles is
-estimated from the motion of the car. Needs the extra "identify", and for bags "logs".
+estimated from the motion of the car.
 
 \b
 Examples:

@@ -111,8 +111,7 @@ Record: TypeAlias = Annotated[
     Path | None,
     optional(
         "FILE.mcap",
-        "Write the messages of ROS 2 as MCAP, which Foxglove, Rerun and popsteer identify"
-        " read; needs the extra 'ros2'.",
+        "Write the messages of ROS 2 as MCAP, which Foxglove, Rerun and popsteer identify read.",
     ),
 ]
 Seed: TypeAlias = Annotated[

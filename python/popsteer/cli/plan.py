@@ -89,8 +89,7 @@ def plan(
         float | None,
         options.optional(
             "METRES",
-            "First make a smooth path of recorded waypoints, at most this far from them;"
-            " needs the extra 'plan'.",
+            "First make a smooth path of recorded waypoints, at most this far from them.",
         ),
     ] = None,
     out: Annotated[

@@ -18,8 +18,8 @@ _KINDS = (".html", ".htm")
 def check(file: Path | None) -> None:
     """Refuse a page that cannot be written, before the work that it is to show.
 
-    Raises ConfigError where it is no HTML file by its name, ModuleNotFoundError where Plotly is not
-    installed, and OSError where the file cannot be written.
+    Raises ConfigError where it is no HTML file by its name, and OSError where the file cannot be
+    written.
 
     Examples
     --------
@@ -31,8 +31,6 @@ def check(file: Path | None) -> None:
         return
     if file.suffix.lower() not in _KINDS:
         raise ConfigError("--report", str(file), "a file *.html")
-    import plotly  # noqa: F401 - missed now rather than after the runs
-
     check_files([file])
 
 

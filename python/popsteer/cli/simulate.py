@@ -159,9 +159,6 @@ def simulate(
 def _check_record(file: FilePath | None) -> None:
     """Refuse a file that could not be written, before anything is driven."""
     if file is not None:
-        from popsteer.adapters.ros2.messages import store
-
-        store()  # names the extra where it is missing
         if file.suffix != ".mcap":
             raise ConfigError("--record", str(file), "a file *.mcap")
         check_files([file])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer._core import Vehicle
-from popsteer.errors import PopsteerError
+from popsteer.extras import require
 from popsteer.identification.apart import error_of, unsure
 from popsteer.identification.checks import first_length, refuse_units
 from popsteer.identification.drive import prepare
@@ -73,7 +73,7 @@ def identify(
         The log is too short or too straight, or the car does not turn as its wheels do: a sign or
         a unit is wrong.
     PopsteerError
-        The extra ``identify`` is not installed.
+        The extra ``lab`` is not installed.
 
     Examples
     --------
@@ -88,12 +88,7 @@ def identify(
     >>> round(found.vehicle.wheelbase, 1), abs(found.vehicle.steer_offset) < 1e-3
     (2.7, True)
     """
-    try:
-        import scipy.optimize  # noqa: F401 - asked for here, so that the error names the extra
-    except ModuleNotFoundError as error:
-        raise PopsteerError(
-            'identifying a vehicle needs the extra "identify": pip install "popsteer[identify]"'
-        ) from error
+    require("identifying a vehicle", "lab", "scipy")
     from popsteer.identification.point import fit_point
 
     refuse_units(log)

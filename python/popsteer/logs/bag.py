@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer.errors import PopsteerError
+from popsteer.extras import require
 from popsteer.logs.log import Log, LogError
 from popsteer.logs.messages import ODOMETRY, STEERING, Steering, typestore
 from popsteer.logs.units import factor
@@ -61,14 +61,11 @@ def read_bag(
     LogError
         The file cannot be read, or has no such topic.
     PopsteerError
-        The extra ``logs`` is not installed.
+        The extra ``lab`` is not installed.
     """
-    try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
-    except ModuleNotFoundError as error:
-        raise PopsteerError(
-            'bags and MCAP files need the extra "logs": pip install "popsteer[logs]"'
-        ) from error
+    require("a bag or an MCAP file", "lab", "rosbags")
+    from rosbags.highlevel import AnyReader, AnyReaderError
+
     path, asked = Path(file), dict(topics or {})
     factors = {key: factor(key, unit) for key, unit in (units or {}).items()}
     if unknown := [key for key in asked if key not in ("odometry", "steer")]:

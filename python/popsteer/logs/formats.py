@@ -53,7 +53,7 @@ def read(
     LogError
         The file cannot be read, or lacks a column or a topic.
     PopsteerError
-        It is a bag, and the extra ``logs`` is not installed.
+        It is a bag, and the extra ``lab`` is not installed.
     """
     path = Path(file)
     if path.is_dir() or path.suffix.lower() in _BAGS:

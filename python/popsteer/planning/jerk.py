@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from popsteer.errors import PopsteerError
+from popsteer.extras import require
 from popsteer.planning.profile import LIMITS
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = ["scipy_extra", "within_jerk"]
+__all__ = ["within_jerk"]
 
 # Each program may exceed the squares of the speeds of the one before by this much.
 _GROWTH = 1.2
@@ -60,9 +61,9 @@ def within_jerk(
     Raises
     ------
     PopsteerError
-        The extra ``plan`` is not installed.
+        The extra ``lab`` is not installed.
     """
-    scipy_extra("a limit of the jerk")
+    require("a limit of the jerk", "lab", "scipy")
     from scipy import sparse
     from scipy.optimize import linprog
 
@@ -104,22 +105,6 @@ def within_jerk(
         most = np.minimum(squared, _GROWTH * result)
     lowered = result < _SLIGHTLY * squared
     return np.sqrt(result), np.where(lowered, np.uint8(LIMITS.index("jerk")), limit)
-
-
-def scipy_extra(what: str) -> None:
-    """Raise where scipy is missing.
-
-    Raises
-    ------
-    PopsteerError
-        Naming the extra that brings it.
-    """
-    try:
-        import scipy  # noqa: F401
-    except ModuleNotFoundError:
-        raise PopsteerError(
-            f'{what} needs the extra "plan": pip install "popsteer[plan]"'
-        ) from None
 
 
 def _ends(

@@ -64,7 +64,7 @@ class SpeedLimits(Parameters):
         Largest speed at its last waypoint [m/s].
     max_jerk : float, optional
         Largest change of the acceleration along the path [m/s³]; no limit by default. It needs the
-        extra ``plan``.
+        extra ``lab``.
     smoothing_length : float, optional
         Length over which the curvature is smoothed [m]; 2/3 of the wheelbase by default.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from popsteer._core import Path
 from popsteer.errors import PathError
-from popsteer.planning.jerk import scipy_extra
+from popsteer.extras import require
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def smooth(
     PathError
         Fewer than six waypoints are left of a section, or they run back farther than noise does.
     PopsteerError
-        The extra ``plan`` is not installed.
+        The extra ``lab`` is not installed.
 
     Notes
     -----
@@ -93,7 +93,7 @@ def smooth(
     check_in_range("tolerance", tolerance, 1e-3, 10.0)
     if spacing is not None:
         check_in_range("spacing", spacing, 0.01, 100.0)
-    scipy_extra("smoothing")
+    require("smoothing", "lab", "scipy")
     if not isinstance(path, Path):
         xy = np.asarray(path, dtype=np.float64)
         if xy.ndim != 2 or xy.shape[1] != 2 or not np.isfinite(xy).all():

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, Protocol
 
-from popsteer.errors import ConfigError, PopsteerError
+from popsteer.errors import ConfigError
+from popsteer.extras import require
 from popsteer.plants.protocol import PythonPlant
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ _MODELS = ("st", "std", "mb")
 _VEHICLES = (1, 2, 3)
 _MUJOCO = "mujoco-car"
 _COMMONROAD = re.compile(r"commonroad-(st|std|mb)-([123])")
-# What the extra installs, by the names that Python imports it under.
-_MODULES = ("vehiclemodels", "omegaconf", "mujoco")
 
 
 class Configurable(PythonPlant, Protocol):
@@ -81,17 +80,11 @@ commonroad-mb-1, commonroad-mb-2, commonroad-mb-3, mujoco-car
     """
     if name not in names():
         raise ConfigError.unknown("plant", name, names())
-    try:
-        if found := _COMMONROAD.fullmatch(name):
-            from popsteer.plants.commonroad import CommonRoad
+    require(f"plant {name}", "plants")
+    if found := _COMMONROAD.fullmatch(name):
+        from popsteer.plants.commonroad import CommonRoad
 
-            return CommonRoad(found[1], int(found[2]))
-        from popsteer.plants.mujoco_car import MujocoCar
+        return CommonRoad(found[1], int(found[2]))
+    from popsteer.plants.mujoco_car import MujocoCar
 
-        return MujocoCar()
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in _MODULES:
-            raise
-        raise PopsteerError(
-            f'plant {name} needs the extra "plants": pip install "popsteer[plants]"'
-        ) from error
+    return MujocoCar()

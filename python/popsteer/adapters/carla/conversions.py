@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer import Path
 from popsteer.errors import PopsteerError
+from popsteer.extras import require
 from popsteer.ranges import check_in_range
 
 if TYPE_CHECKING:
@@ -64,14 +65,9 @@ def client_library() -> Any:  # noqa: ANN401 - the module, which is partly typed
     >>> client_library().__name__
     'carla'
     """
-    try:
-        import carla
-    except ModuleNotFoundError as error:
-        if error.name != "carla":
-            raise
-        raise PopsteerError(
-            'CARLA\'s client needs the extra "carla": pip install "popsteer[carla]"'
-        ) from error
+    require("CARLA's client", "carla")
+    import carla
+
     return carla
 
 

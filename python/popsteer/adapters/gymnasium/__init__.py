@@ -26,10 +26,9 @@ try:
 except ModuleNotFoundError as error:
     if error.name != "gymnasium":
         raise
-    raise ModuleNotFoundError(
-        'popsteer.adapters.gymnasium needs Gymnasium, the extra "gym": pip install "popsteer[gym]"',
-        name="gymnasium",
-    ) from error
+    from popsteer.extras import MissingExtra
+
+    raise MissingExtra("popsteer.adapters.gymnasium", "gym") from error
 
 from popsteer.adapters.gymnasium.env import TrackEnv
 from popsteer.adapters.gymnasium.task import RewardWeights

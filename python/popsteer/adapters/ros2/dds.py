@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from popsteer.adapters.ros2.idl import wire_type
-from popsteer.adapters.ros2.messages import MISSING
 from popsteer.errors import ConfigError, PopsteerError
+from popsteer.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -109,15 +110,14 @@ class Participant:
     """
 
     def __init__(self, domain: int | None = None, *, local: bool | None = None) -> None:
-        try:
-            from cyclonedds.core import DDSException
-            from cyclonedds.domain import Domain, DomainParticipant
-        except ModuleNotFoundError as error:
-            raise PopsteerError(MISSING) from error
+        require("ROS 2", "ros2", "cyclonedds", "rosbags")
+        from cyclonedds.core import DDSException
+        from cyclonedds.domain import Domain, DomainParticipant
+
         self.domain = domain_of(domain)
         self._topics: dict[tuple[str, str], Any] = {}
         if (is_local() if local is None else local) and self.domain not in _CONFIGURED:
-            loopback = "lo0" if os.uname().sysname == "Darwin" else "lo"
+            loopback = "lo0" if sys.platform == "darwin" else "lo"
             with suppress(DDSException):  # where this process is in the domain already
                 _CONFIGURED[self.domain] = Domain(self.domain, _LOCAL.format(name=loopback))
         try:

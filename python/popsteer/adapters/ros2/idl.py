@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from popsteer.adapters.ros2.messages import MISSING, store
-from popsteer.errors import PopsteerError
+from popsteer.adapters.ros2.messages import store
+from popsteer.extras import require
 
 __all__ = ["idl_type", "wire_type"]
 
@@ -86,10 +86,9 @@ def wire_type(name: str) -> Any:  # noqa: ANN401
 
 
 def _made(name: str) -> Any:  # noqa: ANN401
-    try:
-        from cyclonedds.idl import make_idl_struct
-    except ModuleNotFoundError as error:
-        raise PopsteerError(MISSING) from error
+    require("ROS 2", "ros2", "cyclonedds")
+    from cyclonedds.idl import make_idl_struct
+
     package, _, kind = name.partition("/msg/")
     fields = {field: _field(*of) for field, of in store().get_msgdef(name).fields}
     return make_idl_struct(f"{kind}_", f"{package}.msg.dds_.{kind}_", fields)

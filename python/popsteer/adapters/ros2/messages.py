@@ -6,14 +6,13 @@ from functools import lru_cache
 from typing import Any
 
 from popsteer import logs
-from popsteer.errors import PopsteerError
+from popsteer.extras import require
 
 __all__ = [
     "ACKERMANN",
     "CLOCK",
     "CONTROL",
     "DIAGNOSTICS",
-    "MISSING",
     "ODOMETRY",
     "PATH",
     "TRAJECTORY",
@@ -40,8 +39,6 @@ CLOCK = "rosgraph_msgs/msg/Clock"
 """The time of a simulation."""
 TYPES = (ODOMETRY, PATH, TRAJECTORY, ACKERMANN, CONTROL, DIAGNOSTICS, CLOCK)
 """Every type that the node receives or sends."""
-MISSING = 'ROS 2 needs the extra "ros2": pip install "popsteer[ros2]"'
-"""What is said where the extra is missing."""
 
 # Those that neither rosbags nor `popsteer.logs` brings.
 _DEFINITIONS = {
@@ -65,10 +62,9 @@ def store() -> Any:  # noqa: ANN401 - rosbags is an extra
 
     Raises PopsteerError where the extra ``ros2`` is not installed.
     """
-    try:
-        from rosbags.typesys import get_types_from_msg
-    except ModuleNotFoundError as error:
-        raise PopsteerError(MISSING) from error
+    require("ROS 2", "ros2", "rosbags")
+    from rosbags.typesys import get_types_from_msg
+
     found = logs.messages.typestore()
     for name, text in _DEFINITIONS.items():
         found.register(get_types_from_msg(text, name))

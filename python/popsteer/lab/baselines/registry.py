@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.errors import ConfigError, PopsteerError
+from popsteer.errors import ConfigError
+from popsteer.extras import require
 from popsteer.lab.baselines.mpc_params import MpcParams
 
 if TYPE_CHECKING:
@@ -14,9 +15,6 @@ if TYPE_CHECKING:
     from popsteer.sim.steering import OwnSimpleController
 
 __all__ = ["Baseline", "get", "names"]
-
-# What the extra installs, by the names that Python imports it under.
-_MODULES = ("osqp", "scipy")
 
 
 class Baseline(NamedTuple):
@@ -35,14 +33,9 @@ class Baseline(NamedTuple):
 def _mpc(
     path: Path, vehicle: Vehicle | None = None, params: MpcParams | None = None
 ) -> OwnSimpleController:
-    try:
-        from popsteer.lab.baselines.mpc import Mpc
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in _MODULES:
-            raise
-        raise PopsteerError(
-            'controller mpc needs the extra "mpc": pip install "popsteer[mpc]"'
-        ) from error
+    require("controller mpc", "mpc")
+    from popsteer.lab.baselines.mpc import Mpc
+
     return Mpc(path, vehicle, params)
 
 

@@ -2,7 +2,7 @@
 
 `latency` measures, `states` holds the drive that the controllers are shown, `calls` the calls that
 are timed, `yardsticks` those from outside; `report` is what comes of it, `table` its table.
-Measuring needs numpy alone, the table the extra ``lab``, the yardsticks an extra of their own.
+Measuring needs numpy alone, the table the extra ``lab``, the yardsticks numba and osqp.
 """
 
 from popsteer.lab.bench.latency import measure, run

@@ -1,8 +1,8 @@
 """The yardsticks from outside: what others' tools take for the same step.
 
 POP's step compiled by numba, and a linear model-predictive controller on osqp. They are files of
-the checkout's ``benches/yardsticks``, no part of the package, and need the extra ``yardsticks``;
-what is not at hand is left out, with its reason.
+the checkout's ``benches/yardsticks``, no part of the package, and need numba, osqp and scipy; what
+is not at hand is left out, with its reason.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = ["ROWS", "Yardsticks", "at_hand"]
 
 # Of the working directory, if that is the checkout.
 _FOLDER = Path("benches", "yardsticks")
-_NO_EXTRA = "not installed: pip install popsteer[yardsticks]"
+_NO_EXTRA = "not installed: pip install numba osqp scipy"
 _NO_FOLDER = "not at hand: run in a checkout, or name its benches/yardsticks with --yardsticks"
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer._core import CarlaIdentified, KinematicBicycle, Noise
-from popsteer.errors import ConfigError, PopsteerError
+from popsteer.errors import ConfigError
+from popsteer.extras import require
 from popsteer.sim import default_start
 
 if TYPE_CHECKING:
@@ -101,12 +102,9 @@ def draws(vary: Mapping[str, Distribution], runs: int, seed: int) -> dict[str, N
     """
     if not vary:
         return {}
-    try:
-        from scipy.stats import qmc
-    except ModuleNotFoundError as error:
-        raise PopsteerError(
-            'draws of a Latin hypercube need scipy: pip install "popsteer[sweep]"'
-        ) from error
+    require("a Latin hypercube", "lab", "scipy")
+    from scipy.stats import qmc
+
     # One generator for all quantities: adding one changes the draws of the others.
     cube = qmc.LatinHypercube(len(vary), rng=np.random.default_rng(seed)).random(runs)
     return {

@@ -9,6 +9,7 @@ import os
 from typing import IO, TYPE_CHECKING, Any
 
 from popsteer.errors import ConfigError, PopsteerError
+from popsteer.extras import require
 from popsteer.files import write_bytes_atomic
 from popsteer.lab.sweep.job import Job, from_text
 
@@ -261,11 +262,8 @@ def check_same(file: Path, other: Job, job: Job) -> None:
 
 
 def _pyarrow() -> tuple[Any, Any]:
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ModuleNotFoundError as error:
-        raise PopsteerError(
-            'Parquet needs the extra "sweep": pip install "popsteer[sweep]"'
-        ) from error
+    require("Parquet", "parquet")
+    import pyarrow as pa
+    from pyarrow import parquet
+
     return pa, parquet

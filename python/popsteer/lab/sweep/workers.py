@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from popsteer._core import __version__
 from popsteer.errors import ConfigError, PopsteerError
+from popsteer.extras import require
 from popsteer.lab.sweep.driving import drive, drive_text
 
 if TYPE_CHECKING:
@@ -99,13 +100,10 @@ def on_dask(
     called with the number of runs that are done. Raises PopsteerError where the scheduler does not
     answer, its workers have another version of popsteer or none, or the extra is missing.
     """
-    try:
-        import dask
-        from distributed import Client, as_completed
-    except ModuleNotFoundError as error:
-        raise PopsteerError(
-            '--dask needs the extra "dask": pip install "popsteer[dask]"'
-        ) from error
+    require("--dask", "dask")
+    import dask
+    from distributed import Client, as_completed
+
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     # A task is given up only after many workers have died with it.
     dask.config.set({"distributed.scheduler.allowed-failures": 20})

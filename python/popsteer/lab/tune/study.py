@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from popsteer.errors import ConfigError, PopsteerError
+from popsteer.extras import require
 from popsteer.ranges import check_count, check_in_range
 
 if TYPE_CHECKING:
@@ -333,10 +334,7 @@ def _complete(study: Any) -> list[Any]:  # noqa: ANN401
 
 
 def _optuna() -> Any:  # noqa: ANN401
-    try:
-        import optuna
-    except ModuleNotFoundError as error:
-        raise PopsteerError(
-            'tuning needs the extra "tune": pip install "popsteer[tune]"'
-        ) from error
+    require("tuning", "lab", "optuna")
+    import optuna
+
     return optuna

@@ -1,0 +1,99 @@
+"""What needs an extra, and the one line that installs what is missing."""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+
+from popsteer.errors import PopsteerError
+
+__all__ = ["MODULES", "MissingExtra", "missing", "require"]
+
+MODULES = {
+    "lab": ("filelock", "matplotlib", "optuna", "plotly", "rich", "rosbags", "scipy", "typer"),
+    "ros2": ("cyclonedds", "rich", "rosbags", "typer"),
+    "carla": ("carla",),
+    "gym": ("gymnasium",),
+    "plants": ("mujoco", "vehiclemodels"),
+    "mpc": ("osqp", "scipy"),
+    "dask": ("distributed",),
+    "parquet": ("pyarrow",),
+}
+"""What each extra brings, by the names that Python imports it under."""
+
+
+class MissingExtra(PopsteerError, ModuleNotFoundError):  # noqa: N818 - as ModuleNotFoundError is
+    """Packages of an extra are not installed.
+
+    Parameters
+    ----------
+    what : str
+        What needs them.
+    *extras : str
+        The extras that bring them.
+
+    Attributes
+    ----------
+    what, extras
+        The arguments, as given.
+
+    Examples
+    --------
+    >>> raise MissingExtra("sweep", "dask", "lab")
+    Traceback (most recent call last):
+    popsteer.extras.MissingExtra: sweep needs the extras "dask", "lab": \
+pip install "popsteer[dask,lab]"
+    """
+
+    def __init__(self, what: str, *extras: str) -> None:
+        named = ", ".join(f'"{each}"' for each in extras)
+        plural = "s" if len(extras) > 1 else ""
+        line = f'pip install "popsteer[{",".join(extras)}]"'
+        super().__init__(f"{what} needs the extra{plural} {named}: {line}")
+        self.what = what
+        self.extras = extras
+
+
+def missing(*modules: str) -> bool:
+    """Whether one of some modules is not installed; none is imported to see.
+
+    Examples
+    --------
+    >>> missing("numpy"), missing("numpy", "no_such_module")
+    (False, True)
+    """
+    return not all(map(_is_found, modules))
+
+
+def _is_found(module: str) -> bool:
+    if module in sys.modules:
+        return sys.modules[module] is not None
+    try:
+        return find_spec(module) is not None
+    except ImportError:
+        return False
+
+
+def require(what: str, extra: str, *modules: str) -> None:
+    """Refuse work that needs an extra which is not installed.
+
+    Parameters
+    ----------
+    what : str
+        What is refused.
+    extra : str
+        The extra.
+    *modules : str
+        Those of its modules that are needed; all by default.
+
+    Raises
+    ------
+    MissingExtra
+        One of them is missing.
+
+    Examples
+    --------
+    >>> require("an array", "lab", "numpy")
+    """
+    if missing(*(modules or MODULES[extra])):
+        raise MissingExtra(what, extra)
