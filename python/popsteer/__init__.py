@@ -12,6 +12,8 @@ vehicle's point, wherever it is measured; each controller finds the point it tra
 >>> command = controller.step(0.0, 0.5, 0.0, 5.0, 0.05)
 >>> command.steer < 0.0  # left of the path: steer right
 True
+>>> popsteer.sim.run(controller).metrics.finished
+True
 
 "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal Predictive
 Control Algorithm for Path Tracking of Self-Driving Cars*.
@@ -24,7 +26,8 @@ and `popsteer.reference` (the same controllers in plain Python). To look at: `po
 (comparisons, margins, benchmarks, their tables and figures).
 """
 
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 from popsteer import _core, paper, planning, vehicles
 from popsteer._core import (
@@ -72,6 +75,16 @@ from popsteer.signatures import spell_out
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from popsteer import adapters as adapters
+    from popsteer import controllers as controllers
+    from popsteer import identification as identification
+    from popsteer import lab as lab
+    from popsteer import logs as logs
+    from popsteer import plants as plants
+    from popsteer import presets as presets
+    from popsteer import reference as reference
+    from popsteer import sim as sim
+    from popsteer import tracks as tracks
     from popsteer.identification import identify
 
 __all__ = [
@@ -128,10 +141,22 @@ spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Sett
 add_load_and_save(PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams)
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401 - what an attribute is depends on its name
-    # Loaded where it is used: what drives a car needs none of it.
-    if name == "identify":
-        from popsteer.identification import identify
+# Loaded where they are used: what drives a car needs none of them.
+_LAZY = (
+    *("adapters", "controllers", "identification", "lab", "logs", "plants", "presets"),
+    *("reference", "sim", "tracks"),
+)
 
-        return identify
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+# Hidden from type checkers, which would take any name for one of popsteer.
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        if name == "identify":
+            return import_module("popsteer.identification").identify
+        if name in _LAZY:
+            return import_module(f"popsteer.{name}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_LAZY})

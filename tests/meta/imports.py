@@ -117,7 +117,10 @@ def python_graph(package: Sources) -> Graph:
                     target = f"{node.module}.{alias.name}"
                     if is_package and target.startswith(f"{module}."):
                         passed_on[f"{module}.{alias.asname or alias.name}"] = target
-                    used[module].append(target)
+                    # `import a as a` passes a name on, to type checkers alone: `popsteer` loads
+                    # its modules when they are asked for.
+                    if alias.asname != alias.name:
+                        used[module].append(target)
     return _resolved(used, passed_on)
 
 

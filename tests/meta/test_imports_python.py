@@ -68,6 +68,8 @@ def _imports(source: str, modules: Mapping[str, str]) -> Iterator[str]:
             yield from (name.name for name in node.names if name.name.startswith("popsteer"))
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("popsteer"):
             for name in node.names:
+                if name.name == name.asname:
+                    continue  # passed on, to type checkers alone: `popsteer` loads it when asked
                 full = f"{node.module}.{name.name}"
                 yield full if full in modules else str(node.module)
 

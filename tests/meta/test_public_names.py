@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
+import subprocess
+import sys
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -47,3 +51,32 @@ def test_hidden_module_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     package: Any = importlib.import_module("popsteer.lab.compare")
     monkeypatch.setattr(package, "runs", package.run)
     assert _hidden(package) == ["runs"]
+
+
+LAZY = (
+    *("adapters", "controllers", "identification", "lab", "logs", "plants", "presets"),
+    *("reference", "sim", "tracks"),
+)
+
+
+def test_modules_are_found_by_name_and_loaded_then() -> None:
+    code = (
+        "import sys, popsteer\n"
+        "dear = [name for name in ('sim', 'lab', 'tracks') if 'popsteer.' + name in sys.modules]\n"
+        "assert not dear, dear\n"
+        f"for name in {LAZY}:\n"
+        "    assert name in dir(popsteer)\n"
+        "    assert getattr(popsteer, name).__name__ == 'popsteer.' + name\n"
+        "try:\n"
+        "    popsteer.simulation\n"
+        "except AttributeError as error:\n"
+        "    print(error)\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert ran.stdout == "module 'popsteer' has no attribute 'simulation'\n"
+
+
+def test_modules_that_are_loaded_late_are_known_to_type_checkers() -> None:
+    source = Path(popsteer.__file__).read_text(encoding="utf-8")
+    known = re.findall(r"^    from popsteer import (\w+) as \1$", source, re.MULTILINE)
+    assert tuple(known) == LAZY
