@@ -3,7 +3,7 @@
 The car is one that nobody has measured: it turns by another wheelbase than its own, its steering
 has 1 degree of offset, a lag and a dead time, and its poses and speeds have noise.
 
-    python examples/recorded_drive.py FOLDER SECONDS    # needs popsteer[logs]
+    python examples/recorded_drive.py FOLDER SECONDS    # needs popsteer[lab]
 """
 
 from __future__ import annotations

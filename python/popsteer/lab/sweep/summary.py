@@ -54,7 +54,6 @@ UNITS = {
     "turning_wheelbase": "m",
 }
 """Units of what varies, for axes."""
-_Z = 1.959963984540054  # 97.5 % of the normal distribution
 _SHOWN = (
     (ERROR, "greatest |cross-track error| [m]"),
     ("settled_mean_abs_cross_track_error", "mean |cross-track error| [m]"),
@@ -92,11 +91,10 @@ def success_rate(successes: int, runs: int) -> Rate:
     """
     if runs == 0:
         return Rate(math.nan, 0.0, 1.0)
-    share = successes / runs
-    z2 = _Z * _Z / runs
-    middle = (share + 0.5 * z2) / (1.0 + z2)
-    half = _Z / (1.0 + z2) * math.sqrt(share * (1.0 - share) / runs + 0.25 * z2 / runs)
-    return Rate(share, max(min(middle - half, share), 0.0), min(max(middle + half, share), 1.0))
+    from scipy.stats import binomtest
+
+    ends = binomtest(successes, runs).proportion_ci(method="wilson")
+    return Rate(successes / runs, float(ends.low), float(ends.high))
 
 
 class Outcomes(NamedTuple):
@@ -182,6 +180,8 @@ def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
     failed and in those that succeeded (Kolmogorov and Smirnov), 0 to 1; 0 for all where every run
     did the same. Where none failed, the tenth of the runs with the greatest error counts as failed.
     """
+    from scipy.stats import ks_2samp
+
     good = np.array([row["success"] for row in rows], dtype=bool)
     if good.all() and len(rows) >= 10:
         errors = np.array([row[ERROR] for row in rows])
@@ -193,12 +193,7 @@ def influence(job: Job, rows: Sequence[dict[str, Any]]) -> dict[str, float]:
         values = np.array([row[name] for row in rows])
         found[name] = 0.0
         if good.any() and not good.all():
-            places = np.sort(values)
-            below = [
-                np.searchsorted(np.sort(values[part]), places, side="right") / part.sum()
-                for part in (good, ~good)
-            ]
-            found[name] = float(np.max(np.abs(below[0] - below[1])))
+            found[name] = float(ks_2samp(values[good], values[~good], method="asymp").statistic)
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
