@@ -9,6 +9,7 @@ API are made of the docstrings. A playground that was built (`out/playground`) i
 from __future__ import annotations
 
 import argparse
+import json
 import posixpath
 import shutil
 import subprocess
@@ -16,9 +17,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from docs.site import forge, pages
+from docs.site import forge, licences, pages
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -74,18 +73,14 @@ def stage(folder: Path) -> None:
             shutil.copy(figure, content / place)
     shutil.copy(HERE / "site.css", content)
 
-    configuration = yaml.safe_load((HERE / "mkdocs.yml").read_text(encoding="utf-8"))
     navigation = _chapters(content, places)
     if PLAYGROUND.is_dir():
         navigation.insert(1, {"Playground": "playground/index.html"})
     development = navigation.pop()
-    configuration["nav"] = [*navigation, {"API": _api(content)}, development]
-    configuration["docs_dir"] = "pages"
-    configuration["site_dir"] = "site"
-    python = configuration["plugins"][1]["mkdocstrings"]["handlers"]["python"]
-    python["paths"] = [str(ROOT / "python")]
-    python["options"]["extensions"] = [str(HERE / "core_docs.py")]
-    (folder / "mkdocs.yml").write_text(yaml.safe_dump(configuration, sort_keys=False))
+    chapters = [*navigation, {"API": _api(content)}, development]
+    configuration = (HERE / "mkdocs.yml").read_text(encoding="utf-8").replace("$ROOT", str(ROOT))
+    nav = f"nav: {json.dumps(chapters)}\n"  # what is JSON is YAML
+    (folder / "mkdocs.yml").write_text(configuration + nav, encoding="utf-8")
 
 
 def main() -> None:
@@ -95,6 +90,7 @@ def main() -> None:
     site: Path = parser.parse_args().site.resolve()
     folder = site.with_name(f"{site.name}.part")
     shutil.rmtree(folder, ignore_errors=True)
+    licences.main()
     stage(folder)
     built = subprocess.run(
         [sys.executable, "-m", "zensical", "build", "--strict"],

@@ -14,8 +14,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-from docs.site import licences
-
 ROOT = Path(__file__).resolve().parents[2]
 DENY = ("cargo", "deny", "--locked")
 CONFIG = ("--config", "rust/deny.toml", "check")
@@ -68,21 +66,10 @@ def packages_known_holes() -> tuple[str, str]:
     return PASSED, f"{len(checked)} of {len(found)} packages are known to it, none vulnerable"
 
 
-def listed() -> tuple[str, str]:
-    """Check that docs/licences.md has every crate and every package that is named."""
-    page = licences.PAGE.read_text(encoding="utf-8")
-    names = {*licences.asked_for(), *(name for part in licences.crates() for name in part)}
-    missing = sorted(name for name in names if f"| {name} |" not in page)
-    if missing:
-        return FAILED, f"{', '.join(missing)}: python -m docs.site.licences"
-    return PASSED, f"{len(names)} crates and packages"
-
-
 CHECKS = {
     "crates: licences, sources, versions": crates,
     "crates: known vulnerabilities": crates_known_holes,
     "packages: known vulnerabilities": packages_known_holes,
-    "docs/licences.md is complete": listed,
 }
 
 

@@ -94,7 +94,7 @@ def _maths(found: re.Match[str]) -> str:
 def staged(
     text: str, source: str, moved: Callable[[str], str | None], titles: Mapping[str, str]
 ) -> str:
-    """Prepare a page: its anchors are those of the forge, its links lead to where pages are now.
+    """Prepare a page: its links lead to where pages are now, its formulas are MathML.
 
     `moved` gives the place on the site of a file of the checkout; None where it is not there, which
     leaves the words of the link. A link whose words are the name of a file shows the page's title.
@@ -126,17 +126,6 @@ def staged(
         part = _MATHS.sub(_maths, _CODE.sub(keep, part))
         # Code within the words of a link stays: links are sought where it is away.
         part = _SOURCE.sub(resourced, _LINK.sub(relinked, part))
-        part = re.sub("\0(\\d+)\0", lambda found: kept[int(found[1])], part)
-        return "\n".join(_with_anchor(line, taken) for line in part.split("\n"))
+        return re.sub("\0(\\d+)\0", lambda found: kept[int(found[1])], part)
 
-    taken: set[str] = set()
     return "".join(part if code else prose(part) for code, part in parts(text))
-
-
-def _with_anchor(line: str, taken: set[str]) -> str:
-    heading = _HEADING.match(line)
-    if heading is None:
-        return line
-    anchor = _fresh(slug(heading[2]), taken)
-    taken.add(anchor)
-    return f"{line} {{#{anchor}}}"

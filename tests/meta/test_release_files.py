@@ -142,10 +142,3 @@ def test_issue_form_has_what_a_forge_asks_for(form: str) -> None:
     assert all(each["attributes"]["label"] for each in fields)
     assert len({each["id"] for each in fields}) == len(fields)
     assert any(each.get("validations", {}).get("required") for each in fields)
-
-
-def test_page_of_licences_has_every_package_that_is_named() -> None:
-    licences = pytest.importorskip("docs.site.licences")
-    page = (ROOT / "docs" / "licences.md").read_text(encoding="utf-8")
-    missing = [name for name in licences.asked_for() if f"| {name} |" not in page]
-    assert not missing, "python -m docs.site.licences"

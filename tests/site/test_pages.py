@@ -103,6 +103,6 @@ def test_staged_page_leads_to_the_places_of_the_site() -> None:
     code = "```\n[f](b.md) $1$\n```\n"
     text = f"# A\n\n[b.md](b.md#c), [`x`](../y.py), [d](#a), `[e](b.md)`, $x_1$\n\n{code}"
     staged = forge.staged(text, "docs/a.md", {"docs/b.md": "b.md"}.get, {"b.md": "Title"})
-    assert staged.startswith("# A {#a}\n\n[Title](b.md#c), `x`, [d](#a), `[e](b.md)`, <span")
+    assert staged.startswith("# A\n\n[Title](b.md#c), `x`, [d](#a), `[e](b.md)`, <span")
     assert staged.count("<math") == 1
     assert staged.endswith(code)

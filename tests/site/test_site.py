@@ -15,7 +15,7 @@ from tests.helpers import ROOT
 if TYPE_CHECKING:
     from pathlib import Path
 
-for extra in ("zensical", "mkdocstrings", "latex2mathml"):
+for extra in ("zensical", "mkdocstrings", "latex2mathml", "piplicenses"):
     pytest.importorskip(extra, reason='the group "site" is not installed')
 
 # Elements that make a browser load what their attribute names.
@@ -109,6 +109,12 @@ def test_api_pages_show_docstrings_of_the_compiled_module(site: Path) -> None:
         assert part in page
     assert "the vehicle's point" in page.replace("&#39;", "'")
     assert "&gt;&gt;&gt; " in page.replace('<span class="gp">&gt;&gt;&gt; </span>', "&gt;&gt;&gt; ")
+
+
+def test_licences_of_crates_and_packages_are_listed(site: Path) -> None:
+    page = (site / "licences.html").read_text(encoding="utf-8")
+    for name in ("nalgebra", "criterion", "numpy", "zensical"):
+        assert name in page
 
 
 def test_mathematics_is_in_the_page_itself(site: Path) -> None:
