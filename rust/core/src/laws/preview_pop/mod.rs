@@ -1,10 +1,19 @@
 //! Preview POP: of the angles near the last one, the one with the least predicted cost.
 //!
-//! One step of the controller: `PreviewPop::choose` predicts without limits and finds the best
-//! angle in closed form. Only if that plan breaks a limit, `PreviewPop::best_within` replaces it.
+//! One step of the controller, `PreviewPop::choose`, does the following:
 //!
-//! Angles in this file are those of the wheels. A command is such an angle less the steering
-//! offset; the tracker converts.
+//! 1. `predict`: the model, its cost and the path ahead ([`horizon`]); the cost-to-go over them
+//!    ([`cost_to_go`]).
+//! 2. `start`: the state of the vehicle, with a large cross-track error limited to what it can
+//!    approach.
+//! 3. Limits: those of this period's angle (`Neighbourhood`), and those of the plan's moves and
+//!    curvatures.
+//! 4. Solve: `unlimited_angle` is the best angle in closed form. Only if its plan breaks a limit,
+//!    `best_within` replaces it ([`limited`]).
+//!
+//! Angles in this file are those of the wheels, and of the mirrored vehicle: where the path is
+//! driven backwards, the controller sees a vehicle that drives forward. A command is such an angle
+//! less the steering offset; the tracker converts.
 
 mod active_set;
 mod approach;
@@ -87,18 +96,31 @@ pub struct PreviewPop {
     approach: Approach,
 }
 
-/// The angles that can be commanded in this control period.
-struct Neighbourhood {
-    /// The least [rad].
-    low: f64,
-    /// The greatest [rad].
-    high: f64,
+/// The prediction of one control step, for the mirrored vehicle: one that drives forward.
+struct Prediction<'a> {
+    horizon: Horizon<'a>,
+    /// Heading of the path beside the vehicle [rad].
+    path_yaw: f64,
     /// Turning length over the estimated gain [m]: `angle = atan(curvature * length)`.
     length: f64,
+    /// Time of a step of the horizon [s].
+    period: f64,
+    /// The speed that is predicted with [m/s]: the vehicle's, but at least `min_speed`.
+    pace: f64,
+    /// The steering lag, as a distance [m].
+    lag: f64,
+}
+
+/// The angles that can be commanded in this control period.
+struct Neighbourhood {
+    /// The smallest [rad].
+    low: f64,
+    /// The largest [rad].
+    high: f64,
+    /// The wheels' planned rate [rad/s].
+    rate: f64,
     /// Control period as a share of a step of the horizon, at most 1.
     share: f64,
-    /// Whether the vehicle's `max_steer_rate` bounds them, and not `steer_span_rate`.
-    is_the_vehicles: bool,
 }
 
 impl PreviewPop {
@@ -136,97 +158,43 @@ impl PreviewPop {
         at: &Located,
         belief: &Belief,
     ) -> (f64, Status) {
-        let (vehicle, estimate, closest) = (self.vehicle(), &belief.estimate, &at.closest);
-        let speed = at.vehicle.forward_speed();
-        let approach = &self.approach;
-        let pace = larger(speed, approach.min_speed);
-        let (count, period) = steps(approach.horizon_at(vehicle, pace), at.dt);
-        // The model runs over distance: so far in a step, and so far in the lag.
-        let step = pace * period;
-        let lag = vehicle.steer_lag * speed;
-        let kept = decay(step, lag);
-        // A slip of `slip_length` times the curvature acts as if the no-slip point lay so much
-        // farther ahead; in the mirrored vehicle ahead is behind.
-        let offset = at.mirror(estimate.slip_length);
-        let travel = Travel::new(step, lag, kept, offset);
-        let length = vehicle.turning_length(speed) / estimate.gain;
-        let move_cost = self.params.steer_rate_cost * length / period;
-        let move_cost = move_cost * move_cost;
-
         let mut turns = [0.0; MAX_STEPS];
-        let turns = turns.get_mut(..count).unwrap_or_default();
-        let arc_length = closest.arc_length(path);
-        let distance = from_count(count) * step;
-        let smoothing = self.params.smoothing_length;
-        let path_yaw = Preview::new(path, smoothing, closest.segment, arc_length, distance)
-            .turns(arc_length, step, turns);
-        let horizon = Horizon {
-            travel,
-            stage: CostToGo::stage(self.params.heading_cost, offset),
-            move_cost,
-            turns,
-            drift: step * estimate.slip,
-        };
+        let prediction = self.predict(path, at, belief, &mut turns);
         let mut moves = [BestMove::default(); MAX_STEPS];
-        let cost = horizon.unlimited(&mut moves);
+        let cost = prediction.horizon.unlimited(&mut moves);
 
-        let (rate, span) = approach.rate_and_span(speed, at.dt);
-        // An error pulls the commanded curvature by `cost.ec` times the error, a heading error by
-        // `cost.pc` times itself. The pull of a large error is limited: to that of the approach
-        // angle, or of the steepest heading that the vehicle can still straighten before the path.
-        let heading_error = wrap(at.vehicle.yaw - path_yaw);
-        let error = closest.cross_track_error();
-        let straightening = Straightening {
-            curvature: approach.widest(vehicle, pace, length),
-            rate: rate / (length * pace),
-            lag,
-            unlimited: cost.pc / cost.ec,
+        let (rate, span) = self
+            .approach
+            .rate_and_span(at.vehicle.forward_speed(), at.dt);
+        let around = Neighbourhood {
+            low: previous_steer - span,
+            high: previous_steer + span,
+            rate,
+            share: at.dt / prediction.period,
         };
-        let most = approach.angle_at(vehicle, error, &straightening) * cost.pc;
-        let most = if most > 0.0 { most } else { 0.0 };
-        let wanted_pull = error * cost.ec;
-        let pull = saturate(wanted_pull, -most, most);
-        let driven =
-            tan(at.mirror(vehicle.at_wheels(belief.wheel + estimate.steer_offset))) / length;
         let tangent = tan(previous_steer);
-        let commanded = tangent / length;
-        // Half the slope of the parabola where the commanded curvature stays as it is.
-        let slope =
-            pull + heading_error * cost.pc + driven * cost.ac + commanded * cost.cc + cost.c;
-        // The minimum of the parabola is the move for a whole step of the horizon. A control period
-        // may be shorter; it makes its share of the move.
-        let share = at.dt / period;
-        let wanted = commanded - slope / (move_cost + cost.cc) * share;
+        let (start, pull) = self.start(&prediction, &cost, &around, tangent, at, belief);
+        let unlimited = prediction.unlimited_angle(&cost, &start, pull, around.share);
 
-        let (low, high) = (previous_steer - span, previous_steer + span);
-        let unlimited = atan(wanted * length);
-        let start = ModelState {
-            error: if wanted_pull.abs() > most {
-                pull / cost.ec
-            } else {
-                error
-            },
-            heading: heading_error,
-            driven,
-            commanded,
-        };
-        let later = rate * period * self.steepness(tangent) / length;
-        let limits = |(least, greatest)| PlanLimits {
+        let later = rate * prediction.period * self.tangent_slope(tangent) / prediction.length;
+        let limits = |(low, high)| PlanLimits {
             first: (-later, later),
             later,
-            low: least,
-            high: greatest,
+            low,
+            high,
         };
         let keeps = |limits: &PlanLimits| {
-            low <= unlimited && unlimited <= high && horizon.keeps(&moves, start, limits)
+            around.low <= unlimited
+                && unlimited <= around.high
+                && prediction.horizon.keeps(&moves, start, limits)
         };
         // The narrower limits are cheaper, and a plan that keeps them keeps the limits.
-        let narrower = self.narrower_curvatures(at, belief, length);
+        let narrower = self.narrower_curvatures(at, belief, prediction.length);
         if keeps(&limits(narrower)) {
             *guess = ReachedLimits::default();
             return (unlimited, Status::OK);
         }
-        let limits = limits(self.curvatures(at, belief, length));
+        let limits = limits(self.curvatures(at, belief, prediction.length));
         if keeps(&limits) {
             *guess = ReachedLimits::default();
             return (unlimited, Status::OK);
@@ -235,51 +203,129 @@ impl PreviewPop {
         if span <= 0.0 {
             return (previous_steer, Status::OK);
         }
-        let around = Neighbourhood {
-            low,
-            high,
-            length,
-            share,
-            is_the_vehicles: approach.rate_is_the_vehicles
-                && speed >= FULL_RATE * approach.min_speed,
-        };
-        self.best_within(&horizon, start, limits, &around, guess)
+        self.best_within(&prediction, start, limits, &around, guess, at)
     }
 
-    /// The angle of the best plan within `limits`, and how it was planned.
+    /// Sets the planning problem up: the model over a step of travel, the cost, and how the path
+    /// turns in each step, into `turns`.
+    #[inline]
+    fn predict<'a>(
+        &self,
+        path: &PathView<'_>,
+        at: &Located,
+        belief: &Belief,
+        turns: &'a mut [f64; MAX_STEPS],
+    ) -> Prediction<'a> {
+        let (vehicle, estimate, closest) = (self.vehicle(), &belief.estimate, &at.closest);
+        let speed = at.vehicle.forward_speed();
+        let pace = larger(speed, self.approach.min_speed);
+        let (count, period) = steps(self.approach.horizon_at(vehicle, pace), at.dt);
+        // The model runs over distance: that of a step, and that travelled in the lag.
+        let step = pace * period;
+        let lag = vehicle.steer_lag * speed;
+        // A slip of `slip_length` times the curvature acts as if the tracked point lay
+        // `slip_length` ahead of the no-slip point; behind it in the mirrored vehicle.
+        let offset = at.mirror(estimate.slip_length);
+        let length = vehicle.turning_length(speed) / estimate.gain;
+        let move_cost = self.params.steer_rate_cost * length / period;
+
+        let turns = turns.get_mut(..count).unwrap_or_default();
+        let arc_length = closest.arc_length(path);
+        let distance = from_count(count) * step;
+        let smoothing = self.params.smoothing_length;
+        let path_yaw = Preview::new(path, smoothing, closest.segment, arc_length, distance)
+            .turns(arc_length, step, turns);
+        Prediction {
+            horizon: Horizon {
+                travel: Travel::new(step, lag, decay(step, lag), offset),
+                stage: CostToGo::stage(self.params.heading_cost, offset),
+                move_cost: move_cost * move_cost,
+                turns,
+                drift: step * estimate.slip,
+            },
+            path_yaw,
+            length,
+            period,
+            pace,
+            lag,
+        }
+    }
+
+    /// The state that the plan starts from, and half the slope of its cost by the commanded
+    /// curvature that the cross-track error causes: its pull, `S_ec e`.
+    ///
+    /// The pull of a large error is limited to that of the approach angle, or of the steepest
+    /// heading that the vehicle can still straighten before the path: `S_pc` times it. The plan
+    /// then starts from the error that has this pull.
+    #[inline]
+    fn start(
+        &self,
+        prediction: &Prediction<'_>,
+        cost: &CostToGo,
+        around: &Neighbourhood,
+        tangent: f64,
+        at: &Located,
+        belief: &Belief,
+    ) -> (ModelState, f64) {
+        let vehicle = self.vehicle();
+        let &Prediction { length, pace, .. } = prediction;
+        let error = at.closest.cross_track_error();
+        let straightening = Straightening {
+            curvature: self.approach.widest(vehicle, pace, length),
+            rate: around.rate / (length * pace),
+            lag: prediction.lag,
+            unlimited: cost.pc / cost.ec,
+        };
+        let most = self.approach.angle_at(vehicle, error, &straightening) * cost.pc;
+        let most = if most > 0.0 { most } else { 0.0 };
+        let wanted = error * cost.ec;
+        let pull = saturate(wanted, -most, most);
+        let wheel = vehicle.at_wheels(belief.wheel + belief.estimate.steer_offset);
+        let start = ModelState {
+            error: if wanted.abs() > most {
+                pull / cost.ec
+            } else {
+                error
+            },
+            heading: wrap(at.vehicle.yaw - prediction.path_yaw),
+            driven: tan(at.mirror(wheel)) / length,
+            commanded: tangent / length,
+        };
+        (start, pull)
+    }
+
+    /// The angle of the best plan within `limits` and the neighbourhood, and how it was planned.
     fn best_within(
         &self,
-        horizon: &Horizon<'_>,
+        prediction: &Prediction<'_>,
         start: ModelState,
         limits: PlanLimits,
         around: &Neighbourhood,
         guess: &mut ReachedLimits,
+        at: &Located,
     ) -> (f64, Status) {
         let &Neighbourhood {
-            low,
-            high,
-            length,
-            share,
-            is_the_vehicles,
+            low, high, share, ..
         } = around;
-        let (most, commanded) = (self.vehicle().max_steer, start.commanded);
-        let first = |angle: f64| (tan(angle) / length - commanded) / share;
+        let (length, commanded) = (prediction.length, start.commanded);
+        let max_steer = self.vehicle().max_steer;
+        let move_to = |angle: f64| (tan(angle) / length - commanded) / share;
         // An angle beyond `max_steer` is excluded by the limits of the curvature already.
-        let least = if low > -most {
-            first(low)
+        let least = if low > -max_steer {
+            move_to(low)
         } else {
             f64::NEG_INFINITY
         };
-        let greatest = if high < most {
-            first(high)
+        let most = if high < max_steer {
+            move_to(high)
         } else {
             f64::INFINITY
         };
         let limits = PlanLimits {
-            first: (least, greatest),
+            first: (least, most),
             ..limits
         };
-        let plan = horizon.limited(start, &limits, *guess);
+        let plan = prediction.horizon.limited(start, &limits, *guess);
         *guess = if share > 0.5 {
             plan.limits.later()
         } else {
@@ -294,11 +340,13 @@ impl PreviewPop {
         let angle = atan((commanded + (plan.first() - commanded) * made) * length);
         // SATURATED means that the vehicle limits the angle. Arriving at a limit of the curvature
         // counts; being held back by `steer_span_rate`, which is a choice, does not.
+        let rate_is_the_vehicles = self.approach.rate_is_the_vehicles
+            && at.vehicle.forward_speed() >= FULL_RATE * self.approach.min_speed;
         let arrives = low - 1e-10 <= angle && angle <= high + 1e-10;
         let status = Status::SATURATED.when(match plan.reached {
             MoveLimit::Nothing => false,
-            MoveLimit::Rate => is_the_vehicles,
-            MoveLimit::Curvature => arrives || is_the_vehicles,
+            MoveLimit::Rate => rate_is_the_vehicles,
+            MoveLimit::Curvature => arrives || rate_is_the_vehicles,
         });
         (
             saturate(angle, low, high),
@@ -342,16 +390,39 @@ impl PreviewPop {
         )
     }
 
-    /// How much the tangent of the wheels' angle changes per radian, at `tangent`, as far as plans
-    /// count on it. It grows with the angle. A plan at the vehicle's own rate counts on 1, as of
-    /// straight wheels: on their way back to straight the wheels lose the rest, and would be late.
+    /// Slope d(tan δ)/dδ used for the rate limit: `1 + tangent²`, where `tangent` is that of the
+    /// wheels' angle δ. A plan at the vehicle's own rate uses 1, the slope at straight wheels: while
+    /// the wheels turn back to straight, the slope falls to 1, and a plan that used more would make
+    /// them late.
     #[inline]
-    fn steepness(&self, tangent: f64) -> f64 {
+    fn tangent_slope(&self, tangent: f64) -> f64 {
         if self.approach.rate_is_the_vehicles {
             1.0
         } else {
             1.0 + tangent * tangent
         }
+    }
+}
+
+impl Prediction<'_> {
+    /// The minimum of the parabola that the cost-to-go is in the commanded curvature `c`, as an
+    /// angle of the wheels [rad]:
+    ///
+    /// ```text
+    /// c_wanted = c - share slope / (R + S_cc),    slope = S_ec e + S_pc p + S_ac a + S_cc c + s_c
+    /// ```
+    ///
+    /// `pull` is the term `S_ec e`. This is the move for a whole step of the horizon; a control
+    /// period may be shorter, and makes its `share` of the move.
+    #[inline]
+    fn unlimited_angle(&self, cost: &CostToGo, start: &ModelState, pull: f64, share: f64) -> f64 {
+        let slope = pull
+            + start.heading * cost.pc
+            + start.driven * cost.ac
+            + start.commanded * cost.cc
+            + cost.c;
+        let wanted = start.commanded - slope / (self.horizon.move_cost + cost.cc) * share;
+        atan(wanted * self.length)
     }
 }
 
