@@ -1,11 +1,27 @@
-//! The active set of [`limited`](super::limited).
+//! The working set of [`limited`](super::limited): which limits each step of a plan is held at.
+//!
+//! A step makes the move `u` from the commanded curvature `before` to `c = before + u`, with
+//! `least <= u <= most` and `low <= c <= high`. It may be *held* at one end of either range: the
+//! inequality is then an equality.
 
 use crate::laws::preview_pop::cost_to_go::{BestMove, ModelState};
+use crate::vehicle::bicycle::MAX_STEPS;
 
-/// The limits that a plan reaches, three bits a step. The search for the next plan starts from
-/// them.
+/// The limits that a plan reaches, three bits a step, the first step the lowest. The search for the
+/// next plan starts from them.
+///
+/// | bits | the step is at |
+/// |---|---|
+/// | 0 | no limit |
+/// | 1, 2 | its least, its greatest move |
+/// | 3, 4 | the least, the greatest curvature |
+///
+/// Of a step that is at a limit of the move and at one of the curvature, the first is stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReachedLimits(pub u64);
+
+// The bits of all steps fit.
+const _: () = assert!(3 * MAX_STEPS <= 64);
 
 impl ReachedLimits {
     /// One step later.
@@ -54,119 +70,151 @@ pub(super) enum Side {
 }
 
 impl Side {
-    /// Whether what is held at this end would lower the cost by leaving it, where the cost rises
-    /// with `slope`.
-    pub(super) fn resists(self, slope: f64, least: f64) -> bool {
+    /// The end of the range from `low` to `high` that `value` exceeds by more than `rounding`.
+    fn exceeded(value: f64, low: f64, high: f64, rounding: f64) -> Self {
+        if value > high + rounding {
+            Self::High
+        } else if value < low - rounding {
+            Self::Low
+        } else {
+            Self::Neither
+        }
+    }
+
+    /// Whether leaving this end, into the range, lowers a cost that has this `slope` there: whether
+    /// the multiplier of the limit has the wrong sign. A slope within `tolerance` is 0.
+    pub(super) fn should_release(self, slope: f64, tolerance: f64) -> bool {
         match self {
             Self::Neither => false,
-            Self::Low => slope < -least,
-            Self::High => slope > least,
+            Self::Low => slope < -tolerance,
+            Self::High => slope > tolerance,
         }
     }
 }
 
-/// The limits that a step is held at.
+/// The limits that a step is held at: of its move (the rate of the wheels), and of the curvature
+/// after it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Held {
     pub rate: Side,
     pub curvature: Side,
 }
 
-/// One step of a plan while it is made.
+/// The limits of a step.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Step {
-    pub turn: f64,
+pub(super) struct StepLimits {
+    /// Least and greatest move [1/m].
     pub least: f64,
     pub most: f64,
+    /// Least and greatest curvature after it [1/m].
     pub low: f64,
     pub high: f64,
-    /// Whether the move is fixed, because the curvature is being brought back into its limits.
+    /// Whether the move is fixed, because it brings the curvature back into its limits.
     pub forced: bool,
+}
+
+/// What a plan does in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Choice {
+    /// Curvature commanded after the move [1/m].
+    pub curvature: f64,
     pub held: Held,
-    /// Before the move, along the best plan so far.
+}
+
+/// One step of a plan while it is searched for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Step {
+    /// How far the path turns in it [rad].
+    pub turn: f64,
+    pub limits: StepLimits,
+    /// The working set: what the backward recursion holds this step at.
+    pub held: Held,
+    /// The state before the move along the best plan so far.
     pub state: ModelState,
+    /// The best move if this step is free and the later ones are held.
     pub policy: BestMove,
-    /// The curvature that the step has to lead to.
+    /// The curvature that the step has to lead to [1/m]: that of its own limit, or the one from
+    /// which the held moves after it arrive at the limit of a later step.
     pub target: Option<f64>,
-    /// Curvature commanded in the best plan so far.
-    pub best: f64,
-    pub best_held: Held,
-    /// Curvature commanded in the plan of this pass.
-    pub next: f64,
-    pub next_held: Held,
-    /// Curvature commanded in a plan between the two.
-    pub trial: f64,
-    pub trial_held: Held,
+    /// In the best plan so far.
+    pub best: Choice,
+    /// In the plan of this pass.
+    pub next: Choice,
+    /// In a plan between the two.
+    pub trial: Choice,
 }
 
 impl Step {
+    /// Fixes the move at one end, as no move keeps the limits of the curvature: they do not apply
+    /// here.
     pub(super) fn force(&mut self, side: Side) {
-        self.forced = true;
+        self.limits.forced = true;
         self.held = Held {
             rate: side,
             curvature: Side::Neither,
         };
-        (self.low, self.high) = (f64::NEG_INFINITY, f64::INFINITY);
+        (self.limits.low, self.limits.high) = (f64::NEG_INFINITY, f64::INFINITY);
     }
 
+    /// The move that the step is held at, if it is.
     pub(super) fn held_move(&self) -> Option<f64> {
         match self.held.rate {
             Side::Neither => None,
-            Side::Low => Some(self.least),
-            Side::High => Some(self.most),
+            Side::Low => Some(self.limits.least),
+            Side::High => Some(self.limits.most),
         }
     }
 
+    /// The curvature that the step is held at, if it is.
     pub(super) fn held_curvature(&self) -> Option<f64> {
         match self.held.curvature {
             Side::Neither => None,
-            Side::Low => Some(self.low),
-            Side::High => Some(self.high),
+            Side::Low => Some(self.limits.low),
+            Side::High => Some(self.limits.high),
         }
     }
 
-    /// Holds a limit that the next plan exceeds, and not one that it cannot be brought to.
+    /// Corrects `next.held` by where `next` leads from the curvature `before`: a limit that is
+    /// exceeded is held, and a curvature that the step does not arrive at is released.
     pub(super) fn hold_exceeded(&mut self, before: f64, rounding: f64) {
-        if self.forced {
+        let limits = self.limits;
+        if limits.forced {
             return;
         }
-        let beyond = |value: f64, low: f64, high: f64| {
-            if value > high + rounding {
-                Side::High
-            } else if value < low - rounding {
-                Side::Low
-            } else {
-                Side::Neither
-            }
-        };
-        if self.next_held.rate == Side::Neither {
-            self.next_held.rate = beyond(self.next - before, self.least, self.most);
-            if self.next_held.rate != Side::Neither {
+        let curvature = self.next.curvature;
+        if self.next.held.rate == Side::Neither {
+            let moved = curvature - before;
+            self.next.held.rate = Side::exceeded(moved, limits.least, limits.most, rounding);
+            if self.next.held.rate != Side::Neither {
                 return;
             }
         }
         match self.held_curvature() {
             None => {
-                let side = beyond(self.next, self.low, self.high);
+                let side = Side::exceeded(curvature, limits.low, limits.high, rounding);
                 if side != Side::Neither {
                     // Less of the move keeps the curvature.
-                    self.next_held = Held {
+                    self.next.held = Held {
                         rate: Side::Neither,
                         curvature: side,
                     };
                 }
             }
-            Some(held) if (self.next - held).abs() > rounding => {
-                self.next_held.curvature = Side::Neither;
+            Some(end) if (curvature - end).abs() > rounding => {
+                self.next.held.curvature = Side::Neither;
             }
             Some(_) => {}
         }
     }
 
-    /// The curvature `wanted` after `before`, or the limit that it exceeds, and which.
-    pub(super) fn cut(&self, before: f64, wanted: f64) -> (f64, Held) {
-        if let (true, Some(moved)) = (self.forced, self.held_move()) {
-            return (before + moved, self.held);
+    /// The curvature `wanted` after the curvature `before`, or the limit that it exceeds.
+    pub(super) fn cut(&self, before: f64, wanted: f64) -> Choice {
+        let limits = &self.limits;
+        if let (true, Some(moved)) = (limits.forced, self.held_move()) {
+            return Choice {
+                curvature: before + moved,
+                held: self.held,
+            };
         }
         let at_rate = |rate| Held {
             rate,
@@ -176,26 +224,29 @@ impl Step {
             curvature,
             ..Held::default()
         };
-        let (mut low, mut at_low) = (before + self.least, at_rate(Side::Low));
-        if low < self.low {
-            (low, at_low) = (self.low, at_curvature(Side::Low));
+        // Of the two limits on each side, the tighter one.
+        let (mut low, mut at_low) = (before + limits.least, at_rate(Side::Low));
+        if low < limits.low {
+            (low, at_low) = (limits.low, at_curvature(Side::Low));
         }
-        let (mut high, mut at_high) = (before + self.most, at_rate(Side::High));
-        if high > self.high {
-            (high, at_high) = (self.high, at_curvature(Side::High));
+        let (mut high, mut at_high) = (before + limits.most, at_rate(Side::High));
+        if high > limits.high {
+            (high, at_high) = (limits.high, at_curvature(Side::High));
         }
-        if wanted > high {
+        let (curvature, held) = if wanted > high {
             (high, at_high)
         } else if wanted < low {
             (low, at_low)
         } else {
             (wanted, Held::default())
-        }
+        };
+        Choice { curvature, held }
     }
 }
 
-/// The share of the step from the best plan to the next one that keeps all limits; the step that
-/// ends it, with what it is held at then.
+/// The largest share, at most 1, of the way from the best plan to the next one that keeps all
+/// limits; and the step whose limit ends it, with what that step is held at then. `start` is the
+/// curvature before the first move.
 pub(super) fn first_stop(
     start: f64,
     steps: &[Step],
@@ -205,14 +256,15 @@ pub(super) fn first_stop(
     let (mut best_before, mut next_before) = (start, start);
     for (index, step) in steps.iter().enumerate() {
         let Held { rate, curvature } = step.held;
-        let moves = (step.best - best_before, step.next - next_before);
-        let curvatures = (step.best, step.next);
+        let curvatures = (step.best.curvature, step.next.curvature);
+        let moves = (curvatures.0 - best_before, curvatures.1 - next_before);
         (best_before, next_before) = curvatures;
-        if step.forced {
+        let limits = &step.limits;
+        if limits.forced {
             continue;
         }
-        let of_move = crossed(rate, moves, step.least, step.most, rounding);
-        let of_curvature = crossed(curvature, curvatures, step.low, step.high, rounding);
+        let of_move = crossed(rate, moves, limits.least, limits.most, rounding);
+        let of_curvature = crossed(curvature, curvatures, limits.low, limits.high, rounding);
         let stops = [
             of_move.map(|(share, rate)| (share, Held { rate, curvature })),
             of_curvature.map(|(share, curvature)| (share, Held { rate, curvature })),
@@ -226,20 +278,25 @@ pub(super) fn first_stop(
     first
 }
 
-/// The share of the step between two numbers at which a limit is crossed, and which; none where
-/// it is `held`, or not crossed.
-fn crossed(held: Side, way: (f64, f64), low: f64, high: f64, rounding: f64) -> Option<(f64, Side)> {
-    let (from, to) = way;
+/// The share of the way `from` one number `to` another at which it crosses an end of the range from
+/// `low` to `high`, and which end. None if no end is crossed, or if the number is `held` at one.
+fn crossed(
+    held: Side,
+    (from, to): (f64, f64),
+    low: f64,
+    high: f64,
+    rounding: f64,
+) -> Option<(f64, Side)> {
     if held != Side::Neither {
         return None;
     }
-    let (limit, side) = if to > high + rounding && to - from > rounding {
+    let (end, side) = if to > high + rounding && to - from > rounding {
         (high, Side::High)
     } else if to < low - rounding && from - to > rounding {
         (low, Side::Low)
     } else {
         return None;
     };
-    let share = (limit - from) / (to - from);
+    let share = (end - from) / (to - from);
     Some((if share > 0.0 { share } else { 0.0 }, side))
 }

@@ -1,6 +1,16 @@
-//! The plan of preview POP over its horizon, and the limits of its moves.
+//! The plan of preview POP over its horizon, without limits, and whether it keeps them.
+//!
+//! A plan is the commanded curvatures `c_1 ... c_N` after the moves of its steps. Without limits,
+//! the backward recursion of [`cost_to_go`](super::cost_to_go) gives the best move of each step as
+//! a feedback, [`BestMove`]; the prediction forward,
+//!
+//! ```text
+//! c_{k+1} = remaining_k c_k - (K_k x_k + k_k),    x_{k+1} = F (x_k + b u_k) + g_k
+//! ```
+//!
+//! then gives the curvatures, of which [`Horizon::keeps`] asks whether they keep [`PlanLimits`].
 
-use crate::laws::preview_pop::active_set::{Held, ReachedLimits, Side, Step};
+use crate::laws::preview_pop::active_set::{Choice, Held, ReachedLimits, Side, Step, StepLimits};
 use crate::laws::preview_pop::cost_to_go::{BestMove, CostToGo, ModelState, Travel};
 use crate::math::smaller;
 use crate::vehicle::bicycle::MAX_STEPS;
@@ -13,9 +23,9 @@ pub(super) const ROUNDING: f64 = 1e-10;
 pub struct Horizon<'a> {
     /// One step of travel.
     pub travel: Travel,
-    /// Cost of the state after a step.
+    /// Q, the cost of the state after a step.
     pub stage: CostToGo,
-    /// Cost of a move, times its square; positive.
+    /// R, the cost of a move over its square; positive.
     pub move_cost: f64,
     /// How far the path turns in each step [rad]; at most [`MAX_STEPS`].
     pub turns: &'a [f64],
@@ -23,12 +33,12 @@ pub struct Horizon<'a> {
     pub drift: f64,
 }
 
-/// The limits of a plan.
+/// The limits of a plan: of its moves `u_k = c_{k+1} - c_k`, and of its curvatures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanLimits {
-    /// Least and greatest first move [1/m]; 0 lies between them.
+    /// Least and greatest `u_0` [1/m]; 0 lies between them.
     pub first: (f64, f64),
-    /// The largest of the other moves, either way [1/m]; positive.
+    /// The largest magnitude of the other moves [1/m]; positive.
     pub later: f64,
     /// Least curvature that is commanded [1/m].
     pub low: f64,
@@ -36,14 +46,14 @@ pub struct PlanLimits {
     pub high: f64,
 }
 
-/// The limit that a first move reaches.
+/// The limit that the first move of a plan reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MoveLimit {
     /// None.
     Nothing,
-    /// That of the move.
+    /// That of the move: the rate of the wheels.
     Rate,
-    /// That of the curvature.
+    /// That of the curvature after it.
     Curvature,
 }
 
@@ -56,7 +66,7 @@ pub struct Plan {
     pub reached: MoveLimit,
     /// The limits that the plan reaches.
     pub limits: ReachedLimits,
-    /// Backward recursions taken.
+    /// How many backward recursions it took.
     pub passes: usize,
     /// Whether the passes ran out: the plan keeps the limits but is not the best.
     pub cut_short: bool,
@@ -84,10 +94,18 @@ impl Horizon<'_> {
         cost
     }
 
-    /// Whether `moves` from `start` keep to `limits`, that of the first move apart.
+    /// Whether `moves` from `start` keep `limits`, except that of the first move, which the caller
+    /// checks as an angle.
     ///
-    /// Each step costs this; so the state is carried without what the present curvature adds to
-    /// it, and the next curvature waits for little else than the present one.
+    /// Every control step needs this, so it is written to be fast: a processor that computes `c_{k+1}`
+    /// from `x_k`, and `x_{k+1}` from that, waits for each. The state is therefore carried without
+    /// what its last curvature adds to it, `z_k = x_k - (F_ec, F_pc, F_ac, 0)ᵀ c_k`, most of which
+    /// can be computed before that curvature is known:
+    ///
+    /// ```text
+    /// c_{k+1} = remaining_after c_k - (K_k z_k + k_k)         BestMove::remaining_after, pull
+    /// z_{k+1} = (F_0 z_k + g_k) + F_0 (F_ec, F_pc, F_ac, 0)ᵀ c_k    Travel::before_commanded, added
+    /// ```
     #[inline]
     pub fn keeps(&self, moves: &[BestMove], start: ModelState, limits: &PlanLimits) -> bool {
         let within = |curvature: f64| limits.low <= curvature && curvature <= limits.high;
@@ -115,7 +133,7 @@ impl Horizon<'_> {
         kept
     }
 
-    /// Moves on by a step under `curvature`; what it costs.
+    /// Moves `state` on by a step with the commanded `curvature`; returns what the step costs.
     pub(super) fn advance(&self, state: &mut ModelState, curvature: f64, turn: f64) -> f64 {
         let moved = curvature - state.commanded;
         state.commanded = curvature;
@@ -125,8 +143,9 @@ impl Horizon<'_> {
 }
 
 impl PlanLimits {
-    /// Prepares the steps of a plan that starts from the curvature `commanded`; returns a length
-    /// of move to measure rounding by.
+    /// Prepares the steps of a plan that starts from the curvature `commanded`, and fixes the first
+    /// of them where the curvature lies so far beyond its limits that no move reaches them: such a
+    /// move goes back as fast as it may. Returns a length of move to measure rounding by.
     pub(super) fn begin(&self, commanded: f64, turns: &[f64], steps: &mut [Step]) -> f64 {
         let range = self.high - self.low;
         let scale = smaller(self.later, range);
@@ -135,9 +154,14 @@ impl PlanLimits {
         let (mut least, mut most) = self.first;
         for (step, &turn) in steps.iter_mut().zip(turns) {
             step.turn = turn;
-            (step.least, step.most) = (least, most);
-            (step.low, step.high) = (self.low, self.high);
-            // Where there is no end, none is held.
+            step.limits = StepLimits {
+                least,
+                most,
+                low: self.low,
+                high: self.high,
+                forced: false,
+            };
+            // A move that has no end on that side is not held there.
             if step.held_move().is_some_and(f64::is_infinite) {
                 step.held = Held::default();
             }
@@ -148,7 +172,8 @@ impl PlanLimits {
                 step.force(Side::High);
                 curvature += most;
             } else {
-                // From here on the limits can be kept.
+                // One move reaches the limits, so no later move is forced: any curvature within
+                // them can stand for that after this step.
                 curvature = 0.5 * (self.low + self.high);
             }
             (least, most) = (-self.later, self.later);
@@ -157,10 +182,10 @@ impl PlanLimits {
     }
 }
 
-/// The plan that `steps` hold, with the curvatures that are taken `of` them.
+/// The plan that is made `of` the steps, with the limits of their working set.
 pub(super) fn plan(
     steps: &[Step],
-    of: impl Fn(&Step) -> f64,
+    of: impl Fn(&Step) -> Choice,
     passes: usize,
     cut_short: bool,
 ) -> Plan {
@@ -172,7 +197,7 @@ pub(super) fn plan(
     };
     let mut curvatures = [0.0; MAX_STEPS];
     for (curvature, step) in curvatures.iter_mut().zip(steps) {
-        *curvature = of(step);
+        *curvature = of(step).curvature;
     }
     Plan {
         curvatures,

@@ -391,8 +391,8 @@ impl PreviewPop {
     }
 
     /// Slope d(tan δ)/dδ used for the rate limit: `1 + tangent²`, where `tangent` is that of the
-    /// wheels' angle δ. A plan at the vehicle's own rate uses 1, the slope at straight wheels: while
-    /// the wheels turn back to straight, the slope falls to 1, and a plan that used more would make
+    /// wheels' angle δ. A plan at the vehicle's own rate uses 1, the slope at straight wheels: it
+    /// falls to that while the wheels turn back to straight, and a plan that used more would make
     /// them late.
     #[inline]
     fn tangent_slope(&self, tangent: f64) -> f64 {
