@@ -36,7 +36,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(maturin[^"]*\)"\]$$/\1/p' pyprojec
 .DELETE_ON_ERROR:
 # cargo uses all cores by itself.
 .NOTPARALLEL:
-.PHONY: help setup demo test test-rust test-python parity lint bench matrix pages playground site audit fuzz coverage soak wheel sdist install-c clean FORCE
+.PHONY: help setup demo test test-rust test-python declared parity lint bench matrix pages playground site audit fuzz coverage soak wheel sdist install-c clean FORCE
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -59,6 +59,9 @@ test-rust: $(VENV)/pyvenv.cfg ## run the Rust tests
 
 test-python: $(VENV)/.dev ## run the Python tests against the installed wheel
 	$(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+
+declared: $(VENV)/pyvenv.cfg ## write what the declarations of parameters make: stub, C header, page
+	POPSTEER_WRITE=1 cargo test --locked --package popsteer-c --package popsteer-py
 
 parity: $(VENV)/.dev ## compare core and reference in 10,000 examples of each property: hours
 	HYPOTHESIS_PROFILE=thorough $(PY) -m pytest tests/parity --numprocesses auto --maxprocesses 8 --dist worksteal

@@ -7,7 +7,10 @@ import importlib
 # Chapters, each with its pages in the checkout. A page's title is its first heading.
 CHAPTERS: list[tuple[str, list[str]]] = [
     ("What it is", ["docs/index.md"]),
-    ("Describe your vehicle and drive it", ["docs/vehicle.md", "docs/loop.md"]),
+    (
+        "Describe your vehicle and drive it",
+        ["docs/vehicle.md", "docs/parameters.md", "docs/loop.md"],
+    ),
     (
         "From a log to a tuned car",
         ["docs/planning.md", "docs/identify.md", "docs/tune.md", "docs/sweep.md", "docs/report.md"],

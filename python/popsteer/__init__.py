@@ -137,7 +137,8 @@ __all__ = [
 ]
 
 spell_out(PidState, PopState, PreviewPopState, PurePursuitState, StanleyState)
-spell_out(_core.CarlaIdentified, _core.KinematicBicycle, _core.Noise, _core.Settings)
+# Those of parameters.
+spell_out(*(kind for kind in vars(_core).values() if hasattr(kind, "replace") and callable(kind)))
 add_load_and_save(PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams)
 
 

@@ -139,33 +139,15 @@ class _NamedValue(_Value):
 
 @type_check_only
 class _Params(_NamedValue):
+    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     def replace(self, **changes: object) -> Self: ...
 
 @type_check_only
 class _LawParams(_Params):
-    @property
-    def search_distance(self) -> float | None: ...
-    @property
-    def lost_distance(self) -> float | None: ...
     def resolved(self, vehicle: Vehicle) -> Self: ...
     @classmethod
     def load(cls, file: str | os.PathLike[str]) -> Self: ...  # from popsteer.params_file
     def save(self, file: str | os.PathLike[str]) -> None: ...
-
-@type_check_only
-class _LookaheadParams(_LawParams):
-    @property
-    def lookahead_gain(self) -> float: ...
-    @property
-    def min_lookahead(self) -> float | None: ...
-    @property
-    def exact_lookahead(self) -> bool: ...
-    @property
-    def lookahead_tolerance(self) -> float | None: ...
-    @property
-    def window_ahead(self) -> float | None: ...
-    @property
-    def grid_spacing(self) -> float | None: ...
 
 @type_check_only
 class _LawState(_NamedValue):
@@ -342,15 +324,18 @@ class _Controller(_Stateful[_ParamsT, _StateT]):
 
 @type_check_only
 class _CorePlant(_Params):
-    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
     @property
     def vehicle(self) -> Vehicle: ...
+    def __hash__(self) -> int: ...  # type: ignore[override]
+
+@type_check_only
+class _Vehicle(_Params):
     @property
-    def drive(self) -> float: ...
-    @property
-    def drag(self) -> float: ...
-    @property
-    def braking(self) -> float: ...
+    def front_axle(self) -> float: ...
+    def turning_length(self, speed: float) -> float: ...
+    @staticmethod
+    def load(file: str | os.PathLike[str]) -> Vehicle: ...
+    def save(self, file: str | os.PathLike[str]) -> None: ...
     def __hash__(self) -> int: ...  # type: ignore[override]
 
 @final
@@ -500,87 +485,6 @@ class Path:
     ) -> int: ...
 
 @final
-class Vehicle(_Params):
-    def __new__(
-        cls,
-        *,
-        wheelbase: float = 3.0,
-        rear_axle: float = 0.0,
-        no_slip_point: float | None = None,
-        turning_wheelbase: float | None = None,
-        understeer: float = 0.0,
-        steer_offset: float = 0.0,
-        steer_lag: float = 0.1,
-        dead_time: float = 0.0,
-        max_steer: float = 1.22,
-        max_steer_rate: float | None = None,
-        max_lateral_acceleration: float | None = 4.0,
-        max_speed: float | None = None,
-        max_acceleration: float | None = None,
-        max_deceleration: float | None = None,
-        drive_lag: float = 0.0,
-    ) -> Self: ...
-    @property
-    def wheelbase(self) -> float: ...
-    @property
-    def rear_axle(self) -> float: ...
-    @property
-    def no_slip_point(self) -> float | None: ...
-    @property
-    def turning_wheelbase(self) -> float | None: ...
-    @property
-    def understeer(self) -> float: ...
-    @property
-    def steer_offset(self) -> float: ...
-    @property
-    def steer_lag(self) -> float: ...
-    @property
-    def dead_time(self) -> float: ...
-    @property
-    def max_steer(self) -> float: ...
-    @property
-    def max_steer_rate(self) -> float | None: ...
-    @property
-    def max_lateral_acceleration(self) -> float | None: ...
-    @property
-    def max_speed(self) -> float | None: ...
-    @property
-    def max_acceleration(self) -> float | None: ...
-    @property
-    def max_deceleration(self) -> float | None: ...
-    @property
-    def drive_lag(self) -> float: ...
-    @property
-    def front_axle(self) -> float: ...
-    def turning_length(self, speed: float) -> float: ...
-    @staticmethod
-    def load(file: str | os.PathLike[str]) -> Vehicle: ...
-    def save(self, file: str | os.PathLike[str]) -> None: ...
-    def __hash__(self) -> int: ...  # type: ignore[override]
-
-@final
-class AdaptParams(_Params):
-    def __new__(
-        cls, *, turn_time: float = 10.0, slip_time: float = 5.0, min_speed: float | None = None
-    ) -> Self: ...
-    @property
-    def turn_time(self) -> float: ...
-    @property
-    def slip_time(self) -> float: ...
-    @property
-    def min_speed(self) -> float | None: ...
-
-@final
-class MonitorParams(_Params):
-    def __new__(
-        cls, *, deviation_limit: float | None = None, turn_tolerance: float = 0.01
-    ) -> Self: ...
-    @property
-    def deviation_limit(self) -> float | None: ...
-    @property
-    def turn_tolerance(self) -> float: ...
-
-@final
 class Estimate(_NamedValue):
     def __new__(
         cls,
@@ -604,126 +508,6 @@ class Estimate(_NamedValue):
     def slip_length(self) -> float: ...
     @property
     def acceleration(self) -> float: ...
-
-@final
-class PopParams(_LookaheadParams):
-    def __new__(
-        cls,
-        *,
-        lookahead_gain: float = 0.2,
-        min_lookahead: float | None = None,
-        steer_span: float = 0.05235987755982989,
-        candidate_count: int = 21,
-        exact_lookahead: bool = True,
-        lookahead_tolerance: float | None = None,
-        window_ahead: float | None = None,
-        grid_spacing: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    @property
-    def steer_span(self) -> float: ...
-    @property
-    def candidate_count(self) -> int: ...
-
-@final
-class PreviewPopParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        steer_span_rate: float | None = None,
-        horizon: float = 1.0,
-        heading_cost: float | None = None,
-        steer_rate_cost: float | None = None,
-        approach_angle: float = 0.25,
-        min_speed: float | None = None,
-        smoothing_length: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    @property
-    def steer_span_rate(self) -> float | None: ...
-    @property
-    def horizon(self) -> float: ...
-    @property
-    def heading_cost(self) -> float | None: ...
-    @property
-    def steer_rate_cost(self) -> float | None: ...
-    @property
-    def approach_angle(self) -> float: ...
-    @property
-    def min_speed(self) -> float | None: ...
-    @property
-    def smoothing_length(self) -> float | None: ...
-
-@final
-class PidParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        kp: float | None = None,
-        ki: float | None = None,
-        kd: float | None = None,
-        buffer_length: int = 500,
-        integral_with_dt: bool = True,
-        smoothing_length: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    @property
-    def kp(self) -> float | None: ...
-    @property
-    def ki(self) -> float | None: ...
-    @property
-    def kd(self) -> float | None: ...
-    @property
-    def buffer_length(self) -> int: ...
-    @property
-    def integral_with_dt(self) -> bool: ...
-    @property
-    def smoothing_length(self) -> float | None: ...
-
-@final
-class PurePursuitParams(_LookaheadParams):
-    def __new__(
-        cls,
-        *,
-        lookahead_gain: float = 0.9,
-        min_lookahead: float | None = None,
-        alpha_by_arccos: bool = False,
-        exact_lookahead: bool = True,
-        lookahead_tolerance: float | None = None,
-        window_ahead: float | None = None,
-        grid_spacing: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    @property
-    def alpha_by_arccos(self) -> bool: ...
-
-@final
-class StanleyParams(_LawParams):
-    def __new__(
-        cls,
-        *,
-        cross_track_gain: float = 1.5,
-        speed_gain: float = 1.3,
-        softening: float | None = None,
-        heading_behind: bool = False,
-        smoothing_length: float | None = None,
-        search_distance: float | None = None,
-        lost_distance: float | None = None,
-    ) -> Self: ...
-    @property
-    def cross_track_gain(self) -> float: ...
-    @property
-    def speed_gain(self) -> float: ...
-    @property
-    def softening(self) -> float | None: ...
-    @property
-    def heading_behind(self) -> bool: ...
-    @property
-    def smoothing_length(self) -> float | None: ...
 
 @final
 class PopState(_LawState):
@@ -998,28 +782,6 @@ class Batch:
     def __setstate__(self, kept: tuple[list[_State], list[Path | None]]) -> None: ...
 
 @final
-class CoupledLongitudinalParams(_Params):
-    def __new__(
-        cls, *, cutoff: float = 0.5, steer_limit: float = 1.22, speed_limit: float = 69.44
-    ) -> Self: ...
-    @property
-    def cutoff(self) -> float: ...
-    @property
-    def steer_limit(self) -> float: ...
-    @property
-    def speed_limit(self) -> float: ...
-
-@final
-class SpeedPidParams(_Params):
-    def __new__(cls, *, kp: float = 0.5, ki: float = 0.1, kd: float = 0.0) -> Self: ...
-    @property
-    def kp(self) -> float: ...
-    @property
-    def ki(self) -> float: ...
-    @property
-    def kd(self) -> float: ...
-
-@final
 class SpeedPidState(_NamedValue):
     def __new__(cls, *, integral: float = 0.0, previous_error: float | None = None) -> Self: ...
     @property
@@ -1039,28 +801,6 @@ class SpeedPid(_Stateful[SpeedPidParams, SpeedPidState]):
     def __new__(cls, params: SpeedPidParams | None = None) -> Self: ...
     def step(self, speed: float, target_speed: float, dt: float) -> tuple[float, float]: ...
     def reset(self) -> None: ...
-
-@final
-class SpeedTrackerParams(_Params):
-    def __new__(
-        cls,
-        *,
-        kp: float = 1.5,
-        ki: float = 0.2,
-        max_jerk: float = 20.0,
-        reserve: float = 0.4,
-        drive_delay: float = 0.0,
-    ) -> Self: ...
-    @property
-    def kp(self) -> float: ...
-    @property
-    def ki(self) -> float: ...
-    @property
-    def max_jerk(self) -> float: ...
-    @property
-    def reserve(self) -> float: ...
-    @property
-    def drive_delay(self) -> float: ...
 
 @final
 class SpeedTrackerState(_NamedValue):
@@ -1110,77 +850,6 @@ class SpeedTracker(_Stateful[SpeedTrackerParams, SpeedTrackerState]):
     def vehicle(self) -> Vehicle: ...
     @property
     def plan(self) -> _Floats: ...
-
-@final
-class CarlaIdentified(_CorePlant):
-    def __new__(
-        cls,
-        vehicle: Vehicle | None = None,
-        *,
-        throttle_lag: float = 0.25,
-        drive: float = 6.0,
-        drag: float = 0.28,
-        air_drag: float = 0.001,
-        bend_loss: float = 0.11,
-        braking: float = 9.0,
-    ) -> Self: ...
-    @property
-    def throttle_lag(self) -> float: ...
-    @property
-    def air_drag(self) -> float: ...
-    @property
-    def bend_loss(self) -> float: ...
-
-@final
-class KinematicBicycle(_CorePlant):
-    def __new__(
-        cls,
-        vehicle: Vehicle | None = None,
-        *,
-        drive: float = 6.0,
-        drag: float = 0.28,
-        braking: float = 9.0,
-    ) -> Self: ...
-
-@final
-class Settings(_Params):
-    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
-    def __new__(
-        cls,
-        *,
-        dt: float = 0.05,
-        substeps: int = 10,
-        stop_distance: float = 1.0,
-        time_limit: float = 1000.0,
-        give_up_distance: float = 50.0,
-        settling_time: float = 5.0,
-        keep_records: bool = True,
-    ) -> Self: ...
-    @property
-    def dt(self) -> float: ...
-    @property
-    def substeps(self) -> int: ...
-    @property
-    def stop_distance(self) -> float: ...
-    @property
-    def time_limit(self) -> float: ...
-    @property
-    def give_up_distance(self) -> float: ...
-    @property
-    def settling_time(self) -> float: ...
-    @property
-    def keep_records(self) -> bool: ...
-
-@final
-class Noise(_Params):
-    __signature__: ClassVar[Signature]  # with the defaults: popsteer.signatures
-    def __new__(cls, *, position: float = 0.0, yaw: float = 0.0, speed: float = 0.0) -> Self: ...
-    @property
-    def position(self) -> float: ...
-    @property
-    def yaw(self) -> float: ...
-    @property
-    def speed(self) -> float: ...
 
 @final
 class Episodes:
@@ -1299,3 +968,393 @@ def _plan_speeds(
     exponent: float,
     vehicle: Vehicle,
 ) -> tuple[_Floats, NDArray[np.uint8]]: ...
+
+# Parameters, as they are declared in Rust: `make declared` writes them.
+
+@final
+class Vehicle(_Vehicle):
+    def __new__(
+        cls,
+        *,
+        wheelbase: float = 3.0,
+        rear_axle: float = 0.0,
+        no_slip_point: float | None = None,
+        turning_wheelbase: float | None = None,
+        understeer: float = 0.0,
+        steer_offset: float = 0.0,
+        steer_lag: float = 0.1,
+        dead_time: float = 0.0,
+        max_steer: float = 1.22,
+        max_steer_rate: float | None = None,
+        max_lateral_acceleration: float | None = 4.0,
+        max_speed: float | None = None,
+        max_acceleration: float | None = None,
+        max_deceleration: float | None = None,
+        drive_lag: float = 0.0,
+    ) -> Self: ...
+    @property
+    def wheelbase(self) -> float: ...
+    @property
+    def rear_axle(self) -> float: ...
+    @property
+    def no_slip_point(self) -> float | None: ...
+    @property
+    def turning_wheelbase(self) -> float | None: ...
+    @property
+    def understeer(self) -> float: ...
+    @property
+    def steer_offset(self) -> float: ...
+    @property
+    def steer_lag(self) -> float: ...
+    @property
+    def dead_time(self) -> float: ...
+    @property
+    def max_steer(self) -> float: ...
+    @property
+    def max_steer_rate(self) -> float | None: ...
+    @property
+    def max_lateral_acceleration(self) -> float | None: ...
+    @property
+    def max_speed(self) -> float | None: ...
+    @property
+    def max_acceleration(self) -> float | None: ...
+    @property
+    def max_deceleration(self) -> float | None: ...
+    @property
+    def drive_lag(self) -> float: ...
+
+@final
+class AdaptParams(_Params):
+    def __new__(
+        cls,
+        *,
+        turn_time: float = 10.0,
+        slip_time: float = 5.0,
+        min_speed: float | None = None,
+    ) -> Self: ...
+    @property
+    def turn_time(self) -> float: ...
+    @property
+    def slip_time(self) -> float: ...
+    @property
+    def min_speed(self) -> float | None: ...
+
+@final
+class MonitorParams(_Params):
+    def __new__(
+        cls,
+        *,
+        deviation_limit: float | None = None,
+        turn_tolerance: float = 0.01,
+    ) -> Self: ...
+    @property
+    def deviation_limit(self) -> float | None: ...
+    @property
+    def turn_tolerance(self) -> float: ...
+
+@final
+class PopParams(_LawParams):
+    def __new__(
+        cls,
+        *,
+        lookahead_gain: float = 0.2,
+        min_lookahead: float | None = None,
+        steer_span: float = 0.05235987755982989,
+        candidate_count: int = 21,
+        exact_lookahead: bool = True,
+        lookahead_tolerance: float | None = None,
+        window_ahead: float | None = None,
+        grid_spacing: float | None = None,
+        search_distance: float | None = None,
+        lost_distance: float | None = None,
+    ) -> Self: ...
+    @property
+    def lookahead_gain(self) -> float: ...
+    @property
+    def min_lookahead(self) -> float | None: ...
+    @property
+    def steer_span(self) -> float: ...
+    @property
+    def candidate_count(self) -> int: ...
+    @property
+    def exact_lookahead(self) -> bool: ...
+    @property
+    def lookahead_tolerance(self) -> float | None: ...
+    @property
+    def window_ahead(self) -> float | None: ...
+    @property
+    def grid_spacing(self) -> float | None: ...
+    @property
+    def search_distance(self) -> float | None: ...
+    @property
+    def lost_distance(self) -> float | None: ...
+
+@final
+class PreviewPopParams(_LawParams):
+    def __new__(
+        cls,
+        *,
+        steer_span_rate: float | None = None,
+        horizon: float = 1.0,
+        heading_cost: float | None = None,
+        steer_rate_cost: float | None = None,
+        approach_angle: float = 0.25,
+        min_speed: float | None = None,
+        smoothing_length: float | None = None,
+        search_distance: float | None = None,
+        lost_distance: float | None = None,
+    ) -> Self: ...
+    @property
+    def steer_span_rate(self) -> float | None: ...
+    @property
+    def horizon(self) -> float: ...
+    @property
+    def heading_cost(self) -> float | None: ...
+    @property
+    def steer_rate_cost(self) -> float | None: ...
+    @property
+    def approach_angle(self) -> float: ...
+    @property
+    def min_speed(self) -> float | None: ...
+    @property
+    def smoothing_length(self) -> float | None: ...
+    @property
+    def search_distance(self) -> float | None: ...
+    @property
+    def lost_distance(self) -> float | None: ...
+
+@final
+class PidParams(_LawParams):
+    def __new__(
+        cls,
+        *,
+        kp: float | None = None,
+        ki: float | None = None,
+        kd: float | None = None,
+        buffer_length: int = 500,
+        integral_with_dt: bool = True,
+        smoothing_length: float | None = None,
+        search_distance: float | None = None,
+        lost_distance: float | None = None,
+    ) -> Self: ...
+    @property
+    def kp(self) -> float | None: ...
+    @property
+    def ki(self) -> float | None: ...
+    @property
+    def kd(self) -> float | None: ...
+    @property
+    def buffer_length(self) -> int: ...
+    @property
+    def integral_with_dt(self) -> bool: ...
+    @property
+    def smoothing_length(self) -> float | None: ...
+    @property
+    def search_distance(self) -> float | None: ...
+    @property
+    def lost_distance(self) -> float | None: ...
+
+@final
+class PurePursuitParams(_LawParams):
+    def __new__(
+        cls,
+        *,
+        lookahead_gain: float = 0.9,
+        min_lookahead: float | None = None,
+        alpha_by_arccos: bool = False,
+        exact_lookahead: bool = True,
+        lookahead_tolerance: float | None = None,
+        window_ahead: float | None = None,
+        grid_spacing: float | None = None,
+        search_distance: float | None = None,
+        lost_distance: float | None = None,
+    ) -> Self: ...
+    @property
+    def lookahead_gain(self) -> float: ...
+    @property
+    def min_lookahead(self) -> float | None: ...
+    @property
+    def alpha_by_arccos(self) -> bool: ...
+    @property
+    def exact_lookahead(self) -> bool: ...
+    @property
+    def lookahead_tolerance(self) -> float | None: ...
+    @property
+    def window_ahead(self) -> float | None: ...
+    @property
+    def grid_spacing(self) -> float | None: ...
+    @property
+    def search_distance(self) -> float | None: ...
+    @property
+    def lost_distance(self) -> float | None: ...
+
+@final
+class StanleyParams(_LawParams):
+    def __new__(
+        cls,
+        *,
+        cross_track_gain: float = 1.5,
+        speed_gain: float = 1.3,
+        softening: float | None = None,
+        heading_behind: bool = False,
+        smoothing_length: float | None = None,
+        search_distance: float | None = None,
+        lost_distance: float | None = None,
+    ) -> Self: ...
+    @property
+    def cross_track_gain(self) -> float: ...
+    @property
+    def speed_gain(self) -> float: ...
+    @property
+    def softening(self) -> float | None: ...
+    @property
+    def heading_behind(self) -> bool: ...
+    @property
+    def smoothing_length(self) -> float | None: ...
+    @property
+    def search_distance(self) -> float | None: ...
+    @property
+    def lost_distance(self) -> float | None: ...
+
+@final
+class CoupledLongitudinalParams(_Params):
+    def __new__(
+        cls,
+        *,
+        cutoff: float = 0.5,
+        steer_limit: float = 1.22,
+        speed_limit: float = 69.44,
+    ) -> Self: ...
+    @property
+    def cutoff(self) -> float: ...
+    @property
+    def steer_limit(self) -> float: ...
+    @property
+    def speed_limit(self) -> float: ...
+
+@final
+class SpeedPidParams(_Params):
+    def __new__(
+        cls,
+        *,
+        kp: float = 0.5,
+        ki: float = 0.1,
+        kd: float = 0.0,
+    ) -> Self: ...
+    @property
+    def kp(self) -> float: ...
+    @property
+    def ki(self) -> float: ...
+    @property
+    def kd(self) -> float: ...
+
+@final
+class SpeedTrackerParams(_Params):
+    def __new__(
+        cls,
+        *,
+        kp: float = 1.5,
+        ki: float = 0.2,
+        max_jerk: float = 20.0,
+        reserve: float = 0.4,
+        drive_delay: float = 0.0,
+    ) -> Self: ...
+    @property
+    def kp(self) -> float: ...
+    @property
+    def ki(self) -> float: ...
+    @property
+    def max_jerk(self) -> float: ...
+    @property
+    def reserve(self) -> float: ...
+    @property
+    def drive_delay(self) -> float: ...
+
+@final
+class CarlaIdentified(_CorePlant):
+    def __new__(
+        cls,
+        vehicle: Vehicle | None = None,
+        *,
+        throttle_lag: float = 0.25,
+        drive: float = 6.0,
+        drag: float = 0.28,
+        air_drag: float = 0.001,
+        bend_loss: float = 0.11,
+        braking: float = 9.0,
+    ) -> Self: ...
+    @property
+    def throttle_lag(self) -> float: ...
+    @property
+    def drive(self) -> float: ...
+    @property
+    def drag(self) -> float: ...
+    @property
+    def air_drag(self) -> float: ...
+    @property
+    def bend_loss(self) -> float: ...
+    @property
+    def braking(self) -> float: ...
+
+@final
+class KinematicBicycle(_CorePlant):
+    def __new__(
+        cls,
+        vehicle: Vehicle | None = None,
+        *,
+        drive: float = 6.0,
+        drag: float = 0.28,
+        braking: float = 9.0,
+    ) -> Self: ...
+    @property
+    def drive(self) -> float: ...
+    @property
+    def drag(self) -> float: ...
+    @property
+    def braking(self) -> float: ...
+
+@final
+class Noise(_Params):
+    def __new__(
+        cls,
+        *,
+        position: float = 0.0,
+        yaw: float = 0.0,
+        speed: float = 0.0,
+    ) -> Self: ...
+    @property
+    def position(self) -> float: ...
+    @property
+    def yaw(self) -> float: ...
+    @property
+    def speed(self) -> float: ...
+
+@final
+class Settings(_Params):
+    def __new__(
+        cls,
+        *,
+        dt: float = 0.05,
+        substeps: int = 10,
+        stop_distance: float = 1.0,
+        time_limit: float = 1000.0,
+        give_up_distance: float = 50.0,
+        settling_time: float = 5.0,
+        keep_records: bool = True,
+    ) -> Self: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def substeps(self) -> int: ...
+    @property
+    def stop_distance(self) -> float: ...
+    @property
+    def time_limit(self) -> float: ...
+    @property
+    def give_up_distance(self) -> float: ...
+    @property
+    def settling_time(self) -> float: ...
+    @property
+    def keep_records(self) -> bool: ...
+
+# End of the parameters.

@@ -198,7 +198,7 @@ def test_parameter_is_said_to_be_optional_where_it_is(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "parameter"), DEFAULTS, ids=str)
 def test_documented_default_is_the_real_one(name: str, parameter: str) -> None:
-    stated = eval(DEFAULTS[name, parameter], {"radians": math.radians})
+    stated = eval(DEFAULTS[name, parameter], {"PI": math.pi})
     real = _parameters(CORE[name])[parameter]
     if (name, parameter) == ("popsteer.sim.Simulation", "plant"):  # None stands for it
         path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])

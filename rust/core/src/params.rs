@@ -38,33 +38,37 @@ pub enum Value {
 }
 
 impl Value {
-    /// Whether the value is one that `requirement` allows; what is absent is.
+    /// Refuses a value that `requirement` does not allow; what is absent is allowed.
     ///
     /// # Errors
     ///
     /// [`ConfigError`], naming `field`.
-    pub fn checked(self, field: &'static str, requirement: Requirement) -> Result<(), ConfigError> {
-        let (value, is_met) = match (self, requirement) {
-            (Self::Number(value), Requirement::InRange(low, high)) => {
+    pub fn checked(
+        self,
+        field: &'static str,
+        requirement: Option<Requirement>,
+    ) -> Result<(), ConfigError> {
+        let (value, met) = match (self, requirement) {
+            (Self::Number(value), Some(Requirement::InRange(low, high))) => {
                 (value, in_range(value, low, high))
             }
-            (Self::Count(count), Requirement::CountInRange(low, high)) => {
+            (Self::Count(count), Some(Requirement::CountInRange(low, high))) => {
                 (from_count(count), low <= count && count <= high)
             }
-            (Self::Count(count), Requirement::OddInRange(low, high)) => (
+            (Self::Count(count), Some(Requirement::OddInRange(low, high))) => (
                 from_count(count),
                 low <= count && count <= high && !count.is_multiple_of(2),
             ),
             _ => return Ok(()),
         };
-        if is_met {
-            return Ok(());
+        match requirement {
+            Some(requirement) if !met => Err(ConfigError {
+                field,
+                value,
+                requirement,
+            }),
+            _ => Ok(()),
         }
-        Err(ConfigError {
-            field,
-            value,
-            requirement,
-        })
     }
 }
 
@@ -130,6 +134,9 @@ impl Parameter for bool {
 /// that may be left out: it then follows from the named fields of the vehicle by its default, a
 /// formula. `resolved` fills these in; its result has plain numbers.
 ///
+/// After the struct, `with vehicle: Vehicle = Vehicle::DEFAULT;` adds a field that is no parameter
+/// itself, and is checked first. A range may name other fields.
+///
 /// A macro of the struct's name hands the declared fields to the macro that it is given:
 /// `WiperParams! { each { before } }` is `each! { { before } { /// text... } name type = default;
 /// ... }`.
@@ -138,44 +145,55 @@ macro_rules! params {
     (
         $(#[doc = $about:literal])+
         pub struct $name:ident { $($fields:tt)+ }
+        $(with $whole:ident: $type:ident = $usual:expr;)?
     ) => {
-        $crate::params! { @struct [$($about)+] $name [] { $($fields)+ } }
+        $crate::params! { @struct [$($about)+] $name [] [$($whole $type $usual)?] { $($fields)+ } }
     };
     (
         $(#[doc = $about:literal])+
         pub struct $name:ident<$scaled:ident> of $whole:ident $car:tt { $($fields:tt)+ }
     ) => {
-        $crate::params! { @struct [$($about)+] $name [$scaled] { $($fields)+ } }
+        $crate::params! { @struct [$($about)+] $name [$scaled] [] { $($fields)+ } }
         $crate::params! { @resolved $name $whole $car { $($fields)+ } }
     };
-    (@struct [$($about:literal)+] $name:ident [$($scaled:ident)?] {$(
+    (@struct [$($about:literal)+] $name:ident [$($scaled:ident)?]
+        [$($whole:ident $type:ident $usual:expr)?]
+    {$(
         $(#[doc = $text:literal])+
         $field:ident: $kind:ident $(<$of:ty>)? = $default:expr
         $(, in $($odd:ident)? [$low:expr, $high:expr])?;
     )+}) => {
         $(#[doc = $about])+
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub struct $name$(<$scaled = Option<f64>>)? {$(
+        pub struct $name$(<$scaled = Option<f64>>)? {
+            $(
+                /// What it is.
+                pub $whole: $type,
+            )?
+            $(
             $(#[doc = $text])+
             #[doc = concat!(
                 "\n\nDefault `", stringify!($default), "`"
                 $(, ", in `[", stringify!($low), ", ", stringify!($high), "]`")?, "."
             )]
             pub $field: $kind$(<$of>)?,
-        )+}
+            )+
+        }
 
         impl $name {
             /// The defaults.
             pub const DEFAULT: Self = Self {
+                $($whole: $usual,)?
                 $($field: $crate::params!(@default $kind $default)),+
             };
 
             /// The parameters as they were declared.
             pub fn fields() -> [$crate::params::Field; [$(stringify!($field)),+].len()] {
+                let Self { $($field,)+ .. } = Self::DEFAULT;
                 [$($crate::params::Field {
                     name: stringify!($field),
                     text: concat!($($text),+).trim_ascii(),
-                    default: $crate::params::Parameter::value(Self::DEFAULT.$field),
+                    default: $crate::params::Parameter::value($field),
                     optional: $crate::params!(@type $kind$(<$of>)?),
                     written: stringify!($default),
                     requirement: $crate::params!(@required $kind $($($odd)? [$low, $high])?),
@@ -196,12 +214,14 @@ macro_rules! params {
             ///
             #[doc = "[`ConfigError`](popsteer_core::ConfigError), naming the one that is not."]
             pub fn checked(self) -> Result<Self, $crate::error::ConfigError> {
-                $($(
-                    $crate::params::Parameter::value(self.$field).checked(
+                $(self.$whole.checked()?;)?
+                let Self { $($field,)+ .. } = self;
+                $(
+                    $crate::params::Parameter::value($field).checked(
                         stringify!($field),
-                        $crate::params!(@range $kind $($odd)? [$low, $high]),
+                        $crate::params!(@required $kind $($($odd)? [$low, $high])?),
                     )?;
-                )?)+
+                )+
                 Ok(self)
             }
         }
@@ -245,16 +265,13 @@ macro_rules! params {
     (@type Scaled) => { true };
     (@type $kind:ty) => { <$kind as $crate::params::Parameter>::OPTIONAL };
     (@required $kind:ident) => { None };
-    (@required $kind:ident $($range:tt)+) => {
-        Some($crate::params!(@range $kind $($range)+))
+    (@required usize [$low:expr, $high:expr]) => {
+        Some($crate::error::Requirement::CountInRange($low, $high))
     };
-    (@range usize [$low:expr, $high:expr]) => {
-        $crate::error::Requirement::CountInRange($low, $high)
+    (@required usize odd [$low:expr, $high:expr]) => {
+        Some($crate::error::Requirement::OddInRange($low, $high))
     };
-    (@range usize odd [$low:expr, $high:expr]) => {
-        $crate::error::Requirement::OddInRange($low, $high)
-    };
-    (@range $kind:ident [$low:expr, $high:expr]) => {
-        $crate::error::Requirement::InRange($low, $high)
+    (@required $kind:ident [$low:expr, $high:expr]) => {
+        Some($crate::error::Requirement::InRange($low, $high))
     };
 }

@@ -15,32 +15,15 @@ use crate::params::params;
 use crate::record::record;
 use crate::speed_tracker::PySpeedTracker;
 
-params! {
+popsteer_core::CoupledLongitudinalParams! { params {
     /// Parameters of `CoupledLongitudinal`; the paper's Table 2 by default.
-    PyCoupledLongitudinalParams(CoupledLongitudinalParams)
-    named "CoupledLongitudinalParams" in "popsteer",
-    shown as "(*, cutoff=0.5, steer_limit=1.22, speed_limit=69.44)",
-    defaults CoupledLongitudinalParams::DEFAULT, checked by CoupledLongitudinal::new,
-    cutoff: f64, "float, default 0.5",
-        "Cutoff constant k_tau, 0 to 1: offset and aggressiveness of the command.";
-    steer_limit: f64, "float, default 1.22",
-        "Steering limit delta_lim [rad].";
-    speed_limit: f64, "float, default 69.44",
-        "Speed limit v_lim [m/s].";
-}
+    PyCoupledLongitudinalParams(CoupledLongitudinalParams) named "CoupledLongitudinalParams" in "popsteer";
+} }
 
-params! {
+popsteer_core::SpeedPidParams! { params {
     /// Parameters of `SpeedPid`.
-    PySpeedPidParams(SpeedPidParams) named "SpeedPidParams" in "popsteer",
-    shown as "(*, kp=0.5, ki=0.1, kd=0.0)",
-    defaults SpeedPidParams::DEFAULT, checked by SpeedPid::new,
-    kp: f64, "float, default 0.5",
-        "Proportional gain [s/m].";
-    ki: f64, "float, default 0.1",
-        "Integral gain [1/m].";
-    kd: f64, "float, default 0.0",
-        "Derivative gain [s^2/m].";
-}
+    PySpeedPidParams(SpeedPidParams) named "SpeedPidParams" in "popsteer";
+} }
 
 /// The paper's longitudinal controller, coupled with the steering angle (Equation 7).
 ///

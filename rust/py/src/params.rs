@@ -151,21 +151,60 @@ pub(crate) fn as_given(mut error: ConfigError, given: &[(&str, Option<f64>)]) ->
     error
 }
 
-/// A frozen, keyword-only class around a struct of the core, validated by `$check`.
+/// The Rust type of a parameter of the core's `params!`.
+macro_rules! kind {
+    (Scaled) => { Option<f64> };
+    ($kind:ty) => { $kind };
+}
+pub(crate) use kind;
+
+/// What a parameter's documentation says of its type.
+macro_rules! words {
+    (f64, $default:expr) => {
+        concat!("float, default ", stringify!($default))
+    };
+    (usize, $default:expr) => {
+        concat!("int, default ", stringify!($default))
+    };
+    (bool, $default:expr) => {
+        "bool, optional"
+    };
+    ($kind:ident, $default:expr) => {
+        "float or None, optional"
+    };
+}
+pub(crate) use words;
+
+/// What a parameter's documentation says of a default that scales with the vehicle.
+macro_rules! scaled {
+    (Scaled, $default:expr) => {
+        concat!(" By default `", stringify!($default), "`.")
+    };
+    ($kind:ident, $default:expr) => {
+        ""
+    };
+}
+pub(crate) use scaled;
+
+/// A frozen, keyword-only class around a struct of the core that `params!` declares: the macro of
+/// its name gives the fields.
 ///
-/// The text of each field is its documentation in the class and on the attribute; `$shown` is the
-/// signature with its defaults, which a test holds against the real ones. `@of vehicle` takes a
-/// vehicle before the parameters, `$usual` by default.
+/// The text of each field is its documentation in the class and on the attribute. `@of vehicle`
+/// takes a vehicle before the parameters, `$usual` by default. The signature with its defaults is
+/// made in Python, by `popsteer.signatures`.
 macro_rules! params {
     (
-        $(#[doc = $about:literal])+
-        $class:ident($core:ident) named $name:literal in $module:literal,
-        $(shown as $shown:literal,)?
-        defaults $defaults:expr, checked by $check:expr,
-        $(@of $vehicle:ident: $whole:ident by default $usual:expr, $whose:literal;)?
-        $($field:ident: $kind:ty, $words:literal, $text:literal;)+
-        $(@examples { $(#[doc = $example:literal])+ })?
-        $(@extra { $($extra:item)* })?
+        {
+            $(#[doc = $about:literal])+
+            $class:ident($core:ident) named $name:literal in $module:literal;
+            $(@of $vehicle:ident: $whole:ident by default $usual:expr, $whose:literal;)?
+            $(@examples { $(#[doc = $example:literal])+ })?
+            $(@extra { $($extra:item)* })?
+        }
+        $(
+            $(#[doc = $text:literal])+
+            $field:ident: $kind:ident $(<$of:ty>)? = $default:expr $(, in [$low:expr, $high:expr])?;
+        )+
     ) => {
         $(#[doc = $about])+
         ///
@@ -176,8 +215,11 @@ macro_rules! params {
             #[doc = concat!("    What it is; by default ", $whose, ".")]
         )?
         $(
-            #[doc = concat!(stringify!($field), " : ", $words)]
-            #[doc = concat!("    ", $text)]
+            #[doc = concat!(stringify!($field), " : ", $crate::params::words!($kind, $default))]
+            #[doc = concat!(
+                "   ", $($text,)+ $crate::params::scaled!($kind, $default)
+                $(, " In [", stringify!($low), ", ", stringify!($high), "].")?
+            )]
         )+
         ///
         /// Raises
@@ -197,30 +239,27 @@ macro_rules! params {
         #[pymethods]
         impl $class {
             #[new]
-            #[pyo3(
-                signature = ($($vehicle=None,)? *, $($field = $crate::params::Field::argument($defaults.$field)),+)
-                $(, text_signature = $shown)?
-            )]
+            #[pyo3(signature = (
+                $($vehicle=None,)? *,
+                $($field = $crate::params::Field::argument($core::DEFAULT.$field)),+
+            ))]
             fn new(
                 py: Python<'_>,
                 $($vehicle: Option<Py<$whole>>,)?
-                $($field: <$kind as $crate::params::Field>::Argument),+
+                $($field: <$crate::params::kind!($kind$(<$of>)?) as $crate::params::Field>::Argument),+
             ) -> PyResult<Self> {
                 let given = [$((
                     stringify!($field),
-                    <$kind as $crate::params::Field>::changed($field),
+                    <$crate::params::kind!($kind$(<$of>)?) as $crate::params::Field>::changed($field),
                 )),+];
                 let params = $core {
                     $($vehicle: $vehicle.map_or($usual, |vehicle| vehicle.get().0),)?
-                    $($field: <$kind as $crate::params::Field>::from_argument($field)),+
+                    $($field: $crate::params::Field::from_argument($field)),+
                 };
-                match $check(params) {
-                    Ok(_) => Ok(Self(params)),
-                    Err(error) => {
-                        let error = $crate::params::as_given(error.into(), &given);
-                        Err($crate::errors::IntoPyErr::into_py_err(error, py))
-                    }
-                }
+                params.checked().map(Self).map_err(|error| {
+                    let error = $crate::params::as_given(error, &given);
+                    $crate::errors::IntoPyErr::into_py_err(error, py)
+                })
             }
 
             $(
@@ -232,9 +271,11 @@ macro_rules! params {
             )?
 
             $(
-                #[doc = $text]
+                $(#[doc = $text])+
                 #[getter]
-                fn $field(&self) -> <$kind as $crate::params::Field>::Argument {
+                fn $field(
+                    &self,
+                ) -> <$crate::params::kind!($kind$(<$of>)?) as $crate::params::Field>::Argument {
                     $crate::params::Field::argument(self.0.$field)
                 }
             )+

@@ -13,54 +13,34 @@ use crate::params::{hash, params};
 use crate::python_plant::PythonPlant;
 use crate::vehicle::PyVehicle;
 
-params! {
+popsteer_sim::CarlaIdentified! { params {
     /// The vehicle identified from the paper authors' CARLA run.
     ///
     /// Single-track steady-state yaw response with a lag, and a longitudinal model with throttle
     /// lag, drag and loss in bends. The vehicle's `steer_lag` acts on the yaw rate here. The
     /// recorded run holds no braking: `braking` is an assumption.
-    PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified" in "popsteer.sim",
-    defaults CarlaIdentified::DEFAULT, checked by CarlaIdentified::checked,
+    PyCarlaIdentified(CarlaIdentified) named "CarlaIdentified" in "popsteer.sim";
     @of vehicle: PyVehicle by default CarlaIdentified::VEHICLE, "``popsteer.vehicles.get('carla-identified')``";
-    throttle_lag: f64, "float, default 0.25",
-        "Time constant of the throttle [s].";
-    drive: f64, "float, default 6.0",
-        "Acceleration at full throttle [m/s²].";
-    drag: f64, "float, default 0.28",
-        "Drag linear in speed [1/s].";
-    air_drag: f64, "float, default 0.001",
-        "Drag quadratic in speed [1/m].";
-    bend_loss: f64, "float, default 0.11",
-        "Loss in bends.";
-    braking: f64, "float, default 9.0",
-        "Deceleration at full brake [m/s²].";
     @extra {
         fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
             hash(&self.as_dict(py)?)
         }
     }
-}
+} }
 
-params! {
+popsteer_sim::KinematicBicycle! { params {
     /// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag.
     ///
     /// It does what its vehicle says: dead time, lag, rate, largest angle and offset of the wheels,
     /// turning wheelbase and understeer, the no-slip point, `drive_lag` and `max_speed`.
-    PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle" in "popsteer.sim",
-    defaults KinematicBicycle::DEFAULT, checked by KinematicBicycle::checked,
+    PyKinematicBicycle(KinematicBicycle) named "KinematicBicycle" in "popsteer.sim";
     @of vehicle: PyVehicle by default KinematicBicycle::VEHICLE, "``popsteer.vehicles.get('kinematic-bicycle')``, whose wheels turn at once";
-    drive: f64, "float, default 6.0",
-        "Acceleration at full throttle [m/s²].";
-    drag: f64, "float, default 0.28",
-        "Drag linear in speed [1/s].";
-    braking: f64, "float, default 9.0",
-        "Deceleration at full brake [m/s²].";
     @extra {
         fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
             hash(&self.as_dict(py)?)
         }
     }
-}
+} }
 
 /// A plant from its name or its object.
 pub(crate) fn plant_of(object: &Bound<'_, PyAny>) -> PyResult<Arc<dyn Plant>> {

@@ -17,22 +17,10 @@ use crate::path::PyPath;
 use crate::record::record;
 use crate::vehicle::PyVehicle;
 
-params! {
+popsteer_core::SpeedTrackerParams! { params {
     /// Parameters of `SpeedTracker`.
-    PySpeedTrackerParams(SpeedTrackerParams) named "SpeedTrackerParams" in "popsteer",
-    shown as "(*, kp=1.5, ki=0.2, max_jerk=20.0, reserve=0.4, drive_delay=0.0)",
-    defaults SpeedTrackerParams::DEFAULT, checked by SpeedTrackerParams::checked,
-    kp: f64, "float, default 1.5",
-        "Acceleration for an error of the speed [1/s].";
-    ki: f64, "float, default 0.2",
-        "Acceleration for its integral [1/s^2].";
-    max_jerk: f64, "float, default 20.0",
-        "Largest change of the acceleration [m/s^3].";
-    reserve: f64, "float, default 0.4",
-        "Acceleration beyond that of the plan that may correct an error [m/s^2].";
-    drive_delay: f64, "float, default 0.0",
-        "Time from a command to its first effect on the drive [s].";
-}
+    PySpeedTrackerParams(SpeedTrackerParams) named "SpeedTrackerParams" in "popsteer";
+} }
 
 impl PySpeedTracker {
     /// The controller as a run takes it, with the pedals of `map`.

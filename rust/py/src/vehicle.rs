@@ -12,7 +12,7 @@ use crate::errors::OrRaise;
 use crate::params::{Number, hash, params};
 use crate::record::record;
 
-params! {
+popsteer_core::Vehicle! { params {
     /// All parameters of a car-like vehicle, in one immutable value.
     ///
     /// A pose is always the pose of the vehicle's point, wherever it is measured; `rear_axle` says
@@ -21,39 +21,7 @@ params! {
     /// dead_time) + steer_offset - wheel) / steer_lag, +-max_steer_rate)`` with ``|wheel| <=
     /// max_steer``, and ``yaw' = speed tan(wheel) / (turning_wheelbase + understeer speed^2)``. The
     /// no-slip point moves along the vehicle's heading.
-    PyVehicle(Vehicle) named "Vehicle" in "popsteer",
-    shown as "(*, wheelbase=3.0, rear_axle=0.0, no_slip_point=None, turning_wheelbase=None, understeer=0.0, steer_offset=0.0, steer_lag=0.1, dead_time=0.0, max_steer=1.22, max_steer_rate=None, max_lateral_acceleration=4.0, max_speed=None, max_acceleration=None, max_deceleration=None, drive_lag=0.0)",
-    defaults Vehicle::DEFAULT, checked by Vehicle::checked,
-    wheelbase: f64, "float, default 3.0",
-        "Distance of the axles L [m]; the default lengths of all parameters scale with it.";
-    rear_axle: f64, "float, default 0.0",
-        "How far ahead of the pose's point the rear axle lies [m]: 0 where you give the rear axle's pose, negative where you give that of a point ahead of it.";
-    no_slip_point: Option<f64>, "float, optional",
-        "How far ahead of the pose's point lies the no-slip point [m], the one that moves along the vehicle's heading; the rear axle by default.";
-    turning_wheelbase: Option<f64>, "float, optional",
-        "The wheelbase that the vehicle turns by [m]; `wheelbase` by default.";
-    understeer: f64, "float, default 0.0",
-        "Understeer gradient K [s^2/m].";
-    steer_offset: f64, "float, default 0.0",
-        "Angle of the wheels at the command 0 [rad].";
-    steer_lag: f64, "float, default 0.1",
-        "Time constant of the wheels' first-order response to a command [s].";
-    dead_time: f64, "float, default 0.0",
-        "Time from a command to its first effect on the wheels [s].";
-    max_steer: f64, "float, default 1.22",
-        "Largest angle of the front wheels delta_max [rad].";
-    max_steer_rate: Option<f64>, "float, optional",
-        "Largest rate of the front wheels' angle [rad/s]; None for no limit.";
-    max_lateral_acceleration: Option<f64>, "float or None, default 4.0",
-        "Largest lateral acceleration that a command may ask for [m/s^2]; None for no limit.";
-    max_speed: Option<f64>, "float, optional",
-        "Top speed [m/s]; None for no limit.";
-    max_acceleration: Option<f64>, "float, optional",
-        "Largest driving acceleration [m/s^2]; None where it is not known.";
-    max_deceleration: Option<f64>, "float, optional",
-        "Largest braking deceleration [m/s^2]; None where it is not known.";
-    drive_lag: f64, "float, default 0.0",
-        "Time constant of the drive's first-order response to the pedals [s].";
+    PyVehicle(Vehicle) named "Vehicle" in "popsteer";
     @examples {
         /// A car whose pose is measured in the middle between its axles:
         ///
@@ -159,27 +127,19 @@ params! {
             hash(&self.as_dict(py)?)
         }
     }
-}
+} }
 
 fn vehicle_file(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
     py.import("popsteer.vehicle_file")
 }
 
-params! {
+popsteer_core::AdaptParams! { params {
     /// How fast a controller adapts to its vehicle.
     ///
     /// From commands and motion it estimates the ratio of the vehicle's turning to the given one,
     /// the offset of the steering, the dead time, the slip, and the acceleration. The prediction
     /// through the dead time and preview POP use them.
-    PyAdaptParams(AdaptParams) named "AdaptParams" in "popsteer",
-    shown as "(*, turn_time=10.0, slip_time=5.0, min_speed=None)",
-    defaults AdaptParams::DEFAULT, checked by AdaptParams::checked,
-    turn_time: f64, "float, default 10.0",
-        "Time over which turning gain, steering offset and dead time are estimated [s]; 0 never. Shorter: sooner right, and more noise of the heading passed on.";
-    slip_time: f64, "float, default 5.0",
-        "Time over which the slip is estimated, straight on and in bends [s]; 0 never. Shorter: sooner right, and more noise of the position passed on.";
-    min_speed: Option<f64>, "float, optional",
-        "Below this speed the slip is not estimated [m/s]: the position moves too little to show it; 5/3 wheelbases a second by default.";
+    PyAdaptParams(AdaptParams) named "AdaptParams" in "popsteer";
     @examples {
         /// A controller that adapts at once to new tyres, and one that never does:
         ///
@@ -190,7 +150,7 @@ params! {
         /// >>> popsteer.PreviewPop(path, adapt=None).adapt is None
         /// True
     }
-}
+} }
 
 impl Chosen for PyAdaptParams {
     const REQUIRED: &'static str = "adapt must be AdaptParams, None or 'auto'";

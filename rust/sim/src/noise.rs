@@ -1,43 +1,24 @@
 //! The noise of the measured vehicle.
 
 use popsteer_core::VehicleState;
-use popsteer_core::error::{ConfigError, config_in_range};
 use popsteer_core::math::wrap;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// Noise of pose and speed as a driver gets them: standard deviations of normal noise, drawn
-/// at every step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Noise {
-    /// Of x and of y [m].
-    pub position: f64,
-    /// Of the yaw [rad].
-    pub yaw: f64,
-    /// Of the speed [m/s].
-    pub speed: f64,
+popsteer_core::params! {
+    /// Noise of pose and speed as a driver gets them: standard deviations of normal noise, drawn
+    /// at every step.
+    pub struct Noise {
+        /// Of x, and of y [m].
+        position: f64 = 0.0, in [0.0, 1e3];
+        /// Of the heading [rad].
+        yaw: f64 = 0.0, in [0.0, 10.0];
+        /// Of the speed [m/s].
+        speed: f64 = 0.0, in [0.0, 1e3];
+    }
 }
 
 impl Noise {
-    /// None.
-    pub const DEFAULT: Self = Self {
-        position: 0.0,
-        yaw: 0.0,
-        speed: 0.0,
-    };
-
-    /// The noise itself where every deviation is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the one that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        config_in_range("position", self.position, 0.0, 1e3)?;
-        config_in_range("yaw", self.yaw, 0.0, 10.0)?;
-        config_in_range("speed", self.speed, 0.0, 1e3)?;
-        Ok(self)
-    }
-
     fn perceive(&self, vehicle: VehicleState, random: &mut Pcg64) -> VehicleState {
         let mut draw = |deviation: f64| -> f64 {
             let normal: f64 = StandardNormal.sample(random);

@@ -88,7 +88,8 @@ mod tests {
     use super::*;
     use crate::closed_loop::{Controller, run};
     use crate::plant::KinematicBicycle;
-    use crate::{Longitudinal, Perception, Settings};
+    use crate::settings::Settings;
+    use crate::{Longitudinal, Perception};
     use popsteer_core::laws::{Pop, PopParams};
     use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
     use std::sync::Arc;

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use crate::choice::{Choice, Chosen};
 use crate::params::params;
 
-params! {
+popsteer_core::MonitorParams! { params {
     /// The thresholds beyond which a controller reports a fault, by two statuses of that level.
     ///
     /// ``Status.DEVIATING``: the measured cross-track error is beyond `deviation_limit`, after the
@@ -22,13 +22,7 @@ params! {
     /// the motion has shown it, and so is a localisation whose yaw jumps. Nothing is concluded
     /// across inputs that were refused, periods longer than 0.3 s, changes of the direction of
     /// driving, and `relocalise`.
-    PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer",
-    shown as "(*, deviation_limit=None, turn_tolerance=0.01)",
-    defaults MonitorParams::DEFAULT, checked by MonitorParams::checked,
-    deviation_limit: Option<f64>, "float, optional",
-        "Cross-track error from which a vehicle that was within it is deviating [m]. Half a wheelbase by default; 1e9 switches it off.";
-    turn_tolerance: f64, "float, default 0.01",
-        "Largest difference of the turn measured over a second to the turns that the commands explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner, false alarms are likelier.";
+    PyMonitorParams(MonitorParams) named "MonitorParams" in "popsteer";
     @examples {
         /// A vehicle that comes off the path:
         ///
@@ -40,7 +34,7 @@ params! {
         /// >>> str(stanley.step(1.25, 0.6, 0.0, 5.0, 0.05).status)
         /// 'deviating'
     }
-}
+} }
 
 impl Chosen for PyMonitorParams {
     const REQUIRED: &'static str = "monitor must be MonitorParams, None or 'auto'";

@@ -2,24 +2,24 @@
 
 use super::{Control, PedalMap, Plant, PlantState, at_its_wheels};
 use popsteer_core::Vehicle;
-use popsteer_core::error::{ConfigError, config_in_range};
 use popsteer_core::math::{decay, tan};
 use popsteer_core::vehicle::bicycle::advance;
 
-/// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag.
-///
-/// Wheels, turning and the no-slip point are those of [`Vehicle`]; its `drive_lag` and
-/// `max_speed` count as well.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KinematicBicycle {
-    /// What it is.
-    pub vehicle: Vehicle,
-    /// Acceleration at full throttle [m/s^2].
-    pub drive: f64,
-    /// Drag linear in speed [1/s].
-    pub drag: f64,
-    /// Deceleration at full brake [m/s^2].
-    pub braking: f64,
+popsteer_core::params! {
+    /// The kinematic bicycle of a vehicle, with an engine, brakes and linear drag; a passenger car
+    /// by default.
+    ///
+    /// Wheels, turning and the no-slip point are those of [`Vehicle`]; its `drive_lag` and
+    /// `max_speed` count as well.
+    pub struct KinematicBicycle {
+        /// Acceleration at full throttle [m/s^2].
+        drive: f64 = 6.0, in [0.0, 1e3];
+        /// Drag linear in speed [1/s].
+        drag: f64 = 0.28, in [0.0, 1e3];
+        /// Deceleration at full brake [m/s^2].
+        braking: f64 = 9.0, in [0.0, 1e3];
+    }
+    with vehicle: Vehicle = Self::VEHICLE;
 }
 
 impl KinematicBicycle {
@@ -31,33 +31,6 @@ impl KinematicBicycle {
         steer_lag: 0.0,
         ..Vehicle::PAPER
     };
-
-    /// A passenger car.
-    pub const DEFAULT: Self = Self {
-        vehicle: Self::VEHICLE,
-        drive: 6.0,
-        drag: 0.28,
-        braking: 9.0,
-    };
-
-    /// The plant itself where every parameter is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the parameter that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        self.vehicle.checked()?;
-        config_in_range("drive", self.drive, 0.0, 1e3)?;
-        config_in_range("drag", self.drag, 0.0, 1e3)?;
-        config_in_range("braking", self.braking, 0.0, 1e3)?;
-        Ok(self)
-    }
-}
-
-impl Default for KinematicBicycle {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 impl Plant for KinematicBicycle {

@@ -2,39 +2,38 @@
 
 use super::{Control, PedalMap, Plant, PlantState, at_its_wheels};
 use popsteer_core::Vehicle;
-use popsteer_core::error::{ConfigError, config_in_range};
 use popsteer_core::math::{cos, sin, tan};
 
-/// Single-track steady-state yaw response with a lag, and a longitudinal model with throttle
-/// lag, drag and loss in bends, fitted to the run that the paper's authors recorded in CARLA.
-///
-/// ```text
-/// yaw_rate' = (speed tan(steer) / (turning_wheelbase + understeer speed^2) - yaw_rate) / steer_lag
-/// u'        = (throttle - u) / throttle_lag
-/// speed'    = drive u - drag speed - air_drag speed^2 - bend_loss |yaw_rate| speed - braking brake
-/// x', y'    = speed (cos yaw, sin yaw)   of the no-slip point
-/// ```
-///
-/// The lag acts on the yaw rate, where the chain of [`Vehicle`] has it at the wheels: to first
-/// order that is the same. A limit of the wheels' rate acts before it.
-///
-/// The log holds no braking; `braking` is an assumption. The speed never falls below 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CarlaIdentified {
-    /// What it is.
-    pub vehicle: Vehicle,
-    /// Time constant of the throttle [s].
-    pub throttle_lag: f64,
-    /// Acceleration at full throttle [m/s^2].
-    pub drive: f64,
-    /// Drag linear in speed [1/s].
-    pub drag: f64,
-    /// Drag quadratic in speed [1/m].
-    pub air_drag: f64,
-    /// Loss in bends.
-    pub bend_loss: f64,
-    /// Deceleration at full brake [m/s^2].
-    pub braking: f64,
+popsteer_core::params! {
+    /// Single-track steady-state yaw response with a lag, and a longitudinal model with throttle
+    /// lag, drag and loss in bends, fitted to the run that the paper's authors recorded in CARLA.
+    ///
+    /// ```text
+    /// yaw_rate' = (speed tan(steer) / (turning_wheelbase + understeer speed^2) - yaw_rate) / steer_lag
+    /// u'        = (throttle - u) / throttle_lag
+    /// speed'    = drive u - drag speed - air_drag speed^2 - bend_loss |yaw_rate| speed - braking brake
+    /// x', y'    = speed (cos yaw, sin yaw)   of the no-slip point
+    /// ```
+    ///
+    /// The lag acts on the yaw rate, where the chain of [`Vehicle`] has it at the wheels: to first
+    /// order that is the same. A limit of the wheels' rate acts before it.
+    ///
+    /// The log holds no braking; `braking` is an assumption. The speed never falls below 0.
+    pub struct CarlaIdentified {
+        /// Time constant of the throttle [s].
+        throttle_lag: f64 = 0.25, in [1e-3, 1e3];
+        /// Acceleration at full throttle [m/s^2].
+        drive: f64 = 6.0, in [0.0, 1e3];
+        /// Drag linear in speed [1/s].
+        drag: f64 = 0.28, in [0.0, 1e3];
+        /// Drag quadratic in speed [1/m].
+        air_drag: f64 = 0.001, in [0.0, 1e3];
+        /// Loss in bends.
+        bend_loss: f64 = 0.11, in [0.0, 1e3];
+        /// Deceleration at full brake [m/s^2].
+        braking: f64 = 9.0, in [0.0, 1e3];
+    }
+    with vehicle: Vehicle = Self::VEHICLE;
 }
 
 impl CarlaIdentified {
@@ -52,39 +51,6 @@ impl CarlaIdentified {
         steer_lag: 0.1,
         ..Vehicle::PAPER
     };
-
-    /// The values found in the authors' run.
-    pub const DEFAULT: Self = Self {
-        vehicle: Self::VEHICLE,
-        throttle_lag: 0.25,
-        drive: 6.0,
-        drag: 0.28,
-        air_drag: 0.001,
-        bend_loss: 0.11,
-        braking: 9.0,
-    };
-
-    /// The plant itself where every parameter is within its range.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`], naming the parameter that is not.
-    pub fn checked(self) -> Result<Self, ConfigError> {
-        self.vehicle.checked()?;
-        config_in_range("throttle_lag", self.throttle_lag, 1e-3, 1e3)?;
-        config_in_range("drive", self.drive, 0.0, 1e3)?;
-        config_in_range("drag", self.drag, 0.0, 1e3)?;
-        config_in_range("air_drag", self.air_drag, 0.0, 1e3)?;
-        config_in_range("bend_loss", self.bend_loss, 0.0, 1e3)?;
-        config_in_range("braking", self.braking, 0.0, 1e3)?;
-        Ok(self)
-    }
-}
-
-impl Default for CarlaIdentified {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
 }
 
 impl Plant for CarlaIdentified {

@@ -40,8 +40,8 @@ law_params! {
     /// Parameters of [`PreviewPop`]: POP's neighbourhood, and costs that suit a passenger car.
     pub struct PreviewPopParams<Scaled> of Vehicle(wheelbase, max_steer_rate) {
         /// Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most this
-        /// times dt from the last one. By default the vehicle's `max_steer_rate`, or 60 degrees/s,
-        /// the paper's 3 degrees in 50 ms.
+        /// times dt from the last one. Where the vehicle has no `max_steer_rate`, the paper's 3
+        /// degrees in 50 ms.
         steer_span_rate: Scaled = max_steer_rate.unwrap_or(60.0 * (PI / 180.0)), in [1e-3, 1e6];
         /// How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
         /// anticipated. If it is shorter than the lag and the return to the path, the vehicle

@@ -1,0 +1,163 @@
+//! What else has the parameters has them from their declarations: the stub's classes in
+//! `python/popsteer/_core.pyi` and the tables of `docs/parameters.md`.
+//!
+//! After a change of a parameter: `make declared`.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::path::Path;
+use std::{env, fs};
+
+use popsteer_core::error::Requirement;
+use popsteer_core::laws::{
+    PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams,
+};
+use popsteer_core::params::{Field, Value};
+use popsteer_core::speed::{CoupledLongitudinalParams, SpeedPidParams, SpeedTrackerParams};
+use popsteer_core::tracker::MonitorParams;
+use popsteer_core::vehicle::{AdaptParams, Vehicle};
+use popsteer_sim::plant::{CarlaIdentified, KinematicBicycle};
+use popsteer_sim::{Noise, Settings};
+
+/// A class of parameters in Python: its name, its base in the stub, and its fields.
+type Class = (&'static str, &'static str, Vec<Field>);
+
+macro_rules! classes {
+    ($($name:ident: $base:literal),+ $(,)?) => {
+        vec![$((stringify!($name), $base, $name::fields().into())),+]
+    };
+}
+
+fn classes() -> Vec<Class> {
+    classes![
+        Vehicle: "_Vehicle",
+        AdaptParams: "_Params",
+        MonitorParams: "_Params",
+        PopParams: "_LawParams",
+        PreviewPopParams: "_LawParams",
+        PidParams: "_LawParams",
+        PurePursuitParams: "_LawParams",
+        StanleyParams: "_LawParams",
+        CoupledLongitudinalParams: "_Params",
+        SpeedPidParams: "_Params",
+        SpeedTrackerParams: "_Params",
+        CarlaIdentified: "_CorePlant",
+        KinematicBicycle: "_CorePlant",
+        Noise: "_Params",
+        Settings: "_Params",
+    ]
+}
+
+/// A value as Python writes it.
+fn python(value: Value) -> String {
+    match value {
+        Value::Absent => "None".into(),
+        Value::Number(number) => format!("{number:?}"),
+        Value::Count(count) => count.to_string(),
+        Value::Flag(flag) => (if flag { "True" } else { "False" }).into(),
+    }
+}
+
+/// The class in the stub.
+fn stub((name, base, fields): &Class) -> Result<String, Box<dyn Error>> {
+    let kind = |field: &Field| match field.default {
+        Value::Count(_) => "int",
+        Value::Flag(_) => "bool",
+        _ if field.optional => "float | None",
+        _ => "float",
+    };
+    let mut text = format!("\n@final\nclass {name}({base}):\n    def __new__(\n        cls,\n");
+    if *base == "_CorePlant" {
+        text += "        vehicle: Vehicle | None = None,\n";
+    }
+    text += "        *,\n";
+    for field in fields {
+        let default = python(field.default);
+        writeln!(text, "        {}: {} = {default},", field.name, kind(field))?;
+    }
+    text += "    ) -> Self: ...\n";
+    for field in fields {
+        let kind = kind(field);
+        writeln!(
+            text,
+            "    @property\n    def {}(self) -> {kind}: ...",
+            field.name
+        )?;
+    }
+    Ok(text)
+}
+
+/// A bound as the page writes it.
+fn short(bound: f64) -> String {
+    if bound == 0.0 || (1e-3..1e5).contains(&bound.abs()) {
+        bound.to_string()
+    } else {
+        format!("{bound:e}")
+    }
+}
+
+/// The class's table on the page.
+fn table((name, _, fields): &Class) -> Result<String, Box<dyn Error>> {
+    let mut text = format!("\n## {name}\n\n| parameter | default | range | |\n|---|---|---|---|\n");
+    for field in fields {
+        let default = match field.default {
+            Value::Absent if field.written != "None" => format!("`{}`", field.written),
+            value => python(value),
+        };
+        let range = match field.requirement {
+            Some(Requirement::InRange(low, high)) => format!("{} to {}", short(low), short(high)),
+            Some(Requirement::CountInRange(low, high) | Requirement::OddInRange(low, high)) => {
+                format!("{low} to {high}")
+            }
+            _ => String::new(),
+        };
+        let what = field.text.replace('|', "\\|");
+        writeln!(text, "| `{}` | {default} | {range} | {what} |", field.name)?;
+    }
+    Ok(text)
+}
+
+/// Holds what a file has between two lines, or from the first to its end, to be `made`.
+fn hold(file: &str, begin: &str, end: Option<&str>, made: &str) -> Result<(), Box<dyn Error>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(file);
+    let text = fs::read_to_string(&path)?;
+    let (before, rest) = text.split_once(begin).ok_or("the mark is gone")?;
+    let after = match end {
+        Some(end) => rest.split_once(end).ok_or("the mark of the end is gone")?.1,
+        None => "",
+    };
+    let wanted = [before, begin, made, end.unwrap_or_default(), after].concat();
+    if env::var_os("POPSTEER_WRITE").is_some() {
+        fs::write(&path, &wanted)?;
+    }
+    let is_made = fs::read_to_string(&path)? == wanted;
+    assert!(
+        is_made,
+        "{file} is not that of the declarations: `make declared` writes it anew"
+    );
+    Ok(())
+}
+
+#[test]
+fn test_stub_has_the_parameters_as_declared() -> Result<(), Box<dyn Error>> {
+    let made: Result<String, _> = classes().iter().map(stub).collect();
+    hold(
+        "python/popsteer/_core.pyi",
+        "# Parameters, as they are declared in Rust: `make declared` writes them.\n",
+        Some("\n# End of the parameters.\n"),
+        &made?,
+    )
+}
+
+#[test]
+fn test_page_has_the_parameters_as_declared() -> Result<(), Box<dyn Error>> {
+    let made: Result<String, _> = classes().iter().map(table).collect();
+    hold(
+        "docs/parameters.md",
+        "<!-- make declared writes what follows -->\n",
+        None,
+        &made?,
+    )
+}
