@@ -266,9 +266,13 @@ def _study(
             file = Path(storage)
             file.parent.mkdir(parents=True, exist_ok=True)
             _check_journal(file)
-            lock = optuna.storages.journal.JournalFileSymlinkLock(str(file))
+            journal = optuna.storages.journal
+            # Windows lets few users make symbolic links.
+            windows = os.name == "nt"
+            kind = journal.JournalFileOpenLock if windows else journal.JournalFileSymlinkLock
+            lock = kind(str(file))
             _cut_half_line(file, lock)
-            backend = optuna.storages.journal.JournalFileBackend(str(file), lock_obj=lock)
+            backend = journal.JournalFileBackend(str(file), lock_obj=lock)
             kept = optuna.storages.JournalStorage(backend)
         study = optuna.create_study(
             study_name=_NAME,
