@@ -34,7 +34,7 @@ def centre_line(network: Any, number: int) -> popsteer.Path:
 
 def drive(law: Any = popsteer.PreviewPop, laps: float = 10.0, seed: int = 0) -> Any:
     """Let a controller steer; give the path, and the poses of the car."""
-    config = {"other_vehicles": 0, "duration": 1e6}
+    config = {"other_vehicles": 0, "duration": 1e6, "observation": {"type": "LidarObservation"}}
     env: Any = gymnasium.make("highway_env:racetrack-v1", config=config).unwrapped
     env.reset(seed=seed)
     car, dt = env.vehicle, 1.0 / env.config["policy_frequency"]
