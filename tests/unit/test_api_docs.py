@@ -37,7 +37,7 @@ MODULES = [
     *("popsteer.controllers", "popsteer.presets", "popsteer.tracks", "popsteer.vehicles"),
     *(f"popsteer.lab.{name}" for name in popsteer.lab.__all__),
 ]
-# What a module needs that neither popsteer nor its extra `test` brings.
+# What a module needs that neither popsteer nor the group `test` brings.
 OF_EXTRAS = {
     "popsteer.adapters.carla": "carla",
     "popsteer.adapters.carla.conversions": "carla",
