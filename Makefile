@@ -85,18 +85,18 @@ bench: $(VENV)/.lab $(VENV)/.yardsticks ## measure the control step, in Rust and
 	$(VENV)/bin/popsteer bench --out $(BENCH)
 	$(PY) benches/path_scale.py --json $(BENCH)/path_scale.json
 	$(PY) benches/instruction_counts.py --json $(BENCH)/instruction_counts.json
-	$(PY) benches/tables.py $(BENCH)
+	$(PY) -m studies.bench $(BENCH)
 
 matrix: $(VENV)/.dev ## controllers, plants and tracks side by side; write README's table and figure of it
 	$(VENV)/bin/popsteer matrix --controllers pop,preview-pop,pure-pursuit,stanley,pid,mpc \
 		--plants carla-identified,kinematic-bicycle,commonroad-mb-2,mujoco-car \
 		--tracks racetrack,double-lane-change,slalom --constant-speed 10 --start-offset 1 --out $(MATRIX)
-	$(PY) -m benches.matrix_table $(MATRIX)
-	$(PY) -m tests.pages choose
+	$(PY) -m studies.matrix $(MATRIX)
+	$(PY) -m studies.pages choose
 
 pages: $(VENV)/.dev ## drive what the tables and figures of docs/ show; rewrite them
-	$(PY) -m tests.pages
-	$(PY) -m docs.site.figures
+	$(PY) -m studies.pages
+	$(PY) -m studies.figures
 
 # The playground is WebAssembly, whose target a toolchain may lack; without it the site has none.
 site: $(VENV)/.dev ## build the documentation site into out/site
@@ -131,7 +131,7 @@ install-c: ## install the C and C++ interface, under PREFIX=/usr/local
 
 clean: ## remove all that these targets made
 	rm -rf $(VENV) $(DIST) $(DEMO) $(BENCH) $(MATRIX) $(SITE) $(FUZZ) $(COVERAGE) $(SOAK) $(PLAY) target .hypothesis .mypy_cache .pytest_cache .ruff_cache
-	find python tests benches -name __pycache__ -prune -exec rm -rf {} +
+	find python tests benches studies -name __pycache__ -prune -exec rm -rf {} +
 
 # What keeps this machine from building popsteer, in one line; empty if nothing does.
 toolchain_fault = $(shell \

@@ -8,15 +8,16 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from studies.layout import AUTHORS
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
 def authors_data() -> Path:
     """The folder with the run that the paper's authors recorded; the test skips without it."""
-    folder = ROOT.parent / "shared" / "data" / "carla_racetrack"
-    if not folder.is_dir():
-        pytest.skip(f"the authors' recorded run is not at hand in {folder}")
-    return folder
+    if not AUTHORS.is_dir():
+        pytest.skip(f"the authors' recorded run is not at hand in {AUTHORS}")
+    return AUTHORS
 
 
 def named(field: str) -> str:

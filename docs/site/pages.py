@@ -51,8 +51,6 @@ MODULES = [
     "popsteer.paper",
     "popsteer.lab.compare",
     "popsteer.lab.matrix",
-    "popsteer.lab.edges",
-    "popsteer.lab.delay",
     "popsteer.lab.stability",
     "popsteer.lab.sweep",
     "popsteer.lab.tune",

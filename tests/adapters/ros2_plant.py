@@ -1,6 +1,6 @@
 """A vehicle on the wire: a process that publishes odometry and a path, and obeys drive commands.
 
-It is integrated by `tests.closed_loop.chain`, not by `popsteer.sim`. In lockstep it publishes the
+It is integrated by `studies.chain`, not by `popsteer.sim`. In lockstep it publishes the
 time, too, and waits for the command of each tick; otherwise it runs in real time, whatever comes.
 """
 
@@ -19,7 +19,7 @@ from popsteer.adapters.ros2 import messages, odometry_message, path_message
 from popsteer.adapters.ros2.conversions import nanoseconds_of, time_message
 from popsteer.adapters.ros2.dds import Participant
 from popsteer.adapters.ros2.topics import Topics
-from tests.closed_loop.chain import Chain
+from studies.chain import Chain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

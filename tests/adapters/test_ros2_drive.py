@@ -215,8 +215,8 @@ def _until_stand(reader: Any) -> list[Any]:
 
 def test_simulated_run_is_recorded_as_its_messages(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
-    options = ("--track", "slalom", "--controller", "preview-pop", "--record", str(file))
-    outcome = command.run("simulate", *options)
+    options = ("--track", "slalom", "--controllers", "preview-pop", "--record", str(file))
+    outcome = command.run("compare", *options)
     assert outcome.status == 0, outcome.err
     log = logs.read(file)
     assert f"Written to {file}: {3 * len(log) + 1} messages" in outcome.out

@@ -142,12 +142,10 @@ def test_compare_of_the_authors_run_reproduces_the_paper(
     assert float(pop[3]) == pytest.approx(1.0, abs=0.05)  # the ratio to the paper
 
 
-@pytest.mark.parametrize("begin", [("compare", "--controllers"), ("simulate", "--controller")])
 def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axles(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    begin: tuple[str, str],
 ) -> None:
     monkeypatch.setattr("popsteer.lab.compare.figures.render", lambda *arguments: {})
     waypoints = str(authors_data() / "waypoints.csv")
@@ -164,7 +162,16 @@ def test_start_is_the_pose_of_the_vehicles_point_unless_it_is_said_to_be_an_axle
     }
     for name, start in starts.items():
         out = tmp_path / name
-        arguments = (*begin, "pop", "--waypoints", waypoints, *start, "--out", str(out))
+        arguments = (
+            "compare",
+            "--controllers",
+            "pop",
+            "--waypoints",
+            waypoints,
+            *start,
+            "--out",
+            str(out),
+        )
         assert command.call(capsys, *arguments).status == 0
         first = _records(out / "runs" / "pop.csv")[0]
         assert (first["x"], first["y"], first["yaw"]) == pytest.approx((*point, yaw), abs=1e-3)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 RAGGED = "0,0\n1,0\n2,0,5\n"
+POP = ("compare", "--controllers", "pop")
 WRONG = {
     "law": (
         ("compare", "--controllers", "pid,lqr"),
@@ -30,9 +31,12 @@ WRONG = {
         ("compare", "--start=1,2,0", "--start-offset=1"),
         "--start-offset must be left out where --start is given, got 1.0",
     ),
-    "start-offset": (("simulate", "--start-offset=inf"), "start_offset must be in"),
+    "start-offset": (
+        (*POP, "--start-offset=inf"),
+        "start_offset must be in",
+    ),
     "preset-of-none": (
-        ("simulate", "--controller", "mpc", "--preset", "paper"),
+        ("compare", "--controllers", "mpc", "--preset", "paper"),
         "preset must be left out, as it changes nothing about mpc, got 'paper'",
     ),
     "start-nan": (("compare", "--start=nan,0,0"), "x must be in"),
@@ -44,25 +48,43 @@ WRONG = {
     "closed-track": (("compare", "--closed"), "--closed must be given with --waypoints"),
     "both": (("compare", "--waypoints", "a.csv", "--track", "circle"), "--track must be left out"),
     "former-option": (("matrix", "--laws", "pop"), "--controllers now"),
-    "former-file": (("edges", "--json", "a.json"), "No such option: --json; it is --out now"),
-    "former-command": (("dead-time",), "No such command 'dead-time'; it is delay now"),
+    "former-file": (("stability", "--json", "a.json"), "No such option: --json; it is --out now"),
+    "former-command": (("simulate",), "'simulate'; it is compare --controllers NAME now"),
     "former-tracks": (("tracks", "export-all", "out"), "it is tracks --out now"),
     "option": (("compare", "--colour"), "No such option: --colour"),
     "command": (("drive",), "No such command 'drive'"),
     "argument": (("compare", "extra"), "unexpected extra argument"),
     "missing": (("tracks", "export", "circle"), "Missing argument 'FILE'"),
     "export": (("tracks", "export", "monza", "a.csv"), "unknown track 'monza'"),
-    "controller": (("simulate", "--controller", "x"), "unknown controller 'x'"),
-    "set-name": (("simulate", "--set", "gain=1"), "unknown parameter of pop 'gain'; known: look"),
-    "set-form": (("simulate", "--set", "turn_time"), "must be written NAME=VALUE, got 'turn_time'"),
-    "set-text": (("simulate", "--set", "turn_time=x"), "turn_time must be a number, got 'x'"),
-    "set-nan": (("simulate", "--set", "min_lookahead=nan"), "min_lookahead must be"),
-    "set-none": (("simulate", "--set", "turn_time=none"), "turn_time must be a number, got 'none'"),
-    "set-range": (("simulate", "--set-vehicle", "max_steer=-1"), "max_steer must be"),
+    "controller": (("compare", "--controllers", "x"), "unknown controller 'x'"),
+    "set-name": (
+        (*POP, "--set", "gain=1"),
+        "unknown parameter of pop 'gain'; known: look",
+    ),
+    "set-form": (
+        (*POP, "--set", "turn_time"),
+        "must be written NAME=VALUE, got 'turn_time'",
+    ),
+    "set-text": (
+        (*POP, "--set", "turn_time=x"),
+        "turn_time must be a number, got 'x'",
+    ),
+    "set-nan": (
+        (*POP, "--set", "min_lookahead=nan"),
+        "min_lookahead must be",
+    ),
+    "set-none": (
+        (*POP, "--set", "turn_time=none"),
+        "turn_time must be a number, got 'none'",
+    ),
+    "set-range": (
+        (*POP, "--set-vehicle", "max_steer=-1"),
+        "max_steer must be",
+    ),
     "set-vehicle": (("compare", "--set-vehicle", "mass=1"), "unknown parameter of the vehicle"),
     "vehicle": (("compare", "--vehicle", "tank"), "unknown vehicle 'tank'; known: paper, "),
     "vehicle-file": (("compare", "--vehicle", "no.toml"), "no.toml: "),
-    "plant-file": (("simulate", "--plant", "no.toml"), "no.toml: "),
+    "plant-file": ((*POP, "--plant", "no.toml"), "no.toml: "),
     "vehicle-point": (
         ("compare", "--vehicle", "paper"),
         "rear_axle must be that of the plant, -1.94, got 0.0",
@@ -72,17 +94,29 @@ WRONG = {
         ("compare", "--start-at", "front"),
         "--start-at must be given with --start, got 'front'",
     ),
-    "set-even": (("simulate", "--set", "candidate_count=20"), "candidate_count must be odd"),
-    "set-real": (("simulate", "--set", "candidate_count=2.5"), "candidate_count must be a whole"),
+    "set-even": (
+        (*POP, "--set", "candidate_count=20"),
+        "candidate_count must be odd",
+    ),
+    "set-real": (
+        (*POP, "--set", "candidate_count=2.5"),
+        "candidate_count must be a whole",
+    ),
     "set-truth": (
-        ("simulate", "--controller", "pid", "--set", "integral_with_dt=2"),
+        ("compare", "--controllers", "pid", "--set", "integral_with_dt=2"),
         "integral_with_dt must be true or false, got '2'",
     ),
-    "set-plant": (("simulate", "--set-plant", "mass=1"), "unknown parameter of carla-identified"),
-    "set-run": (("simulate", "--set-run", "substeps=0"), "substeps must be"),
-    "set-records": (("simulate", "--set-run", "keep_records=no"), "keep_records must be true"),
+    "set-plant": (
+        (*POP, "--set-plant", "mass=1"),
+        "unknown parameter of carla-identified",
+    ),
+    "set-run": ((*POP, "--set-run", "substeps=0"), "substeps must be"),
+    "set-records": (
+        (*POP, "--set-run", "keep_records=no"),
+        "keep_records must be true",
+    ),
     "longitudinal": (
-        ("simulate", "--longitudinal", "x"),
+        (*POP, "--longitudinal", "x"),
         "unknown longitudinal controller 'x'; known: ",
     ),
 }
@@ -140,7 +174,15 @@ def test_speed_pid_on_waypoints_without_speeds_is_refused(
 ) -> None:
     file = tmp_path / "way.csv"
     file.write_text("0,0\n1,0\n", encoding="utf-8")
-    arguments = ("simulate", "--longitudinal", "speed-pid", "--waypoints", str(file))
+    arguments = (
+        "compare",
+        "--controllers",
+        "pop",
+        "--longitudinal",
+        "speed-pid",
+        "--waypoints",
+        str(file),
+    )
     outcome = command.call(capsys, *arguments)
     assert (outcome.status, outcome.out) == (2, "")
     assert "no reference speeds" in outcome.err

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 _COMMANDS = (
     "compare",
-    "simulate",
     "matrix",
-    "edges",
-    "delay",
     "new",
     "plan",
     "stability",

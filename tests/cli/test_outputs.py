@@ -17,10 +17,7 @@ from tests.cli import command
 # Each command that writes, up to the place to write to.
 FOLDERS = {
     "compare": ("compare", "--controllers", "pop", "--track", "straight", "--out"),
-    "simulate": ("simulate", "--track", "straight", "--out"),
     "matrix": ("matrix", "--controllers", "pop", "--tracks", "straight", "--out"),
-    "edges": ("edges", "--controllers", "pop", "--tracks", "touching", "--out"),
-    "delay": ("delay", "--controllers", "pop", "--track", "straight", "--out"),
     "stability": ("stability", "--speeds", "5", "--out"),
     "bench": ("bench", "--out"),
     "tracks": ("tracks", "--out"),
@@ -44,7 +41,7 @@ def _parked(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> NoReturn:
         pytest.fail("the work was done before the output was refused")
 
-    for experiment in (lab.compare, lab.matrix, lab.stability, lab.edges, lab.delay):
+    for experiment in (lab.compare, lab.matrix, lab.stability):
         monkeypatch.setattr(experiment, "run", refuse)
     monkeypatch.setattr(latency, "measure", refuse)
 
@@ -144,12 +141,9 @@ def test_output_without_permission_is_refused_before_the_work(
     [
         ("compare", "runs/pop.csv"),
         ("compare", "overview-dark.svg"),
-        ("simulate", "metrics.json"),
         ("matrix", "matrix.json"),
         ("stability", "preview-choice-dark.png"),
         ("matrix", "matrix.md"),
-        ("edges", "edges.json"),
-        ("delay", "delay.csv"),
         ("bench", "latency.json"),
         ("tracks", "straight.csv"),
     ],
@@ -173,7 +167,7 @@ def test_folder_whose_runs_are_a_file_is_refused_before_the_work(
 
 
 @pytest.mark.usefixtures("_coarse")
-@pytest.mark.parametrize("name", ["compare", "matrix", "edges", "delay", "stability", "tracks"])
+@pytest.mark.parametrize("name", ["compare", "matrix", "stability", "tracks"])
 def test_each_name_that_is_written_was_checked(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,

@@ -24,7 +24,7 @@ from tests.pages_of_html import Html, columns
 # Quick ones: each command that writes a report.
 DRIVEN = {
     "compare": ("compare", "--controllers", "stanley,pop", "--track", "slalom"),
-    "simulate": ("simulate", "--track", "straight", "--set", "min_lookahead=4"),
+    "one": ("compare", "--controllers", "pop", "--track", "straight", "--set", "min_lookahead=4"),
     "matrix": ("matrix", "--controllers", "stanley,pop", "--tracks", "straight,slalom"),
     "sweep": ("sweep", "--controller", "pop", "--track", "straight", "--runs", "30"),
 }
@@ -107,7 +107,7 @@ def test_page_has_the_figures_of_the_printed_table(
     assert numbers <= cells
 
 
-@pytest.mark.parametrize("name", ["compare", "simulate", "matrix", "sweep"])
+@pytest.mark.parametrize("name", ["compare", "one", "matrix", "sweep"])
 def test_page_has_vehicle_and_parameters_that_load_again(
     made: dict[str, tuple[Html, str]], name: str, tmp_path: Path
 ) -> None:
@@ -124,7 +124,7 @@ def test_page_has_vehicle_and_parameters_that_load_again(
     tuned = [text for text in page.texts["code"] if "\n[pop]\n" in text]
     (tmp_path / "pop.toml").write_text(tuned[0], encoding="utf-8")
     found: Any = load_all(tmp_path / "pop.toml")["pop"]
-    if name == "simulate":
+    if name == "one":
         assert found.min_lookahead == 4.0
     assert any("[run]" in text and "settling_time" in text for text in page.texts["code"])
 
@@ -260,7 +260,7 @@ def test_report_of_a_repeated_run_is_that_run(
     job = lab.sweep.Job(path, "pop", popsteer.PopParams(), "kinematic-bicycle", lag, 10)
     job = dataclasses.replace(job, course="straight")
     rows = lab.sweep.run(job, Path("sweep.csv"))
-    again = ("simulate", "--replay-run", "sweep.csv:7", "--report", "run.html")
+    again = ("compare", "--replay-run", "sweep.csv:7", "--report", "run.html")
     outcome = command.call(capsys, *again)
     assert outcome.status == 0
     assert "to the last bit" in outcome.out

@@ -1,4 +1,4 @@
-"""``popsteer sweep``, and ``simulate`` of one of its runs."""
+"""``popsteer sweep``, and ``compare`` of one of its runs."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def test_sweep_writes_rows_and_figures_and_a_run_repeats(
     assert {file.name for file in out.parent.iterdir()} == names | {"sweep.csv"}
     assert "of 20 runs succeeded" in outcome.out
     assert "95 % confidence" in outcome.out
-    assert f"popsteer simulate --replay-run {out}:" in outcome.out
+    assert f"popsteer compare --replay-run {out}:" in outcome.out
     again = command.call(capsys, "sweep", *SHORT, "--out", str(out))
     assert again.out == outcome.out
-    replay = command.call(capsys, "simulate", "--replay-run", f"{out}:17")
+    replay = command.call(capsys, "compare", "--replay-run", f"{out}:17")
     assert (replay.status, replay.err) == (0, "")
     assert f"Run 17 of {out} is to the last bit what its row says" in replay.out
 
@@ -113,11 +113,11 @@ def test_replay_of_no_run_is_one_line(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("sweep.csv").write_text("a,b\n1,2\n")
-    outcome = command.call(capsys, "simulate", "--replay-run", text)
+    outcome = command.call(capsys, "compare", "--replay-run", text)
     assert (outcome.status, outcome.out) == (2, "")
     assert said in outcome.err
     assert outcome.err.count("\n") == 1
-    outcome = command.call(capsys, "simulate", "--replay-run", text, "--dt", "0.1")
+    outcome = command.call(capsys, "compare", "--replay-run", text, "--dt", "0.1")
     assert "--dt must be left out where --replay-run is given" in outcome.err
 
 

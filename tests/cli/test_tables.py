@@ -31,13 +31,10 @@ COMMANDS = {
         "--controllers",
         "pid,preview-pop",
     ),
-    "simulate": ("simulate", "--track", "double-lane-change"),
     "matrix": (
         *("matrix", "--controllers", "pop,pure-pursuit,preview-pop", "--constant-speed", "30"),
         *("--tracks", "obstacle-avoidance,double-lane-change", "--dt", "0.1"),
     ),
-    "edges": ("edges", "--controllers", "pop,preview-pop", "--tracks", "start-180-deg-off,spiral"),
-    "delay": ("delay", "--controllers", "pure-pursuit,preview-pop", "--track", "slalom"),
     "stability": ("stability", "--speeds", "2,25", "--set-plant", "dead_time=0.1"),
     "tracks": ("tracks",),
 }

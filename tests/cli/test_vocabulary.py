@@ -21,20 +21,14 @@ LOG = {"--column", "--topic", "--unit"}
 WIRE = {"--topic", "--path-type", "--command-type", "--autoware"}
 WIRE |= {"--domain", "--localhost", "--timeout"}
 WANTED = {
-    "compare": RUNS | START | PEDALS | GIVEN | ONE | {"--step-time", "--report"},
-    "simulate": RUNS - {"--controllers"}
-    | PEDALS
-    | {"--controller", "--set-run"}
-    | {"--replay-run", "--record", "--report"}
+    "compare": RUNS
     | START
+    | PEDALS
     | GIVEN
-    | ONE,
+    | ONE
+    | {"--set-run", "--replay-run", "--step-time", "--record", "--report"},
     # Many tracks have no start in common, many plants no parameters.
     "matrix": RUNS | START - {"--start", "--start-at"} | GIVEN | MANY | {"--report"},
-    # Its paths, starts and speeds are the experiment, its tuning too.
-    "edges": RUNS - {"--preset"} | GIVEN | {"--tracks", "--plant", "--set-plant"},
-    # What the controllers are told is the experiment.
-    "delay": RUNS | START | ONE | {"--dead-time"},
     # Nothing is driven.
     "stability": RUNS | GIVEN | {"--plant", "--set-plant", "--speeds"},
     "new": set(),

@@ -10,7 +10,7 @@ from popsteer import Vehicle, vehicles
 from popsteer.errors import ConfigError
 from popsteer.lab.stability import carrot_offset, driven_offset
 from popsteer.lab.stability.carrot import carrot_curve
-from tests.closed_loop.rolling import Car, roll
+from studies.rolling import Car, roll
 
 
 @pytest.mark.parametrize(("distance", "radius"), [(6.0, 12.0), (8.0, 50.0), (11.0, 300.0)])

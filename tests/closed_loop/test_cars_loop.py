@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.closed_loop.cars_loop import (
+from studies.cars_loop import (
     CONTROLLERS,
     JUMP,
     ROWS,
@@ -15,7 +15,7 @@ from tests.closed_loop.cars_loop import (
     recorded,
     staircase,
 )
-from tests.pages.layout import table
+from studies.layout import table
 
 # What version 0.1.0 came to in the same loops: mean and largest error [m]. PID, whose derivative
 # takes up the localisation's noise, has no bound there.

@@ -10,25 +10,27 @@ import pytest
 
 import popsteer
 from popsteer import Status, controllers
-from tests.closed_loop.replanning import CAR, DT, SPEED, drive
-from tests.closed_loop.replanning_page import (
+from studies.layout import table
+from studies.replanning import (
+    CAR,
     COURSE,
+    DT,
+    SPEED,
     STEPS,
-    TRACKING,
+    drive,
     every_second,
     gaps,
-    input_rows,
+    input_lines,
     jitter,
     make,
     whole,
 )
-from tests.pages.layout import line, table
 
 NAMES = controllers.names()
 PATTERNS = {"every second": every_second, "gaps": gaps}
 
 each_law = pytest.mark.parametrize("name", NAMES)
-each_tracking = pytest.mark.parametrize("name", TRACKING)
+each_tracking = pytest.mark.parametrize("name", NAMES)
 
 
 def _is_calm(controller: Any) -> bool:
@@ -148,5 +150,5 @@ def test_time_held_for_ever_is_bounded() -> None:
 
 
 def test_page_table_of_inputs_is_what_is_driven() -> None:
-    rows = [line(*row) for row in input_rows()]
+    rows = input_lines()
     assert table("loop.md", "missing inputs") == rows

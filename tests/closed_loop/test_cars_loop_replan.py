@@ -12,24 +12,27 @@ import pytest
 
 import popsteer
 from popsteer import PathError, controllers
-from tests.closed_loop.replanning import CAR, DT, SPEED, Planner, drive
-from tests.closed_loop.replanning_page import (
+from studies.layout import table
+from studies.replanning import (
+    CAR,
     COURSE,
+    DT,
     RATES,
+    SPEED,
     STEPS,
-    TRACKING,
+    Planner,
+    drive,
     local,
     replanned,
-    replanning_rows,
+    replanning_lines,
     whole,
 )
-from tests.pages.layout import line, table
 
 NAMES = controllers.names()
 FADING = ("pid", "pure-pursuit", "stanley")
 
 each_law = pytest.mark.parametrize("name", NAMES)
-each_tracking = pytest.mark.parametrize("name", TRACKING)
+each_tracking = pytest.mark.parametrize("name", NAMES)
 
 
 def _make(name: str, path: popsteer.Path, car: popsteer.Vehicle = CAR, **options: Any) -> Any:
@@ -140,7 +143,7 @@ def test_hand_over_to_paths_elsewhere_ends_in_its_time(name: str, hz: int) -> No
     assert controller.state.handover_offset is None
 
 
-@pytest.mark.parametrize("name", TRACKING)
+@pytest.mark.parametrize("name", NAMES)
 def test_plan_that_jumps_aside_is_gone_over_to_without_a_jump(name: str) -> None:
     planner, aside = Planner(COURSE, seed=3), 0.0
 
@@ -254,5 +257,5 @@ def test_local_path_keeps_the_branch_of_a_crossing() -> None:
 
 
 def test_page_table_of_replanning_is_what_is_driven() -> None:
-    rows = [line(*row) for row in replanning_rows()]
+    rows = replanning_lines()
     assert table("loop.md", "replanning") == rows

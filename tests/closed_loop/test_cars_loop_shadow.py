@@ -12,17 +12,13 @@ import numpy as np
 import pytest
 
 import popsteer
-from tests.closed_loop.chain import Chain
-from tests.pages.layout import line, table
+from studies.chain import Chain
+from studies.layout import table
+from studies.pose_age import CAR as DELAYED
+from studies.pose_age import SLALOM, START, age_lines, mean_error
 
 DT = 0.05
-X = np.arange(0.0, 420.0)
-SLALOM = popsteer.Path(np.column_stack((X, 3.0 * np.sin(X / 12.0))))
-DELAYED = popsteer.Vehicle(
-    wheelbase=2.7, rear_axle=-1.35, dead_time=0.15, max_steer=0.6, max_steer_rate=0.8
-)
 PROMPT = DELAYED.replace(dead_time=0.0)
-START = (0.0, 0.5, math.atan2(3.0, 12.0))
 NAMES = ["Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley"]
 each_controller = pytest.mark.parametrize("name", NAMES)
 each_car = pytest.mark.parametrize("car", [DELAYED, PROMPT], ids=["late", "prompt"])
@@ -142,65 +138,15 @@ def test_batch_of_short_states_takes_poses_that_have_an_age() -> None:
     assert batch.states[0] == controller.state
 
 
-def _mean_error(
-    name: str,
-    car: popsteer.Vehicle,
-    age: float,
-    *,
-    given: bool,
-    stale: int = 1,
-    speed: float = 12.0,
-) -> float:
-    """Mean error of the tracked point after 5 s, with poses that are `age` [s] old.
-
-    A localisation that gives a pose each `stale` steps gives the same one, ever older, in between.
-    """
-    controller = _made(name, car)
-    chain = Chain(car, START, speed, DT, substeps=20)
-    late = round(age / DT)
-    poses = [chain.pose] * (late + 1)
-    errors = []
-    point = controller.tracked_point
-    for k in range(560 if speed < 10.0 else 480):
-        older = k % stale
-        seen = poses[max(len(poses) - 1 - late - older, 0)]
-        report = {"pose_age": age + older * DT} if given else {}
-        chain.advance(controller.step(*seen, speed, DT, **report).steer)
-        poses.append(chain.pose)
-        x, y, yaw = chain.pose
-        closest = SLALOM.project(x + point * math.cos(yaw), y + point * math.sin(yaw))
-        if k * DT > 5.0:
-            errors.append(abs(closest.cross_track_error))
-    return float(np.mean(errors))
-
-
 @each_controller
 @each_car
 def test_age_that_is_told_costs_next_to_nothing(name: str, car: popsteer.Vehicle) -> None:
     for speed in (8.0, 12.0):
-        fresh = _mean_error(name, car, 0.0, given=False, speed=speed)
+        kind = getattr(popsteer, name)
+        fresh = mean_error(kind, car, 0.0, given=False, speed=speed)
         most = 1.1 * fresh + 0.005
-        assert _mean_error(name, car, 0.1, given=True, speed=speed) <= most
-        assert _mean_error(name, car, 0.1, given=True, stale=3, speed=speed) <= most
-
-
-AGES = [(0.0, False), (0.1, True), (0.1, False), (0.2, True), (0.2, False)]
-SHOWN = {
-    "Pop": "POP",
-    "PurePursuit": "Pure-Pursuit",
-    "Stanley": "Stanley",
-    "Pid": "PID",
-    "PreviewPop": "Preview POP",
-}
-
-
-def age_lines() -> list[str]:
-    """Rows of the table of docs/edges.md."""
-    lines = []
-    for name, title in SHOWN.items():
-        errors = [_mean_error(name, DELAYED, age, given=given) for age, given in AGES]
-        lines.append(line(title, *(f"{error:.3f}" for error in errors)))
-    return lines
+        assert mean_error(kind, car, 0.1, given=True, speed=speed) <= most
+        assert mean_error(kind, car, 0.1, given=True, stale=3, speed=speed) <= most
 
 
 def test_page_shows_what_an_age_costs() -> None:
@@ -208,8 +154,8 @@ def test_page_shows_what_an_age_costs() -> None:
 
 
 def test_age_that_is_not_told_costs_more() -> None:
-    given = _mean_error("PreviewPop", DELAYED, 0.2, given=True)
-    assert _mean_error("PreviewPop", DELAYED, 0.2, given=False) > 1.2 * given + 0.005
+    given = mean_error(popsteer.PreviewPop, DELAYED, 0.2, given=True)
+    assert mean_error(popsteer.PreviewPop, DELAYED, 0.2, given=False) > 1.2 * given + 0.005
 
 
 def test_errors_of_an_old_pose_are_those_of_now() -> None:

@@ -12,7 +12,7 @@ import pytest
 import popsteer
 from popsteer import sim
 from popsteer.tracks import cusps
-from tests.closed_loop.chain import Chain
+from studies.chain import Chain
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:

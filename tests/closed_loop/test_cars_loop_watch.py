@@ -14,7 +14,7 @@ import pytest
 
 import popsteer
 from popsteer import MonitorParams, Status, controllers, sim
-from tests.closed_loop.chain import Chain
+from studies.chain import Chain
 from tests.closed_loop.paths import track
 from tests.closed_loop.test_own_car import bends
 

@@ -1,36 +1,36 @@
-"""Dead time, and the prediction through it: what `popsteer dead-time` promises."""
+"""Dead time, and the prediction through it: what its tables in docs/edges.md promise."""
 
 from __future__ import annotations
 
 import pytest
 
 from popsteer import AdaptParams, Vehicle, presets, sim, vehicles
-from popsteer.errors import ConfigError
-from popsteer.lab import delay
-from popsteer.lab.delay import DeadTimeRow
-from popsteer.lab.delay.runs import DEAD_TIME_CONTROLLERS
 from popsteer.sim import Noise, Settings
+from studies import dead_time
+from studies.dead_time import NAMES, RUNS, DeadTimeRow, dead_time_lines, dead_time_rows
+from studies.layout import table
+from studies.rolling import Given
 from tests.closed_loop.paths import track
-from tests.closed_loop.rolling import Given
-from tests.pages.edges import RUNS, dead_time_lines, dead_time_rows
-from tests.pages.layout import table
+from tests.helpers import authors_data
 
 Rows = dict[str, DeadTimeRow]
 
 
 @pytest.fixture(scope="module", params=["racetrack", "authors"])
 def rows(request: pytest.FixtureRequest) -> tuple[str, Rows]:
+    if request.param == "authors":
+        authors_data()
     return request.param, {row.law: row for row in dead_time_rows(request.param)}
 
 
-@pytest.mark.parametrize("law", DEAD_TIME_CONTROLLERS)
+@pytest.mark.parametrize("law", NAMES)
 def test_dead_time_predicted_costs_at_most_a_twentieth(rows: tuple[str, Rows], law: str) -> None:
     row = rows[1][law]
     assert row.prompt.finished
     assert row.ratio(row.predicted) <= 1.05
 
 
-@pytest.mark.parametrize("law", DEAD_TIME_CONTROLLERS)
+@pytest.mark.parametrize("law", NAMES)
 @pytest.mark.parametrize("model", ["short", "long", "early", "later"])
 def test_dead_time_predicted_of_a_wrong_vehicle_costs_at_most_a_quarter(
     rows: tuple[str, Rows], law: str, model: str
@@ -39,7 +39,7 @@ def test_dead_time_predicted_of_a_wrong_vehicle_costs_at_most_a_quarter(
     assert row.ratio(getattr(row, model)) <= 1.25
 
 
-@pytest.mark.parametrize("law", DEAD_TIME_CONTROLLERS)
+@pytest.mark.parametrize("law", NAMES)
 def test_dead_time_with_nothing_done_costs_more(rows: tuple[str, Rows], law: str) -> None:
     row = rows[1][law]
     assert row.ratio(row.late) > max(1.02, row.ratio(row.predicted))
@@ -53,8 +53,8 @@ def test_page_table_of_dead_times_is_what_is_driven(rows: tuple[str, Rows]) -> N
 
 
 def test_dead_time_without_adapting_costs_more_where_the_vehicle_is_wrong() -> None:
-    adapting = {row.law: row for row in delay.run(track("racetrack"), ["preview-pop"])}
-    for row in delay.run(track("racetrack"), adapt=None):
+    adapting = {row.law: row for row in dead_time.run(track("racetrack"), ["preview-pop"])}
+    for row in dead_time.run(track("racetrack"), adapt=None):
         assert row.ratio(row.predicted) <= 1.1
         if row.law == "preview-pop":
             worst = max(row.ratio(getattr(row, model)) for model in RUNS[2:])
@@ -64,7 +64,7 @@ def test_dead_time_without_adapting_costs_more_where_the_vehicle_is_wrong() -> N
 
 @pytest.mark.parametrize("preset", ["default", "paper"])
 def test_dead_time_with_other_presets_costs_as_little(preset: str) -> None:
-    for row in delay.run(track("racetrack"), ["pop", "stanley", "pid"], preset=preset):
+    for row in dead_time.run(track("racetrack"), ["pop", "stanley", "pid"], preset=preset):
         assert row.ratio(row.predicted) <= 1.05
         assert max(row.ratio(getattr(row, model)) for model in RUNS[2:]) <= 1.25
 
@@ -90,17 +90,8 @@ def test_adapting_in_noise_costs_little(name: str) -> None:
 
 def test_dead_time_of_another_plant_is_added_to_its_own_vehicle() -> None:
     car = Vehicle(rear_axle=-1.35, steer_lag=0.15, dead_time=0.3, max_lateral_acceleration=None)
-    (row,) = delay.run(
+    (row,) = dead_time.run(
         track("slalom"), ["preview-pop"], plant=sim.KinematicBicycle(car), dead_time=0.15
     )
-    assert row.dead_time == 0.15
     assert row.ratio(row.predicted) <= 1.1
     assert row.ratio(row.late) > 1.1
-
-
-def test_dead_time_of_nothing_or_too_little_is_refused() -> None:
-    path = track("straight")
-    with pytest.raises(ConfigError, match="controllers must be at least one"):
-        delay.run(path, [])
-    with pytest.raises(ConfigError, match="dead_time"):
-        delay.run(path, dead_time=0.01)

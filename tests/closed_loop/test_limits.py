@@ -1,4 +1,4 @@
-"""Preview POP behind wheels that turn slowly: what `python -m benches.limits` shows."""
+"""Preview POP behind wheels that turn slowly: what `python -m studies.limits` shows."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from benches.limits import PAGE, SLALOMS, STRAIGHTS, Slalom, straight_table
-from benches.limits_straight import Straight, allowed, join, sweep
+from studies.limits import PAGE, SLALOMS, STRAIGHTS, Slalom, straight_table
+from studies.limits_straight import Straight, allowed, join, sweep
 
 MOST = {
     ("commonroad-mb-2", 0.4): 0.05,

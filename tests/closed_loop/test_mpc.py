@@ -14,7 +14,7 @@ from popsteer import lab, sim
 from popsteer.errors import ConfigError, InputError, PopsteerError
 from popsteer.lab import baselines
 from popsteer.lab.baselines import MpcParams
-from tests.closed_loop.chain import Chain
+from studies.chain import Chain
 from tests.closed_loop.paths import cusps, shuttle, track
 from tests.helpers import authors_data
 

@@ -15,7 +15,7 @@ import popsteer
 from popsteer import lab, plants, sim, tracks
 from popsteer.errors import ConfigError, InputError, PathError, PlantLimit, PopsteerError
 from popsteer.plants.pedals import MujocoCarParams, PedalParams
-from tests.closed_loop.chain import Chain
+from studies.chain import Chain
 from tests.closed_loop.paths import cusps, line, shuttle, track
 from tests.closed_loop.python_bicycle import Bicycle
 from tests.helpers import authors_data

@@ -12,9 +12,9 @@ import popsteer
 from popsteer import AdaptParams, PreviewPop, Vehicle, sim, tracks
 from popsteer.lab import baselines
 from popsteer.sim import CarlaIdentified, Noise, Settings
+from studies.layout import table
+from studies.preview_pop import CAR, START, Misinformed, preview_lines
 from tests.helpers import authors_data
-from tests.pages.layout import table
-from tests.pages.preview_pop import CAR, START, Misinformed, preview_lines
 
 PLANT = "carla-identified"
 QUICK = AdaptParams(turn_time=0.5)

@@ -9,7 +9,7 @@ from popsteer import AdaptParams, PreviewPopParams, Vehicle
 from popsteer.errors import ConfigError
 from popsteer.lab.stability import carrot_offset, margins, preview_offset
 from popsteer.lab.stability.preview_bend import choice
-from tests.closed_loop.rolling import Car, Given, driven_preview_offset
+from studies.rolling import Car, Given, driven_preview_offset
 
 VEHICLE = Vehicle(max_lateral_acceleration=None)
 CAR = Car.of(VEHICLE)

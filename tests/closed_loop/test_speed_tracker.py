@@ -13,7 +13,7 @@ from popsteer import Path, Vehicle, planning, sim, tracks
 from popsteer.planning import SpeedLimits
 from popsteer.plants import get
 from popsteer.tracks import edges
-from tests.closed_loop.chain import Chain
+from studies.chain import Chain
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,8 +11,8 @@ import popsteer
 from popsteer import Vehicle, controllers, presets, vehicles
 from popsteer.lab import stability
 from popsteer.lab.stability import carrot_offset, margins
-from tests.pages.layout import DOCS, table
-from tests.pages.theory import CAR, carrot_lines, choice_lines, late_line, margins_of
+from studies.layout import DOCS, table
+from studies.theory import CAR, carrot_lines, choice_lines, late_line, margins_of
 
 PAGE = (DOCS / "theory.md").read_text(encoding="utf-8")
 

@@ -36,7 +36,7 @@ LAYERS = (
     ("sim",),
     ("lab.baselines",),
     ("lab.common",),
-    ("lab.compare", "lab.edges", "lab.delay", "lab.stability", "lab.bench"),
+    ("lab.compare", "lab.stability", "lab.bench"),
     ("lab.identify", "lab.plan", "lab.replay"),
     ("lab.matrix", "lab.tune", "lab.sweep"),
     ("lab.report",),
@@ -101,7 +101,7 @@ def test_no_part_imports_one_of_its_own_layer_or_above() -> None:
     [
         ("popsteer.tracks.track", "from popsteer.lab import compare"),
         ("popsteer.sim.closed_loop", "def f():\n    import popsteer.cli.inputs"),
-        ("popsteer.lab.edges.runs", "from popsteer.lab.delay.runs import DeadTimeRow"),
+        ("popsteer.lab.compare.runs", "from popsteer.lab.stability.runs import Margins"),
         ("popsteer.controllers", "from popsteer import presets"),
         ("popsteer.lab.common.names", "from popsteer.lab.compare.runs import Comparison"),
     ],

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 import popsteer
-from benches.matrix_table import FIGURES, update
 from popsteer import lab, sim, tracks
 from popsteer.lab.common.names import title_of
+from studies.matrix import FIGURES, update
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:

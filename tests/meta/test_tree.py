@@ -86,7 +86,7 @@ def test_machine_pattern_leaves_others_alone(line: str) -> None:
 
 
 def test_source_files_read_in_one_sitting() -> None:
-    folders = ("python", "rust", "tests", "benches")
+    folders = ("python", "rust", "tests", "benches", "studies")
     files = [file for folder in folders for file in (ROOT / folder).rglob("*.*")]
     sources = [
         file for file in files if file.suffix in (".py", ".rs") and "target" not in file.parts

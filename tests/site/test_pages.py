@@ -7,10 +7,11 @@ import re
 
 import pytest
 
-from docs.site import figures, forge, pages
-from tests.helpers import ROOT
-from tests.pages.choose import CHOICES, choose_lines, matrix, paper_lines
-from tests.pages.layout import table
+from docs.site import forge, pages
+from studies import figures
+from studies.choose import CHOICES, choose_lines, matrix, paper_lines
+from studies.layout import table
+from tests.helpers import ROOT, authors_data
 
 READ = [
     *sorted(ROOT.glob("*.md")),
@@ -95,6 +96,7 @@ def test_table_of_the_choice_is_that_of_the_records() -> None:
 
 
 def test_table_of_the_paper_is_driven() -> None:
+    authors_data()
     assert table("paper.md", "paper") == paper_lines()
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from benches import tables
+from studies import bench as tables
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:

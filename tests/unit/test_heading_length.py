@@ -10,7 +10,7 @@ import pytest
 
 import popsteer
 from popsteer import presets
-from tests.closed_loop.cars_loop import CAR, bends, recorded
+from studies.cars_loop import CAR, bends, recorded
 
 LAWS: dict[str, Any] = {"stanley": popsteer.Stanley, "pid": popsteer.Pid}
 Step = tuple[float, float, float, float]

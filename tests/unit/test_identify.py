@@ -13,7 +13,7 @@ import popsteer
 from popsteer.identification.chain import Chain
 from popsteer.identification.drive import prepare
 from popsteer.logs import Log, LogError
-from tests.closed_loop.chain import Chain as Car
+from studies.chain import Chain as Car
 
 pytest.importorskip("scipy")
 

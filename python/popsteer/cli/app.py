@@ -10,8 +10,6 @@ from popsteer._core import __version__
 from popsteer.cli import (
     bench,
     compare,
-    delay,
-    edges,
     identify,
     matrix,
     new,
@@ -19,7 +17,6 @@ from popsteer.cli import (
     record,
     replay,
     ros2,
-    simulate,
     stability,
     sweep,
     tracks,
@@ -46,13 +43,11 @@ Examples:
   popsteer compare --report report.html  the same, to look at: cars that drive, plots, tables
   popsteer compare --waypoints mine.csv  a track of your own: x [m], y [m], speed [m/s]
   popsteer compare --plant car.toml      a car of your own, as popsteer.Vehicle.save writes it
-  popsteer simulate --controller pop --set lookahead_gain=0.3
+  popsteer compare --controllers pop --set lookahead_gain=0.3
   popsteer matrix --out out              controllers × plants × tracks: error and step time
   popsteer new my-car                    a project to begin from: control loop, vehicle, test
   popsteer plan waypoints.csv --vehicle car.toml --out course.csv
   popsteer stability --vehicle car.toml  how far each controller's loop is from instability
-  popsteer edges                         crossings, cusps, odd spacings and odd starts
-  popsteer delay                         steering delay, and controllers that predict through it
   popsteer identify drive.mcap           what is my car? from the log of a drive
   popsteer replay drive.mcap --vehicle car.toml      what would a controller have done?
   popsteer tune --controller pop         parameters for a vehicle: error against steering effort
@@ -72,7 +67,8 @@ An option means the same in every command that has it:
   --set-vehicle, --set-plant NAME=VALUE     a field of that vehicle, of the plant
   --start, --start-offset                   where the vehicle starts
   --speed, --constant-speed                 its speed at the start, its speed all the way
-  --out DIR                                 the folder to write to
+  --out DIR                                 the folder to write to; the file, with figures beside
+                                            it, for plan, identify, tune and sweep: --out FILE
   --report FILE                             one page *.html to look at, see docs/report.md
 
 \b
@@ -126,15 +122,12 @@ def _add(name: str, command: Callable[..., None], page: str) -> None:
 
 
 _add("compare", compare.compare, compare.HELP)
-_add("simulate", simulate.simulate, simulate.HELP)
 _add("new", new.new, new.HELP)
 _add("plan", plan.plan, plan.HELP)
 _add("identify", identify.identify, identify.HELP)
 _add("replay", replay.replay, replay.HELP)
 _add("stability", stability.stability, stability.HELP)
 _add("matrix", matrix.matrix, matrix.HELP)
-_add("edges", edges.edges, edges.HELP)
-_add("delay", delay.delay, delay.HELP)
 _add("tune", tune.tune, tune.HELP)
 _add("sweep", sweep.sweep, sweep.HELP)
 _add("ros2", ros2.ros2, ros2.HELP)

@@ -1,31 +1,69 @@
-"""``popsteer compare``: several controllers on one track."""
+"""``popsteer compare``: controllers on one track, every parameter at hand."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from popsteer import controllers as own_controllers
 from popsteer import lab, presets, sim
+from popsteer._core import AdaptParams, Vehicle
 from popsteer.cli import inputs, options, outputs, vehicle_inputs
+from popsteer.cli.assignments import assigned, listed
 from popsteer.cli.progress import Progress
+from popsteer.cli.replay_run import replay_run as drive_again
 from popsteer.cli.report import check, command_line
-from popsteer.files import check_folder
-from popsteer.lab.common.longitudinal import made
+from popsteer.errors import ConfigError
+from popsteer.files import check_files, check_folder
+from popsteer.lab import baselines
+from popsteer.lab.common.longitudinal import KINDS, made
 from popsteer.lab.compare.runs import DEFAULT_CONTROLLERS
+from popsteer.plants.pedals import MujocoCarParams, PedalParams
 from popsteer.sim import Settings
+from popsteer.sim.geometry import CORE_PLANTS
 
 __all__ = ["HELP", "compare"]
 
 _CONTROLLERS = ",".join(DEFAULT_CONTROLLERS)
 
+_PLANT_PARAMS = {**CORE_PLANTS, "commonroad-...": PedalParams, "mujoco-car": MujocoCarParams}
+# What --set and its like change: a section of the help for each class of parameters.
+_SECTIONS: list[tuple[str, type[object]]] = [
+    *(
+        (f"--controllers {name}, parameters for --set:", of.get(name).params)
+        for of in (own_controllers, baselines)
+        for name in of.names()
+    ),
+    ("Estimation of the controllers of popsteer, parameters for --set:", AdaptParams),
+    (
+        "The vehicle, fields for --set-vehicle, and for --set-plant of the first two plants:",
+        Vehicle,
+    ),
+    *(
+        (f"--plant {name}, parameters for --set-plant:", kind)
+        for name, kind in _PLANT_PARAMS.items()
+    ),
+    *(
+        (f"--longitudinal {name}, parameters for --set-longitudinal:", kind)
+        for name, kind in KINDS.items()
+    ),
+    ("Parameters for --set-run:", Settings),
+]
+
 HELP = """\
-Drive several controllers along one track and show their errors beside the paper's.
+Drive controllers along one track and show their errors, beside the paper's where it has them.
 
 Errors are measured at the point that each controller tracks, as in the paper: the rear axle for
 Pure-Pursuit, the front axle for the paper's other controllers. They are measured again at the rear
 axle, which is the same point for all. The controllers know the plant's vehicle unless --vehicle or
 --set-vehicle gives them another.
+
+--preset chooses the tuning. --set then changes any parameter of the controllers that have it or of
+their estimation, --set-plant one of the plant or of its vehicle, --set-vehicle one of the vehicle
+that the controllers are given, --set-longitudinal one of the pedals, --set-run one of the run. All
+of them can be repeated; the parameters are listed below.
 
 \b
 Examples:
@@ -40,7 +78,18 @@ Examples:
   popsteer compare --track slalom --report slalom.html
   popsteer compare --plant car.toml --set-vehicle dead_time=0
   popsteer compare --vehicle car.toml --plant heavier-car.toml
-"""
+  popsteer compare --controllers pop --set lookahead_gain=0.3 --set min_lookahead=4
+  popsteer compare --controllers pop --longitudinal speed-pid --set-longitudinal kp=0.8
+  popsteer compare --plant mujoco-car --set-plant friction=0.6 --constant-speed 12
+  popsteer compare --plant kinematic-bicycle --set-plant wheelbase=2.5 --set-run time_limit=60
+  popsteer compare --controllers preview-pop --record drive.mcap
+  popsteer compare --replay-run sweep.parquet:17 --out out
+
+""" + "\n".join(
+    # \b keeps the lines as they are.
+    f"\b\n{title}\n{listed(kind, without=['vehicle'])}\n"
+    for title, kind in _SECTIONS
+)
 
 
 def compare(
@@ -65,17 +114,34 @@ def compare(
     longitudinal: options.Longitudinal = None,
     set_longitudinal: options.SetLongitudinal = None,
     dt: options.Dt = options.DEFAULT_DT,
+    set_run: Annotated[
+        list[str] | None,
+        options.optional("NAME=VALUE", "Set a parameter of the run. Can be repeated."),
+    ] = None,
+    replay_run: Annotated[
+        str | None,
+        options.optional(
+            "FILE:RUN",
+            "Drive one run of a popsteer sweep's FILE again, equal to the last bit."
+            " Only --out and --report go with it.",
+        ),
+    ] = None,
     step_time: Annotated[
         bool, typer.Option("--step-time", help="Measure the time of a control step as well.")
     ] = False,
+    record: options.Record = None,
     out: options.Out = None,
     report: options.Report = None,
     context: typer.Context,
 ) -> None:
-    """Drive several controllers along one track."""
+    """Drive controllers along one track."""
+    if replay_run is not None:
+        drive_again(replay_run, out, report, context)
+        return
     names = inputs.names("--controllers", controllers)
     course = inputs.course(waypoints, track, closed=closed)
     chosen = inputs.longitudinal(longitudinal, set_longitudinal, constant_speed)
+    settings = assigned(Settings(dt=dt), set_run or [], "the run")
     with Progress() as progress:
         mover = vehicle_inputs.plant(plant, set_plant)
         itself = sim.vehicle_of(mover)
@@ -84,6 +150,7 @@ def compare(
         tuning = inputs.tuned(names, preset, set_, no_adapt=no_adapt, params=params)
         if out is not None:
             check_folder(out, lab.compare.files.file_names(tuning.params))
+        _check_record(record, names)
         check(report)
         comparison = outputs.driven(
             course,
@@ -97,7 +164,7 @@ def compare(
             speed=speed,
             constant_speed=constant_speed,
             longitudinal=made(chosen, course.path, given),
-            settings=Settings(dt=dt),
+            settings=settings,
         )
         if step_time:
             comparison = lab.compare.time_steps(
@@ -107,3 +174,17 @@ def compare(
             command_line(context), tuning.params, tuning.adapt, {comparison.plant: mover}
         )
         outputs.deliver(comparison, out, progress, report, origin)
+    if record is not None:
+        from popsteer.adapters.ros2.recording import record_run
+
+        print(f"Written to {record}: {record_run(comparison.first, record)} messages")
+
+
+def _check_record(file: Path | None, controllers: list[str]) -> None:
+    """Refuse a file that could not be written, before anything is driven."""
+    if file is not None:
+        if file.suffix != ".mcap":
+            raise ConfigError("--record", str(file), "a file *.mcap")
+        if len(controllers) > 1:
+            raise ConfigError("--record", str(file), "given with one controller")
+        check_files([file])

@@ -34,8 +34,8 @@ _ALSO = {
 }
 _NOW = {
     "--laws": "--controllers",
-    "dead-time": "delay",
     "export-all": "tracks --out",
+    "simulate": "compare --controllers NAME",
     **dict.fromkeys(("--csv", "--json", "--figure", "--figures"), "--out"),
 }
 

@@ -242,7 +242,7 @@ PlannedLongitudinal: TypeAlias = Annotated[
     str | None,
     optional(
         "NAME",
-        "The controller of the pedals, as simulate has it. The default is speed-tracker where"
+        "The controller of the pedals, as compare has it. The default is speed-tracker where"
         " --waypoints has speeds, else coupled.",
         "--longitudinal",
     ),

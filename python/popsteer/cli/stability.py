@@ -42,12 +42,7 @@ Examples:
 
 def stability(
     *,
-    controllers: Annotated[
-        str,
-        typer.Option(
-            metavar="NAMES", help=f"The controllers, separated by commas: {_CONTROLLERS}."
-        ),
-    ] = _CONTROLLERS,
+    controllers: options.OwnControllers = _CONTROLLERS,
     preset: options.Preset = "default",
     params: options.Params = None,
     set_: options.Set = None,

@@ -33,7 +33,7 @@ A distribution is a number or one of
 
 A run succeeds if it finishes, reports no fault, and stays within --deviation after settling. With
 --out the rows are written as they come, and the same command resumes where it was stopped; a figure
-shows where the controller fails. Any run can be driven again, to the last bit: popsteer simulate
+shows where the controller fails. Any run can be driven again, to the last bit: popsteer compare
 --replay-run FILE:RUN.
 
 \b
@@ -168,6 +168,6 @@ def sweep(
     outputs.written(out, pictures, nothing)
     if out is not None:
         worst = summary.worst(rows, 1)[0]["run"]
-        print(f"The worst run again: popsteer simulate --replay-run {out}:{worst}")
+        print(f"The worst run again: popsteer compare --replay-run {out}:{worst}")
     if report is not None:
         print(said)

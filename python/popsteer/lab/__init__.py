@@ -6,10 +6,6 @@ Each experiment has what it runs (``run``), its table and its figures in its fol
     Several controllers on one plant and one path.
 ``matrix``
     Controllers × plants × tracks, and the time of a step of each.
-``edges``
-    Controllers on pathological paths.
-``delay``
-    What dead time does to the controllers, and what prediction makes of it.
 ``stability``
     How far the steering loops are from instability.
 ``plan``
@@ -46,8 +42,6 @@ from popsteer.lab import (
     bench,
     common,
     compare,
-    delay,
-    edges,
     identify,
     matrix,
     plan,
@@ -63,8 +57,6 @@ __all__ = [
     "bench",
     "common",
     "compare",
-    "delay",
-    "edges",
     "identify",
     "matrix",
     "plan",

@@ -13,9 +13,9 @@ import pytest
 
 import popsteer
 from benches import instruction_counts
+from studies.chain import Chain
 from tests.adapters.c.programs import SANITIZED, SOURCES, compile_program, install, run, tool
 from tests.adapters.c.recorder import Recorder, Waypoints, bits
-from tests.closed_loop.chain import Chain
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:

@@ -131,7 +131,7 @@ def _rate(rows: Sequence[dict[str, Any]]) -> str:
 
 def _worst_table(job: Job, rows: Sequence[dict[str, Any]], file: str) -> str:
     """List the worst runs with their seeds, and how to drive each again."""
-    again = f"popsteer simulate --replay-run {shlex.quote(file)}:" if file else ""
+    again = f"popsteer compare --replay-run {shlex.quote(file)}:" if file else ""
     heads = ["run", "seed", "finished", "faults", "greatest error [m]"]
     lines = []
     for row in worst(rows, _TABLE):

@@ -1,6 +1,6 @@
 """Draws the figures of README and docs/ anew.
 
-    python -m docs.site.figures          # those of `popsteer compare` and `popsteer stability`
+    python -m studies.figures          # those of `popsteer compare` and `popsteer stability`
 
 The others are drawn by the commands that measure what they show; `MADE_BY` has all of them.
 """
@@ -13,7 +13,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-FIGURES = Path(__file__).resolve().parents[1] / "figures"
+from studies.layout import DOCS
+
+FIGURES = DOCS / "figures"
 # The command that draws each figure, light and dark, by the beginning of its name.
 MADE_BY = {
     "results": "popsteer compare",
@@ -22,8 +24,8 @@ MADE_BY = {
     "stability-map": "popsteer stability",
     "stability-margins": "popsteer stability",
     "matrix": "make matrix",
-    "report": "python -m tests.pages.report",
-    "limits-map": "python -m benches.limits map --write",
+    "report": "python -m studies.report",
+    "limits-map": "python -m studies.limits map --write",
 }
 
 

@@ -1,9 +1,9 @@
 """Preview POP behind wheels that turn slowly: the tables and the map of docs/preview_pop.md.
 
-    python -m benches.limits slalom     # slow wheels on the slalom, beside the MPC
-    python -m benches.limits straight   # beside a straight, before and after
-    python -m benches.limits sweep      # the straight, by all of what it could depend on
-    python -m benches.limits map        # overshoot over speed and rate, before and after
+    python -m studies.limits slalom     # slow wheels on the slalom, beside the MPC
+    python -m studies.limits straight   # beside a straight, before and after
+    python -m studies.limits sweep      # the straight, by all of what it could depend on
+    python -m studies.limits map        # overshoot over speed and rate, before and after
 
 `--write` puts what was measured into the page. "Before" plans without limits and cuts the angle
 afterwards, as 0.1.0 did. The plant of all but the slalom is a bicycle in plain Python, no part of
@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 import popsteer
-from benches.limits_straight import Joined, Straight, check, join, sweep
-from benches.tables import ROOT, replace_block
 from popsteer import plants, sim, tracks, vehicles
 from popsteer.files import write_text_atomic
+from studies.layout import ROOT, replace_block
+from studies.limits_straight import Joined, Straight, check, join, sweep
 
 if TYPE_CHECKING:
     from popsteer.plants import PythonPlant

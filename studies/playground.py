@@ -1,4 +1,4 @@
-"""Measure in headless Chromium how long the playground drives: python -m benches.playground [PAGE].
+"""Measure in headless Chromium how long the playground drives: python -m studies.playground [PAGE].
 
 A lap of three controllers, anew after each of twenty moves of a slider. PAGE is
 out/playground/index.html by default, which `make playground` builds.

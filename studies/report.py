@@ -12,8 +12,8 @@ import popsteer
 from popsteer import tracks
 from popsteer.files import write_bytes_atomic
 from popsteer.lab import compare, report
+from studies.layout import DOCS
 from tests.browser import Browser
-from tests.pages.layout import DOCS
 
 CONTROLLERS = ("pid", "pure-pursuit", "stanley", "pop", "preview-pop")
 COMMAND = f"popsteer compare --controllers {','.join(CONTROLLERS)} --report report.html"

@@ -1,6 +1,6 @@
 """Writes the figures of one `make bench` into the marked blocks of the READMEs.
 
-    python benches/tables.py out/bench
+    python -m studies.bench out/bench
 
 The folder holds what that run wrote: `latency.json` (popsteer bench), `instruction_counts.json`,
 and, where that bench is there, `path_scale.json`; criterion's estimates are taken from its own
@@ -21,11 +21,10 @@ from typing import TYPE_CHECKING, Any
 from popsteer.files import write_text_atomic
 from popsteer.lab.bench.calls import EMPTY_CALL, LABELS, POP_STEP
 from popsteer.lab.bench.table import digits, duration
+from studies.layout import ROOT, replace_block
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-
-ROOT = Path(__file__).resolve().parents[1]
 
 
 def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -135,17 +134,6 @@ def figures(folder: Path, criterion: Path, rustc: str) -> dict[str, str]:
         "figures": "\n\n".join(parts),
         "latency": f"{latency_table(latency)}\n\n{on}",
     }
-
-
-def replace_block(text: str, name: str, content: str) -> str:
-    """Put new content between a block's marks, which stay; the text without such a block as is."""
-    block = re.compile(
-        rf"^(<!-- {re.escape(name)}: begin\b[^\n]*-->\n).*?^(<!-- {re.escape(name)}: end -->)$",
-        re.MULTILINE | re.DOTALL,
-    )
-    if len(block.findall(text)) > 1:
-        raise SystemExit(f"there is more than one block {name}")
-    return block.sub(lambda found: f"{found[1]}{content}\n{found[2]}", text)
 
 
 def main() -> None:

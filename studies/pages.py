@@ -1,4 +1,8 @@
-"""Rewrites the tables of the pages."""
+"""Rewrites the tables of the pages of docs/; each is computed here and held by a test.
+
+python -m studies.pages            # all of them
+python -m studies.pages edges end  # the tables of these names
+"""
 
 from __future__ import annotations
 
@@ -7,27 +11,27 @@ from typing import TYPE_CHECKING
 
 from popsteer import controllers
 from popsteer.files import write_text_atomic
-from popsteer.lab import edges
-from tests.closed_loop.cars_loop import loop_lines
-from tests.closed_loop.replanning_page import input_rows, replanning_rows
-from tests.closed_loop.test_cars_loop_shadow import age_lines
-from tests.closed_loop.test_path_end import end_lines
-from tests.pages.choose import choose_lines, paper_lines
-from tests.pages.edges import dead_time_lines, dead_time_rows, edge_lines
-from tests.pages.layout import DOCS, line, table, with_table
-from tests.pages.preview_pop import preview_lines
-from tests.pages.theory import carrot_lines, choice_lines, late_line, margin_lines
+from studies import edges
+from studies.cars_loop import loop_lines
+from studies.choose import choose_lines, paper_lines
+from studies.dead_time import dead_time_lines, dead_time_rows
+from studies.layout import DOCS, table, with_table
+from studies.path_end import end_lines
+from studies.pose_age import age_lines
+from studies.preview_pop import preview_lines
+from studies.replanning import input_lines, replanning_lines
+from studies.theory import carrot_lines, choice_lines, late_line, margin_lines
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 TABLES: dict[str, tuple[str, Callable[[], list[str]]]] = {
-    "edges": ("edges.md", lambda: edge_lines(edges.run())),
+    "edges": ("edges.md", lambda: edges.edge_lines(edges.run())),
     "cars loop": ("loop.md", loop_lines),
-    "replanning": ("loop.md", lambda: [line(*row) for row in replanning_rows()]),
-    "missing inputs": ("loop.md", lambda: [line(*row) for row in input_rows()]),
+    "replanning": ("loop.md", replanning_lines),
+    "missing inputs": ("loop.md", input_lines),
     "pose age": ("edges.md", age_lines),
-    "end": ("edges.md", lambda: end_lines("racetrack")),
+    "end": ("edges.md", end_lines),
     "dead time, racetrack": ("edges.md", lambda: dead_time_lines(dead_time_rows("racetrack"))),
     "dead time, authors": ("edges.md", lambda: dead_time_lines(dead_time_rows("authors"))),
     "carrot": ("theory.md", carrot_lines),

@@ -13,7 +13,7 @@ import osqp
 from scipy import sparse
 
 import popsteer
-from tests.closed_loop.chain import Chain
+from studies.chain import Chain
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 import popsteer
-from popsteer import controllers, presets, sim, tracks, vehicles
+from popsteer import controllers, presets, sim, vehicles
 from popsteer.lab.stability import carrot_offset, driven_offset, margins, preview_offset
-from tests.closed_loop.rolling import Car, Given, critical_dead_time, driven_preview_offset
-from tests.pages.layout import line
+from studies.layout import line, track
+from studies.rolling import Car, Given, critical_dead_time, driven_preview_offset
 
 if TYPE_CHECKING:
     from popsteer.sim import OwnSimpleController
@@ -67,8 +67,7 @@ class _Late:
 
 def late_line(name: str) -> str:
     """Errors of a controller whose commands come 0 to 300 ms late."""
-    track = tracks.get("racetrack")
-    path = popsteer.Path(track.xy, speed=track.speed)
+    path = track("racetrack")
     given = Given(name, presets.get(name, "default"), vehicles.get("carla-identified"))
     cells = []
     for milliseconds in (0, 50, 100, 150, 200, 300):

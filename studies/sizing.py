@@ -1,6 +1,6 @@
 """Runs a second of a sweep by number of workers, for the table of docs/sweep.md.
 
-    python -m benches.sizing [RUNS]
+    python -m studies.sizing [RUNS]
 
 Drives RUNS (2,000) laps of the race track by preview POP, noise and vehicle drawn as `popsteer
 sweep` does by default, on threads of the core; and a twentieth of them on a plant in Python, by

@@ -45,6 +45,8 @@ CHANGED = {
     "smoothing_length": "2.5",
 }
 
+POP = ("--controllers", "pop")
+
 
 @pytest.fixture
 def _no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,7 +56,7 @@ def _no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("_no_figures")
 @pytest.mark.parametrize("law", controllers.names())
-def test_simulate_with_every_parameter_set_drives_with_them(
+def test_compare_with_every_parameter_set_drives_with_them(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, law: str
 ) -> None:
     out = tmp_path / "out"
@@ -62,7 +64,7 @@ def test_simulate_with_every_parameter_set_drives_with_them(
     settings = [f"{name}={CHANGED[name]}" for name in given]
     arguments = [part for setting in settings for part in ("--set", setting)]
     arguments += ["--set-run", "time_limit=2", "--out", str(out)]
-    outcome = command.call(capsys, "simulate", "--controller", law, *arguments)
+    outcome = command.call(capsys, "compare", "--controllers", law, *arguments)
     assert outcome.status == 0
     metrics = json.loads((out / "metrics.json").read_text(encoding="utf-8"))
     params = metrics["controllers"][law]["params"]
@@ -73,50 +75,33 @@ def test_simulate_with_every_parameter_set_drives_with_them(
     assert "with changes" in metrics["preset"]
 
 
-def test_simulate_writes_the_same_files_as_compare(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    names = []
-    for command_ in (
-        ("compare", "--controllers", "stanley"),
-        ("simulate", "--controller", "stanley"),
-    ):
-        out = tmp_path / command_[0]
-        command.call(capsys, *command_, "--track", "straight", "--out", str(out))
-        names.append(sorted(str(f.relative_to(out)) for f in out.rglob("*")))
-        assert (out / "metrics.json").read_bytes() == (
-            tmp_path / "compare" / "metrics.json"
-        ).read_bytes()
-    assert names[0] == names[1]
-
-
 def _driven(capsys: pytest.CaptureFixture[str], out: Path, *arguments: str) -> dict[str, Any]:
     short = ("--set-run", "time_limit=20", "--out", str(out))
-    outcome = command.call(capsys, "simulate", *arguments, *short)
+    outcome = command.call(capsys, "compare", *arguments, *short)
     assert (outcome.status, outcome.err) == (0, "")
     found: dict[str, Any] = json.loads((out / "metrics.json").read_text("utf-8"))
     return found
 
 
 @pytest.mark.usefixtures("_no_figures")
-def test_simulate_with_fields_of_the_plants_vehicle_tells_the_controller_too(
+def test_compare_with_fields_of_the_plants_vehicle_tells_the_controller_too(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     plant = ("--plant", "kinematic-bicycle", "--set-plant", "wheelbase=2.5")
-    metrics = _driven(capsys, tmp_path, *plant, "--set-plant", "drive=5")
+    metrics = _driven(capsys, tmp_path, *POP, *plant, "--set-plant", "drive=5")
     car = sim.vehicle_of("kinematic-bicycle").replace(wheelbase=2.5)
     assert metrics["plant_vehicle"] == metrics["controllers"]["pop"]["vehicle"] == car.as_dict()
 
 
 @pytest.mark.usefixtures("_no_figures")
-def test_simulate_tells_the_controller_what_it_is_to_believe(
+def test_compare_tells_the_controller_what_it_is_to_believe(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     car = tmp_path / "car.toml"
     Vehicle(wheelbase=2.8, rear_axle=-1.4).save(car)
     plant = ("--plant", str(car), "--set-plant", "steer_lag=0.2")
     given = ("--vehicle", str(car), "--set-vehicle", "max_lateral_acceleration=none")
-    metrics = _driven(capsys, tmp_path / "out", "--controller", "preview-pop", *plant, *given)
+    metrics = _driven(capsys, tmp_path / "out", "--controllers", "preview-pop", *plant, *given)
     vehicle = Vehicle(wheelbase=2.8, rear_axle=-1.4)
     assert metrics["plant"] == "car.toml"
     assert metrics["plant_vehicle"] == vehicle.replace(steer_lag=0.2).as_dict()
@@ -125,10 +110,10 @@ def test_simulate_tells_the_controller_what_it_is_to_believe(
 
 
 @pytest.mark.usefixtures("_no_figures")
-def test_simulate_sets_how_a_controller_adapts(
+def test_compare_sets_how_a_controller_adapts(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    wrong = ("--controller", "preview-pop", "--set-vehicle", "steer_offset=0.02")
+    wrong = ("--controllers", "preview-pop", "--set-vehicle", "steer_offset=0.02")
     errors = []
     for k, options in enumerate(((), ("--set", "turn_time=0"), ("--no-adapt",))):
         metrics = _driven(capsys, tmp_path / str(k), *wrong, *options)["controllers"]
@@ -138,29 +123,36 @@ def test_simulate_sets_how_a_controller_adapts(
     assert constant != nothing
 
 
-def test_simulate_of_a_baseline_takes_no_parameter_of_adapting(
+def test_compare_of_a_baseline_takes_no_parameter_of_adapting(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    outcome = command.call(capsys, "simulate", "--controller", "mpc", "--set", "turn_time=2")
+    outcome = command.call(capsys, "compare", "--controllers", "mpc", "--set", "turn_time=2")
     assert (outcome.status, outcome.out) == (2, "")
     assert "unknown parameter of mpc 'turn_time'" in outcome.err
 
 
-def test_simulate_with_the_speed_pid_follows_the_reference_speeds(
+def test_compare_with_the_speed_pid_follows_the_reference_speeds(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    plain = command.call(capsys, "simulate")
+    plain = command.call(capsys, "compare", "--controllers", "pop")
     speed = command.call(
-        capsys, "simulate", "--longitudinal", "speed-pid", "--set-longitudinal", "kp=0.8"
+        capsys,
+        "compare",
+        "--controllers",
+        "pop",
+        "--longitudinal",
+        "speed-pid",
+        "--set-longitudinal",
+        "kp=0.8",
     )
     assert speed.status == 0
     assert plain.out != speed.out
 
 
-def test_simulate_help_lists_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
-    text = command.call(capsys, "simulate", "--help").out
+def test_compare_help_lists_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
+    text = command.call(capsys, "compare", "--help").out
     for law in controllers.names():
-        assert f"--controller {law}, parameters" in text
+        assert f"--controllers {law}, parameters" in text
         for name in controllers.get(law).params().as_dict():
             assert f"    {name} : " in text
     for kind in (AdaptParams, Vehicle, sim.CarlaIdentified, sim.KinematicBicycle, sim.Settings):

@@ -11,8 +11,7 @@ import popsteer
 from popsteer import AdaptParams, PreviewPop, sim, vehicles
 from popsteer.lab import baselines
 from popsteer.sim import CarlaIdentified, Noise
-from tests.helpers import authors_data
-from tests.pages.layout import line
+from studies.layout import course, line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -56,7 +55,7 @@ def _row(name: str, law: OwnSimpleController, noise: Noise | None = None, **sett
 
 
 def _lines() -> Iterator[str]:
-    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
+    path, _ = course("authors")
 
     def law(vehicle: popsteer.Vehicle = CAR, adapt: Any = "auto") -> PreviewPop:
         return PreviewPop(path, vehicle, adapt=adapt)

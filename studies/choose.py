@@ -5,16 +5,13 @@ from __future__ import annotations
 import re
 import statistics
 
-import popsteer
 from popsteer import controllers, lab
 from popsteer.lab.common.names import title_of
-from tests.helpers import ROOT, authors_data
-from tests.pages.layout import line, table
+from studies.layout import AUTHORS_START, ROOT, course, line, table
 
 CHOICES = ("preview-pop", "pure-pursuit", "stanley", "pop", "pid", "mpc")
 # Its wheels turn at once, which is not every controller's case.
 BICYCLE = "kinematic-bicycle"
-START = (-183.8, 78.7, -1.574)
 # Bounds of what counts as reproduced; tests/closed_loop/test_acceptance.py has them, too.
 CROSS_TRACK, HEADING = 0.05, 0.10
 
@@ -77,8 +74,8 @@ def choose_lines() -> list[str]:
 
 def paper_lines() -> list[str]:
     """The paper's table, driven anew on the authors' track."""
-    path = popsteer.Path.from_csv(authors_data() / "waypoints.csv")
-    driven = lab.compare.run(path, start=START, start_at="front")
+    path, _ = course("authors")
+    driven = lab.compare.run(path, start=AUTHORS_START, start_at="front")
     lines = []
     for name, run in driven.runs.items():
         paper, metrics = lab.compare.paper.PAPER[name], run.metrics

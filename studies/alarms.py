@@ -1,7 +1,7 @@
 """Drives vehicles that are what controllers were told, and counts the faults that are reported.
 
-    python -m benches.alarms              # the matrix, the edges, and 1,000 noisy laps
-    python -m benches.alarms --laps 60    # fewer laps
+    python -m studies.alarms              # the matrix, the edges, and 1,000 noisy laps
+    python -m studies.alarms --laps 60    # fewer laps
 
 No run may be `implausible`, and none `deviating` whose error kept its limit; the exit code is 1
 where one is.
@@ -14,9 +14,10 @@ import math
 import sys
 from typing import TYPE_CHECKING
 
-import popsteer
-from popsteer import Status, controllers, sim, tracks
-from popsteer.lab import compare, edges
+from popsteer import Status, controllers, sim
+from popsteer.lab import compare
+from studies import edges
+from studies.layout import track
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,11 +29,6 @@ LAP_PLANTS = ("carla-identified", "kinematic-bicycle")
 NOISE = sim.Noise(position=0.1, yaw=0.005, speed=0.05)
 
 
-def path_of(name: str) -> popsteer.Path:
-    track = tracks.get(name)
-    return popsteer.Path(track.xy, speed=track.speed, closed=track.closed)
-
-
 def is_false(faults: Status, error: float, limit: float) -> bool:
     """Whether what was reported is not so: the vehicle is as told, and its error this large [m]."""
     return bool(faults & Status.IMPLAUSIBLE) or bool(faults & Status.DEVIATING and error <= limit)
@@ -42,8 +38,8 @@ def matrix() -> Iterator[bool]:
     """Drive what `make matrix` drives."""
     for plant in PLANTS:
         limit = 0.5 * sim.vehicle_of(plant).wheelbase
-        for track in TRACKS:
-            path = path_of(track)
+        for name in TRACKS:
+            path = track(name)
             start = sim.default_start(path, 1.0, sim.vehicle_of(plant))
             found = compare.run(path, NAMES, plant, start=start, constant_speed=10.0)
             for run in found.runs.values():
@@ -52,7 +48,7 @@ def matrix() -> Iterator[bool]:
 
 
 def pathological() -> Iterator[bool]:
-    """Drive what `popsteer edges` drives."""
+    """Drive the pathological paths of docs/edges.md."""
     for run in edges.run():
         # Its errors are those of the rear axle, so they say nothing of `deviating`.
         yield any(Status.IMPLAUSIBLE & status for status in run.statuses)
@@ -60,7 +56,7 @@ def pathological() -> Iterator[bool]:
 
 def laps(count: int) -> Iterator[bool]:
     """Drive noisy laps of the race track, the same number with each controller on each plant."""
-    path = path_of("racetrack")
+    path = track("racetrack")
     names = controllers.names()
     each = math.ceil(count / (len(names) * len(LAP_PLANTS)))
     for plant in LAP_PLANTS:

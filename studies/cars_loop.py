@@ -3,7 +3,7 @@
 The car is integrated by `Chain`, apart from popsteer.sim: 2.7 m between its axles, its pose at the
 centre, slow wheels, a lag and a dead time. All of that is told to the controllers.
 
-    python -m tests.pages "cars loop"     # the table of docs/loop.md
+    python -m studies.pages "cars loop"     # the table of docs/loop.md
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import popsteer
-from tests.closed_loop.chain import Chain
-from tests.pages.layout import line
+from studies.chain import Chain
+from studies.layout import line
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,6 +1,6 @@
 """Puts what `make matrix` measured into README.md and its figure into docs/figures.
 
-    python -m benches.matrix_table out/matrix
+    python -m studies.matrix out/matrix
 
 The folder holds what `popsteer matrix --out` wrote. Its table goes between README's
 `<!-- matrix: begin ... -->` and `<!-- matrix: end -->`.
@@ -12,8 +12,8 @@ import argparse
 import shutil
 from pathlib import Path
 
-from benches.tables import ROOT, replace_block
 from popsteer.files import write_text_atomic
+from studies.layout import ROOT, replace_block
 
 FIGURES = ("matrix.png", "matrix-dark.png")
 

@@ -1,0 +1,216 @@
+"""Controllers on pathological paths: crossings, near misses, cusps, odd spacings, starts.
+
+`edge_lines(run())` are the lines of the table of docs/edges.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from popsteer import (
+    AdaptParams,
+    Path,
+    SpeedPid,
+    SpeedPidParams,
+    Status,
+    controllers,
+    presets,
+    sim,
+    vehicles,
+)
+from popsteer.sim import KinematicBicycle, Settings, vehicle_of
+from popsteer.tracks import edges as shapes
+from studies.layout import line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from popsteer import Vehicle
+    from popsteer.controllers import Controller
+    from popsteer.sim import Plant, Pose, Run
+    from popsteer.tracks.waypoints import Waypoints
+
+NAMES = ("pop", "pure-pursuit", "stanley", "pid", "preview-pop")
+PLANT = KinematicBicycle(vehicles.get("kinematic-bicycle").replace(max_steer=0.6))
+"""What moves: it drives backwards as well, and turns on a radius of 4.4 m, as a car does."""
+CHANGES: Mapping[str, Mapping[str, float]] = {
+    "pop": {"min_lookahead": 3.0},
+    "pure-pursuit": {"min_lookahead": 3.0, "lookahead_gain": 0.5},
+    "stanley": {"softening": 1.0},
+    "pid": {"kd": 0.0},
+    "preview-pop": {"min_speed": 1.0},
+}
+"""The parameters of each controller that are not its defaults, the same on all tracks.
+
+Bends of 6 m radius and speeds of 0.3 m/s are no racetrack: lookaheads shorter than the bends, a
+Stanley that is soft at walking pace, a preview that is not blind there and estimates the slip there
+too. The wheels of this plant turn at once, so that the PID's derivative would answer to its own
+last command.
+"""
+TOP_SPEED = 10.0
+"""Speed that no reference speed exceeds [m/s]."""
+TURNING_SPEED = 2.0
+"""... where the path turns more sharply than the vehicle can [m/s]."""
+START_SPEED = 5.0
+"""... and on the straight that is joined from beside and askew [m/s]."""
+PEDALS = SpeedPidParams(kp=1.0, ki=0.5)
+SETTINGS = Settings(dt=0.05, time_limit=300.0)
+
+
+class EdgeTrack(NamedTuple):
+    """A path that is hard to follow, and where its run starts."""
+
+    name: str
+    """What it is called in the table."""
+    path: Path
+    """The path, with reference speeds."""
+    start: Pose
+    """Pose of the rear axle at the start [m, m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeRun:
+    """What a controller did on an edge."""
+
+    track: str
+    """Name of the track."""
+    law: str
+    """Name of the controller."""
+    finished: bool
+    """Whether the end was reached."""
+    ending: str
+    """How the run ended; `Simulation.ending` lists the ways."""
+    time: float
+    """How long it took [s]."""
+    max_error: float
+    """Largest distance of the rear axle from the path [m]."""
+    max_jump: float
+    """Largest change of the commanded angle from one step to the next [rad]."""
+    steps: int
+    """How many steps it took."""
+    statuses: Mapping[Status, int]
+    """In how many steps each condition held, `Status.OK` where none did; only what came up, the
+    most frequent first. Several conditions may hold in one step."""
+
+
+def edge_tracks() -> tuple[EdgeTrack, ...]:
+    """Crossings and near misses, odd spacings, cusps, and starts beside and askew."""
+    straight = shapes.dense_straight(100.0, 1.0)
+    touching = shapes.touching()
+    shown_thrice = [np.repeat(part, 3, axis=0) for part in touching[:2]]
+    duplicates = Path(
+        shown_thrice[0], speed=np.clip(shown_thrice[1], 0.0, TOP_SPEED), drop_duplicates=True
+    )
+    joined = _path(straight, START_SPEED)
+    return (
+        _track("figure-eight", _path(shapes.figure8())),
+        _track("out-and-back", _path(shapes.out_and_back(0.5), TURNING_SPEED)),
+        _track("spiral", _path(shapes.spiral())),
+        _track("touching", _path(touching)),
+        _track("duplicates", duplicates),
+        _track("near-duplicates", _path(shapes.near_duplicates())),
+        _track("spacing-0.01", _path(shapes.figure8(spacing=0.01))),
+        _track("spacing-100", _path(shapes.polygon(12, 100.0))),
+        _track("three-point-turn", _path(shapes.three_point_turn())),
+        _track("parallel-parking", _path(shapes.parallel_parking())),
+        EdgeTrack("start-3-m-beside", joined, (0.0, 3.0, 0.0)),
+        EdgeTrack("start-90-deg-off", joined, (0.0, 0.0, 0.5 * math.pi)),
+        EdgeTrack("start-180-deg-off", joined, (0.0, 0.0, math.pi)),
+    )
+
+
+def _path(waypoints: Waypoints, top_speed: float = TOP_SPEED) -> Path:
+    """Make a path on which no speed, forwards or backwards, exceeds `top_speed` [m/s]."""
+    xy, speed, closed = waypoints
+    return Path(xy, speed=np.clip(speed, -top_speed, top_speed), closed=closed)
+
+
+def _track(name: str, path: Path) -> EdgeTrack:
+    """Start with the rear axle on the first waypoint, along the first segment."""
+    x, y = float(path.x[0]), float(path.y[0])
+    return EdgeTrack(name, path, (x, y, math.atan2(float(path.y[1]) - y, float(path.x[1]) - x)))
+
+
+def run(
+    names: Iterable[str] = NAMES,
+    tracks: Iterable[EdgeTrack] | None = None,
+    *,
+    plant: Plant = PLANT,
+    vehicle: Vehicle | None = None,
+) -> list[EdgeRun]:
+    """Let controllers drive the edges, track by track, at the paths' reference speeds.
+
+    `vehicle` is what the controllers are given; the plant's own by default.
+    """
+    believed = vehicle_of(plant) if vehicle is None else vehicle
+    return [
+        _row(
+            track.name,
+            sim.run(
+                edge_controller(name, track.path, believed),
+                plant,
+                start=track.start,
+                start_at="rear",
+                longitudinal=SpeedPid(PEDALS),
+                settings=SETTINGS,
+            ),
+        )
+        for track in (edge_tracks() if tracks is None else tracks)
+        for name in names
+    ]
+
+
+def edge_controller(name: str, path: Path, vehicle: Vehicle) -> Controller:
+    """Make a controller as it drives the edges: its default, with `CHANGES`."""
+    # The registry pairs each controller with its parameters; the type checker cannot see that.
+    usual: Any = presets.get(name, "default")
+    changes = CHANGES[name]
+    adapt: Any = AdaptParams(min_speed=changes["min_speed"]) if "min_speed" in changes else "auto"
+    return controllers.get(name).controller(path, vehicle, usual.replace(**changes), adapt=adapt)
+
+
+def _row(track: str, done: Run) -> EdgeRun:
+    """Sum up a run."""
+    statuses = done.records["status"]
+    counts = Counter({each: int(np.count_nonzero(statuses & each)) for each in Status if each})
+    counts[Status.OK] = int(np.count_nonzero(statuses == Status.OK))
+    return EdgeRun(
+        track=track,
+        law=done.law,
+        finished=done.metrics.finished,
+        ending=done.ending,
+        time=done.metrics.time,
+        max_error=done.metrics.rear_axle_max_abs_cross_track_error,
+        max_jump=float(np.abs(np.diff(done.records["steer"])).max(initial=0.0)),
+        steps=len(statuses),
+        statuses={each: count for each, count in counts.most_common() if count},
+    )
+
+
+def edge_lines(runs: Iterable[EdgeRun]) -> list[str]:
+    """A row for each run."""
+    return [
+        line(
+            run.track,
+            controllers.get(run.law).title,
+            run.ending,
+            f"{run.time:.1f}",
+            f"{run.max_error:.2f}",
+            f"{math.degrees(run.max_jump):.1f}",
+            _shares(run),
+        )
+        for run in runs
+    ]
+
+
+def _shares(run: EdgeRun) -> str:
+    """Say in which shares of the steps each condition held."""
+    shares = {status: 100.0 * count / run.steps for status, count in run.statuses.items()}
+    return ", ".join(
+        f"{status} {f'{share:.0f}' if share >= 0.5 else '<1'} %" for status, share in shares.items()
+    )
