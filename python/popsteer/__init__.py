@@ -12,7 +12,7 @@ vehicle's point, wherever it is measured; each controller finds the point it tra
 >>> command = controller.step(0.0, 0.5, 0.0, 5.0, 0.05)
 >>> command.steer < 0.0  # left of the path: steer right
 True
->>> popsteer.sim.run(controller).metrics.finished
+>>> popsteer.sim.run(controller, popsteer.sim.KinematicBicycle(car)).metrics.finished
 True
 
 "The paper" in these pages is C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal Predictive
