@@ -5,6 +5,7 @@
     reason = "figures are shown by --nocapture; matrices are read by their places"
 )]
 
+mod dense;
 #[path = "limited/instance.rs"]
 mod instance;
 

@@ -1,5 +1,6 @@
 //! Plans at random, and the dense quadratic programs that they solve.
 
+use super::dense::solve;
 use popsteer_core::laws::preview_pop::cost_to_go::{CostToGo, ModelState, Travel};
 use popsteer_core::laws::preview_pop::limited::{Horizon, Plan, PlanLimits};
 
@@ -319,25 +320,4 @@ impl Instance {
         }
         u.iter().map(|u| u * scale).collect()
     }
-}
-
-/// Gaussian elimination with pivots; the last column is the right side.
-fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
-    let count = rows.len();
-    for k in 0..count {
-        let pivot = (k..count).max_by(|&a, &b| rows[a][k].abs().total_cmp(&rows[b][k].abs()));
-        rows.swap(k, pivot.unwrap());
-        for below in k + 1..count {
-            let share = rows[below][k] / rows[k][k];
-            for j in k..=count {
-                rows[below][j] -= share * rows[k][j];
-            }
-        }
-    }
-    let mut answer = vec![0.0; count];
-    for k in (0..count).rev() {
-        let rest: f64 = (k + 1..count).map(|j| rows[k][j] * answer[j]).sum();
-        answer[k] = (rows[k][count] - rest) / rows[k][k];
-    }
-    answer
 }
