@@ -1,0 +1,220 @@
+//! Poses that come late, of a vehicle that is integrated in small steps by its equations: the
+//! tracker knows where the vehicle is, and where it will be.
+
+use popsteer_core::laws::{PreviewPop, PreviewPopParams, Stanley, StanleyParams};
+use popsteer_core::tracker::Reported;
+use popsteer_core::{Path, Tracker, Vehicle, VehicleState};
+
+/// Control period [s].
+const DT: f64 = 0.05;
+/// Steps of the equations in a control period.
+const PARTS: usize = 100;
+
+/// A vehicle and all that it did, a step of the equations an entry.
+struct Truth {
+    car: Vehicle,
+    /// Direction of the motion of the no-slip point less the heading [rad].
+    slip: f64,
+    acceleration: f64,
+    commands: Vec<f64>,
+    wheel: f64,
+    poses: Vec<VehicleState>,
+}
+
+impl Truth {
+    /// One that has driven for a second under the command 0, and now is at `now`.
+    fn new(car: Vehicle, now: VehicleState) -> Self {
+        let mut truth = Self {
+            car,
+            slip: 0.0,
+            acceleration: 0.0,
+            commands: Vec::new(),
+            wheel: car.steer_offset,
+            poses: vec![now],
+        };
+        for _ in 0..20 {
+            truth.drive(0.0);
+        }
+        truth
+    }
+
+    /// `wheel' = (command(t - dead_time) + steer_offset - wheel) / steer_lag` within the rate,
+    /// `yaw' = v tan(wheel) / turning_wheelbase`, for a control period.
+    fn drive(&mut self, command: f64) {
+        let h = DT / 100.0;
+        let car = self.car;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a dead time of whole steps"
+        )]
+        let late = (car.dead_time / h).round() as usize;
+        for _ in 0..PARTS {
+            self.commands.push(command);
+            let arrived = self.commands.len().checked_sub(late + 1);
+            let arrived = arrived.map_or(0.0, |k| self.commands[k]);
+            let mut rate = (arrived + car.steer_offset - self.wheel) / car.steer_lag;
+            if let Some(most) = car.max_steer_rate {
+                rate = rate.clamp(-most, most);
+            }
+            let before = self.wheel;
+            self.wheel += h * rate;
+            let pose = self.now();
+            let ahead = car.no_slip_point.unwrap_or(car.rear_axle);
+            let turning = car.turning_wheelbase.unwrap_or(car.wheelbase);
+            let turn = h * pose.speed * (0.5 * (before + self.wheel)).tan() / turning;
+            let (sin, cos) = pose.yaw.sin_cos();
+            let (x, y) = (pose.x + ahead * cos, pose.y + ahead * sin);
+            let direction = pose.yaw + 0.5 * turn + self.slip;
+            let yaw = pose.yaw + turn;
+            self.poses.push(VehicleState {
+                x: x + h * pose.speed * direction.cos() - ahead * yaw.cos(),
+                y: y + h * pose.speed * direction.sin() - ahead * yaw.sin(),
+                yaw,
+                speed: pose.speed + h * self.acceleration,
+            });
+        }
+    }
+
+    fn now(&self) -> VehicleState {
+        self.poses[self.poses.len() - 1]
+    }
+
+    /// The pose so many control periods ago, or parts of them.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an age of whole steps"
+    )]
+    fn ago(&self, age: f64) -> VehicleState {
+        let parts = (age / DT * 100.0).round() as usize;
+        self.poses[self.poses.len() - 1 - parts]
+    }
+}
+
+fn straight() -> Path {
+    let x: Vec<f64> = (-20..400).map(|k| 2.0 * f64::from(k)).collect();
+    Path::new(&x, &vec![0.0; x.len()], None, false).unwrap()
+}
+
+/// A vehicle whose point is none of its axles, and slips ahead of its rear axle.
+const CAR: Vehicle = Vehicle {
+    rear_axle: -1.2,
+    no_slip_point: Some(-0.8),
+    steer_lag: 0.2,
+    steer_offset: 0.02,
+    max_steer: 0.6,
+    ..Vehicle::PAPER
+};
+
+const LATE: Vehicle = Vehicle {
+    dead_time: 0.15,
+    max_steer_rate: Some(0.5),
+    ..CAR
+};
+
+/// How old the pose of each step is [s]; twice it is one that was given before. Nothing is
+/// remembered of the wheels before the first pose with an age, so that is the first.
+const AGES: [f64; 10] = [0.04, 0.0, 0.08, 0.03, 0.0, 0.12, 0.17, 0.06, 0.11, 0.02];
+
+#[test]
+fn test_late_pose_is_rolled_to_the_present_and_on_to_the_next_command() {
+    for car in [CAR, LATE] {
+        let law = Stanley::new(car, StanleyParams::DEFAULT).unwrap();
+        let tracker = Tracker::new(law, None).unwrap();
+        let path = straight();
+        let mut state = tracker.initial_state();
+        let start = VehicleState {
+            x: 0.0,
+            y: 1.5,
+            yaw: -0.1,
+            speed: 8.0,
+        };
+        let mut truth = Truth::new(car, start);
+        let mut expected = Vec::new();
+        let mut applied = None;
+        for (k, &age) in AGES.iter().cycle().take(60).enumerate() {
+            let reported = Reported {
+                applied_steer: applied,
+                pose_age: age,
+            };
+            let pose = truth.ago(age);
+            let command = tracker
+                .step_reported(&path.view(), &mut state, pose, DT, reported)
+                .unwrap();
+            let (here, now) = (state.answer.unwrap().vehicle, truth.now());
+            let off = (here.x - now.x).hypot(here.y - now.y);
+            assert!(off < 2e-3, "{k}: {here:?}, not {now:?}");
+            assert!((here.yaw - now.yaw).abs() < 1e-3, "{k}: {here:?} {now:?}");
+            expected.push((truth.poses.len() - 1, command));
+            // Now and then a driver steers.
+            applied = (20..26).contains(&k).then_some(0.15);
+            truth.drive(applied.unwrap_or(command.steer));
+        }
+        // The front axle when the command arrived.
+        let late = if car.dead_time > 0.0 { 300 } else { 0 };
+        for (k, command) in expected {
+            let Some(then) = truth.poses.get(k + late) else {
+                continue;
+            };
+            let front = then.y + (3.0 - 1.2) * then.yaw.sin();
+            let off = (command.predicted_cross_track_error - front).abs();
+            assert!(off < 3e-3, "{k}: {command:?}, not {front}");
+            let off = (command.predicted_heading_error - then.yaw).abs();
+            assert!(off < 2e-3, "{k}: {command:?}, not {}", then.yaw);
+        }
+    }
+}
+
+/// A vehicle that turns less than it is believed to, later, and with its wheels askew, and slips.
+#[test]
+fn test_late_poses_show_the_vehicle_as_fresh_ones_do() {
+    let x: Vec<f64> = (0..1600).map(|n| 0.5 * f64::from(n)).collect();
+    let y: Vec<f64> = x.iter().map(|x| 5.0 * (x / 12.0).sin()).collect();
+    let path = Path::new(&x, &y, None, false).unwrap();
+    let given = Vehicle {
+        steer_offset: 0.0,
+        max_steer_rate: None,
+        ..LATE
+    };
+    let real = Vehicle {
+        turning_wheelbase: Some(3.5),
+        steer_offset: 0.015,
+        dead_time: 0.2,
+        ..given
+    };
+    // The dead time is taken from how turns change from period to period, and is known less well
+    // where these differ.
+    for (ages, nearly) in [(&[0.0][..], 0.01), (&[0.08], 0.01), (&AGES, 0.04)] {
+        let law = PreviewPop::new(given, PreviewPopParams::DEFAULT).unwrap();
+        let tracker = Tracker::of(law);
+        let mut state = tracker.initial_state();
+        let start = VehicleState {
+            x: 5.0,
+            y: 2.2,
+            yaw: 0.37,
+            speed: 8.0,
+        };
+        let mut truth = Truth::new(real, start);
+        truth.slip = 0.02;
+        truth.acceleration = 0.03;
+        for &age in ages.iter().cycle().take(1200) {
+            let reported = Reported {
+                applied_steer: None,
+                pose_age: age,
+            };
+            let pose = truth.ago(age);
+            let steer = tracker
+                .steer_reported(&path.view(), &mut state, pose, DT, reported)
+                .unwrap();
+            tracker.check_state(&path.view(), &state).unwrap();
+            truth.drive(steer);
+        }
+        let known = tracker.estimate(&state);
+        assert!((known.gain - 3.0 / 3.5).abs() < 0.02, "{known:?}");
+        assert!((known.steer_offset - 0.015).abs() < 1e-3, "{known:?}");
+        assert!((known.longer_dead_time - 0.05).abs() < nearly, "{known:?}");
+        assert!((known.slip - 0.02).abs() < 2e-3, "{known:?}");
+        assert!((known.acceleration - 0.03).abs() < 0.01, "{known:?}");
+    }
+}
