@@ -1,9 +1,5 @@
 //! The plan within limits against the quadratic program that it solves, written out densely.
-#![expect(
-    clippy::print_stdout,
-    clippy::needless_range_loop,
-    reason = "figures are shown by --nocapture; matrices are read by their places"
-)]
+#![expect(clippy::print_stdout, reason = "figures are shown by --nocapture")]
 
 mod dense;
 #[path = "limited/instance.rs"]
