@@ -59,7 +59,9 @@ __all__ = [
     "_InFlight",
     "__version__",
     "_path_curvature",
+    "_path_cusps",
     "_plan_speeds",
+    "_speed_defaults",
     "build_profile",
     "get_distance",
     "get_predicted_location",
@@ -950,7 +952,10 @@ class _InFlight:
         self, last: float, dt: float, x: float, y: float, yaw: float, speed: float
     ) -> tuple[float, float, float, float, float]: ...
 
+_speed_defaults: dict[str, float]
+
 def _path_curvature(path: Path, smoothing_length: float) -> _Floats: ...
+def _path_cusps(path: Path) -> _Flags: ...
 def _plan_speeds(
     curvature: _Floats,
     spacing: _Floats,

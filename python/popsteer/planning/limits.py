@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from popsteer._core import _speed_defaults
 from popsteer.errors import ConfigError
 from popsteer.parameters import Parameters
 from popsteer.ranges import check_in_range
@@ -17,18 +18,13 @@ if TYPE_CHECKING:
 
     from popsteer._core import Vehicle
 
-__all__ = ["SpeedLimits"]
+__all__ = ["DEFAULTS", "SpeedLimits"]
 
-_DEFAULTS = {
-    "max_speed": 25.0,
-    "max_lateral_acceleration": 4.0,
-    "max_acceleration": 2.0,
-    "max_deceleration": 3.0,
+DEFAULTS = {
+    name: _speed_defaults[name]
+    for name in ("max_speed", "max_lateral_acceleration", "max_acceleration", "max_deceleration")
 }
-_BENDS = 0.9
-"""Share of the vehicle's lateral acceleration that plans use; with the rest the steering corrects
-errors. With a larger share, a vehicle that runs wide returns to the path only after the bend."""
-_SMOOTHING = 2.0 / 3.0  # wheelbases: 2 m for a car of 3 m
+"""The limits that stand for those that neither plan nor vehicle has, by name: those of the core."""
 _OVER_SPEED = ("max_acceleration", "max_deceleration")
 
 
@@ -141,16 +137,16 @@ class SpeedLimits(Parameters):
         popsteer.errors.ConfigError: max_speed must be at most the vehicle's, 14.0, got 20.0
         """
         found: dict[str, Any] = {}
-        for name, default in _DEFAULTS.items():
+        for name, default in DEFAULTS.items():
             own, cars = getattr(self, name), getattr(vehicle, name)
             if own is None:
                 found[name] = default if cars is None else cars
                 if name == "max_lateral_acceleration":
-                    found[name] *= _BENDS
+                    found[name] *= _speed_defaults["bend_share"]
             elif cars is not None and name == "max_speed" and own > cars:
                 raise ConfigError(name, own, f"at most the vehicle's, {cars!r}")
         if self.smoothing_length is None:
-            found["smoothing_length"] = _SMOOTHING * vehicle.wheelbase
+            found["smoothing_length"] = _speed_defaults["smoothing"] * vehicle.wheelbase
         limits = self.replace(**found)
         for name in ("start_speed", "end_speed"):
             if getattr(limits, name) > limits.max_speed:

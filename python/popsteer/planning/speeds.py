@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from popsteer._core import Path, Vehicle, _path_curvature, _plan_speeds
+from popsteer._core import Path, Vehicle, _path_curvature, _path_cusps, _plan_speeds
 from popsteer.errors import ConfigError, PathError, in_range
 from popsteer.planning.limits import SpeedLimits
 from popsteer.planning.profile import LIMITS, SpeedProfile
@@ -81,7 +81,7 @@ def speed_profile(
     limits = (SpeedLimits() if limits is None else limits).resolved(vehicle)
     bends = curvature(path, limits.smoothing_length)
     spacing = np.diff(np.append(path.s, path.length) if path.closed else path.s)
-    cusps = _cusps(path)
+    cusps = _path_cusps(path)
     bounds = _bounds(speed_limits, len(path))
     ends = (None, None) if path.closed else (limits.start_speed, limits.end_speed)
     speed, by = _plan(bends, spacing, limits, vehicle, path.closed, cusps, bounds, ends)
@@ -244,19 +244,6 @@ def table_of(limit: Any) -> tuple[Floats, Floats]:  # noqa: ANN401 - a number or
     points = [(0.0, limit)] if isinstance(limit, float) else list(limit)
     table = np.array(points, dtype=np.float64)
     return np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1])
-
-
-def _cusps(path: Path) -> NDArray[np.bool_] | None:
-    """Tell at which waypoints the vehicle turns round."""
-    reverse = path.reverse
-    if reverse is None:
-        return None
-    cusps = np.zeros(len(path), dtype=np.bool_)
-    segments = len(path) if path.closed else len(path) - 1
-    cusps[1:segments] = reverse[1:segments] != reverse[: segments - 1]
-    if path.closed:
-        cusps[0] = reverse[0] != reverse[-1]
-    return cusps
 
 
 def _bounds(speed_limits: ArrayLike | None, count: int) -> Floats | None:

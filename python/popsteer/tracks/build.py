@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from popsteer.planning import SpeedLimits, speeds_along
+from popsteer.planning.limits import DEFAULTS
 from popsteer.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -17,13 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FIRST_SPEED", "LIMITS", "build", "equal_steps", "profile"]
 
-LIMITS = SpeedLimits(
-    max_speed=25.0,
-    max_lateral_acceleration=4.0,
-    max_acceleration=2.0,
-    max_deceleration=3.0,
-    exponent=math.inf,
-)
+LIMITS = SpeedLimits(**DEFAULTS, exponent=math.inf)
 """What an ordinary car drives at briskly, far from the limit of a dry road."""
 FIRST_SPEED = 1.5
 """Speed at the first waypoint of an open path [m/s]: a car setting off."""

@@ -71,7 +71,7 @@ mod _core {
         },
         many::run_many,
         path::PyPath,
-        planning::{path_curvature, plan_speeds},
+        planning::{path_curvature, path_cusps, plan_speeds},
         plants::{PyCarlaIdentified, PyKinematicBicycle, plants},
         projection::{PyLookahead, PyProjection},
         settings::{PyNoise, PySettings},
@@ -86,6 +86,10 @@ mod _core {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add(
+            "_speed_defaults",
+            crate::planning::speed_defaults(module.py())?,
+        )?;
         let profile = if cfg!(debug_assertions) {
             "debug"
         } else {

@@ -3,9 +3,11 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use popsteer_core::error::config_in_range;
 use popsteer_core::speed::{
-    Course, Limit, OverSpeed, SpeedLimits, path_curvature as curvature_of, plan_speeds as plan,
+    Course, Limit, OverSpeed, SpeedLimits, defaults, path_curvature as curvature_of,
+    plan_speeds as plan,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::errors::OrRaise;
 use crate::path::PyPath;
@@ -23,6 +25,34 @@ pub(crate) fn path_curvature<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let length = config_in_range("smoothing_length", smoothing_length, 1e-3, 1e3).or_raise(py)?;
     Ok(PyArray1::from_vec(py, curvature_of(&path.0.view(), length)))
+}
+
+/// At which waypoints of a path the vehicle changes its direction.
+#[pyfunction(name = "_path_cusps")]
+pub(crate) fn path_cusps<'py>(py: Python<'py>, path: &PyPath) -> Bound<'py, PyArray1<bool>> {
+    PyArray1::from_vec(py, path.0.view().cusps())
+}
+
+/// The limits of the speed that stand for those that neither plan nor vehicle has, by name; the
+/// deceleration of a stop without a plan, the share of the lateral acceleration for bends, and the
+/// smoothing length in wheelbases.
+pub(crate) fn speed_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let found = PyDict::new(py);
+    for (name, value) in [
+        ("max_speed", defaults::MAX_SPEED),
+        (
+            "max_lateral_acceleration",
+            defaults::MAX_LATERAL_ACCELERATION,
+        ),
+        ("max_acceleration", defaults::MAX_ACCELERATION),
+        ("max_deceleration", defaults::MAX_DECELERATION),
+        ("stop_deceleration", defaults::STOP_DECELERATION),
+        ("bend_share", defaults::BEND_SHARE),
+        ("smoothing", defaults::SMOOTHING),
+    ] {
+        found.set_item(name, value)?;
+    }
+    Ok(found)
 }
 
 /// Greatest speed at each waypoint [m/s], and the number of what limits it there.

@@ -7,6 +7,7 @@ use popsteer_core::geometry::get_distance;
 use popsteer_core::math::{from_count, sqrt, wrap};
 use popsteer_core::path::projection::path_yaw_behind;
 use popsteer_core::path::{Ahead, Follow};
+use popsteer_core::speed::defaults;
 use popsteer_core::{Path, Point, Status, VehicleState};
 
 use crate::delay::Delay;
@@ -15,9 +16,6 @@ use crate::metrics::{Gatherer, Metrics};
 use crate::plant::{Control, Plant, PlantState};
 use crate::record::Record;
 use crate::settings::Settings;
-
-/// How a vehicle brakes for a cusp whose `max_deceleration` is not known [m/s^2].
-const SLOWING: f64 = 2.0;
 
 /// A vehicle on a path, moved one control step at a time and measured.
 #[derive(Clone, Debug)]
@@ -183,7 +181,11 @@ impl Simulation {
         if self.path.view().reverse().is_none() {
             return Some(speed);
         }
-        let deceleration = self.plant.vehicle().max_deceleration.unwrap_or(SLOWING);
+        let deceleration = self
+            .plant
+            .vehicle()
+            .max_deceleration
+            .unwrap_or(defaults::STOP_DECELERATION);
         let remaining = ahead.distance_to_stop.max(0.0);
         let most = sqrt(2.0 * deceleration * remaining).max(Ahead::creep(&self.leading.follow));
         Some(speed.abs().min(most).copysign(speed))

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use popsteer_core::error::ConfigError;
 use popsteer_core::math::{atan2, cos, sin};
 use popsteer_core::path::PathView;
-use popsteer_core::speed::{Course, Limit, OverSpeed, SpeedLimits, path_curvature, plan_speeds};
+use popsteer_core::speed::{
+    Course, Limit, OverSpeed, SpeedLimits, defaults, path_curvature, plan_speeds,
+};
 use popsteer_core::speed::{SpeedPid, SpeedPidParams};
 use popsteer_core::{Path, Tracker, VehicleState};
 use popsteer_sim::{
@@ -21,21 +23,6 @@ const KEEPING: SpeedPidParams = SpeedPidParams {
     ki: 0.5,
     kd: 0.0,
 };
-/// Largest lateral acceleration where bends are taken slower [m/s^2]; like the two below that of the
-/// embedded tracks.
-const LATERAL: f64 = 4.0;
-/// Largest driving acceleration there [m/s^2].
-const DRIVING: OverSpeed<'static> = OverSpeed {
-    speeds: &[0.0],
-    values: &[2.0],
-};
-/// Largest braking deceleration there [m/s^2].
-const BRAKING: OverSpeed<'static> = OverSpeed {
-    speeds: &[0.0],
-    values: &[3.0],
-};
-/// Length over which the curvature is taken there, in wheelbases: as `popsteer.planning` does.
-const SMOOTHING: f64 = 2.0 / 3.0;
 
 /// Lets `law` drive along `track` as `settings` say.
 pub(crate) fn drive(
@@ -78,16 +65,23 @@ fn speeds(view: &PathView<'_>, settings: &Settings) -> Result<Vec<f64>, ConfigEr
         return Ok(speed);
     }
     let vehicle = settings.plant.vehicle;
-    let curvature = path_curvature(view, SMOOTHING * vehicle.wheelbase);
+    let curvature = path_curvature(view, defaults::SMOOTHING * vehicle.wheelbase);
     let mut spacing: Vec<f64> = view.s().windows(2).map(|pair| pair[1] - pair[0]).collect();
     if view.is_closed() {
         spacing.push(view.length() - view.s().last().copied().unwrap_or(0.0));
     }
     let limits = SpeedLimits {
         max_speed: settings.speed,
-        max_lateral_acceleration: LATERAL,
-        acceleration: DRIVING,
-        deceleration: BRAKING,
+        // As on the embedded tracks: all of the lateral acceleration.
+        max_lateral_acceleration: defaults::MAX_LATERAL_ACCELERATION,
+        acceleration: OverSpeed {
+            speeds: &[0.0],
+            values: &[defaults::MAX_ACCELERATION],
+        },
+        deceleration: OverSpeed {
+            speeds: &[0.0],
+            values: &[defaults::MAX_DECELERATION],
+        },
         longitudinal_grip: None,
         exponent: f64::INFINITY,
         vehicle,

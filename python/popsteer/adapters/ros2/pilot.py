@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from popsteer import Path, SpeedTracker, SpeedTrackerParams, Status
+from popsteer._core import _speed_defaults
 from popsteer.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
 __all__ = ["DriveCommand", "Pilot", "State", "up_to_stand"]
 
 # What the vehicle does not limit, as `SpeedTracker` and the closed loop of `popsteer.sim` have it.
-_ACCELERATION = 2.0
-_DECELERATION = 3.0
-_STOP_DECELERATION = 2.0
+_ACCELERATION = _speed_defaults["max_acceleration"]
+_DECELERATION = _speed_defaults["max_deceleration"]
+_STOP_DECELERATION = _speed_defaults["stop_deceleration"]
 _SPEED = SpeedTrackerParams()
 # The commanded speed runs ahead of the measured one by this at most [m/s].
 _LAGGING = 1.0

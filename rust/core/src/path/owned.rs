@@ -89,11 +89,8 @@ impl Path {
     fn section_ends(&self) -> Option<Box<[usize]>> {
         self.reverse.as_ref()?;
         let view = self.view();
-        let turns = |&index: &usize| {
-            let next = view.next_segment(index);
-            next.is_some_and(|next| view.is_reverse(next) != view.is_reverse(index))
-        };
-        Some((0..view.segments()).filter(turns).collect())
+        let ends = (0..view.segments()).filter(|&index| view.ends_at_cusp(index));
+        Some(ends.collect())
     }
 
     /// The path as the controllers take it.

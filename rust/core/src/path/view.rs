@@ -262,6 +262,27 @@ impl<'a> PathView<'a> {
             .filter(|&previous| self.goes_on(previous, index))
     }
 
+    /// Whether a cusp ends segment `index`: the next one is driven in the other direction.
+    #[inline]
+    pub(crate) fn ends_at_cusp(&self, index: usize) -> bool {
+        self.next_segment(index)
+            .is_some_and(|next| !self.goes_on(index, next))
+    }
+
+    /// At which waypoints the vehicle changes its direction.
+    #[cfg(feature = "alloc")]
+    #[must_use]
+    pub fn cusps(&self) -> alloc::vec::Vec<bool> {
+        let mut cusps = alloc::vec![false; self.len()];
+        for segment in (0..self.segments()).filter(|&segment| self.ends_at_cusp(segment)) {
+            if let Some(cusp) = self.next(segment).and_then(|next| cusps.get_mut(next)) {
+                *cusp = true;
+            }
+        }
+        cusps
+    }
+
+    /// Whether one segment is driven in the direction of the other.
     #[inline]
     fn goes_on(&self, from: usize, to: usize) -> bool {
         self.reverse.is_none() || self.is_reverse(from) == self.is_reverse(to)

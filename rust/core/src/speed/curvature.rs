@@ -36,11 +36,7 @@ const SEAM_NODES: usize = 8;
 pub fn path_curvature(path: &PathView<'_>, length: f64) -> Vec<f64> {
     let mut curvature = vec![0.0; path.len()];
     let segments = path.segments();
-    let turns = |segment: usize| {
-        let next = path.next_segment(segment);
-        next.is_some_and(|next| path.is_reverse(next) != path.is_reverse(segment))
-    };
-    let Some(first_turn) = (0..segments).find(|&segment| turns(segment)) else {
+    let Some(first_cusp) = (0..segments).find(|&segment| path.ends_at_cusp(segment)) else {
         if path.is_closed() {
             smooth_loop(path, length, &mut curvature);
         } else {
@@ -49,12 +45,12 @@ pub fn path_curvature(path: &PathView<'_>, length: f64) -> Vec<f64> {
         return curvature;
     };
     // A closed path begins after its first cusp, so that no section leads across the start.
-    let start = if path.is_closed() { first_turn + 1 } else { 0 };
+    let start = if path.is_closed() { first_cusp + 1 } else { 0 };
     let end = start + segments;
     let mut begin = start;
     for segment in start..end {
         let last = segment + 1 == end;
-        if last || turns(segment % segments) {
+        if last || path.ends_at_cusp(segment % segments) {
             smooth_section(path, begin, segment + 1 - begin, length, &mut curvature);
             begin = segment + 1;
         }

@@ -11,7 +11,7 @@ const ROOT_TOLERANCE: f64 = 1e-13;
 /// Halvings of a speed: to 1e-12 of it.
 const BISECTIONS: usize = 40;
 
-/// What a limit of the acceleration is at a speed: straight between points, constant beyond them.
+/// A limit of the acceleration over the speed: linear between points, constant beyond them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverSpeed<'a> {
     /// Speeds [m/s], increasing.
@@ -79,7 +79,8 @@ pub struct SpeedLimits<'a> {
     /// Largest braking deceleration [m/s^2].
     pub deceleration: OverSpeed<'a>,
     /// What the tyres hold along the vehicle [m/s^2]: the half axis of the friction ellipse, with
-    /// the lateral acceleration as the other. None: each of the two limits above is its own.
+    /// the lateral acceleration as the other. If None, each of the two limits above is the half
+    /// axis of an ellipse of its own.
     pub longitudinal_grip: Option<f64>,
     /// Exponent `p` of the ellipse `(a_x / grip)^p + (a_y / max_lateral_acceleration)^p <= 1`: 2 an
     /// ellipse, 1 a rhombus, infinite a rectangle.
@@ -112,8 +113,14 @@ impl SpeedLimits<'_> {
         Ok(())
     }
 
-    /// Largest acceleration along the path within `over` at the square `squared` of the speed
-    /// [m^2/s^2], where the path has this curvature [1/m].
+    /// `A(w, k)`: largest acceleration along the path within `over` at the square `w` = `squared` of
+    /// the speed [m^2/s^2] and the curvature `k` [1/m], by the friction ellipse:
+    ///
+    /// ```text
+    /// min(over(w), grip share),    share = (1 - (w |k| / max_lateral_acceleration)^p)^(1/p)
+    /// ```
+    ///
+    /// and `over(w) share` without a grip.
     #[inline]
     #[expect(
         clippy::float_cmp,
@@ -142,8 +149,15 @@ impl SpeedLimits<'_> {
         }
     }
 
-    /// The largest square of the speed, at most `bound`, that is reached over `length` [m] from
-    /// the square `squared`; curvature and acceleration hold at both ends.
+    /// The largest square of the speed, at most that of `to`, that is reached over `length` [m]:
+    /// the largest `w` with
+    ///
+    /// ```text
+    /// w - w_from <= 2 length A(w_from, k_from)    and    w - w_from <= 2 length A(w, k_to)
+    /// ```
+    ///
+    /// The first is a number. The second has `w` on both sides; its root is found by false position
+    /// in the Illinois variant, which halves the value of an end that stays twice.
     #[inline]
     pub(super) fn reach(
         &self,
@@ -162,14 +176,14 @@ impl SpeedLimits<'_> {
         if high > bound {
             high = bound;
         }
-        // How far an end lies beyond what its own limit allows.
+        // By how much `end` breaks the second condition.
         let beyond =
             |end: f64| end - squared - 2.0 * self.available(over, end, to.curvature) * length;
         let mut above = beyond(high);
         if above <= ROOT_TOLERANCE * high {
             return high;
         }
-        // The Illinois variant of false position. `low` always holds.
+        // `low` always keeps the condition, so it is the answer.
         let mut low = squared;
         let mut below = beyond(low);
         let mut side = 0_i8;
@@ -198,9 +212,17 @@ impl SpeedLimits<'_> {
         low
     }
 
-    /// The largest speed at which the wheels turn in time for a segment [m/s], `most` where that is
-    /// no limit: `wheel' = v (k' L(v) + k L'(v) a) / (1 + (k L)^2)` with the curvature `k` and the
-    /// turning length `L(v)`, bounded from above over the segment and over the acceleration.
+    /// The largest speed, at most `most`, at which the wheels turn in time for a segment over which
+    /// the curvature goes `from` one value `to` another [m/s]. From `tan(wheel) = k L(v)` with the
+    /// turning length `L(v) = L + understeer v²`, and with the change `k'` of the curvature over the
+    /// arc and the acceleration `a`:
+    ///
+    /// ```text
+    /// wheel rate = v (k' L(v) + 2 understeer k a) / (1 + (k L(v))²)
+    /// ```
+    ///
+    /// The largest `k` and `a` above, and the smallest `k` with `L` below, bound it from above over
+    /// the whole segment. The bound grows with the speed, so bisection finds where it is the rate.
     pub(super) fn in_time(&self, from: f64, to: f64, length: f64, most: f64) -> f64 {
         let Some(rate) = self.vehicle.max_steer_rate else {
             return most;
@@ -237,7 +259,7 @@ impl SpeedLimits<'_> {
     }
 }
 
-/// A waypoint: the square of the speed there [m^2/s^2], and the curvature [1/m].
+/// A waypoint of a plan: the square `w` of the speed there [m^2/s^2], and the curvature [1/m].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlanPoint {
     pub squared: f64,

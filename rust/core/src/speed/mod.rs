@@ -7,6 +7,7 @@
 pub mod coupled;
 #[cfg(feature = "alloc")]
 pub mod curvature;
+pub mod defaults;
 #[cfg(feature = "alloc")]
 pub mod limits;
 pub mod pedals;

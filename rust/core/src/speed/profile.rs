@@ -1,21 +1,53 @@
 //! The greatest speeds along a path that a vehicle's limits allow.
 //!
-//! The square of the speed is linear in the arc between waypoints, so that the acceleration is
-//! constant there. Bounds at the waypoints come first: top speed, speed limits, the lateral
-//! acceleration in the bend, the steering. A pass forward then lowers what driving cannot reach,
-//! and a pass backward what braking cannot come down from (the forward-backward solver of A.
-//! Heilmeier et al., *Minimum curvature trajectory planning and control for an autonomous race
-//! car*, Vehicle System Dynamics 58, 2020). An acceleration holds at both ends of its segment.
+//! # Problem
+//!
+//! The unknowns are the squares of the speeds at the waypoints, `w_i = v_i²`. Between waypoints w is
+//! linear in the arc, so that the acceleration `(w_{i+1} - w_i) / (2 l_i)` is constant on a segment
+//! of length `l_i`. Wanted are the greatest `w_i` with
+//!
+//! ```text
+//! w_i           <= bound_i                                       each waypoint by itself
+//! w_{i+1} - w_i <= 2 l_i min(A(w_i, k_i), A(w_{i+1}, k_{i+1}))   driving
+//! w_i - w_{i+1} <= 2 l_i min(D(w_i, k_i), D(w_{i+1}, k_{i+1}))   braking
+//! ```
+//!
+//! where `k_i` is the curvature. A and D are the accelerations that the friction ellipse leaves
+//! beside the lateral one, `w |k|` ([`SpeedLimits`]); they hold at both ends of a segment. The bound
+//! of a waypoint is the least of
+//!
+//! ```text
+//! max_speed², speed_limit²
+//! max_lateral_acceleration / |k|                   as the lateral acceleration is w k
+//! (tan(max_steer) / |k| - L) / understeer          as tan(wheel) = k (L + understeer w)
+//! the square of the speed at which the wheels turn in time     `SpeedLimits::in_time`
+//! 0 at a cusp, start_speed² and end_speed² at the ends of an open path
+//! ```
+//!
+//! with the turning wheelbase L.
+//!
+//! # Method
+//!
+//! A pass forward lowers each w to what driving reaches from the waypoint before it, and a pass
+//! backward to what braking can come down from before the next one: the forward-backward solver of
+//! A. Heilmeier et al., *Minimum curvature trajectory planning and control for an autonomous race
+//! car*, Vehicle System Dynamics 58, 2020. They are repeated until nothing is lowered any more. One
+//! round is enough where the limits of the acceleration do not depend on the speed: after a speed
+//! that the pass backward lowers, the vehicle brakes, so nothing is asked of driving; before it the
+//! speed rises less, and at a lower speed the ellipse leaves more. With a limit that grows with the
+//! speed the last does not hold, and so the passes repeat.
+//!
+//! A closed path is cut open at its slowest waypoint, where a lap neither drives nor brakes.
 
 use crate::error::ConfigError;
 use crate::math::{sqrt, tan};
 use crate::speed::limits::{OverSpeed, PlanPoint, SpeedLimits};
 
-/// What is lowered less than to this share still counts as limited by what it was: where a bend
-/// begins and ends, rounding alone lowers the speed.
+/// A square of a speed that a pass lowers to more than this share keeps the name of its old limit:
+/// where a bend begins and ends, rounding alone lowers the speed.
 const SLIGHTLY: f64 = 0.999;
-/// Passes forward and backward until nothing is lowered any more. One does where the limits do not
-/// depend on the speed.
+/// The most rounds of a pass forward and one backward. A plan that would need more keeps its bounds
+/// and brakes in time, but may exceed a driving acceleration that grows with the speed.
 const ROUNDS: usize = 50;
 
 /// What limits the speed at a waypoint.
@@ -66,9 +98,9 @@ pub struct Course<'a> {
     pub spacing: &'a [f64],
     /// Whether the last waypoint leads back to the first: the speeds are the same in each lap.
     pub closed: bool,
-    /// Whether the vehicle turns round at each waypoint; nowhere without.
+    /// At which waypoints the vehicle changes its direction; nowhere if None.
     pub cusps: Option<&'a [bool]>,
-    /// The speed limit at each waypoint [m/s]; none without.
+    /// The speed limit at each waypoint [m/s]; no limits if None.
     pub speed_limits: Option<&'a [f64]>,
     /// Largest speed at the first waypoint of an open path [m/s].
     pub start_speed: Option<f64>,
@@ -118,7 +150,6 @@ pub fn plan_speeds(
     let segments = course.spacing.len();
     let mut start = 0;
     if course.closed {
-        // At the slowest waypoint a lap neither drives nor brakes, so it can be cut open there.
         let mut slowest = f64::INFINITY;
         for (index, &squared) in speed.iter().enumerate() {
             if squared < slowest {
@@ -153,8 +184,8 @@ pub fn plan_speeds(
     Ok(())
 }
 
-/// Lowers the square of the speed at the second waypoint to what can be reached from the first over
-/// a segment; the last entry says by which limit.
+/// Lowers `w` at the waypoint `to` to what the limit `over` reaches `from` the other end of
+/// `segment`, and notes the limit `by` that lowered it. Returns whether it was lowered.
 fn lower(
     course: &Course<'_>,
     limits: &SpeedLimits<'_>,
@@ -184,7 +215,7 @@ fn lower(
     true
 }
 
-/// The square of the speed that each waypoint allows by itself, and what it is limited by.
+/// The bound of each waypoint, into `squared`, and what it comes from, into `limit`.
 fn bound(course: &Course<'_>, limits: &SpeedLimits<'_>, squared: &mut [f64], limit: &mut [Limit]) {
     let car = &limits.vehicle;
     let base = car.turning_length(0.0);
@@ -226,7 +257,7 @@ fn bound(course: &Course<'_>, limits: &SpeedLimits<'_>, squared: &mut [f64], lim
     for (segment, &length) in course.spacing.iter().enumerate() {
         let next = course.next(segment);
         if course.is_cusp(next) {
-            continue; // the curvature there is that of the way on
+            continue; // the curvature there is that of the next section
         }
         let (from, to) = (course.curvature_at(segment), course.curvature_at(next));
         let speed = limits.in_time(from, to, length, limits.max_speed);

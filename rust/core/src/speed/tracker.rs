@@ -1,51 +1,67 @@
-//! Keeps the speed that a path allows, and stops where it has to.
+//! Keeps the speed that a path allows, and stops where it has to: a plan fed forward, a PI
+//! controller of the speed, and a stop of its own.
+//!
+//! # Equations
+//!
+//! The rear axle is at the arc length `s` and moves at the speed `v` along the path. The plan is a
+//! speed for each waypoint; between them its square `w(s)` is linear, so that its acceleration
+//! `a(s) = w'(s) / 2` is constant on a segment. A command takes effect after the drive's delay and
+//! lag, and is held for a period; on average that is at the time `T` from now:
+//!
+//! ```text
+//! T       = drive_delay + drive_lag + dt / 2
+//! e       = target - v                      target = sqrt(w(s)), but the creeping speed before a stop
+//! I       = I + ki e dt                     only while |e| is small (anti-windup); |I| is bounded
+//! command = a(s + v T) + kp e + I           feedforward, proportional and integral part
+//! ```
+//!
+//! Where the path ends or changes its direction the vehicle stops, and errors of the speed may not
+//! shift the place. With the distance `d` to the stop, the command is a constant deceleration to it:
+//!
+//! ```text
+//! v_T     = max(v + last command * T, 0)    speed when the command takes effect
+//! d_T     = d - margin - T (v + v_T) / 2    distance that remains then
+//! command = -v_T² / (2 d_T)                 once that is near the largest deceleration
+//! ```
+//!
+//! In the end the command is kept within the vehicle's accelerations, extended by `reserve`, and
+//! within `max_jerk * dt` of the last one.
+//!
+//! The feedforward with a PI controller is the usual one; the rules of a stop, with the constants
+//! below, were found by driving and follow no publication.
 
 use crate::bounds::MAX_SPEED;
 use crate::error::{ConfigError, InputError, input_within};
 use crate::math::{saturate, smaller, sqrt};
 use crate::params;
+use crate::path::follow::Located;
 use crate::path::{Follow, PathView};
+use crate::speed::defaults;
 use crate::vehicle::state::checked_dt;
 use crate::vehicle::{Vehicle, VehicleState};
 
-/// What stands for a top speed that the vehicle does not say [m/s].
-#[cfg(feature = "alloc")]
-const TOP_SPEED: f64 = 25.0;
-/// The same of the lateral acceleration [m/s^2].
-#[cfg(feature = "alloc")]
-const LATERAL: f64 = 4.0;
-/// Share of the lateral acceleration that bends may take; the rest corrects the steering. More: a
-/// vehicle that is off in a bend is steered no tighter, and comes back behind it.
-#[cfg(feature = "alloc")]
-const BENDS: f64 = 0.9;
-/// What stands for a driving acceleration that the vehicle does not say [m/s^2].
-const DRIVING: f64 = 2.0;
-/// The same of the braking deceleration [m/s^2].
-const BRAKING: f64 = 3.0;
-/// Length over which the curvature is smoothed, in wheelbases.
-#[cfg(feature = "alloc")]
-const SMOOTHING: f64 = 2.0 / 3.0;
-/// Speed of the last stretch before a stop, in wheelbases a second. More: the vehicle arrives
+/// Largest speed at which the vehicle creeps to a stop, in wheelbases a second. More: it arrives
 /// faster, and stops less exactly.
 const CREEP: f64 = 0.1;
-/// The vehicle has come to a stop when it is this near, in wheelbases.
+/// It creeps when it is this near to the stop, in wheelbases, whatever the plan still allows there.
+const CREEP_DISTANCE: f64 = 1.0 / 15.0;
+/// It has arrived when it is this near to the stop, in wheelbases, and is then held.
 const ARRIVED: f64 = 1.0 / 120.0;
-/// It goes on the other way when it is this near to a cusp, in wheelbases.
-const TURNING: f64 = 1.0 / 100.0;
-/// The last stretch before a stop, in wheelbases.
-const LAST: f64 = 1.0 / 15.0;
-/// How far before a stop braking aims, in wheelbases: what brakes late does not pass it.
+/// It goes on in the other direction when it is this near to a cusp, in wheelbases: farther than
+/// [`ARRIVED`], so that it always does.
+const AT_CUSP: f64 = 1.0 / 100.0;
+/// How far before a stop the braking ends, in wheelbases: brakes that respond late do not pass it.
 const MARGIN: f64 = 1.0 / 60.0;
-/// From this share of the deceleration on, braking for a stop is by what remains of the way: it
-/// stops there whatever the brakes do. Less: it would begin before the plan brakes.
-const STEEP: f64 = 0.8;
-/// Share of the deceleration that holds a vehicle where it stands.
+/// The stop takes over once it needs this share of the largest deceleration; the vehicle then stops
+/// in its place even if the brakes are weaker than they were taken for. Less: it takes over before
+/// the plan brakes.
+const STOP_SHARE: f64 = 0.8;
+/// Share of the largest deceleration that holds a vehicle where it stands.
 const HOLD: f64 = 0.5;
-/// Farther off the speed than this the integral rests, so that it does not wind up, in wheelbases a
-/// second.
-const NEAR: f64 = 1.0 / 6.0;
-/// Bound of the integral's share [m/s^2].
-const MOST_INTEGRAL: f64 = 1.0;
+/// Anti-windup: the integrator is frozen above this error of the speed, in wheelbases a second.
+const INTEGRATION_BAND: f64 = 1.0 / 6.0;
+/// Bound of the integral's share of the command [m/s²].
+const MAX_INTEGRAL: f64 = 1.0;
 
 params! {
     /// Parameters of [`SpeedTracker`].
@@ -98,14 +114,38 @@ pub struct SpeedCommand {
 /// command = a(s + v (drive_delay + drive_lag + dt / 2)) + kp e + integral of ki e,   e = v(s) - v
 /// ```
 ///
-/// Before a stop it brakes by what remains of the way. [`SpeedTracker::plan`] makes the plan.
+/// Before a stop it brakes by the remaining distance. [`SpeedTracker::plan`] makes the plan; the
+/// equations of the step are those of the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedTracker {
     vehicle: Vehicle,
     params: SpeedTrackerParams,
+    /// Largest driving acceleration [m/s²].
     driving: f64,
+    /// Largest braking deceleration [m/s²].
     braking: f64,
     follow: Follow,
+}
+
+/// The vehicle on its plan, in a step.
+struct Situation {
+    /// `v`: speed along the path [m/s], negative if the vehicle rolls the other way.
+    speed: f64,
+    /// `d`: distance to the next stop [m]; infinite if there is none.
+    to_stop: f64,
+    /// `T`: time until the command takes effect [s].
+    delay: f64,
+    /// `sqrt(w(s))`: the planned speed here [m/s], at least `slowest`.
+    reference: f64,
+    /// The speed to keep here [m/s].
+    target: f64,
+    /// The least speed to keep here [m/s]: to creep away from a start, past a waypoint whose speed
+    /// is 0, and up to a stop. 0 if the plan stays at 0 along this segment.
+    slowest: f64,
+    /// `a(s + v T)`: the planned acceleration where the command takes effect [m/s²].
+    feedforward: f64,
+    /// Whether the vehicle is to be held where it stands.
+    standing: bool,
 }
 
 impl SpeedTracker {
@@ -119,20 +159,20 @@ impl SpeedTracker {
         Ok(Self {
             vehicle,
             params: params.checked()?,
-            driving: car.max_acceleration.unwrap_or(DRIVING),
-            braking: car.max_deceleration.unwrap_or(BRAKING),
+            driving: car.max_acceleration.unwrap_or(defaults::MAX_ACCELERATION),
+            braking: car.max_deceleration.unwrap_or(defaults::MAX_DECELERATION),
             follow: Follow {
                 lost_distance: 10.0 * car.wheelbase,
-                arrival_distance: TURNING * car.wheelbase,
+                arrival_distance: AT_CUSP * car.wheelbase,
                 ..Follow::of(&car, car.rear_axle, 0.0)
             },
         })
     }
 
     /// The greatest speed at each waypoint of `path` within the vehicle's limits and at most the
-    /// path's own [m/s], never negative. What the vehicle does not limit is limited to 25 m/s, 4 m/s^2
-    /// to the side, 2 m/s^2 driving and 3 m/s^2 braking. Bends take 0.9 of the lateral acceleration:
-    /// the rest is for the steering to correct errors.
+    /// path's own [m/s], never negative. For a limit that the vehicle does not have, that of
+    /// [`defaults`] is taken. Plans use 0.9 of the lateral acceleration in bends: the rest is for the
+    /// steering to correct errors.
     ///
     /// # Errors
     ///
@@ -144,19 +184,14 @@ impl SpeedTracker {
         use alloc::vec::Vec;
 
         let segments = path.segments();
-        let mut cusps = vec![false; path.len()];
-        for segment in 0..segments {
-            if let Some(next) = path.next_segment(segment)
-                && path.is_reverse(next) != path.is_reverse(segment)
-                && let Some(cusp) = cusps.get_mut(next)
-            {
-                *cusp = true;
-            }
-        }
+        let cusps = path.cusps();
         let bounds = path.speed();
         let bounds: Option<Vec<f64>> = bounds.map(|all| all.iter().map(|v| v.abs()).collect());
         let car = self.vehicle;
-        let curvature = path_curvature(path, SMOOTHING * car.wheelbase);
+        let lateral = car
+            .max_lateral_acceleration
+            .unwrap_or(defaults::MAX_LATERAL_ACCELERATION);
+        let curvature = path_curvature(path, defaults::SMOOTHING * car.wheelbase);
         let spacing: Vec<f64> = (0..segments).map(|k| path.segment_length(k)).collect();
         let course = Course {
             curvature: &curvature,
@@ -168,8 +203,8 @@ impl SpeedTracker {
             end_speed: Some(0.0),
         };
         let limits = SpeedLimits {
-            max_speed: car.max_speed.unwrap_or(TOP_SPEED),
-            max_lateral_acceleration: BENDS * car.max_lateral_acceleration.unwrap_or(LATERAL),
+            max_speed: car.max_speed.unwrap_or(defaults::MAX_SPEED),
+            max_lateral_acceleration: defaults::BEND_SHARE * lateral,
             acceleration: OverSpeed {
                 speeds: &[0.0],
                 values: &[self.driving],
@@ -204,96 +239,126 @@ impl SpeedTracker {
     ) -> Result<SpeedCommand, InputError> {
         let vehicle = vehicle.checked()?;
         let dt = checked_dt(dt)?;
-        let (params, car) = (&self.params, &self.vehicle);
         let at = self.follow.locate(path, state.waypoint, vehicle, dt);
-        let segment = at.closest.segment;
-        let arc = at.closest.arc_length(path);
-        let end = path.section_end(segment);
-        let stop = end.map_or(f64::INFINITY, |end| end_of(path, end, segment));
-        let left = stop - arc;
-        let forward = at.vehicle.speed;
-        // When the command takes effect, in the middle of the time that it is held.
-        let later = params.drive_delay + car.drive_lag + 0.5 * dt;
-        let moving = if forward > 0.0 { forward } else { 0.0 };
-        let (here, rise) = lookup(path, plan, arc, segment, end);
-        let (_, mut wanted) = lookup(path, plan, arc + moving * later, segment, end);
-        let mut reference = sqrt(here);
-        let creep = CREEP * car.wheelbase;
-        let room = if left > 0.0 { left } else { 0.0 };
-        let nearing = sqrt(self.braking * room);
-        // Where the path says 0 from here on the vehicle stands; it creeps away from a start, past a
-        // single 0, and up to a stop.
-        let stands = here <= 0.0 && rise <= 0.0;
-        let slowest = if stands { 0.0 } else { smaller(creep, nearing) };
-        if reference < slowest {
-            reference = slowest;
-        }
-        // The last stretch is crept along, whatever the plan still allows there.
-        let target = if room < LAST * car.wheelbase {
-            slowest
-        } else {
-            reference
-        };
-        let error = target - forward;
-        if forward < slowest && wanted < 0.0 {
-            wanted = 0.0;
-        }
+        let now = self.situation(path, plan, &at, dt);
+        // Command and integral of the other direction do not count.
         let (last, mut integral) = if at.direction_changed {
             (0.0, 0.0)
         } else {
             (state.acceleration, state.integral)
         };
-        let arrived = left <= ARRIVED * car.wheelbase && end.is_some();
-        let standing = (arrived || stands) && forward < creep;
-        let mut command;
-        if standing {
-            command = -HOLD * self.braking;
+        let command = if now.standing {
             integral = 0.0;
+            -HOLD * self.braking
         } else {
-            if error.abs() <= NEAR * car.wheelbase {
-                integral += params.ki * error * dt;
-                integral = saturate(integral, -MOST_INTEGRAL, MOST_INTEGRAL);
-            }
-            command = wanted + params.kp * error + integral;
-            let mut arriving = forward + last * later;
-            if arriving < 0.0 {
-                arriving = 0.0;
-            }
-            let rest = left - MARGIN * car.wheelbase - 0.5 * (forward + arriving) * later;
-            let needed = if rest > 1e-3 {
-                arriving * arriving / (2.0 * rest)
-            } else {
-                f64::INFINITY
-            };
-            if needed >= STEEP * self.braking && forward > slowest && left < f64::INFINITY {
-                command = -needed;
-            }
-        }
-        command = saturate(
-            command,
-            -self.braking - params.reserve,
-            self.driving + params.reserve,
-        );
-        let change = params.max_jerk * dt;
-        command = saturate(command, last - change, last + change);
+            let tracking = self.track(&now, &mut integral, dt);
+            self.brake_for_stop(&now, last).unwrap_or(tracking)
+        };
+        let reserve = self.params.reserve;
+        let command = saturate(command, -self.braking - reserve, self.driving + reserve);
+        let change = self.params.max_jerk * dt;
+        let command = saturate(command, last - change, last + change);
         *state = SpeedTrackerState {
-            waypoint: Some(segment),
+            waypoint: Some(at.closest.segment),
             acceleration: command,
             integral,
         };
         Ok(SpeedCommand {
             acceleration: command,
-            reference_speed: reference,
-            distance_to_stop: left,
+            reference_speed: now.reference,
+            distance_to_stop: now.to_stop,
             reverse: at.reverse,
-            standing,
+            standing: now.standing,
         })
+    }
+
+    /// Where the vehicle is on its plan, and what the plan wants there.
+    fn situation(&self, path: &PathView<'_>, plan: &[f64], at: &Located, dt: f64) -> Situation {
+        let car = &self.vehicle;
+        let segment = at.closest.segment;
+        let arc = at.closest.arc_length(path);
+        let end = path.section_end(segment);
+        let stop = end.map_or(f64::INFINITY, |end| end_of(path, end, segment));
+        let to_stop = stop - arc;
+        let speed = at.vehicle.speed;
+        let delay = self.params.drive_delay + car.drive_lag + 0.5 * dt;
+        let forward = at.vehicle.forward_speed();
+        let (squared, slope) = lookup(path, plan, arc, segment, end);
+        let (_, planned) = lookup(path, plan, arc + forward * delay, segment, end);
+
+        let room = if to_stop > 0.0 { to_stop } else { 0.0 };
+        let creep = CREEP * car.wheelbase;
+        let stays_at_zero = squared <= 0.0 && slope <= 0.0;
+        let slowest = if stays_at_zero {
+            0.0
+        } else {
+            smaller(creep, sqrt(self.braking * room))
+        };
+        let planned_speed = sqrt(squared);
+        let reference = if planned_speed < slowest {
+            slowest
+        } else {
+            planned_speed
+        };
+        let target = if room < CREEP_DISTANCE * car.wheelbase {
+            slowest
+        } else {
+            reference
+        };
+        let arrived = to_stop <= ARRIVED * car.wheelbase && end.is_some();
+        Situation {
+            speed,
+            to_stop,
+            delay,
+            reference,
+            target,
+            slowest,
+            // A vehicle that is slower than it may creep has no speed to lose.
+            feedforward: if speed < slowest && planned < 0.0 {
+                0.0
+            } else {
+                planned
+            },
+            standing: (arrived || stays_at_zero) && speed < creep,
+        }
+    }
+
+    /// Feedforward and PI controller: the acceleration that keeps the target speed [m/s²].
+    fn track(&self, now: &Situation, integral: &mut f64, dt: f64) -> f64 {
+        let params = &self.params;
+        let error = now.target - now.speed;
+        if error.abs() <= INTEGRATION_BAND * self.vehicle.wheelbase {
+            *integral += params.ki * error * dt;
+            *integral = saturate(*integral, -MAX_INTEGRAL, MAX_INTEGRAL);
+        }
+        now.feedforward + params.kp * error + *integral
+    }
+
+    /// The acceleration of a constant braking to the stop [m/s²], after the `last` command; none if
+    /// it is still gentle, if the vehicle creeps already, or without a stop.
+    fn brake_for_stop(&self, now: &Situation, last: f64) -> Option<f64> {
+        let &Situation { speed, delay, .. } = now;
+        let mut arriving = speed + last * delay;
+        if arriving < 0.0 {
+            arriving = 0.0;
+        }
+        let travelled = 0.5 * (speed + arriving) * delay;
+        let remaining = now.to_stop - MARGIN * self.vehicle.wheelbase - travelled;
+        let needed = if remaining > 1e-3 {
+            arriving * arriving / (2.0 * remaining)
+        } else {
+            f64::INFINITY
+        };
+        let takes_over = needed >= STOP_SHARE * self.braking
+            && speed > now.slowest
+            && now.to_stop < f64::INFINITY;
+        takes_over.then_some(-needed)
     }
 
     /// The path `new` replaces `old`; its own plan replaces the old one.
     ///
-    /// The command and the integral continue. So does the place, if the segment beside the vehicle
-    /// is the same; else the next step finds it on the whole of the new path.
+    /// The command and the integral continue. So does the location, if the segment beside the
+    /// vehicle is the same; otherwise the next step searches the whole new path.
     pub fn set_path(&self, state: &mut SpeedTrackerState, old: &PathView<'_>, new: &PathView<'_>) {
         let goes_on = |last: usize| {
             let segment = old.segment_at(last);
@@ -316,15 +381,15 @@ impl SpeedTracker {
     ) -> Result<(), InputError> {
         path.check_waypoint("waypoint", state.waypoint)?;
         input_within("acceleration", state.acceleration, MAX_SPEED)?;
-        input_within("integral", state.integral, MOST_INTEGRAL)?;
+        input_within("integral", state.integral, MAX_INTEGRAL)?;
         Ok(())
     }
 }
 
-/// The square of the planned speed at `arc` [m], and the acceleration there.
+/// `w` and `a`, the square of the planned speed at `arc` [m] and the acceleration there.
 ///
-/// `arc` is counted on across the seam of a closed path; `segment` is where the vehicle is, and
-/// `end` the last segment of its section.
+/// On a closed path `arc` may exceed the length: it continues across the seam. `segment` is where
+/// the vehicle is, and `end` the last segment of its section.
 fn lookup(
     path: &PathView<'_>,
     plan: &[f64],
@@ -355,7 +420,7 @@ fn lookup(
     (here + share * rise, 0.5 * rise / path.segment_length(found))
 }
 
-/// The arc length at the end of a section [m], counted on across the seam.
+/// The arc length at the end of a section [m]; it continues across the seam.
 fn end_of(path: &PathView<'_>, end: usize, segment: usize) -> f64 {
     let arc = path.segment_end(end);
     if end < segment {

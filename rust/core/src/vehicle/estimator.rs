@@ -1,14 +1,60 @@
 //! Estimates what the vehicle's parameters do not say, from its motion. All controllers share it.
 //!
-//! - **Turning gain and steering offset** by recursive least squares with exponential forgetting.
-//!   The model of the turn in one period is `gain (a + steer_offset b)`: `a` is the turn that the
-//!   vehicle's parameters predict, `b` its derivative by the steering offset. It is linear in
-//!   `gain` and `gain steer_offset`.
-//! - **Dead time** by a normalised gradient step. If the given dead time is too short by `t`, the
-//!   measured turn differs from the expected one by `-t da/dt`; that difference and `da/dt` give
-//!   `t`.
-//! - **Slip**, the angle from the heading to the direction of motion, by normalised least mean
-//!   squares from the measured positions.
+//! # Turning gain and steering offset
+//!
+//! Recursive least squares with exponential forgetting (Åström and Wittenmark, *Adaptive Control*,
+//! section 2.2), written with the information matrix M. The turn `y` of the vehicle in one period is
+//! modelled as
+//!
+//! ```text
+//! y = gain (a + steer_offset b) = φᵀ θ,    φ = (a, b)ᵀ,    θ = (gain, gain steer_offset)ᵀ
+//! ```
+//!
+//! where `a` is the turn that the vehicle's parameters predict, and `b` its derivative by the
+//! steering offset. Each period of length `dt` updates
+//!
+//! ```text
+//! M = λ M + φ φᵀ,    m = λ m + φ y,    λ = exp(-dt / turn_time)
+//!
+//! M = ⎡ turn_turn    turn_offset   ⎤    m = ⎡ turn_measured   ⎤    W = ⎡ GAIN_PRIOR       0       ⎤
+//!     ⎣ turn_offset  offset_offset ⎦        ⎣ offset_measured ⎦        ⎣     0       OFFSET_PRIOR ⎦
+//! ```
+//!
+//! and solves `(M + W) θ = m + W θ_0`. The prior `θ_0 = (1, 0)` with the weights W stands for the
+//! vehicle's own parameters; it is not forgotten.
+//!
+//! # Dead time
+//!
+//! A normalised gradient step. If the dead time is too short by `t`, the wheels are where the model
+//! had them `t` earlier, so the measured turn differs from the expected one by
+//!
+//! ```text
+//! r = y - φᵀ θ = t d,    d = -da/dt
+//! ```
+//!
+//! Each period adds `r d / D` to the estimate, with the forgotten sum `D = λ D + d²` (`change`) and a
+//! prior weight in the denominator.
+//!
+//! # Slip
+//!
+//! Normalised least mean squares. The slip angle, from the heading to the direction of motion of
+//! the no-slip point, is modelled as
+//!
+//! ```text
+//! sample = slip + slip_length k = (c, k) (slip / c, slip_length)ᵀ
+//! ```
+//!
+//! with the curvature `k` of the path and a constant scale `c` (`SLIP_SPLIT` over the wheelbase).
+//! With the error `r` of a sample and the share `μ = dt / slip_time`, the step along the regressor
+//! `(c, k)`, divided by the square of its length, is
+//!
+//! ```text
+//! slip        = slip + μ r c² / (c² + k²)
+//! slip_length = slip_length + μ r k / (c² + k²)
+//! ```
+//!
+//! On a straight only `slip` changes, in a sharp bend mostly `slip_length`. Only a path with both
+//! shows which part of the slip grows with the curvature.
 
 use super::wheels::WheelIntegrals;
 use super::{AdaptParams, Estimate, Vehicle, VehicleState};
@@ -16,27 +62,26 @@ use crate::bounds::{MAX_COORDINATE, MAX_SPEED, MAX_YAW};
 use crate::error::{InputError, input_in_range, input_within};
 use crate::math::{cos, exp, saturate, sin, smaller, wrap};
 
-/// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give.
-///
-/// `a` and `b` are those of the module's model: expected turn, and its derivative by the offset.
+/// The estimator's state: sums with exponential forgetting, and the [`Estimate`] they give. The
+/// symbols are those of the [module](self).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimator {
-    /// State of the no-slip point when it was last measured; none if the motion since then must not
-    /// be used.
+    /// State of the no-slip point when it was last measured; None if the motion since then must
+    /// not be used.
     pub last_measured: Option<VehicleState>,
-    /// Sum of `a^2` [rad^2].
+    /// `M_11`, the sum of `a²` [rad²].
     pub turn_turn: f64,
-    /// Sum of `a b` [rad].
+    /// `M_12` = `M_21`, the sum of `a b` [rad].
     pub turn_offset: f64,
-    /// Sum of `b^2`.
+    /// `M_22`, the sum of `b²`.
     pub offset_offset: f64,
-    /// Sum of `a` times the measured turn [rad^2].
+    /// `m_1`, the sum of `a y` [rad²].
     pub turn_measured: f64,
-    /// Sum of `b` times the measured turn [rad].
+    /// `m_2`, the sum of `b y` [rad].
     pub offset_measured: f64,
     /// `a` of the last period [rad].
     pub turn: f64,
-    /// Sum of the squared rates of change of `a` [rad^2/s^2].
+    /// `D`, the sum of the squares of `d = -da/dt` [rad²/s²].
     pub change: f64,
     /// The present estimates.
     pub estimate: Estimate,
@@ -45,16 +90,14 @@ pub struct Estimator {
 impl Estimator {
     /// Time constant of the estimated acceleration [s].
     const ACCELERATION_TIME: f64 = 0.1;
-    /// Weight of the gain 1, that of the vehicle's parameters, in the least squares [rad^2]. It is
-    /// not forgotten. Larger values make the estimate slower and steadier; 1e-4 weighs as much as
-    /// one measured turn of 0.6 degrees.
+    /// `W_11`: weight of the gain 1, that of the vehicle's parameters [rad²]. Larger values make the
+    /// estimate slower and steadier; 1e-4 weighs as much as one measured turn of 0.6 degrees.
     const GAIN_PRIOR: f64 = 1e-4;
-    /// Weight of the vehicle's given steering offset in the least squares. It is not forgotten.
-    /// Larger values make the estimate slower and steadier; 0.1 weighs as much as three periods
-    /// with `b` = 0.18.
+    /// `W_22`: weight of the vehicle's given steering offset. Larger values make the estimate slower
+    /// and steadier; 0.1 weighs as much as three periods with `b` = 0.18.
     const OFFSET_PRIOR: f64 = 0.1;
-    /// Weight of the vehicle's given dead time [rad^2/s^2]. It is not forgotten. Larger values make
-    /// the estimate slower.
+    /// Weight of the vehicle's given dead time, added to `D` [rad²/s²]; it is not forgotten. Larger
+    /// values make the estimate slower.
     const CHANGE_PRIOR: f64 = 1e-2;
     /// Least gain: a lesser one would mean that the parameters are those of another vehicle.
     pub const MIN_GAIN: f64 = 0.4;
@@ -64,8 +107,8 @@ impl Estimator {
     pub const MAX_STEER_OFFSET: f64 = 0.15;
     /// Bound of the estimated slip [rad].
     pub const MAX_SLIP: f64 = 0.15;
-    /// Curvature times wheelbase at which a slip sample updates `slip` and `slip_length` equally.
-    /// Below it a bend is treated as straight.
+    /// `c` times wheelbase: a slip sample at this curvature updates `slip` and `c` times
+    /// `slip_length` equally. A path of much less curvature counts as straight.
     const SLIP_SPLIT: f64 = 0.03;
     /// Shortest distance from which a slip is estimated [m]: over a shorter one, the path's turn
     /// divided by the distance could overflow. The slowest vehicle at its default `min_speed`
@@ -85,14 +128,20 @@ impl Estimator {
     }
 
     /// Updates gain, steering offset, dead time and acceleration from the motion in the last `dt`
-    /// [s]. `now` is the state of the no-slip point, `reached` what the wheels did in that time.
+    /// [s]. `now` is the state of the no-slip point, `wheels` what the wheels did in that time.
+    ///
+    /// ```text
+    /// a = v / L(v) ∫ tan(wheel) dt,    b = v / L(v) ∫ 1 + tan(wheel)² dt
+    /// ```
+    ///
+    /// with the mean speed `v` of the period and the turning length `L`.
     #[inline]
     pub fn observe_turn(
         &mut self,
         params: &AdaptParams,
         vehicle: &Vehicle,
         now: VehicleState,
-        reached: WheelIntegrals,
+        wheels: WheelIntegrals,
         dt: f64,
     ) {
         let Some(before) = self.last_measured else {
@@ -101,7 +150,7 @@ impl Estimator {
         };
         let speed = 0.5 * (before.speed + now.speed);
         let share = speed / vehicle.turning_length(speed);
-        let (turn, by_offset) = (share * reached.turn, share * reached.slope);
+        let (turn, by_offset) = (share * wheels.turn, share * wheels.slope);
         let estimate = self.estimate;
         self.estimate.acceleration = Self::acceleration(vehicle, &estimate, before, now, dt);
         if params.turn_time > 0.0 {
@@ -111,6 +160,8 @@ impl Estimator {
         self.turn = turn;
     }
 
+    /// The acceleration as a first-order low-pass filter of the measured one, with the time constant
+    /// `ACCELERATION_TIME` [m/s²].
     #[inline]
     fn acceleration(
         vehicle: &Vehicle,
@@ -125,10 +176,11 @@ impl Estimator {
         saturate(estimate.acceleration + weight * gained, -most, most)
     }
 
-    /// Updates gain, steering offset and dead time from one `measured` turn.
+    /// Updates gain, steering offset and dead time from one `measured` turn `y`; `turn` is `a`,
+    /// `by_offset` is `b`.
     ///
     /// A measured turn counts as at most `2 (|a| + MAX_STEER_OFFSET |b|)` away from the estimated
-    /// one, so a jump of the localisation changes little. `turn` is `a`, `by_offset` is `b`.
+    /// one, so a jump of the localisation changes little.
     #[inline]
     fn fit_turning(
         &mut self,
@@ -155,7 +207,8 @@ impl Estimator {
             // Without a dead time nothing is predicted, and feedback corrects a wrong gain. There
             // an estimate, which a wrong `steer_lag` disturbs, would only cost gain margin.
             let gain = if vehicle.dead_time > 0.0 { fitted } else { 1.0 };
-            // The best offset for this gain, which may be 1 or clamped.
+            // The second row of the equations for this gain, which may be 1 or clamped:
+            // M_12 gain + (M_22 + W_22) gain steer_offset = m_2.
             let offset = (self.offset_measured - self.turn_offset * gain)
                 / (self.offset_offset + Self::OFFSET_PRIOR)
                 / gain;
@@ -164,6 +217,8 @@ impl Estimator {
             self.estimate.steer_offset = saturate(offset, -most, most);
         }
 
+        // d, r and the step r d / (D + prior), each bounded: no period shows a dead time that is
+        // off by more than the longest allowed, or changes it by more than its own length.
         let change = (self.turn - turn) / dt;
         let most_longer = Self::most_longer(vehicle);
         let residual = measured - expected(&self.estimate);
@@ -176,7 +231,9 @@ impl Estimator {
         self.estimate.longer_dead_time = saturate(longer, -most_longer, most_longer);
     }
 
-    /// The gain from the normal equations of `gain` and `gain steer_offset`.
+    /// The gain `θ_1` of the normal equations `(M + W) θ = m + W θ_0`, by Cramer's rule; None where
+    /// rounding leaves no positive determinant. Two equations are solved in closed form: nalgebra's
+    /// solvers need `std` or `libm`.
     #[inline]
     fn fitted_gain(&self) -> Option<f64> {
         let (aa, ab, bb) = (
@@ -200,10 +257,11 @@ impl Estimator {
 
     /// Updates the slip from the motion of the no-slip point in the last `dt` [s].
     ///
-    /// `curvature` gives the path's mean curvature [1/m] over a distance travelled [m]. Its sign is
-    /// that of the steering angle: where the path is driven backwards, opposite to the path's own.
-    /// The vehicle's curvature would not do: the vehicle steers by the measured position, so its
-    /// curvature is correlated with the noise of the sample.
+    /// The sample is the displacement across the heading in the middle of the period, over the
+    /// distance travelled. `curvature` gives `k`, the path's mean curvature [1/m] over a distance
+    /// travelled [m]. Its sign is that of the steering angle: where the path is driven backwards,
+    /// opposite to the path's own. The vehicle's curvature would not do: the vehicle steers by the
+    /// measured position, so its curvature is correlated with the noise of the sample.
     #[inline]
     pub fn observe_slip(
         &mut self,
