@@ -280,7 +280,7 @@ typedef struct popsteer_estimate {
 } popsteer_estimate;
 
 /**
- * All that is true of a car-like vehicle, given once. Begin with `popsteer_vehicle_default()` and
+ * All parameters of a car-like vehicle, given once. Begin with `popsteer_vehicle_default()` and
  * change what is known; a field marked "NAN: ..." need not be known.
  *
  * A pose is always that of the vehicle's point, wherever it is measured; the axles are given from
@@ -292,115 +292,128 @@ typedef struct popsteer_estimate {
  */
 typedef struct popsteer_vehicle {
     /**
-     * Distance of the axles [m], 1e-3 to 1e3; the default lengths of all parameters scale with it.
+     * Distance of the axles L [m]; the default lengths of all parameters scale with it.
+     * Default 3, in [0.001, 1000.0].
      */
     double wheelbase;
     /**
      * How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
-     * axle's, negative where it is of a point ahead of that.
+     * axle's, negative where it is of a point ahead of that. Default 0, in [-1000.0, 1000.0].
      */
     double rear_axle;
     /**
-     * How far ahead of the pose's point lies the no-slip point [m], the one that moves along the
-     * vehicle's heading; NAN: the rear axle.
+     * How far ahead of the pose's point lies the no-slip point [m], the one that moves along
+     * the vehicle's heading; not given, the rear axle. NAN: not given, in [-1000.0, 1000.0].
      */
     double no_slip_point;
     /**
-     * The wheelbase that the vehicle turns by [m]; NAN: `wheelbase`.
+     * The wheelbase that the vehicle turns by [m]; not given, `wheelbase`. NAN: not given, in
+     * [0.001, 1000.0].
      */
     double turning_wheelbase;
     /**
-     * Understeer gradient [s^2/m].
+     * Understeer gradient K [s^2/m]. Default 0, in [0.0, 1000.0].
      */
     double understeer;
     /**
-     * Angle of the wheels at the command 0 [rad].
+     * Angle of the wheels at the command 0 [rad]. Default 0, in [-0.5, 0.5].
      */
     double steer_offset;
     /**
-     * Time constant of the wheels' first-order response to a command [s].
+     * Time constant of the wheels' first-order response to a command [s]. Default 0.1, in
+     * [0.0, 10.0].
      */
     double steer_lag;
     /**
-     * Time from a command to its first effect on the wheels [s].
+     * Time from a command to its first effect on the wheels [s]. Default 0, in [0.0, 10.0].
      */
     double dead_time;
     /**
-     * Largest angle of the front wheels [rad].
+     * Largest angle of the front wheels `delta_max` [rad]. Default 1.22, in [0.001, 1.57].
      */
     double max_steer;
     /**
-     * Fastest move of the front wheels [rad/s]; NAN: no limit.
+     * Largest rate of the front wheels' angle [rad/s]; not given, no limit. NAN: not given, in
+     * [0.001, 1000000.0].
      */
     double max_steer_rate;
     /**
-     * Largest lateral acceleration that a command may ask for [m/s^2]; NAN: no limit.
+     * Largest lateral acceleration that a command may ask for [m/s^2]; not given, no limit.
+     * Default 4; NAN: not given, in [0.001, 1000000.0].
      */
     double max_lateral_acceleration;
     /**
-     * Top speed [m/s]; NAN: no limit.
+     * Top speed [m/s]; not given, no limit. NAN: not given, in [0.001, 10000.0].
      */
     double max_speed;
     /**
-     * Largest driving acceleration [m/s^2]; NAN: not known.
+     * Largest driving acceleration [m/s^2]; not given, not known. NAN: not given, in [0.001,
+     * 1000.0].
      */
     double max_acceleration;
     /**
-     * Largest braking deceleration [m/s^2]; NAN: not known.
+     * Largest braking deceleration [m/s^2]; not given, not known. NAN: not given, in [0.001,
+     * 1000.0].
      */
     double max_deceleration;
     /**
-     * Time constant with which the drive answers the pedals [s].
+     * Time constant of the drive's first-order response to the pedals [s]. Default 0, in [0.0,
+     * 10.0].
      */
     double drive_lag;
 } popsteer_vehicle;
 
 /**
- * Tuning of POP, the paper's controller. Lengths that are NAN scale with the wheelbase.
+ * Tuning of POP, the paper's controller.
  */
 typedef struct popsteer_pop_params {
     /**
-     * Velocity constant [s]: `lookahead = min_lookahead + lookahead_gain * speed`. Default 0.2.
+     * Velocity constant `k_v` [s]: `lookahead = min_lookahead + lookahead_gain * speed`.
+     * Default 0.2, in [0.0, 1000.0].
      */
     double lookahead_gain;
     /**
-     * Lookahead at rest [m]; NAN: two wheelbases.
+     * Lookahead at rest `ld_min` [m]. NAN: `2.0 * wheelbase`, in [0.0, 10000.0].
      */
     double min_lookahead;
     /**
-     * Optimization range [rad]: candidates lie at most this far from the last angle. Default 3
-     * degrees.
+     * Optimization range `delta_nbd` [rad]: candidates lie at most this far from the last
+     * angle. Default 0.05235987755982989, in [1e-6, 3.141592653589793].
      */
     double steer_span;
     /**
-     * Number of candidates, odd. Default 21.
+     * Optimization resolution: the number of candidates, odd. Default 21, odd and in [3,
+     * 100001].
      */
     size_t candidate_count;
     /**
-     * Not 0: the lookahead point is the path's first crossing of the circle ahead (default); 0:
-     * what the paper's search finds.
+     * Whether the lookahead point is the path's first crossing of the circle ahead of the
+     * vehicle, instead of what the paper's search finds. 0 is false. Default 1.
      */
     uint32_t exact_lookahead;
     /**
-     * Threshold of the paper's search [m]; NAN: 1/300 of the wheelbase.
+     * Threshold epsilon of the paper's search [m]. NAN: `wheelbase / 300.0`, in [1e-9,
+     * 1000.0].
      */
     double lookahead_tolerance;
     /**
-     * Arc ahead of the vehicle that the paper's search looks at [m]; NAN: 20/3 wheelbases.
+     * Arc ahead of the vehicle that the paper's search looks at [m]. NAN: `20.0 / 3.0 *
+     * wheelbase`, in [0.001, 1000000.0].
      */
     double window_ahead;
     /**
-     * Grid of the paper's search [m]; NAN: 1/300 of the wheelbase.
+     * Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
+     * NAN: `wheelbase / 300.0`, in [1e-6, 1000.0].
      */
     double grid_spacing;
     /**
-     * Arc of the path that is searched on each side of the last projection [m], in addition to the
-     * distance travelled in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to
+     * the distance travelled in a step. NAN: `2.0 * wheelbase`, in [0.0, 1000000.0].
      */
     double search_distance;
     /**
-     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
-     * NAN: ten wheelbases.
+     * Distance from the path beyond which the vehicle is lost and is searched for on the whole
+     * path [m]. NAN: `10.0 * wheelbase`, in [0.001, 1000000000.0].
      */
     double lost_distance;
 } popsteer_pop_params;
@@ -411,83 +424,100 @@ typedef struct popsteer_pop_params {
 typedef struct popsteer_options {
     /**
      * `POPSTEER_AUTO`: adapts in preview POP, and where the vehicle has a dead time;
-     * `POPSTEER_OFF`: never; `POPSTEER_ON`: with the three numbers below.
+     * `POPSTEER_OFF`: never; `POPSTEER_ON`: with `turn_time`, `slip_time` and `min_speed`.
      */
     uint32_t adapt;
     /**
      * `POPSTEER_AUTO`: watches with the default numbers; `POPSTEER_OFF`: never;
-     * `POPSTEER_ON`: with the two numbers below.
+     * `POPSTEER_ON`: with `deviation_limit` and `turn_tolerance`.
      */
     uint32_t monitor;
     /**
-     * Time over which turning gain, steering offset and dead time are estimated [s]; 0: never.
-     * Default 10.
+     * Time constant of the estimates of turning gain, steering offset and dead time [s]; 0
+     * switches them off. Shorter: faster, and more noise of the heading in the estimates.
+     * Default 10, in [0.0, 1000000.0].
      */
     double turn_time;
     /**
-     * Time over which the slip is estimated [s]; 0: never. Default 5.
+     * Time constant of the estimated slip [s]; 0 switches it off. Shorter: faster, and more
+     * noise of the position in the estimate. Default 5, in [0.0, 1000000.0].
      */
     double slip_time;
     /**
-     * Below this speed the slip is not estimated [m/s]; NAN: 5/3 wheelbases a second.
+     * Below this speed the slip is not estimated [m/s], because the position moves too little
+     * to show it. NAN: `5.0 / 3.0 * wheelbase`, in [0.0, 1000.0].
      */
     double min_speed;
     /**
-     * Cross-track error beyond which a vehicle that was nearer before has
-     * `POPSTEER_STATUS_DEVIATING` [m]; NAN: half a wheelbase.
+     * Cross-track error from which a vehicle that was within it is deviating [m]; 1e9 switches
+     * it off. NAN: `0.5 * wheelbase`, in [0.0, 1000000000.0].
      */
     double deviation_limit;
     /**
-     * How far the yaw measured over a second may be from what the commands explain without
-     * `POPSTEER_STATUS_IMPLAUSIBLE` [rad]. Default 0.01.
+     * Largest difference of the turn measured over a second to the turns that the commands
+     * explain, besides noise [rad]; 1e9 switches it off. Smaller: faults are found sooner,
+     * false alarms are likelier. Default 0.01, in [0.0, 1000000000.0].
      */
     double turn_tolerance;
 } popsteer_options;
 
 /**
- * Tuning of preview POP. What is NAN scales with the vehicle.
+ * Tuning of preview POP.
  */
 typedef struct popsteer_preview_pop_params {
     /**
-     * Optimization range over the control period [rad/s]; NAN: the vehicle's `max_steer_rate`, or
-     * 60 degrees/s.
+     * Optimization range `delta_nbd` over the control period [rad/s]: an angle lies at most
+     * this times dt from the last one. Where the vehicle has no `max_steer_rate`, the paper's
+     * 3 degrees in 50 ms. NAN: `max_steer_rate.unwrap_or(60.0 * (PI / 180.0))`, in [0.001,
+     * 1000000.0].
      */
     double steer_span_rate;
     /**
-     * How long the prediction looks ahead [s]. Default 1.
+     * How long the prediction looks ahead [s]. Longer: bends are entered earlier and a lag is
+     * anticipated. If it is shorter than the lag and the return to the path, the vehicle
+     * oscillates. Up to twice as long if the vehicle has a `max_steer_rate` and its wheels
+     * need it. Default 1, in [0.05, 100.0].
      */
     double horizon;
     /**
-     * How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]; NAN: a
-     * wheelbase. More: the path is joined more gently.
+     * How many metres of cross-track error are as bad as 1 rad of heading error [m/rad]. More:
+     * the path is joined more gently, and offsets take longer to vanish. NAN: `wheelbase`, in
+     * [0.0, 1000.0].
      */
     double heading_cost;
     /**
-     * How many metres of cross-track error are as bad as turning the wheels at 1 rad/s
-     * [m s/rad]; NAN: a twelfth of the wheelbase. More: calmer wheels.
+     * How many metres of cross-track error are as bad as turning the wheels at 1 rad/s [m
+     * s/rad]. More: calmer wheels, less noise passed on, wider bends where the model is wrong.
+     * NAN: `wheelbase / 12.0`, in [1e-5, 1000.0].
      */
     double steer_rate_cost;
     /**
-     * Heading at which the path is approached from afar [rad]. Default 0.25.
+     * Heading at which the path is approached from afar [rad]; less if the vehicle's limits
+     * would not straighten it in time. More: sooner back on the path, by a sharper manoeuvre.
+     * Default 0.25, in [0.001, 1.5707963267948966].
      */
     double approach_angle;
     /**
-     * Below this speed [m/s] the wheels turn in proportion to the distance travelled; NAN: 5/3
-     * wheelbases a second.
+     * Below this speed [m/s] the wheels turn in proportion to the distance travelled, and the
+     * prediction looks as far as at this speed; at rest they keep their angle. Where the
+     * vehicle's `max_steer_rate` is given, they turn at all of it down to half this speed.
+     * NAN: `5.0 / 3.0 * wheelbase`, in [0.001, 10000.0].
      */
     double min_speed;
     /**
-     * Length of path over which its direction is taken [m]; NAN: 2/3 of the wheelbase.
+     * Length of path over which its direction is taken [m]. More: less of the waypoints' noise
+     * is steered, and bends shorter than this are cut. NAN: `2.0 / 3.0 * wheelbase`, in [0.0,
+     * 1000.0].
      */
     double smoothing_length;
     /**
-     * Arc of the path that is searched on each side of the last projection [m], in addition to the
-     * distance travelled in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to
+     * the distance travelled in a step. NAN: `2.0 * wheelbase`, in [0.0, 1000000.0].
      */
     double search_distance;
     /**
-     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
-     * NAN: ten wheelbases.
+     * Distance from the path beyond which the vehicle is lost and is searched for on the whole
+     * path [m]. NAN: `10.0 * wheelbase`, in [0.001, 1000000000.0].
      */
     double lost_distance;
 } popsteer_preview_pop_params;
@@ -497,37 +527,42 @@ typedef struct popsteer_preview_pop_params {
  */
 typedef struct popsteer_pid_params {
     /**
-     * Proportional gain [rad/m]; NAN: 0.25 at 3 m of wheelbase, inversely proportional to it.
+     * Proportional gain `k_P` [rad/m]. NAN: `0.25 * (3.0 / wheelbase)`, in [0.0, 1000000.0].
      */
     double kp;
     /**
-     * Integral gain [rad/(m s)], [rad/m] without `integral_with_dt`; NAN: 0.01 at 3 m.
+     * Integral gain `k_I` [rad/(m s)], or [rad/m] without `integral_with_dt`. NAN: `0.01 *
+     * (3.0 / wheelbase)`, in [0.0, 1000000.0].
      */
     double ki;
     /**
-     * Derivative gain [rad s/m]; NAN: 0.2 at 3 m.
+     * Derivative gain `k_D` [rad s/m]. NAN: `0.2 * (3.0 / wheelbase)`, in [0.0, 1000000.0].
      */
     double kd;
     /**
-     * How many of the last errors the integral sums. Default 500.
+     * How many of the last errors the integral sums, against wind-up. Default 500, a count in
+     * [1, 500].
      */
     size_t buffer_length;
     /**
-     * Not 0: the integral weighs each error with its dt (default); 0: as the paper prints it.
+     * Whether the integral weighs each error with its dt, as the published code does; the
+     * paper's equation sums the bare errors. 0 is false. Default 1.
      */
     uint32_t integral_with_dt;
     /**
-     * Length of path over which its heading is taken [m]; NAN: two wheelbases.
+     * Length of path over which its heading is taken [m]. The derivative is then how fast the
+     * front axle moves across that heading, which noise of the waypoints hardly reaches. 0:
+     * that of the error, as printed. NAN: `2.0 * wheelbase`, in [0.0, 10000.0].
      */
     double smoothing_length;
     /**
-     * Arc of the path that is searched on each side of the last projection [m], in addition to the
-     * distance travelled in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to
+     * the distance travelled in a step. NAN: `2.0 * wheelbase`, in [0.0, 1000000.0].
      */
     double search_distance;
     /**
-     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
-     * NAN: ten wheelbases.
+     * Distance from the path beyond which the vehicle is lost and is searched for on the whole
+     * path [m]. NAN: `10.0 * wheelbase`, in [0.001, 1000000000.0].
      */
     double lost_distance;
 } popsteer_pid_params;
@@ -537,42 +572,50 @@ typedef struct popsteer_pid_params {
  */
 typedef struct popsteer_pure_pursuit_params {
     /**
-     * Velocity constant [s]: `lookahead = max(min_lookahead, lookahead_gain * speed)`. Default 0.9.
+     * Velocity constant `k_v` [s]: `lookahead = max(min_lookahead, lookahead_gain * speed)`.
+     * Default 0.9, in [0.0, 1000.0].
      */
     double lookahead_gain;
     /**
-     * Least lookahead [m]; NAN: 10/3 wheelbases.
+     * Least lookahead [m]. NAN: `10.0 / 3.0 * wheelbase`, in [0.0, 10000.0].
      */
     double min_lookahead;
     /**
-     * Not 0: the angle to the lookahead point by acos, as in the published code. Default 0.
+     * Whether alpha is taken as the published code does, `acos(heading . line / lookahead)`,
+     * instead of as the angle between heading and line. The grid point lies up to the
+     * threshold inside the circle, so that reading never sees less than about `sqrt(2
+     * tolerance / lookahead)`: the wheels chatter about straight ahead, and the path is
+     * tracked more tightly. 0 is false. Default 0.
      */
     uint32_t alpha_by_arccos;
     /**
-     * Not 0: the lookahead point is the path's first crossing of the circle ahead (default); 0:
-     * what the paper's search finds.
+     * Whether the lookahead point is the path's first crossing of the circle ahead of the
+     * vehicle, instead of what the paper's search finds. 0 is false. Default 1.
      */
     uint32_t exact_lookahead;
     /**
-     * Threshold of the paper's search [m]; NAN: 1/300 of the wheelbase.
+     * Threshold epsilon of the paper's search [m]. NAN: `wheelbase / 300.0`, in [1e-9,
+     * 1000.0].
      */
     double lookahead_tolerance;
     /**
-     * Arc ahead of the vehicle that the paper's search looks at [m]; NAN: 20/3 wheelbases.
+     * Arc ahead of the vehicle that the paper's search looks at [m]. NAN: `20.0 / 3.0 *
+     * wheelbase`, in [0.001, 1000000.0].
      */
     double window_ahead;
     /**
-     * Grid of the paper's search [m]; NAN: 1/300 of the wheelbase.
+     * Greatest distance of neighbours on the path as the paper's search re-discretises it [m].
+     * NAN: `wheelbase / 300.0`, in [1e-6, 1000.0].
      */
     double grid_spacing;
     /**
-     * Arc of the path that is searched on each side of the last projection [m], in addition to the
-     * distance travelled in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to
+     * the distance travelled in a step. NAN: `2.0 * wheelbase`, in [0.0, 1000000.0].
      */
     double search_distance;
     /**
-     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
-     * NAN: ten wheelbases.
+     * Distance from the path beyond which the vehicle is lost and is searched for on the whole
+     * path [m]. NAN: `10.0 * wheelbase`, in [0.001, 1000000000.0].
      */
     double lost_distance;
 } popsteer_pure_pursuit_params;
@@ -582,33 +625,37 @@ typedef struct popsteer_pure_pursuit_params {
  */
 typedef struct popsteer_stanley_params {
     /**
-     * Crosstrack error constant [1/s]. Default 1.5.
+     * Crosstrack error constant `k_chi` [1/s]. Default 1.5, in [0.0, 1000000.0].
      */
     double cross_track_gain;
     /**
-     * Velocity constant. Default 1.3.
+     * Velocity constant `k_v`. Default 1.3, in [0.0, 1000000.0].
      */
     double speed_gain;
     /**
-     * Softening constant [m/s]; NAN: 1e-5 at 3 m of wheelbase, in proportion at others.
+     * Softening constant `k_s` [m/s], which keeps the quotient finite at rest. NAN: `1e-5 /
+     * 3.0 * wheelbase`, in [1e-9, 1000000.0].
      */
     double softening;
     /**
-     * Not 0: the path's heading is that of the segment behind the nearest waypoint. Default 0.
+     * Whether the path's heading is that of the segment behind the nearest waypoint, as in the
+     * published code, instead of that at the closest point. 0 is false. Default 0.
      */
     uint32_t heading_behind;
     /**
-     * Length of path over which its heading is taken [m]; NAN: a wheelbase.
+     * Length of path over which its heading is taken [m]. More: less of the waypoints' noise
+     * is steered, and bends shorter than this are cut. 0, or `heading_behind`: the heading of
+     * one segment, as printed. NAN: `wheelbase`, in [0.0, 10000.0].
      */
     double smoothing_length;
     /**
-     * Arc of the path that is searched on each side of the last projection [m], in addition to the
-     * distance travelled in a step; NAN: two wheelbases.
+     * Arc of the path that is searched on each side of the last projection [m], in addition to
+     * the distance travelled in a step. NAN: `2.0 * wheelbase`, in [0.0, 1000000.0].
      */
     double search_distance;
     /**
-     * Farther than this from its place the vehicle is lost, and looked for on the whole path [m];
-     * NAN: ten wheelbases.
+     * Distance from the path beyond which the vehicle is lost and is searched for on the whole
+     * path [m]. NAN: `10.0 * wheelbase`, in [0.001, 1000000000.0].
      */
     double lost_distance;
 } popsteer_stanley_params;
@@ -914,6 +961,27 @@ popsteer_error popsteer_stanley_new(const struct popsteer_path *path,
                                     struct popsteer_controller **out);
 
 /**
+ * The defaults of `popsteer_options`.
+ */
+struct popsteer_options popsteer_options_default(void);
+
+/**
+ * The paper's wheelbase (3 m) and largest angle (1.22 rad), a lag of 0.1 s, 4 m/s^2 of lateral
+ * acceleration; the pose is the rear axle's.
+ */
+struct popsteer_vehicle popsteer_vehicle_default(void);
+
+/**
+ * Whether every field is within its range; `POPSTEER_ERROR_CONFIG` and a message that names it
+ * where one is not. Controllers check their vehicle by themselves.
+ *
+ * Required of the caller:
+ *
+ * `vehicle` is NULL or leads to a vehicle.
+ */
+popsteer_error popsteer_vehicle_check(const struct popsteer_vehicle *vehicle);
+
+/**
  * The defaults of `popsteer_pop_params`.
  */
 struct popsteer_pop_params popsteer_pop_params_default(void);
@@ -937,11 +1005,6 @@ struct popsteer_pure_pursuit_params popsteer_pure_pursuit_params_default(void);
  * The defaults of `popsteer_stanley_params`.
  */
 struct popsteer_stanley_params popsteer_stanley_params_default(void);
-
-/**
- * The defaults of `popsteer_options`.
- */
-struct popsteer_options popsteer_options_default(void);
 
 /**
  * Makes a path of `count` waypoints, which are copied.
@@ -1058,22 +1121,6 @@ popsteer_error popsteer_predict(const struct popsteer_controller *controller,
                                 struct popsteer_predicted *out,
                                 size_t size,
                                 size_t *count);
-
-/**
- * The paper's wheelbase (3 m) and largest angle (1.22 rad), a lag of 0.1 s, 4 m/s^2 of lateral
- * acceleration; the pose is the rear axle's.
- */
-struct popsteer_vehicle popsteer_vehicle_default(void);
-
-/**
- * Whether every field is within its range; `POPSTEER_ERROR_CONFIG` and a message that names it
- * where one is not. Controllers check their vehicle by themselves.
- *
- * Required of the caller:
- *
- * `vehicle` is NULL or leads to a vehicle.
- */
-popsteer_error popsteer_vehicle_check(const struct popsteer_vehicle *vehicle);
 
 #ifdef __cplusplus
 }  // extern "C"

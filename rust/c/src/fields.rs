@@ -53,6 +53,20 @@ impl Field<bool> for u32 {
     }
 }
 
+/// C's type of a parameter of the core's `params!`.
+macro_rules! c_type {
+    (usize) => {
+        usize
+    };
+    (bool) => {
+        u32
+    };
+    ($number:ident) => {
+        f64
+    };
+}
+pub(crate) use c_type;
+
 /// Conversions both ways between a struct of C and one of the core with the same fields. A field
 /// that only one of them has does not compile.
 macro_rules! same_fields {

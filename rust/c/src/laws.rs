@@ -5,11 +5,11 @@ use popsteer_core::laws::{Pid, Pop, PreviewPop, PurePursuit, Stanley};
 use crate::controller::{CController, Controller, Steering};
 use crate::error::{CError, guard};
 use crate::handle::{give, given};
+use crate::options::COptions;
 use crate::params::{
-    COptions, CPidParams, CPopParams, CPreviewPopParams, CPurePursuitParams, CStanleyParams,
+    CPidParams, CPopParams, CPreviewPopParams, CPurePursuitParams, CStanleyParams, CVehicle,
 };
 use crate::path::{self, CPath};
-use crate::vehicle::CVehicle;
 
 /// Makes a controller of `$law` from C's arguments.
 macro_rules! make {

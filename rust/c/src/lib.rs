@@ -15,11 +15,11 @@ pub mod error;
 mod fields;
 mod handle;
 pub mod laws;
+pub mod options;
 pub mod params;
 pub mod path;
 pub mod status;
 pub mod step;
-pub mod vehicle;
 
 pub use error::CError;
 

@@ -8,7 +8,6 @@ use std::fmt::Write;
 use std::path::Path;
 use std::{env, fs};
 
-use popsteer_core::error::Requirement;
 use popsteer_core::laws::{
     PidParams, PopParams, PreviewPopParams, PurePursuitParams, StanleyParams,
 };
@@ -87,15 +86,6 @@ fn stub((name, base, fields): &Class) -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// A bound as the page writes it.
-fn short(bound: f64) -> String {
-    if bound == 0.0 || (1e-3..1e5).contains(&bound.abs()) {
-        bound.to_string()
-    } else {
-        format!("{bound:e}")
-    }
-}
-
 /// The class's table on the page.
 fn table((name, _, fields): &Class) -> Result<String, Box<dyn Error>> {
     let mut text = format!("\n## {name}\n\n| parameter | default | range | |\n|---|---|---|---|\n");
@@ -104,13 +94,9 @@ fn table((name, _, fields): &Class) -> Result<String, Box<dyn Error>> {
             Value::Absent if field.written != "None" => format!("`{}`", field.written),
             value => python(value),
         };
-        let range = match field.requirement {
-            Some(Requirement::InRange(low, high)) => format!("{} to {}", short(low), short(high)),
-            Some(Requirement::CountInRange(low, high) | Requirement::OddInRange(low, high)) => {
-                format!("{low} to {high}")
-            }
-            _ => String::new(),
-        };
+        let range = field
+            .requirement
+            .map_or_else(String::new, |range| range.to_string());
         let what = field.text.replace('|', "\\|");
         writeln!(text, "| `{}` | {default} | {range} | {what} |", field.name)?;
     }

@@ -1,0 +1,110 @@
+//! How a controller adapts to its vehicle, and watches it.
+
+use popsteer_core::LateralLaw;
+use popsteer_core::error::{ConfigError, Requirement};
+use popsteer_core::math::from_count;
+use popsteer_core::tracker::{MonitorParams, Tracker};
+use popsteer_core::vehicle::AdaptParams;
+
+use crate::error::Failure;
+use crate::fields::{Field, c_type};
+
+/// Of `popsteer_options.adapt` and `.monitor`: as controllers of this kind do; the default.
+pub const POPSTEER_AUTO: u32 = 0;
+/// Of `popsteer_options.adapt` and `.monitor`: not at all.
+pub const POPSTEER_OFF: u32 = 1;
+/// Of `popsteer_options.adapt` and `.monitor`: with the numbers beside it.
+pub const POPSTEER_ON: u32 = 2;
+
+/// Hands the numbers of adapting on, to those of the monitor.
+macro_rules! adapting {
+    ({} $($numbers:tt)+) => {
+        popsteer_core::MonitorParams! { options { $($numbers)+ } }
+    };
+}
+
+/// The struct of C with the numbers that the core declares.
+macro_rules! options {
+    ({$(
+        $(#[doc = $adapt_text:literal])+
+        $adapt:ident: $adapt_kind:ident $(<$adapt_of:ty>)? = $adapt_default:expr
+        $(, in [$adapt_low:expr, $adapt_high:expr])?;
+    )+} $(
+        $(#[doc = $text:literal])+
+        $monitor:ident: $kind:ident $(<$of:ty>)? = $default:expr $(, in [$low:expr, $high:expr])?;
+    )+) => {
+        /// How a controller adapts to its vehicle, and watches it.
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug)]
+        pub struct COptions {
+            /// Whether it adapts: one of the three above.
+            pub adapt: u32,
+            /// Whether it watches: one of the three above.
+            pub monitor: u32,
+            $($(#[doc = $adapt_text])+ pub $adapt: c_type!($adapt_kind),)+
+            $($(#[doc = $text])+ pub $monitor: c_type!($kind),)+
+        }
+
+        impl Default for COptions {
+            fn default() -> Self {
+                Self {
+                    adapt: POPSTEER_AUTO,
+                    monitor: POPSTEER_AUTO,
+                    $($adapt: Field::of(AdaptParams::DEFAULT.$adapt),)+
+                    $($monitor: Field::of(MonitorParams::DEFAULT.$monitor),)+
+                }
+            }
+        }
+
+        impl COptions {
+            fn params(self) -> (AdaptParams, MonitorParams) {
+                (
+                    AdaptParams { $($adapt: self.$adapt.to_core()),+ },
+                    MonitorParams { $($monitor: self.$monitor.to_core()),+ },
+                )
+            }
+        }
+    };
+}
+
+popsteer_core::AdaptParams! { adapting {} }
+
+/// What a switch says.
+enum Wish<T> {
+    Usual,
+    Told(Option<T>),
+}
+
+fn wish<T>(field: &'static str, value: u32, on: T) -> Result<Wish<T>, ConfigError> {
+    match value {
+        POPSTEER_AUTO => Ok(Wish::Usual),
+        POPSTEER_OFF => Ok(Wish::Told(None)),
+        POPSTEER_ON => Ok(Wish::Told(Some(on))),
+        _ => Err(ConfigError {
+            field,
+            value: from_count(usize::try_from(value).unwrap_or(usize::MAX)),
+            requirement: Requirement::CountInRange(0, 2),
+        }),
+    }
+}
+
+impl COptions {
+    /// The tracker of `law` with these options.
+    pub(crate) fn track<L: LateralLaw>(self, law: L) -> Result<Tracker<L>, Failure> {
+        let (adapt, monitor) = self.params();
+        let tracker = match wish("adapt", self.adapt, adapt)? {
+            Wish::Usual => Tracker::of(law),
+            Wish::Told(adapt) => Tracker::new(law, adapt)?,
+        };
+        match wish("monitor", self.monitor, monitor)? {
+            Wish::Usual => Ok(tracker),
+            Wish::Told(monitor) => Ok(tracker.monitored(monitor)?),
+        }
+    }
+}
+
+/// The defaults of `popsteer_options`.
+#[unsafe(no_mangle)]
+pub extern "C" fn popsteer_options_default() -> COptions {
+    COptions::default()
+}
