@@ -190,8 +190,9 @@ def test_static_library_links_without_the_shared_one(prefix: Path, tmp_path: Pat
 
 
 def test_library_shows_the_interface_and_its_version_alone(prefix: Path) -> None:
-    (shared,) = (prefix / "lib").glob("libpopsteer.*1*")
     header = (prefix / "include" / "popsteer.h").read_text(encoding="utf-8")
+    (abi,) = re.findall(r"#define POPSTEER_ABI_VERSION (\d+)", header)
+    (shared,) = (prefix / "lib").glob(f"libpopsteer.*{abi}*")
     code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
     declared = set(re.findall(r"\b(popsteer_\w+)\(", code))
     assert len(declared) > 35
