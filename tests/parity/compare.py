@@ -5,77 +5,25 @@ Compared bit for bit, but for what `tolerances` lists.
 
 from __future__ import annotations
 
-import functools
+import copy
+import dataclasses
 import math
 import struct
-import types
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import popsteer
 from popsteer import PopsteerError, Status, paper, reference
+from popsteer.reference.path.view import PathView
+from popsteer.reference.vehicle.delay import InFlight
 from tests.parity import plans
 from tests.parity.tolerances import LOST, Refused, agree, amplified, tolerance
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-COMPARED: set[str] = set()
-"""Public names compared since the test began; the `covers` marks are held against it."""
-
-
-@functools.cache
-def fields_of(kind: str) -> tuple[str, ...]:
-    """Names of the attributes that a class of the Rust core shows."""
-    members = vars(getattr(popsteer, kind))
-    return tuple(
-        sorted(name for name in members if isinstance(members[name], types.GetSetDescriptorType))
-    )
-
-
-@functools.cache
-def _qualified(kind: str) -> frozenset[str]:
-    return frozenset(f"{kind}.{field}" for field in fields_of(kind))
-
-
-def shown(value: Any) -> Any:
-    """Everything that a value shows, in numbers, texts and their collections."""
-    if value is None or isinstance(value, (bool, int, float, Status, str)):
-        return value
-    if isinstance(value, np.ndarray):
-        return shown(value.tolist())
-    if isinstance(value, (tuple, list)):
-        return tuple(shown(entry) for entry in value)
-    if isinstance(value, dict):
-        return {name: shown(entry) for name, entry in value.items()}
-    kind = type(value).__name__
-    COMPARED.update(_qualified(kind))
-    return kind, {field: shown(getattr(value, field)) for field in fields_of(kind)}
-
-
-def bits(value: Any) -> Any:
-    """The same, so that only equal bits compare equal: -0.0 is not 0.0."""
-    return _bits(shown(value))
-
-
-def _bits(part: Any) -> Any:
-    if isinstance(part, float):
-        return f"{part!r} = {struct.pack('<d', part).hex()}"
-    if isinstance(part, tuple):
-        return tuple(_bits(entry) for entry in part)
-    if isinstance(part, dict):
-        return {name: _bits(entry) for name, entry in part.items()}
-    return repr(part)
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a call came to."""
-
-    value: Any
-    shown: Any
+_PATH = ("x", "y", "s", "speed", "length", "closed", "reverse")
 
 
 class Apart(AssertionError):  # noqa: N818 - what it says of the two sides
@@ -86,15 +34,65 @@ class Apart(AssertionError):  # noqa: N818 - what it says of the two sides
         self.ours, self.theirs = ours, theirs
 
 
-def outcome(call: Callable[..., Any], *args: Any, **kwargs: Any) -> Outcome:
+def shown(value: Any, like: Any) -> Any:
+    """What the reference's value `like` shows, in numbers and texts, as `value` has it."""
+    if isinstance(like, reference.TrackerState):
+        return _plain(_remembered(value, like))
+    if isinstance(like, PathView):
+        return {name: _plain(getattr(value, name)) for name in _PATH}
+    if dataclasses.is_dataclass(like):
+        names = [field.name for field in dataclasses.fields(like)]
+        return {name: _plain(getattr(value, name)) for name in names}
+    if isinstance(like, (reference.CoupledLongitudinal, reference.SpeedPid)):
+        return {"params": shown(value.params, like.params)}
+    return _plain(value)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {name: _plain(entry) for name, entry in value.items()}
+    if isinstance(value, (tuple, list)):
+        return tuple(map(_plain, value))
+    return value
+
+
+def _remembered(state: Any, like: reference.TrackerState[Any]) -> dict[str, Any]:
+    """What a state has of what the reference's tracker remembers."""
+    tracked = ("waypoint", "measured_waypoint", "steer")
+    if state is not like:
+        has = state.as_dict()
+        names = (*vars(like.law), *tracked, "wheel", "commands_in_flight")
+        return {name: has[name] for name in names}
+    in_flight = like.in_flight
+    return {
+        **vars(like.law),
+        **{name: getattr(like, name) for name in tracked},
+        "wheel": None if in_flight is None else in_flight.wheel,
+        "commands_in_flight": () if in_flight is None else in_flight.commands,
+    }
+
+
+def bits(part: Any) -> Any:
+    """The same, so that only equal bits compare equal: -0.0 is not 0.0."""
+    if isinstance(part, float):
+        return f"{part!r} = {struct.pack('<d', part).hex()}"
+    if isinstance(part, tuple):
+        return tuple(map(bits, part))
+    if isinstance(part, dict):
+        return {name: bits(entry) for name, entry in part.items()}
+    return repr(part)
+
+
+def outcome(call: Callable[..., Any], *args: Any, **kwargs: Any) -> tuple[Any, Refused | None]:
+    """What a call returns, and how it was refused, where it was."""
     try:
-        value = call(*args, **kwargs)
+        return call(*args, **kwargs), None
     except PopsteerError as error:
-        refused = ("raises", type(error), str(error), shown(vars(error)))
-        return Outcome(None, Refused(refused))
+        return None, Refused((type(error), str(error), _plain(vars(error))))
     except Exception as error:  # noqa: BLE001 - whatever one side raises, the other has to
-        return Outcome(None, ("raises", type(error)))
-    return Outcome(value, shown(value))
+        return None, Refused((type(error), "", {}))
 
 
 def same(
@@ -109,25 +107,27 @@ def same(
 
     Floats agree `within` so much, absolute or relative; 0 is bit for bit.
     """
-    given = [*args, *kwargs.values()]
-    within = max([within, *(each.within for each in given if isinstance(each, Pair))])
-    ours = outcome(
+    ours, our_refusal = outcome(
         rust, *map(_rust, args), **{field: _rust(value) for field, value in kwargs.items()}
     )
-    theirs = outcome(
+    theirs, their_refusal = outcome(
         twin, *map(_twin, args), **{field: _twin(value) for field, value in kwargs.items()}
     )
-    pair = Pair(name, ours.value, theirs.value, within)
     what = f"{name}{args}{kwargs or ''}: Rust first, then reference"
-    if pair.within > 0.0:
-        apart = agree(ours.shown, theirs.shown, pair.within, tied=plans.tied)
+    pair = None
+    if our_refusal is None and their_refusal is None:
+        pair = Pair(name, ours, theirs, within)
+        within = pair.within
+        here, there = shown(ours, theirs), shown(theirs, theirs)
     else:
-        apart = "" if _bits(ours.shown) == _bits(theirs.shown) else f"{ours.shown}, {theirs.shown}"
+        here, there = our_refusal or "an answer", their_refusal or "an answer"
+    if within > 0.0:
+        apart = agree(here, there, within, tied=plans.tied)
+    else:
+        apart = "" if bits(here) == bits(there) else f"{here}, {there}"
     if apart:
-        raise Apart(f"{what}: {apart}", ours.value, theirs.value)
-    COMPARED.add(name)
-    refused = isinstance(ours.shown, tuple) and ours.shown[:1] == ("raises",)
-    return None if refused else pair
+        raise Apart(f"{what}: {apart}", ours, theirs)
+    return pair
 
 
 def call(name: str, *args: Any, **kwargs: Any) -> Pair | None:
@@ -162,108 +162,162 @@ class Pair:
         self.rust = rust
         self.twin = twin
         self.within = max(within, tolerance(rust))
-        self._step: Any = None
-        # Whether errors have grown so large, since it was reset, that nothing is left to compare.
-        self._lost = False
 
     def __repr__(self) -> str:
         return repr(self.rust)
 
     def call(self, method: str, *args: Any, **kwargs: Any) -> Pair | None:
         """Call a method of both."""
-        name = f"{self.name}.{method}"
         rust, twin = getattr(self.rust, method), getattr(self.twin, method)
-        steps = method in ("step", "steer", "step_or_hold")
-        if steps and self.within > 0.0 and hasattr(self.rust, "vehicle") and len(args) > 4:
-            weight = amplified(self.rust, *args[3:5])
+        return same(f"{self.name}.{method}", rust, twin, *args, within=self.within, **kwargs)
+
+    def get(self, attribute: str) -> Pair:
+        """Read an attribute of both."""
+        pair = same(
+            f"{self.name}.{attribute}",
+            lambda: getattr(self.rust, attribute),
+            lambda: copy.deepcopy(getattr(self.twin, attribute)),
+            within=self.within,
+        )
+        assert pair is not None
+        return pair
+
+
+class Controller(Pair):
+    """A controller of popsteer, and the reference's tracker of the same.
+
+    The core's neither estimates nor monitors its vehicle; `estimate` is what both believe of it.
+    """
+
+    def __init__(
+        self, name: str, path: Pair, vehicle: Pair, params: Pair, estimate: dict[str, float]
+    ) -> None:
+        self.parts = (path, vehicle, params, estimate)
+        law = getattr(reference, name)(vehicle.twin, params.twin)
+        given = reference.Estimate(**estimate)
+        twin = reference.Tracker(law, path.twin, given)
+        super().__init__(name, self._made(name), twin)
+        # Whether errors have grown so large, since it was reset, that nothing is left to compare.
+        self._lost = False
+        self._step: plans.Step | None = None
+        follow = law.follow
+        assert bits(self.rust.tracked_point) == bits(follow.base + follow.reference_offset)
+
+    def _made(self, name: str) -> Any:
+        path, vehicle, params, estimate = self.parts
+        made = getattr(popsteer, name)(
+            path.rust, vehicle.rust, params.rust, adapt=None, monitor=None
+        )
+        if estimate:
+            made.state = type(made.state)(**{**made.state.as_dict(), **estimate})
+        return made
+
+    def anew(self) -> Controller:
+        """The same before its first step."""
+        return Controller(self.name, *self.parts)
+
+    def reset(self) -> None:
+        """Forget all steps, on both sides."""
+        self.rust = self._made(self.name)
+        self.twin.reset()
+        self._lost = False
+
+    def follow_rust(self) -> None:
+        """Let the reference go on from the state of the Rust core."""
+        state = self.rust.state.as_dict()
+        law = self.twin.law.STATE(**{name: state[name] for name in vars(self.twin.state.law)})
+        if hasattr(law, "terms"):
+            law.terms = list(law.terms)
+        wheel = state["wheel"]
+        self.twin.state = reference.TrackerState(
+            law,
+            state["waypoint"],
+            state["measured_waypoint"],
+            state["steer"],
+            None if wheel is None else InFlight(state["commands_in_flight"], wheel),
+        )
+
+    def step(self, *inputs: Any) -> Pair | None:
+        """Take a step; angle, errors, target and status agree."""
+        return self._take("step", inputs)
+
+    def steer(self, *inputs: Any) -> Pair | None:
+        """Take a step that answers with the angle alone."""
+        return self._take("steer", inputs)
+
+    def _take(self, method: str, inputs: tuple[Any, ...]) -> Pair | None:
+        if self.within == 0.0:
+            return self.call(method, *inputs)
+        if len(inputs) > 4:
+            weight = amplified(self.rust, *inputs[3:5])
             if self._lost or weight > LOST:
-                return self._go_on(name, method, args, kwargs)
+                return self._go_on(method, inputs)
             # What goes on from such a step agrees as the step does.
             self.within = max(self.within, tolerance(self.rust) * weight)
-        self._lost = self._lost and method != "reset"
-        before = self.rust.state if steps and self.within > 0.0 else None
-        plans_ahead = self.name == "PreviewPop" and steps
-        self._step = (before, method, args, kwargs) if plans_ahead else None
+        before = self.twin.state
+        before = dataclasses.replace(before, law=copy.copy(before.law))
+        self._step = plans.Step(self.rust.state, before, method, inputs)
         try:
-            return same(name, rust, twin, *args, within=self.within, **kwargs)
+            return self.call(method, *inputs)
         except Apart as apart:
-            if apart.ours is None:
+            if apart.ours is None or apart.theirs is None:
                 raise
-            if (
-                steps
-                and self.within > 0.0
-                and (plans.equally_near(self) or plans.turns_round(self))
-            ):
-                return Pair(name, apart.ours, apart.ours)
-            if before is not None and self._reaches_limit(before, apart, args):
-                return Pair(name, apart.ours, apart.theirs, self.within)
-            if self._step is None:
-                raise
+            if plans.equally_near(self, self._step) or plans.turns_round(self):
+                return Pair(self.name, apart.ours, apart.ours)
+            if self._reaches_limit(apart):
+                return Pair(self.name, apart.ours, apart.theirs, self.within)
             command = plans.check_cut_short(self, self._step, apart.theirs)
             if command is None:
                 raise
-            return Pair(name, command, command)
+            return Pair(self.name, command, command)
 
-    def _reaches_limit(self, before: Any, apart: Apart, args: Any) -> bool:
+    def _reaches_limit(self, apart: Apart) -> bool:
         """Whether the commands agree but for SATURATED, and just reach a limit of the wheels."""
-        if not isinstance(apart.ours, popsteer.Command):
+        if not isinstance(apart.theirs, reference.Command) or self._step is None:
             return False
-        (_, ours), (_, theirs) = shown(apart.ours), shown(apart.theirs)
+        ours, theirs = (shown(side, apart.theirs) for side in (apart.ours, apart.theirs))
         if ours["status"] ^ theirs["status"] != Status.SATURATED:
             return False
         if agree({**ours, "status": 0}, {**theirs, "status": 0}, self.within):
             return False
-        car, estimate, steer = self.twin.vehicle, self.twin.estimate, ours["steer"]
-        wheel, speed = abs(steer + estimate.steer_offset), args[3]
+        car, estimate = self.twin.law.vehicle, self.twin.estimate
+        (*_, speed, dt), steer = self._step.inputs, ours["steer"]
+        wheel = abs(steer + car.steer_offset + estimate.steer_offset)
         room = [car.max_steer - abs(steer), car.max_steer - wheel]
         if car.max_steer_rate is not None:
-            room.append(car.max_steer_rate * args[4] - abs(steer - before.steer))
+            room.append(car.max_steer_rate * dt - abs(steer - self._step.before.steer))
         if car.max_lateral_acceleration is not None and speed != 0.0:
             tightest = speed * speed * estimate.gain / car.max_lateral_acceleration
             room.append(math.atan(car.turning_length(speed) / tightest) - wheel)
         return bool(min(map(abs, room)) <= plans.PLANS)
 
-    def _go_on(self, name: str, method: str, args: Any, kwargs: Any) -> Pair | None:
-        """Call a method of both, and go on from the state of the Rust core."""
-        ours = outcome(getattr(self.rust, method), *args, **kwargs)
-        theirs = outcome(getattr(self.twin, method), *args, **kwargs)
-        if ours.value is None or theirs.value is None:
-            assert not agree(ours.shown, theirs.shown, self.within), f"{name}{args}"
+    def _go_on(self, method: str, inputs: tuple[Any, ...]) -> Pair | None:
+        """Take the step on both sides, and go on from the state of the Rust core."""
+        ours, our_refusal = outcome(getattr(self.rust, method), *inputs)
+        _, their_refusal = outcome(getattr(self.twin, method), *inputs)
+        if our_refusal or their_refusal:
+            assert not agree(our_refusal, their_refusal, self.within), f"{self.name}{inputs}"
             return None
         self._lost = True
-        state = self.rust.state
-        self.twin.state = getattr(reference, type(state).__name__)(**state.as_dict())
-        return Pair(name, ours.value, ours.value)
+        self.follow_rust()
+        return Pair(self.name, ours, ours)
 
-    def get(self, attribute: str) -> Pair:
-        """Read an attribute of both."""
+    def state(self) -> Pair:
+        """What both remember, which agrees."""
         if self._lost:
-            ours, theirs = getattr(self.rust, attribute), getattr(self.twin, attribute)
-            return Pair(f"{self.name}.{attribute}", ours, theirs, self.within)
+            return Pair(f"{self.name}.state", self.rust.state, copy.deepcopy(self.twin.state))
         try:
-            pair = same(
-                f"{self.name}.{attribute}",
-                functools.partial(getattr, self.rust, attribute),
-                functools.partial(getattr, self.twin, attribute),
-                within=self.within,
-            )
+            return self.get("state")
         except Apart:
             # A plan that was cut short may have the first move of the best plan, and others then.
             step, self._step = self._step, None
-            if attribute != "state" or step is None or plans.check_cut_short(self, step) is None:
+            if step is None or plans.check_cut_short(self, step) is None:
                 raise
-            return self.get(attribute)
-        assert pair is not None
-        return pair
+            return self.state()
 
-    def set_state(self, state: Pair) -> bool:
-        """Restore a state on both; False where both refuse it."""
-        done = same(
-            f"{self.name}.state",
-            lambda value: setattr(self.rust, "state", value),
-            lambda value: setattr(self.twin, "state", value),
-            state,
-        )
+    def restore(self, state: Pair) -> None:
+        """Go on from a state, on both sides."""
+        self.rust.state = state.rust
+        self.twin.state = copy.deepcopy(state.twin)
         # What goes on from a state agrees as the state does.
         self.within = max(self.within, state.within)
-        return done is not None

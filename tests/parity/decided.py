@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from popsteer import reference
+from popsteer.reference.laws.law import Belief
+from popsteer.reference.vehicle.delay import InFlight
+from popsteer.reference.vehicle.state import VehicleState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -13,33 +16,48 @@ if TYPE_CHECKING:
 
 
 def decided(
-    law: Law, controller: Any, state: Any, step: Sequence[float], adapt: Any = "auto"
+    law: Law, controller: Any, before: Any, after: Any, step: Sequence[float]
 ) -> tuple[Any, Any]:
-    """Return the located vehicle and the decision of a step of `controller` from `state`.
+    """Return the located vehicle and the decision of a step of `controller` between two states.
 
-    The vehicle is the one predicted through the dead time, the decision the law's own, before the
-    limits of the vehicle.
+    The vehicle is the one predicted through the dead time, the decision the controller's own,
+    before the limits of the vehicle.
     """
-    path = controller.path
-    made = reference.Path(
-        list(zip(path.x.tolist(), path.y.tolist(), strict=True)),
-        speed=None if path.speed is None else path.speed.tolist(),
-        closed=path.closed,
+    path = reference.Path(
+        list(zip(controller.path.x.tolist(), controller.path.y.tolist(), strict=True)),
+        speed=None if controller.path.speed is None else controller.path.speed.tolist(),
+        closed=controller.path.closed,
     )
-    vehicle = reference.Vehicle(**controller.vehicle.as_dict())
+    car = reference.Vehicle(**controller.vehicle.as_dict())
     params = getattr(reference, law.params_name)(**controller.params.as_dict())
-    if isinstance(adapt, dict):
-        adapt = reference.AdaptParams(**adapt)
-    twin = getattr(reference, law.name)(made, vehicle, params, adapt=adapt)
-    twin.state = getattr(reference, law.state_name)(**state.as_dict())
-    decide, seen = twin.decide, []
+    twin = getattr(reference, law.name)(car, params)
+    x, y, yaw, speed, dt = step
+    vehicle = VehicleState(x, y, yaw, speed)
+    wheel, estimate = before.steer, reference.Estimate()
+    if after.wheel is not None:
+        in_flight = InFlight(after.commands_in_flight, after.wheel)
+        wheel = in_flight.wheel
+        # The slip is estimated after the prediction.
+        estimate = _estimate(after, slip_of=before)
+        if car.dead_time > 0.0:
+            then, wheel = in_flight.predict(car, vehicle.ahead(car.no_slip), estimate)
+            vehicle = then.bounded().ahead(-car.no_slip).bounded()
+        estimate = _estimate(after, slip_of=after)
+    at = twin.follow.locate(path, before.waypoint, vehicle, dt)
+    state = twin.STATE()
+    for name in vars(state):
+        value = getattr(before, name)
+        setattr(state, name, list(value) if isinstance(value, tuple) and name == "terms" else value)
+    offset = car.steer_offset + estimate.steer_offset
+    twin.set_steer(state, car.at_wheels(before.steer + offset))
+    return at, twin.decide(path, state, at, Belief(wheel, estimate))
 
-    def recorded(at: Any, belief: Any) -> Any:
-        decision = decide(at, belief)
-        seen.append((at, decision))
-        return decision
 
-    twin.decide = recorded
-    twin.step(*step)
-    ((at, decision),) = seen
-    return at, decision
+def _estimate(state: Any, slip_of: Any) -> reference.Estimate:
+    return reference.Estimate(
+        gain=state.gain,
+        steer_offset=state.steer_offset,
+        slip=slip_of.slip,
+        slip_length=slip_of.slip_length,
+        acceleration=state.acceleration,
+    )

@@ -12,10 +12,9 @@ where it turns straight back, to the left or to the right (`turns_round`).
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
-import popsteer
-from popsteer import Status, reference
+from popsteer import Status
 from popsteer.reference.laws import preview_pop
 from popsteer.reference.laws.preview_pop import cost_to_go, limited
 from popsteer.reference.laws.preview_pop.horizon import MoveLimit
@@ -31,6 +30,17 @@ CUT_SHORT: list[Any] = []
 """Steps since the test began in which the Rust core's plan was cut short."""
 TIED: set[tuple[int, int]] = set()
 """Limits that were reached by one side alone, since the test began."""
+
+
+class Step(NamedTuple):
+    """A step that was taken."""
+
+    before: Any
+    """The Rust core's state before it."""
+    twin_before: Any
+    """The reference's."""
+    method: str
+    inputs: tuple[Any, ...]
 
 
 def forget() -> None:
@@ -91,18 +101,19 @@ def _touches() -> bool:
     return sum(exact_plans.is_best(_LAST[0], code | first, PLANS) for first in MoveLimit) >= 2
 
 
-def equally_near(pair: Any) -> bool:
+def equally_near(pair: Any, step: Step) -> bool:
     """Whether the last step found places equally near, on two segments, on a path that overlaps.
 
     The reference then goes on from the state of the Rust core.
     """
-    ours, theirs = pair.rust.state, pair.twin.state
-    if ours.answer is None or theirs.answer is None or ours.waypoint == theirs.waypoint:
+    if pair.rust.state.waypoint == pair.twin.state.waypoint:
         return False
-    near, far = sorted((abs(ours.answer[1][0]), abs(theirs.answer[1][0])))
+    pair.twin.state = step.twin_before
+    both = _again(pair, step), pair.twin.step(*step.inputs)
+    near, far = sorted(abs(command.predicted_cross_track_error) for command in both)
     if far - near > PLANS * max(1.0, far):
         return False
-    pair.twin.state = getattr(reference, f"{pair.name}State")(**ours.as_dict())
+    pair.follow_rust()
     return True
 
 
@@ -112,35 +123,39 @@ def turns_round(pair: Any) -> bool:
     The reference then goes on from the state of the Rust core.
     """
     turns = [abs(model[1, 4]) for planned in _LAST for model in planned.horizon.models]
-    if pair.name != "PreviewPop" or max(turns, default=0.0) < math.pi - PLANS:
+    if max(turns, default=0.0) < math.pi - PLANS:
         return False
-    pair.twin.state = reference.PreviewPopState(**pair.rust.state.as_dict())
+    pair.follow_rust()
     return True
 
 
-def check_cut_short(pair: Any, step: Any, theirs: Any = None) -> Any:
+def check_cut_short(pair: Any, step: Step, theirs: Any = None) -> Any:
     """The command of a step whose plan was cut short; None where it was not.
 
     Its angle keeps the limits; all else agrees with `theirs`, where the reference's command is
     given. The reference goes on from the state of the Rust core.
     """
-    rust, (before, method, args, kwargs) = pair.rust, step
-    again = popsteer.PreviewPop(
-        rust.path, rust.vehicle, rust.params, adapt=rust.adapt, monitor=rust.monitor
-    )
-    again.state = before
-    command = getattr(again, "step" if method == "steer" else method)(*args, **kwargs)
+    rust = pair.rust
+    command = _again(pair, step)
     if Status.PLAN_CUT_SHORT not in command.status:
         return None
-    assert again.state == rust.state
     assert abs(command.steer) <= rust.vehicle.max_steer
     rate = rust.vehicle.max_steer_rate
     if rate is not None:
-        assert abs(command.steer - before.steer) <= rate * rust.state.period * (1.0 + PLANS)
-    if method != "steer" and theirs is not None:
+        assert abs(command.steer - step.before.steer) <= rate * step.inputs[4] * (1.0 + PLANS)
+    if step.method != "steer" and theirs is not None:
         for field in ("cross_track_error", "heading_error", "target", "reverse"):
             apart = agree(getattr(command, field), getattr(theirs, field), PLANS, field)
             assert not apart, apart
-    pair.twin.state = reference.PreviewPopState(**rust.state.as_dict())
+    pair.follow_rust()
     CUT_SHORT.append(command)
-    return command.steer if method == "steer" else command
+    return command.steer if step.method == "steer" else command
+
+
+def _again(pair: Any, step: Step) -> Any:
+    """The Rust core's command of a step, by another controller."""
+    again = pair.anew().rust
+    again.state = step.before
+    command = again.step(*step.inputs)
+    assert again.state == pair.rust.state
+    return command

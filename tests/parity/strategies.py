@@ -57,6 +57,7 @@ class Waypoints:
     xy: XY
     speed: list[float] | None
     closed: bool
+    reverse: list[bool] | None = None
 
     @property
     def lengths(self) -> list[float]:
@@ -307,3 +308,14 @@ ADAPTS = st.one_of(
     some(ADAPT_RANGES, (), calm=True),
 )
 """How a controller adapts: by default, not at all, or arguments of `AdaptParams`."""
+ESTIMATES = st.just({}) | st.fixed_dictionaries(
+    {},
+    optional={
+        "gain": st.floats(0.4, 2.5),
+        "steer_offset": st.floats(-0.15, 0.15),
+        "slip": st.floats(-0.15, 0.15),
+        "slip_length": st.floats(-0.9, 0.9),
+        "acceleration": st.floats(-19.0, 19.0),
+    },
+)
+"""What a controller believes of its vehicle; the last two in wheelbases."""

@@ -37,13 +37,11 @@ BEYOND = {
 }
 
 
-@pytest.mark.covers("wrap")
 @given(angle=ANGLES)
 def test_wrap_matches_reference_random(angle: float) -> None:
     call("wrap", angle)
 
 
-@pytest.mark.covers("wrap")
 def test_wrap_matches_reference_edges() -> None:
     for angle in (0.0, -0.0, math.pi, -math.pi, math.tau, 1e6, -1e6, 5e-324, 3, -7):
         for nudged in (angle, math.nextafter(angle, inf), math.nextafter(angle, -inf)):
@@ -54,13 +52,11 @@ def test_wrap_matches_reference_edges() -> None:
     assert call("wrap") is None
 
 
-@pytest.mark.covers("saturate")
 @given(value=st.floats(), ends=st.tuples(st.floats(), st.floats()))
 def test_saturate_matches_reference_random(value: float, ends: tuple[float, float]) -> None:
     call("saturate", value, *ends)
 
 
-@pytest.mark.covers("get_distance")
 @given(a=POINTS, b=POINTS)
 def test_get_distance_matches_reference_random(
     a: tuple[float, float], b: tuple[float, float]
@@ -69,7 +65,6 @@ def test_get_distance_matches_reference_random(
     call("get_distance", a, a)
 
 
-@pytest.mark.covers("get_distance")
 def test_get_distance_matches_reference_edges() -> None:
     good = (1.0, -2.0)
     for value in (nan, inf, -inf, math.nextafter(1e9, inf), None):
@@ -81,7 +76,6 @@ def test_get_distance_matches_reference_edges() -> None:
     assert call("get_distance", (nan, nan), (nan, nan)) is None
 
 
-@pytest.mark.covers("get_predicted_location")
 @given(point=POINTS, yaw=ANGLES, speed=SPEEDS, steer=STEERS, dt=DTS)
 def test_get_predicted_location_matches_reference_random(
     point: tuple[float, float], yaw: float, speed: float, steer: float, dt: float
@@ -89,7 +83,6 @@ def test_get_predicted_location_matches_reference_random(
     call("get_predicted_location", *point, yaw, speed, steer, dt)
 
 
-@pytest.mark.covers("state_transition")
 @given(
     point=POINTS,
     yaw=ANGLES,
@@ -109,7 +102,6 @@ def test_state_transition_matches_reference_random(
     call("state_transition", (*point, yaw, speed, rates[0]), rates[1:], steer, dt)
 
 
-@pytest.mark.covers("state_transition")
 @pytest.mark.parametrize("zero", [0.0, -0.0])
 def test_state_transition_of_zeros_matches_reference_cases(zero: float) -> None:
     # The sign of a zero tells in which order products were added, and to what.
@@ -117,7 +109,6 @@ def test_state_transition_of_zeros_matches_reference_cases(zero: float) -> None:
     call("state_transition", (zero,) * 5, (-zero, -zero), -zero, 0.5)
 
 
-@pytest.mark.covers("kinematic_bicycle")
 @given(
     point=POINTS,
     yaw=ANGLES,
@@ -139,7 +130,6 @@ def test_kinematic_bicycle_matches_reference_random(
     call("kinematic_bicycle", *point, yaw, speed, steer, acceleration, wheelbase, dt)
 
 
-@pytest.mark.covers("get_predicted_location", "state_transition", "kinematic_bicycle")
 def test_motion_matches_reference_edges() -> None:
     good = dict(zip(("x", "y", "yaw", "speed", "steer"), GOOD_MOTION, strict=True))
     cases = [{name: value} for name in good for value in (nan, inf, -inf, BEYOND[name])]

@@ -7,15 +7,15 @@ circles that touch a segment, thresholds met to within rounding, candidates that
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
-import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 import popsteer
-from tests.parity.compare import Pair, make
+from tests.parity.compare import Controller, Pair, make
 from tests.parity.strategies import (
     KINDS,
     SPOTS,
@@ -41,9 +41,9 @@ def _critical_lookaheads(path: Waypoints, x: float, y: float) -> list[float]:
     return found
 
 
-def _search(path: Waypoints, law: str, params: dict[str, Any]) -> Pair:
+def _search(path: Waypoints, law: str, params: dict[str, Any]) -> Controller:
     made = make("Path", path.xy, closed=path.closed)
-    return make(law, made, _tracking_the_pose(law), make(f"{law}Params", **params))
+    return Controller(law, made, _tracking_the_pose(law), make(f"{law}Params", **params), {})
 
 
 def _tracking_the_pose(law: str, **vehicle: Any) -> Pair:
@@ -52,7 +52,6 @@ def _tracking_the_pose(law: str, **vehicle: Any) -> Pair:
     return make("Vehicle", rear_axle=rear_axle, max_lateral_acceleration=None, **vehicle)
 
 
-@pytest.mark.covers("PurePursuit.step", "Pop.step", "Command.target", "Command.status")
 @given(
     shape=shapes(KINDS, most=20),
     spot=SPOTS,
@@ -99,7 +98,6 @@ def test_lookahead_search_of_laws_matches_reference_edges(
         _search(path, law, params).call("step", x, y, yaw, 0.0, dt)
 
 
-@pytest.mark.covers("PurePursuit.step", "Pop.step", "Command.target")
 @given(
     start=st.floats(-20.0, 20.0),
     aside=st.sampled_from([0.0, 1e-12, 0.5, 2.0, 5.9999, 6.0, 6.0001]),
@@ -130,7 +128,6 @@ def test_lookahead_search_on_a_line_matches_reference_cases(
         pair.call("step", origin + start, origin + aside, 0.3, 0.0, 0.05)
 
 
-@pytest.mark.covers("PurePursuit.step", "Pop.step", "Path.get_lookahead_point", "Command.target")
 @given(
     shape=shapes(["straight", "smooth", "loop"], most=30, spacing=(0.3, 3.0)),
     spot=SPOTS,
@@ -168,7 +165,6 @@ def test_lookahead_threshold_met_to_the_last_bit_matches_reference_edges(
         made.call("get_lookahead_point", x, y, lookahead, tolerance=tolerance, **options)
 
 
-@pytest.mark.covers("Pop.step", "Pop.steer", "Pop.state")
 @given(
     # Where the target lies, in steps from the middle of the list: on a candidate, or half way
     # between two, where they tie.
@@ -207,22 +203,22 @@ def test_pop_choice_between_candidates_matches_reference_edges(
         steer_span=span,
         candidate_count=2 * half + 1,
     )
-    pair = make("Pop", path, _tracking_the_pose("Pop", max_steer=max_steer), params)
-    assert pair.set_state(make("PopState", previous_steer=previous))
+    car = _tracking_the_pose("Pop", max_steer=max_steer)
+    pair = Controller("Pop", path, car, params, {})
+    before = pair.rust.state
+    pair.rust.state = type(before)(**{**before.as_dict(), "previous_steer": previous})
+    pair.follow_rust()
     dt = 0.1 if travel >= 1e-5 else 1e-4
     for method in ("step", "steer"):
         pair.call(method, 0.0, 0.0, yaw, min(travel / dt, 1e4), dt)
-        pair.get("state")
+        pair.state()
 
 
-@pytest.mark.covers("Pop.step")
-@pytest.mark.parametrize("candidate_count", [3, 1001, 100_001])
-@pytest.mark.parametrize("steer_span", [1e-6, 0.05, math.pi])
-def test_pop_of_any_resolution_matches_reference_edges(
-    candidate_count: int, steer_span: float
-) -> None:
-    params = make("PopParams", candidate_count=candidate_count, steer_span=steer_span)
+def test_pop_of_any_resolution_matches_reference_edges() -> None:
     path = make("Path", [(float(k), 0.1 * k * k) for k in range(20)])
-    pair = make("Pop", path, make("Vehicle", max_lateral_acceleration=None), params)
-    for speed, dt in ((0.0, 0.05), (10.0, 0.05), (1e4, 1e3)):
-        pair.call("step", 1.0, 0.5, 0.4, speed, dt)
+    car = make("Vehicle", max_lateral_acceleration=None)
+    for count, span in itertools.product((3, 1001, 100_001), (1e-6, 0.05, math.pi)):
+        params = make("PopParams", candidate_count=count, steer_span=span)
+        pair = Controller("Pop", path, car, params, {})
+        for speed, dt in ((0.0, 0.05), (10.0, 0.05), (1e4, 1e3)):
+            pair.step(1.0, 0.5, 0.4, speed, dt)

@@ -14,11 +14,11 @@ from popsteer import Status
 from popsteer.reference.laws import preview_pop
 from popsteer.reference.laws.preview_pop import limited
 from popsteer.reference.laws.preview_pop.horizon import MoveLimit
-from popsteer.reference.vehicle import estimator
-from tests.parity.checks import Rollout, check_rollout
-from tests.parity.compare import Apart, Pair, make
+from popsteer.reference.vehicle import bicycle, delay
+from tests.parity.checks import Rollout, check_rollout, controller
+from tests.parity.compare import Apart, Pair
 from tests.parity.laws import POP, PREVIEW_POP, STANLEY, Law
-from tests.parity.strategies import Shape, Spot
+from tests.parity.strategies import Shape, Spot, Waypoints
 from tests.parity.tolerances import TABLE, agree, tolerance
 
 if TYPE_CHECKING:
@@ -61,12 +61,9 @@ def test_agree_names_what_differs(ours: Any, theirs: Any) -> None:
 
 
 def test_table_ends_with_bits_for_all_else() -> None:
-    assert [line.within for line in TABLE] == [1e-9, 1e-9, 1e-9, 0.0]
+    assert [line.within for line in TABLE] == [1e-9, 0.0]
     path = popsteer.Path([(0.0, 0.0), (9.0, 0.0)])
-    late = popsteer.Vehicle(dead_time=0.1)
     assert tolerance(path) == tolerance(popsteer.Pop(path)) == 0.0
-    assert tolerance(popsteer.Stanley(path, late, adapt=None)) == 0.0
-    assert tolerance(popsteer.Stanley(path, late)) == 1e-9
     assert tolerance(popsteer.PreviewPop(path, adapt=None)) == 1e-9
 
 
@@ -123,15 +120,8 @@ PLANTED: dict[str, tuple[Law, Any]] = {
         PREVIEW_POP,
         (limited, "least_norm", lambda rows, room, _: _never_released(rows, room)),
     ),
-    "forgetting off by 1e-6": (
-        STANLEY,
-        (estimator, "exp", lambda x: math.exp(x * (1.0 + 1e-6))),
-    ),
-    "prior of the gain off by 1e-6": (POP, (estimator, "PRIOR", np.diag([1e-4 * (1 + 1e-6), 0.1]))),
-    "dead time learnt with the other sign": (
-        STANLEY,
-        (estimator, "CHANGE_PRIOR", -estimator.CHANGE_PRIOR),
-    ),
+    "longer steps of a prediction": (STANLEY, (bicycle, "STEP", 0.06)),
+    "commands in flight joined too early": (POP, (delay, "RESOLUTION", 2)),
 }
 
 
@@ -161,19 +151,15 @@ def test_drive_without_a_fault_agrees() -> None:
 
 
 def test_limits_that_hold_another_plan_differ() -> None:
-    path = make("Path", [(float(k), 0.0) for k in range(60)])
-    pair = make("PreviewPop", path, make("Vehicle", max_steer_rate=0.2))
-    pair.call("step", 5.0, 1.0, 0.0, 10.0, 0.05)
-    state = pair.get("state")
+    path = Waypoints([(float(k), 0.0) for k in range(60)], None, closed=False)
+    pair = controller(PREVIEW_POP, path, {}, vehicle={"max_steer_rate": 0.2})
+    pair.step(5.0, 1.0, 0.0, 10.0, 0.05)
+    state = pair.state()
     assert state.rust.reached_limits != 0
     rng = random.Random(1)
     for _ in range(20):
         code = sum(rng.choice(list(MoveLimit)) << 3 * k for k in range(19))
-        pair.twin.state = popsteer.reference.PreviewPopState(
-            **{**state.rust.as_dict(), "reached_limits": code}
-        )
-        pair.rust.state = popsteer.PreviewPopState(
-            **{**state.rust.as_dict(), "reached_limits": code ^ 1}
-        )
+        pair.twin.state.law.reached_limits = code
+        pair.rust.state = type(state.rust)(**{**state.rust.as_dict(), "reached_limits": code ^ 1})
         with pytest.raises(Apart, match="reached_limits"):
             pair.get("state")

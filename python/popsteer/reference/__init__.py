@@ -1,22 +1,15 @@
-"""The controllers once more in plain Python and numpy, file for file beside the Rust core.
+"""The paper and its controllers once more, in plain Python and numpy.
 
 Written to be read beside the paper, C. Samak, T. Samak, S. Kandhasamy, *Proximally Optimal
-Predictive Control Algorithm for Path Tracking of Self-Driving Cars*: Algorithm 1 is
-`lateral.pop`, Equations 1 to 3 are `lateral.pid`, `lateral.pure_pursuit` and `lateral.stanley`,
-Equations 4 to 6 `geometry`, `path.lookahead` and `vehicle.bicycle`, Equation 7
-`longitudinal.coupled`. Names and signatures are those of `popsteer` itself.
+Predictive Control Algorithm for Path Tracking of Self-Driving Cars*: Algorithm 1 is `laws.pop`,
+Equations 1 to 3 are `laws.pid`, `laws.pure_pursuit` and `laws.stanley`, Equations 4 to 6
+`geometry`, `path.lookahead` and `vehicle.bicycle`, Equation 7 `speed.coupled`. `laws.preview_pop`
+is the controller that the paper does not have. `tracker` steps a controller along a path.
 
-On one machine the answers are those of `popsteer`: to the last bit, by the same operations in the
-same order, for paths, for all that decides between branches, and for POP, PID, pure pursuit,
-and Stanley; within 1e-9 where linear algebra is written as in a textbook. That is preview
-POP (`lateral.cost_to_go`, `lateral.limited`), and what `vehicle.estimator` finds for a controller
-that adapts, by default one of a vehicle with a dead time.
-
-One control step passes through the modules once, always in this order::
-
-    pose, speed -> vehicle.estimator -> vehicle.delay -> path.locate -> path.lookahead
-                -> controller -> limits -> Command
-    speed, angle -> longitudinal controller -> throttle, brake
+It is what the tests hold the core to: on one machine the answers are those of `popsteer`, to the
+last bit, by the same operations in the same order; within 1e-9 for preview POP, whose linear
+algebra is written as in a textbook. What the core does besides, such as estimating its vehicle or
+planning speeds, is held by other tests.
 
 SI units and radians throughout, x forward, y left, yaw counter-clockwise, positive steering to
 the left. The plain loops visit every point, so a path whose segments are very long for its
@@ -24,10 +17,10 @@ grid spacing takes long, and much memory.
 
 Examples
 --------
->>> from popsteer.reference import Path, Pop, Vehicle
+>>> from popsteer.reference import Path, Pop, Tracker, Vehicle
 >>> car = Vehicle(wheelbase=2.7, rear_axle=-1.35)  # poses are of the point amid the axles
->>> pop = Pop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]), car)
->>> command = pop.step(0.0, 0.5, 0.0, 5.0, 0.05)
+>>> tracker = Tracker(Pop(car), Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+>>> command = tracker.step(0.0, 0.5, 0.0, 5.0, 0.05)
 >>> command.cross_track_error, str(command.status)
 (0.5, 'ok')
 """
@@ -36,7 +29,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from popsteer.prediction import Prediction
 from popsteer.reference import geometry, math
 from popsteer.reference.bounds import MAX_YAW
 from popsteer.reference.error import input_in_range, input_within
@@ -58,18 +50,10 @@ from popsteer.reference.path.resample import Window
 from popsteer.reference.speed.coupled import CoupledLongitudinal, CoupledLongitudinalParams
 from popsteer.reference.speed.pedals import Pedals
 from popsteer.reference.speed.pid import SpeedPid, SpeedPidParams, SpeedPidState
-from popsteer.reference.speed.tracker import (
-    SpeedCommand,
-    SpeedTracker,
-    SpeedTrackerParams,
-    SpeedTrackerState,
-)
-from popsteer.reference.tracker.command import Command
-from popsteer.reference.tracker.monitor import MonitorParams
+from popsteer.reference.tracker import Command, Tracker, TrackerState
 from popsteer.reference.vehicle import Vehicle, bicycle
-from popsteer.reference.vehicle.estimate import AdaptParams, Estimate
+from popsteer.reference.vehicle.estimate import Estimate
 from popsteer.reference.vehicle.state import VehicleState, checked_dt, checked_point
-from popsteer.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -77,13 +61,11 @@ if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
 
 __all__ = [
-    "AdaptParams",
     "Command",
     "CoupledLongitudinal",
     "CoupledLongitudinalParams",
     "Estimate",
     "Lookahead",
-    "MonitorParams",
     "Path",
     "Pedals",
     "Pid",
@@ -92,7 +74,6 @@ __all__ = [
     "Pop",
     "PopParams",
     "PopState",
-    "Prediction",
     "PreviewPop",
     "PreviewPopParams",
     "PreviewPopState",
@@ -100,17 +81,14 @@ __all__ = [
     "PurePursuit",
     "PurePursuitParams",
     "PurePursuitState",
-    "SpeedCommand",
     "SpeedPid",
     "SpeedPidParams",
     "SpeedPidState",
-    "SpeedTracker",
-    "SpeedTrackerParams",
-    "SpeedTrackerState",
     "Stanley",
     "StanleyParams",
     "StanleyState",
-    "Status",
+    "Tracker",
+    "TrackerState",
     "Vehicle",
     "Window",
     "get_distance",

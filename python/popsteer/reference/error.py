@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import operator
+from dataclasses import field, fields
 from math import inf
+from typing import TYPE_CHECKING, Any
 
 from popsteer import errors
 from popsteer.ranges import check_in_range
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
 __all__ = [
-    "config_count",
-    "config_in_range",
-    "config_optional",
+    "Checked",
+    "count",
     "in_range",
     "input_below",
     "input_in_range",
     "input_within",
+    "number",
+    "optional",
 ]
 
 
@@ -38,61 +44,65 @@ def _number(value: float) -> float:
         return inf if value > 0 else -inf
 
 
-def config_in_range(params: object, field: str, low: float, high: float) -> None:
-    """Settle one field of new parameters: made a float, and found in [low, high].
+class Checked:
+    """A frozen dataclass whose fields made by `number`, `optional` and `count` are checked.
 
-    Raises `ConfigError`, naming the field, where its value is not.
+    Raises `ConfigError`, naming the field, where a value is out of its range.
 
     Examples
     --------
-    >>> from types import SimpleNamespace
-    >>> config_in_range(SimpleNamespace(kp=-1), "kp", 0.0, 1e6)
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Gains(Checked):
+    ...     kp: float = number(0.25, 0.0, 1e6)
+    >>> Gains(kp=-1)
     Traceback (most recent call last):
     popsteer.errors.ConfigError: kp must be in [0, 1e+06], got -1.0
     """
-    value = _number(getattr(params, field))
-    check_in_range(field, value, low, high)
-    # Parameters are frozen; this runs inside their construction.
-    object.__setattr__(params, field, value)
+
+    def __post_init__(self) -> None:
+        for each in fields(self):  # type: ignore[arg-type] # of the dataclass derived from this
+            settled = each.metadata.get("settled")
+            if settled is not None:
+                # Parameters are frozen; this runs inside their construction.
+                object.__setattr__(self, each.name, settled(each.name, getattr(self, each.name)))
 
 
-def config_optional(params: object, field: str, low: float, high: float) -> None:
-    """Settle one field of new parameters that may be None: None, or as `config_in_range`.
+def number(default: float, low: float, high: float) -> Any:  # noqa: ANN401 - what dataclasses.field gives
+    """Declare a field: a float in [low, high]."""
 
-    Raises `ConfigError`, naming the field, where its value is not.
+    def settled(name: str, value: float) -> float:
+        value = _number(value)
+        check_in_range(name, value, low, high)
+        return value
 
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> config_optional(SimpleNamespace(max_speed=None), "max_speed", 1e-3, 1e4)
-    >>> config_optional(SimpleNamespace(max_speed=0), "max_speed", 1e-3, 1e4)
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: max_speed must be in [0.001, 10000], got 0.0
-    """
-    if getattr(params, field) is not None:
-        config_in_range(params, field, low, high)
+    return field(default=default, metadata={"settled": settled})
 
 
-def config_count(params: object, field: str, low: int, high: int, *, odd: bool = False) -> None:
-    """Settle one field of new parameters: a whole number in [low, high], odd where that is asked.
+def optional(low: float, high: float, default: float | None = None) -> Any:  # noqa: ANN401 - what dataclasses.field gives
+    """Declare a field: None, or a float in [low, high]."""
+    settled = number(0.0, low, high).metadata["settled"]
 
-    Raises `ConfigError`, naming the field, where its value is not.
+    def unless_none(name: str, value: float | None) -> float | None:
+        return None if value is None else settled(name, value)
 
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> config_count(SimpleNamespace(candidate_count=20), "candidate_count", 3, 101, odd=True)
-    Traceback (most recent call last):
-    popsteer.errors.ConfigError: candidate_count must be odd and in [3, 101], got 20
-    """
-    value = operator.index(getattr(params, field))
-    if (odd and value % 2 == 0) or not low <= value <= high:
-        wanted = errors.odd_in_range if odd else errors.count_in_range
-        raise errors.ConfigError(field, value, wanted(low, high))
-    object.__setattr__(params, field, value)
+    return field(default=default, metadata={"settled": unless_none})
 
 
-def input_in_range(field: str, value: float, low: float, high: float) -> float:
+def count(default: int, low: int, high: int, *, odd: bool = False) -> Any:  # noqa: ANN401 - what dataclasses.field gives
+    """Declare a field: a whole number in [low, high], odd where that is asked."""
+    wanted: Callable[[int, int], str] = errors.odd_in_range if odd else errors.count_in_range
+
+    def settled(name: str, value: int) -> int:
+        value = operator.index(value)
+        if (odd and value % 2 == 0) or not low <= value <= high:
+            raise errors.ConfigError(name, value, wanted(low, high))
+        return value
+
+    return field(default=default, metadata={"settled": settled})
+
+
+def input_in_range(name: str, value: float, low: float, high: float) -> float:
     """Return `value` as a float, where it lies in [low, high].
 
     Raises `InputError`, naming the argument, where it does not.
@@ -104,16 +114,16 @@ def input_in_range(field: str, value: float, low: float, high: float) -> float:
     popsteer.errors.InputError: dt must be in [1e-06, 1000], got 0.0
     """
     value = _number(value)
-    check_in_range(field, value, low, high, error=errors.InputError)
+    check_in_range(name, value, low, high, error=errors.InputError)
     return value
 
 
-def input_within(field: str, value: float, most: float) -> float:
+def input_within(name: str, value: float, most: float) -> float:
     """Return `value` as a float, where it lies within `most` either way; as `input_in_range`."""
-    return input_in_range(field, value, -most, most)
+    return input_in_range(name, value, -most, most)
 
 
-def input_below(field: str, value: int, count: int) -> int:
+def input_below(name: str, value: int, count: int) -> int:
     """Return `value`, where it is an index below `count`.
 
     Raises `InputError`, naming the argument, where it is not.
@@ -126,5 +136,5 @@ def input_below(field: str, value: int, count: int) -> int:
     """
     value = operator.index(value)
     if not 0 <= value < count:
-        raise errors.InputError(field, value, errors.below(count))
+        raise errors.InputError(name, value, errors.below(count))
     return value

@@ -1,7 +1,6 @@
-"""The lateral controllers, one a file, behind `LateralLaw`, and `Tracker`, which steps them.
+"""What every controller is: a vehicle, validated parameters and a small plain state.
 
-A controller decides an angle for a located vehicle; it is a vehicle, validated parameters and a
-small frozen state. A `Tracker` is all of a step around it: estimate, predict, locate, limit.
+From them it decides an angle for a located vehicle; `popsteer.reference.tracker` steps it.
 """
 
 from __future__ import annotations
@@ -10,71 +9,62 @@ import enum
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
-from popsteer.reference.error import config_optional, input_within
-from popsteer.reference.path.follow import Follow, Located
-from popsteer.reference.tracker.command import Command
-from popsteer.reference.vehicle.estimate import AdaptParams
+from popsteer.reference.error import Checked, optional
+from popsteer.reference.path.follow import Follow
+from popsteer.reference.vehicle import Vehicle
 from popsteer.status import Status
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from typing_extensions import Self
 
     from popsteer.reference.geometry import Point
+    from popsteer.reference.path.follow import Located
     from popsteer.reference.path.view import PathView
-    from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimate import Corrections
+    from popsteer.reference.vehicle.estimate import Estimate
 
-__all__ = ["Belief", "Command", "Decision", "LateralLaw"]
+__all__ = ["Belief", "Decision", "LateralLaw", "LawState", "Params", "Tracked", "limit_steer"]
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What a controller decides, for the vehicle as one that drives forward.
-
-    Attributes
-    ----------
-    steer : float
-        Angle of the front wheels that is wanted [rad], within the vehicle's `max_steer`.
-    target : tuple of float
-        The point aimed at: the lookahead point, or the projection onto the path, (x, y) [m].
-    status : Status
-        Saturated or lookahead lost, where that is so.
-    """
+    """What a controller decides, for the vehicle as one that drives forward."""
 
     steer: float
+    """Angle of the front wheels that is wanted [rad], within the vehicle's `max_steer`."""
     target: Point
+    """The point aimed at: the lookahead point, or the projection onto the path, (x, y) [m]."""
     status: Status
+    """Saturated or lookahead lost, where that is so."""
 
 
 @dataclass(frozen=True)
 class Belief:
-    """What a controller may know of the vehicle besides its parameters, in the vehicle's own frame.
-
-    Attributes
-    ----------
-    wheel : float
-        Angle of the wheels when the command to be decided reaches them, without the estimated
-        offset [rad].
-    estimate : Corrections
-        The estimates.
-    """
+    """What a controller may know of the vehicle besides its parameters, in the vehicle's frame."""
 
     wheel: float
-    estimate: Corrections
+    """Angle of the wheels when the command to be decided reaches them, without the estimated
+    offset [rad]."""
+    estimate: Estimate
+    """The estimates."""
+
+
+class LawState:
+    """What a controller remembers from one step to the next."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Params:
-    """What the parameters of all controllers share: `search_distance` and `lost_distance`.
+class Params(Checked):
+    """What the parameters of all controllers share.
 
-    Each class has them as its last fields.
+    The texts are those of `popsteer`; a parameter that is None scales with the vehicle.
     """
 
-    def __post_init__(self) -> None:
-        config_optional(self, "search_distance", 0.0, 1e6)
-        config_optional(self, "lost_distance", 1e-3, 1e9)
+    search_distance: float | None = optional(0.0, 1e6)  # [m]
+    lost_distance: float | None = optional(1e-3, 1e9)  # [m]
 
     def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
         """Return the defaults that scale with `vehicle`, by parameter."""
@@ -92,89 +82,6 @@ class Params:
         """
         scaled = self._scaled(vehicle).items()
         return replace(self, **{name: at for name, at in scaled if getattr(self, name) is None})
-
-
-ParamsT = TypeVar("ParamsT", bound=Params)
-StateT = TypeVar("StateT")
-
-
-class LateralLaw(ABC, Generic[ParamsT, StateT]):
-    """A steering controller: a vehicle and validated parameters that decide an angle."""
-
-    def __init__(self, path: PathView, vehicle: Vehicle, params: ParamsT) -> None:
-        self._path = path
-        self._vehicle = vehicle
-        self._params = params
-        # By the same names; none that scales with the vehicle is None.
-        self._resolved = SimpleNamespace(**vars(params.resolved(vehicle)))
-
-    @property
-    def path(self) -> PathView:
-        """The path that is followed."""
-        return self._path
-
-    @property
-    def vehicle(self) -> Vehicle:
-        """The vehicle that is steered."""
-        return self._vehicle
-
-    @property
-    def params(self) -> ParamsT:
-        """The parameters, as given."""
-        return self._params
-
-    def reads_belief(self) -> bool:
-        """Tell whether the controller reads the `Belief`: every step then models the wheels."""
-        return False
-
-    @abstractmethod
-    def decide(self, at: Located, belief: Belief) -> Decision:
-        """Decide the angle for a located vehicle, and remember what is to be remembered."""
-
-    def restore(self, state: StateT) -> StateT:
-        """Return `state`, where what the controller remembers in it can be put together at all.
-
-        Raises
-        ------
-        InputError
-            Naming the field that cannot.
-        """
-        return state
-
-    def check_law_state(self, state: StateT) -> StateT:
-        """Return `state` if this controller could be in it.
-
-        Raises
-        ------
-        InputError
-            Naming the field that is not.
-        """
-        return state
-
-    def forget_path(self, state: StateT) -> StateT:
-        """Forget what was measured against the path: it leads another way from now on."""
-        return state
-
-    def change_path(self, state: StateT, _offset: float | None) -> StateT:
-        """Follow another path, against which the last error is so much larger [m].
-
-        None if that is unknown.
-        """
-        return state
-
-    def set_steer(self, state: StateT, _steer: float) -> tuple[StateT, bool]:
-        """Take note of the angle that the wheels were given instead of the controller's answer.
-
-        Returns the state, and whether the controller's next answer goes on from it.
-        """
-        return state, False
-
-    def default_adapt(self) -> AdaptParams | None:
-        """Return how the controller adapts by default.
-
-        It adapts if it uses the estimates: if it predicts, or if commands are in flight.
-        """
-        return AdaptParams() if self.reads_belief() or self._vehicle.dead_time > 0.0 else None
 
 
 class Tracked(enum.Enum):
@@ -200,15 +107,38 @@ class Tracked(enum.Enum):
         )
 
 
+ParamsT = TypeVar("ParamsT", bound=Params)
+StateT = TypeVar("StateT", bound=LawState)
+
+
+class LateralLaw(ABC, Generic[ParamsT, StateT]):
+    """A steering controller: a vehicle and validated parameters that decide an angle.
+
+    Made of a `Vehicle` and the controller's parameters, the defaults without.
+    """
+
+    TRACKED: ClassVar[Tracked]
+    READS_BELIEF: ClassVar[bool] = False
+    """Whether the controller reads the `Belief`: its wheels are then modelled at every step."""
+    PARAMS: Callable[[], ParamsT]
+    STATE: Callable[[], StateT]
+
+    def __init__(self, vehicle: Vehicle | None = None, params: ParamsT | None = None) -> None:
+        self.vehicle = Vehicle() if vehicle is None else vehicle
+        self.params = self.PARAMS() if params is None else params
+        # By the same names; none that scales with the vehicle is None.
+        self.resolved = SimpleNamespace(**vars(self.params.resolved(self.vehicle)))
+        self.follow = self.TRACKED.follow(self.vehicle, self.resolved)
+
+    @abstractmethod
+    def decide(self, path: PathView, state: StateT, at: Located, belief: Belief) -> Decision:
+        """Decide the angle for a located vehicle, and note in `state` what is to be remembered."""
+
+    def set_steer(self, state: StateT, steer: float) -> None:
+        """Note the angle [rad] that the wheels got in place of the controller's."""
+
+
 def limit_steer(vehicle: Vehicle, steer: float) -> tuple[float, Status]:
     """Bring an angle [rad] within `max_steer`, and tell the status of that."""
-    if steer > vehicle.max_steer:
-        return vehicle.max_steer, Status.SATURATED
-    if steer < -vehicle.max_steer:
-        return -vehicle.max_steer, Status.SATURATED
-    return steer, Status.OK
-
-
-def check_steer(field: str, steer: float, max_steer: float) -> float:
-    """Return a remembered angle [rad], where it is within the limit."""
-    return input_within(field, steer, max_steer)
+    limited = vehicle.at_wheels(steer)
+    return limited, Status.OK if limited == steer else Status.SATURATED

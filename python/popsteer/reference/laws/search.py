@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import config_in_range, config_optional
+from popsteer.reference.error import number, optional
 from popsteer.reference.laws.law import Params
 from popsteer.reference.path.lookahead import Lookahead, get_crossing, get_lookahead_point
 from popsteer.reference.path.resample import grid, window
@@ -24,16 +24,14 @@ __all__ = ["SearchParams", "find_lookahead"]
 class SearchParams(Params):
     """The parameters of a controller that searches for a lookahead point."""
 
-    def __post_init__(self) -> None:
-        config_in_range(self, "lookahead_gain", 0.0, 1e3)
-        config_optional(self, "min_lookahead", 0.0, 1e4)
-        config_optional(self, "lookahead_tolerance", 1e-9, 1e3)
-        config_optional(self, "window_ahead", 1e-3, 1e6)
-        config_optional(self, "grid_spacing", 1e-6, 1e3)
-        super().__post_init__()
+    lookahead_gain: float = number(0.0, 0.0, 1e3)  # k_v [s]
+    min_lookahead: float | None = optional(0.0, 1e4)  # ld_min [m]
+    exact_lookahead: bool = True  # the path's first crossing of the circle, not the paper's search
+    lookahead_tolerance: float | None = optional(1e-9, 1e3)  # ε of the paper's search [m]
+    window_ahead: float | None = optional(1e-3, 1e6)  # arc that it looks at [m]
+    grid_spacing: float | None = optional(1e-6, 1e3)  # greatest distance of its grid points [m]
 
     def _scaled(self, vehicle: Vehicle) -> dict[str, float]:
-        """Return the defaults that scale with `vehicle`, by parameter."""
         return super()._scaled(vehicle) | {
             "lookahead_tolerance": vehicle.wheelbase / 300.0,
             "window_ahead": 20.0 / 3.0 * vehicle.wheelbase,

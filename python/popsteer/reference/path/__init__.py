@@ -2,8 +2,7 @@
 
 `view` holds the waypoints, which `measure` has checked; `owned` is what a user makes. `projection`
 is the closest point of a segment; `locate` finds it along the arc around the last one, and
-`relocalise` on the whole path after a jump, with the boxes of an index on long paths. `follow`
-takes a vehicle along the path in both directions. `preview` gives the path's turns ahead, `stop`
-distance and speed to the next stop. `resample` makes the fine grid of the near neighbourhood and
+`relocalise` on the whole path. `follow` takes a vehicle along the path in both directions.
+`preview` gives the path's turns ahead. `resample` makes the fine grid of the near neighbourhood and
 `lookahead` searches it.
 """

@@ -14,13 +14,11 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from popsteer.reference.math import PI, cos, sin, sqrt
-from popsteer.reference.path.index import STEP_BUDGET
 from popsteer.reference.path.locate import locate
-from popsteer.reference.path.relocalise import relocalise_within
+from popsteer.reference.path.relocalise import relocalise
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
-    from popsteer.reference.path.index import Found
     from popsteer.reference.path.projection import ClosestPoint
     from popsteer.reference.path.view import PathView
     from popsteer.reference.vehicle import Vehicle
@@ -130,12 +128,10 @@ class Follow:
     ) -> Located:
         """Project the tracked point of a checked vehicle near segment `waypoint`.
 
-        On the whole path if that is None. The search of the whole path may run out of `STEP_BUDGET`
-        and then gives the best place so far. A first step takes that place. A lost vehicle takes it
-        only if it is no longer lost there, and else keeps its last place.
+        On the whole path if that is None, or if the vehicle is lost.
         """
         if waypoint is None:
-            start = self._find_anew(path, vehicle).segment
+            start = self._find_anew(path, vehicle)
         else:
             start = path.segment_at(waypoint)
         at = self._locate_from(path, start, vehicle, dt)
@@ -144,10 +140,8 @@ class Follow:
             at = self._locate_from(path, following, vehicle, dt)
         squared_lost = self.lost_distance * self.lost_distance
         if at.closest.squared_distance > squared_lost:
-            found = self._find_anew(path, vehicle)
-            anew = self._locate_from(path, found.segment, vehicle, dt)
-            is_found = found.is_exact or anew.closest.squared_distance <= squared_lost
-            if is_found and anew.closest.squared_distance < at.closest.squared_distance:
+            anew = self._locate_from(path, self._find_anew(path, vehicle), vehicle, dt)
+            if anew.closest.squared_distance < at.closest.squared_distance:
                 at = anew
             at = replace(at, off_path=True)
         changed = waypoint is not None and at.reverse != path.is_reverse(start)
@@ -211,8 +205,7 @@ class Follow:
         remaining = (to[0] * along[0] + to[1] * along[1]) / length
         return after if remaining <= self.arrival_distance else None
 
-    def _find_anew(self, path: PathView, vehicle: VehicleState) -> Found:
+    def _find_anew(self, path: PathView, vehicle: VehicleState) -> int:
         """Search the whole path for the vehicle's `base`."""
         base = vehicle.ahead(self.base)
-        position = (base.x, base.y)
-        return relocalise_within(path, position, vehicle.yaw, self.opposite_distance, STEP_BUDGET)
+        return relocalise(path, (base.x, base.y), vehicle.yaw, self.opposite_distance)

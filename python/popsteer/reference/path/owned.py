@@ -41,8 +41,6 @@ class Path(PathView):
         For each waypoint whether the segment that leaves it is driven backwards; by default
         where the speed at its start is negative; where that is 0, where the speed at its end
         is; where both are, as the segment before it.
-    drop_duplicates : bool, optional
-        Whether of neighbours that coincide only the last is kept, instead of refusing them.
 
     Raises
     ------

@@ -1,53 +1,43 @@
-"""Finds the segment of least distance and heading error on the whole path, after a jump."""
+"""Finds a vehicle anywhere on the path: where it starts, and after a jump."""
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING
 
-from popsteer.reference.path import index
-from popsteer.reference.path.best import Best
-from popsteer.reference.path.index import Found
-from popsteer.reference.path.locate import OPPOSITE
+from popsteer.reference.math import cos, sin
+from popsteer.reference.path.projection import find_closest_point_between
 
 if TYPE_CHECKING:
     from popsteer.reference.geometry import Point
     from popsteer.reference.path.view import PathView
 
-__all__ = ["relocalise", "relocalise_within"]
+__all__ = ["relocalise"]
 
 
-def relocalise(
-    path: PathView, position: Point, yaw: float, opposite_distance: float = OPPOSITE
-) -> int:
-    """Find the segment to start from after a jump to `position` with heading `yaw` [rad].
+def relocalise(path: PathView, position: Point, yaw: float, opposite_distance: float) -> int:
+    """Find the segment of least cost of all for a vehicle at `position` with heading `yaw` [rad].
 
-    The one of least distance, which counts up to `opposite_distance` [m] more the less the vehicle
-    would look along it; the first of several. The heading thus tells branches apart that cross or
-    lie alongside. Where the path is driven backwards the vehicle looks against it.
+    With the angle d from the heading, which is opposite where the path is driven backwards, to the
+    segment, the cost [m] is distance + opposite_distance (1 - cos d) / 2; of several segments as
+    good the first is taken.
 
     Examples
     --------
     >>> from popsteer.reference import Path
-    >>> path = Path([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])
-    >>> relocalise(path, (0.5, 0.9), 0.1), relocalise(path, (0.5, 0.9), 3.1)
-    (0, 2)
+    >>> there_and_back = Path([(0.0, 0.0), (50.0, 0.0), (50.0, 4.0), (0.0, 4.0)])
+    >>> relocalise(there_and_back, (25.0, 2.0), 0.0, 10.0)
+    0
+    >>> relocalise(there_and_back, (25.0, 2.0), 3.1, 10.0)
+    2
     """
-    best = Best(position, yaw, opposite_distance)
+    forward = (cos(yaw), sin(yaw))
+    backward = (-forward[0], -forward[1])
+    found, least = 0, inf
     for segment in range(path.segments):
-        best.visit(path, segment)
-    return best.segment
-
-
-def relocalise_within(
-    path: PathView, position: Point, yaw: float, opposite_distance: float, budget: int
-) -> Found:
-    """Find it with at most `budget` boxes of the path's index visited.
-
-    Where that is not enough it is the best of the segments in those. A path without an index is
-    scanned.
-    """
-    if path.index is None:
-        segment = relocalise(path, position, yaw, opposite_distance)
-        return Found(segment, is_exact=True, visits=0)
-    best = Best(position, yaw, opposite_distance)
-    return index.search(path, path.index, best, budget)
+        closest = find_closest_point_between(path, segment, position, 0.0, 1.0)
+        heading = backward if path.is_reverse(segment) else forward
+        cost = closest.cost(heading, opposite_distance)
+        if cost < least:
+            found, least = segment, cost
+    return found

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Sized
 from typing import TYPE_CHECKING
 
 from popsteer.errors import PathError
-from popsteer.reference.geometry import get_distance
-from popsteer.reference.path.boxes import build
-from popsteer.reference.path.measure import COINCIDING, measure
+from popsteer.reference.path.measure import measure
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from popsteer.reference.geometry import Point
-    from popsteer.reference.path.boxes import Bounds
 
-__all__ = ["PathView", "distinct_waypoints"]
+__all__ = ["PathView"]
 
 
 class PathView:
@@ -42,23 +38,13 @@ class PathView:
         speed: Iterable[float] | None = None,
         closed: bool = False,
         reverse: Iterable[bool] | None = None,
-        drop_duplicates: bool = False,
     ) -> None:
-        self._x, self._y = _columns(xy)
-        self._speed = None if speed is None else _floats(speed)
+        pairs = [(float(x), float(y)) for x, y in xy]
+        self._x, self._y = tuple(x for x, _ in pairs), tuple(y for _, y in pairs)
+        self._speed = None if speed is None else tuple(float(value) for value in speed)
         self._closed = bool(closed)
-        given = None if reverse is None else tuple(bool(value) for value in reverse)
-        if drop_duplicates:
-            count = len(self._x)
-            kept = distinct_waypoints(self._x, self._y, closed=self._closed)
-            self._x = tuple(self._x[index] for index in kept)
-            self._y = tuple(self._y[index] for index in kept)
-            if self._speed is not None and len(self._speed) == count:
-                self._speed = tuple(self._speed[index] for index in kept)
-            if given is not None and len(given) == count:
-                given = tuple(given[index] for index in kept)
         self._s, self._length = measure(self._x, self._y, self._speed, closed=self._closed)
-        self._index = build(self._x, self._y, closed=self._closed)
+        given = None if reverse is None else tuple(bool(value) for value in reverse)
         if given is not None:
             if len(given) != len(self._x):
                 raise PathError.length_mismatch("reverse", len(given), len(self._x))
@@ -105,11 +91,6 @@ class PathView:
     def closed(self) -> bool:
         """Whether the last waypoint leads back to the first."""
         return self._closed
-
-    @property
-    def index(self) -> tuple[Bounds, ...] | None:
-        """The boxes of its index, where it has one."""
-        return self._index
 
     @property
     def segments(self) -> int:
@@ -177,31 +158,6 @@ class PathView:
         return self.waypoint(index), self.waypoint(index if following is None else following)
 
 
-def distinct_waypoints(x: tuple[float, ...], y: tuple[float, ...], *, closed: bool) -> list[int]:
-    """Choose the waypoints to keep so that no two neighbours coincide.
-
-    Of several at one place the last, whose speed and direction are those of what follows. A
-    closed path that comes back to its start also loses the repetition.
-
-    Examples
-    --------
-    >>> distinct_waypoints((0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 0.0), closed=True)
-    [1, 2]
-    """
-    kept: list[int] = []
-
-    def coincide(a: int, b: int) -> bool:
-        return get_distance((x[a], y[a]), (x[b], y[b])) <= COINCIDING
-
-    for index in range(len(x)):
-        while kept and coincide(kept[-1], index):
-            kept.pop()
-        kept.append(index)
-    while closed and len(kept) > 1 and coincide(kept[0], kept[-1]):
-        kept.pop()
-    return kept
-
-
 def _reverse_by_speed(speed: tuple[float, ...], *, closed: bool) -> tuple[bool, ...]:
     """Tell by the speeds at its ends which segment is driven backwards."""
     ends = (*speed[1:], speed[0] if closed else 0.0)
@@ -214,32 +170,3 @@ def _reverse_by_speed(speed: tuple[float, ...], *, closed: bool) -> tuple[bool, 
             before = end < 0.0
         reverse.append(before)
     return tuple(reverse)
-
-
-def _columns(xy: Iterable[Sequence[float]]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Take pairs apart into abscissas and ordinates."""
-    try:
-        rows = list(xy)
-        shape = _shape(rows)
-        pairs = [(float(x), float(y)) for x, y in rows] if shape[1:] == (2,) else None
-    except (TypeError, ValueError) as error:
-        raise PathError(f"xy must be an array of numbers of shape (N, 2): {error}") from error
-    if pairs is None:
-        raise PathError(f"xy must have shape (N, 2), got {shape}")
-    return tuple(x for x, _ in pairs), tuple(y for _, y in pairs)
-
-
-def _floats(speed: Iterable[float]) -> tuple[float, ...]:
-    """Copy reference speeds."""
-    try:
-        return tuple(float(value) for value in speed)
-    except (TypeError, ValueError) as error:
-        raise PathError(f"speed must be an array of numbers of shape (N,): {error}") from error
-
-
-def _shape(values: object) -> tuple[int, ...]:
-    """Tell the shape of nested sequences by the first entry of each."""
-    if not isinstance(values, Sized) or isinstance(values, str):
-        return ()
-    inner = _shape(next(iter(values))) if isinstance(values, Iterable) and len(values) > 0 else ()
-    return (len(values), *inner)

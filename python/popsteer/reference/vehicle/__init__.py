@@ -1,6 +1,6 @@
-"""The vehicle: its parameters, prediction, commands in flight, and estimation from its motion.
+"""The vehicle: its parameters, and the chain from a command to its motion.
 
-`bicycle` predicts, `delay` holds the commands in flight, `estimator` finds what the motion shows.
+`delay` holds the commands in flight, `wheels` answer them, `bicycle` moves.
 """
 
 from __future__ import annotations
@@ -8,14 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from popsteer.reference.bounds import MAX_SPEED
-from popsteer.reference.error import config_in_range, config_optional, input_within
+from popsteer.reference.error import Checked, input_within, number, optional
 from popsteer.reference.math import saturate
 
 __all__ = ["Vehicle"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Vehicle:
+class Vehicle(Checked):
     """All that is true of a car-like vehicle, given once.
 
     A *pose* is always that of the vehicle's point, wherever it is measured; the axles are given
@@ -27,45 +27,7 @@ class Vehicle:
 
     and the no-slip point moves along the vehicle's heading.
 
-    Attributes
-    ----------
-    wheelbase : float
-        Distance of the axles L [m]; the default lengths of all parameters scale with it.
-    rear_axle : float
-        How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear
-        axle's, negative where it is of a point ahead of that.
-    no_slip_point : float or None
-        How far ahead of the pose's point lies the no-slip point [m], the one that moves along the
-        vehicle's heading; None is the rear axle.
-    turning_wheelbase : float or None
-        The wheelbase that the vehicle turns by [m]; None is `wheelbase`.
-    understeer : float
-        Understeer gradient K [s²/m].
-    steer_offset : float
-        Angle of the wheels at the command 0 [rad].
-    steer_lag : float
-        Time constant of the wheels' first-order response to a command [s].
-    dead_time : float
-        Time from a command to its first effect on the wheels [s].
-    max_steer : float
-        Largest angle of the front wheels δ_max [rad].
-    max_steer_rate : float or None
-        Largest rate of the front wheels' angle [rad/s]; None for no limit.
-    max_lateral_acceleration : float or None
-        Largest lateral acceleration that a command may ask for [m/s²]; None for no limit.
-    max_speed : float or None
-        Top speed [m/s]; None for no limit.
-    max_acceleration : float or None
-        Largest driving acceleration [m/s²]; None where it is not known.
-    max_deceleration : float or None
-        Largest braking deceleration [m/s²]; None where it is not known.
-    drive_lag : float
-        Time constant with which the drive answers the pedals [s].
-
-    Raises
-    ------
-    ConfigError
-        Naming the field that is out of its range.
+    Raises `ConfigError`, naming the field that is out of its range.
 
     Examples
     --------
@@ -77,38 +39,36 @@ class Vehicle:
     popsteer.errors.ConfigError: dead_time must be in [0, 10], got -0.1
     """
 
-    wheelbase: float = 3.0
-    rear_axle: float = 0.0
-    no_slip_point: float | None = None
-    turning_wheelbase: float | None = None
-    understeer: float = 0.0
-    steer_offset: float = 0.0
-    steer_lag: float = 0.1
-    dead_time: float = 0.0
-    max_steer: float = 1.22
-    max_steer_rate: float | None = None
-    max_lateral_acceleration: float | None = 4.0
-    max_speed: float | None = None
-    max_acceleration: float | None = None
-    max_deceleration: float | None = None
-    drive_lag: float = 0.0
-
-    def __post_init__(self) -> None:
-        config_in_range(self, "wheelbase", 1e-3, 1e3)
-        config_in_range(self, "rear_axle", -1e3, 1e3)
-        config_optional(self, "no_slip_point", -1e3, 1e3)
-        config_optional(self, "turning_wheelbase", 1e-3, 1e3)
-        config_in_range(self, "understeer", 0.0, 1e3)
-        config_in_range(self, "steer_offset", -0.5, 0.5)
-        config_in_range(self, "steer_lag", 0.0, 10.0)
-        config_in_range(self, "dead_time", 0.0, 10.0)
-        config_in_range(self, "max_steer", 1e-3, 1.57)
-        config_optional(self, "max_steer_rate", 1e-3, 1e6)
-        config_optional(self, "max_lateral_acceleration", 1e-3, 1e6)
-        config_optional(self, "max_speed", 1e-3, 1e4)
-        config_optional(self, "max_acceleration", 1e-3, 1e3)
-        config_optional(self, "max_deceleration", 1e-3, 1e3)
-        config_in_range(self, "drive_lag", 0.0, 10.0)
+    wheelbase: float = number(3.0, 1e-3, 1e3)
+    """Distance of the axles L [m]; the default lengths of all parameters scale with it."""
+    rear_axle: float = number(0.0, -1e3, 1e3)
+    """How far ahead of the pose's point the rear axle lies [m]."""
+    no_slip_point: float | None = optional(-1e3, 1e3)
+    """The same of the point that moves along the vehicle's heading; None is the rear axle."""
+    turning_wheelbase: float | None = optional(1e-3, 1e3)
+    """The wheelbase that the vehicle turns by [m]; None is `wheelbase`."""
+    understeer: float = number(0.0, 0.0, 1e3)
+    """Understeer gradient K [s²/m]."""
+    steer_offset: float = number(0.0, -0.5, 0.5)
+    """Angle of the wheels at the command 0 [rad]."""
+    steer_lag: float = number(0.1, 0.0, 10.0)
+    """Time constant of the wheels' first-order response to a command [s]."""
+    dead_time: float = number(0.0, 0.0, 10.0)
+    """Time from a command to its first effect on the wheels [s]."""
+    max_steer: float = number(1.22, 1e-3, 1.57)
+    """Largest angle of the front wheels δ_max [rad]."""
+    max_steer_rate: float | None = optional(1e-3, 1e6)
+    """Largest rate of the front wheels' angle [rad/s]; None for no limit."""
+    max_lateral_acceleration: float | None = optional(1e-3, 1e6, default=4.0)
+    """Largest lateral acceleration that a command may ask for [m/s²]; None for no limit."""
+    max_speed: float | None = optional(1e-3, 1e4)
+    """Top speed [m/s]; None for no limit."""
+    max_acceleration: float | None = optional(1e-3, 1e3)
+    """Largest driving acceleration [m/s²]; None where it is not known."""
+    max_deceleration: float | None = optional(1e-3, 1e3)
+    """Largest braking deceleration [m/s²]; None where it is not known."""
+    drive_lag: float = number(0.0, 0.0, 10.0)
+    """Time constant with which the drive answers the pedals [s]."""
 
     @property
     def front_axle(self) -> float:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from popsteer.reference.geometry import Point
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimate import Corrections
+    from popsteer.reference.vehicle.estimate import Estimate
 
 __all__ = [
     "Rollout",
@@ -253,7 +253,7 @@ class Rollout:
     ----------
     vehicle : Vehicle
         What the vehicle's parameters say.
-    estimate : Corrections
+    estimate : Estimate
         What its motion has shown.
     state : VehicleState
         The point that does not slip at the beginning.
@@ -266,15 +266,15 @@ class Rollout:
     Examples
     --------
     >>> from popsteer.reference.vehicle import Vehicle
-    >>> from popsteer.reference.vehicle.estimate import Corrections
-    >>> rollout = Rollout(Vehicle(), Corrections(), VehicleState(0.0, 0.0, 0.0, 10.0))
+    >>> from popsteer.reference.vehicle.estimate import Estimate
+    >>> rollout = Rollout(Vehicle(), Estimate(), VehicleState(0.0, 0.0, 0.0, 10.0))
     >>> rollout.drive(0.0, [(0.0, 0.5)])
     0.0
     >>> rollout.state
     VehicleState(x=5.0, y=0.0, yaw=0.0, speed=10.0)
     """
 
-    def __init__(self, vehicle: Vehicle, estimate: Corrections, state: VehicleState) -> None:
+    def __init__(self, vehicle: Vehicle, estimate: Estimate, state: VehicleState) -> None:
         self._vehicle = vehicle
         self._estimate = estimate
         self.state = state

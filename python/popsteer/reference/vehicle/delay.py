@@ -11,22 +11,12 @@ from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
 
-from popsteer.reference.error import input_in_range, input_within
-from popsteer.reference.math import PI, saturate
 from popsteer.reference.vehicle.bicycle import Rollout
-from popsteer.reference.vehicle.timed import (
-    Timed,
-    checked_count,
-    checked_entries,
-    clipped,
-    push_or_join,
-    take,
-)
-from popsteer.reference.vehicle.wheels import WheelIntegrals, move_wheel
+from popsteer.reference.vehicle.wheels import move_wheel
 
 if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
-    from popsteer.reference.vehicle.estimate import Corrections
+    from popsteer.reference.vehicle.estimate import Estimate
     from popsteer.reference.vehicle.state import VehicleState
 
 __all__ = ["InFlight"]
@@ -36,17 +26,13 @@ RESOLUTION = 64
 CAPACITY = 3 * RESOLUTION + 4
 """The most commands in flight; shorter ones are joined, see `InFlight.elapse`."""
 
+Timed = tuple[tuple[float, float], ...]
+"""Angles [rad], oldest first, and how long each lasts [s]."""
+
 
 @dataclass(frozen=True)
 class InFlight:
     """The commands that are given but have not reached the wheels, and the wheels.
-
-    Attributes
-    ----------
-    commands : tuple of tuple of float
-        Oldest first: angle [rad] and how long it was commanded [s].
-    wheel : float
-        Angle of the wheels by the vehicle's parameters, without an estimated offset [rad].
 
     Examples
     --------
@@ -54,84 +40,41 @@ class InFlight:
     >>> car = Vehicle(dead_time=0.25, steer_lag=0.0)
     >>> in_flight = InFlight.settled(car, 0.0)
     >>> for _ in range(3):
-    ...     in_flight = in_flight.elapse(car, last=0.5, dt=0.125, longer=0.0)
+    ...     in_flight = in_flight.elapse(car, last=0.5, dt=0.125)
     >>> in_flight
     InFlight(commands=((0.5, 0.125), (0.5, 0.125)), wheel=0.5)
     """
 
     commands: Timed
+    """Oldest first: angle [rad] and how long it was commanded [s]."""
     wheel: float
+    """Angle of the wheels by the vehicle's parameters, without an estimated offset [rad]."""
 
     @classmethod
     def settled(cls, vehicle: Vehicle, steer: float) -> InFlight:
         """Return the wheels at rest under the command `steer` [rad], and that command in flight."""
-        most = vehicle.max_steer
-        wheel = saturate(steer + vehicle.steer_offset, -most, most)
+        wheel = vehicle.at_wheels(steer + vehicle.steer_offset)
         return cls(((steer, vehicle.dead_time),) if vehicle.dead_time > 0.0 else (), wheel)
 
-    @classmethod
-    def restore(cls, vehicle: Vehicle, commands: Timed, wheel: float, longer: float) -> InFlight:
-        """Return commands in flight as they were.
-
-        With a dead time that is `longer` than the vehicle's by so much [s].
-
-        Raises
-        ------
-        InputError
-            Where there are too many commands, and as `checked`.
-        """
-        commands = checked_count("commands_in_flight", commands, CAPACITY)
-        return cls(commands, wheel).checked(vehicle, longer)
-
-    def checked(self, vehicle: Vehicle, longer: float) -> InFlight:
-        """Return the commands, as floats, where they can be in flight to the vehicle's wheels.
-
-        Raises
-        ------
-        InputError
-            Where they cannot: an angle beyond a quarter turn, a duration that is none, durations
-            that do not add up to the dead time.
-        """
-        field = "commands_in_flight"
-        wheel = input_within("wheel", self.wheel, 0.5 * PI)
-        dead_time = vehicle.dead_time + longer
-        slack = 1e-9 * (1.0 + dead_time)
-        commands = checked_entries(field, self.commands, dead_time + slack)
-        total = 0.0
-        for _, duration in commands:
-            total += duration
-        input_in_range(field, total, dead_time - slack, dead_time + slack)
-        return InFlight(commands, wheel)
-
-    def reaching(self, vehicle: Vehicle, last: float, dt: float) -> WheelIntegrals:
-        """Return what reaches the wheels in `dt` [s] after `last` [rad] was commanded."""
-        reached, wheel = WheelIntegrals(), self.wheel
-        for steer, time in clipped((*self.commands, (last, dt)), dt):
-            moved = move_wheel(vehicle, wheel, steer, time)
-            reached = reached.plus(moved.mean, time)
-            wheel = moved.wheel
-        return reached
-
-    def elapse(self, vehicle: Vehicle, last: float, dt: float, longer: float) -> InFlight:
+    def elapse(self, vehicle: Vehicle, last: float, dt: float) -> InFlight:
         """Let `dt` [s] pass since `last` [rad] was commanded.
 
-        It takes flight, and the oldest commands reach the wheels. With a dead time that turns out
-        `longer` by so much [s] they reach them later. Commands shorter than a 64th of the dead
-        time are joined to their mean.
+        It takes flight, and the oldest commands reach the wheels. Commands shorter than a 64th of
+        the dead time are joined to their mean.
         """
-        gone = dt - longer
         is_full = len(self.commands) == CAPACITY
-        joined = inf if is_full else vehicle.dead_time / RESOLUTION
-        commands = push_or_join(self.commands, last, dt, joined, CAPACITY)
-        wheel = self.wheel
+        commands = _push(
+            self.commands, last, dt, inf if is_full else vehicle.dead_time / RESOLUTION
+        )
+        wheel, gone = self.wheel, dt
         while gone > 0.0 and commands:
-            (steer, time), commands = take(commands, gone)
+            (steer, time), commands = _take(commands, gone)
             wheel = move_wheel(vehicle, wheel, steer, time).wheel
             gone -= time
         return InFlight(commands, wheel)
 
     def predict(
-        self, vehicle: Vehicle, state: VehicleState, estimate: Corrections
+        self, vehicle: Vehicle, state: VehicleState, estimate: Estimate
     ) -> tuple[VehicleState, float]:
         """Return vehicle and wheels as they will be when a command given now reaches the wheels.
 
@@ -141,3 +84,36 @@ class InFlight:
         rollout = Rollout(vehicle, estimate, state)
         wheel = rollout.drive(self.wheel, self.commands)
         return rollout.state, wheel
+
+
+def _push(timed: Timed, angle: float, duration: float, shortest: float) -> Timed:
+    """Add an angle, or join it to the newest where both last `shortest` [s] at most: their mean.
+
+    Examples
+    --------
+    >>> _push(((1.0, 0.25),), 4.0, 0.5, 0.75)
+    ((3.0, 0.75),)
+    >>> _push(((1.0, 0.5), (2.0, 0.5)), 4.0, 0.5, 0.75)
+    ((1.0, 0.5), (2.0, 0.5), (4.0, 0.5))
+    """
+    if timed:
+        mean, lasted = timed[-1]
+        total = lasted + duration
+        if total <= shortest:
+            # Written so, it lies between the two however short they are.
+            return (*timed[:-1], (mean + (angle - mean) * (duration / total), total))
+    return (*timed, (angle, duration))
+
+
+def _take(timed: Timed, time: float) -> tuple[tuple[float, float], Timed]:
+    """Take off the oldest angle, or the first `time` [s] of one that lasts longer.
+
+    Examples
+    --------
+    >>> _take(((0.1, 0.5), (0.2, 0.25)), 0.125)
+    ((0.1, 0.125), ((0.1, 0.375), (0.2, 0.25)))
+    """
+    angle, duration = timed[0]
+    if duration > time:
+        return (angle, time), ((angle, duration - time), *timed[1:])
+    return (angle, duration), timed[1:]

@@ -1,16 +1,16 @@
-"""The wheels: their response to a command, and the turn of the vehicle by them."""
+"""The wheels: their response to a command."""
 
 from __future__ import annotations
 
 from math import copysign
 from typing import TYPE_CHECKING, NamedTuple
 
-from popsteer.reference.math import decay, saturate, tan
+from popsteer.reference.math import decay
 
 if TYPE_CHECKING:
     from popsteer.reference.vehicle import Vehicle
 
-__all__ = ["Moved", "WheelIntegrals", "move_wheel"]
+__all__ = ["Moved", "move_wheel"]
 
 
 class Moved(NamedTuple):
@@ -52,7 +52,7 @@ def move_wheel(vehicle: Vehicle, wheel: float, command: float, time: float) -> M
     Moved(wheel=0.25, mean=0.125)
     """
     lag, rate = vehicle.steer_lag, vehicle.max_steer_rate
-    target = saturate(command + vehicle.steer_offset, -vehicle.max_steer, vehicle.max_steer)
+    target = vehicle.at_wheels(command + vehicle.steer_offset)
     if time <= 0.0:
         return Moved(wheel, wheel)
     gap = target - wheel
@@ -77,23 +77,3 @@ def _approach(lag: float, wheel: float, target: float, time: float) -> Moved:
     kept = decay(time, lag)
     excess = wheel - target
     return Moved(target + excess * kept, target + excess * (lag * (1.0 - kept) / time))
-
-
-class WheelIntegrals(NamedTuple):
-    """What the wheels did in a period.
-
-    Times speed / turning length, the integrals are the turn of the vehicle and its derivative by a
-    steering offset.
-    """
-
-    turn: float = 0.0
-    """Integral of tan(wheel) over the time [s]."""
-    slope: float = 0.0
-    """Integral of its derivative by the angle, 1 + tan²(wheel), over the time [s]."""
-
-    def plus(self, wheel: float, time: float) -> WheelIntegrals:
-        """Return the same and wheels that stand at the angle `wheel` [rad] for `time` [s]."""
-        tangent = tan(wheel)
-        return WheelIntegrals(
-            self.turn + time * tangent, self.slope + time * (1.0 + tangent * tangent)
-        )

@@ -7,14 +7,13 @@ tracker converts.
 
 from __future__ import annotations
 
-import operator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from popsteer.reference.laws.law import Belief, Decision, Tracked, check_steer, limit_steer
+from popsteer.reference.laws.law import Belief, Decision, LateralLaw, LawState, Tracked, limit_steer
 from popsteer.reference.laws.preview_pop.approach import FULL_RATE, Approach, Straightening
 from popsteer.reference.laws.preview_pop.cost_to_go import COMMANDED, regulator, stage, transition
 from popsteer.reference.laws.preview_pop.horizon import Horizon, MoveLimit, PlanLimits
@@ -22,42 +21,28 @@ from popsteer.reference.laws.preview_pop.limited import plan_within
 from popsteer.reference.laws.preview_pop.params import PreviewPopParams
 from popsteer.reference.math import atan, decay, divide, saturate, tan, wrap
 from popsteer.reference.path.preview import Preview
-from popsteer.reference.tracker.state import TrackerState
-from popsteer.reference.tracker.step import Tracker
 from popsteer.reference.vehicle.bicycle import steps
 from popsteer.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from popsteer.reference.path.follow import Located
+    from popsteer.reference.path.view import PathView
 
 __all__ = ["PreviewPop", "PreviewPopState"]
 
 
-@dataclass(frozen=True, kw_only=True)
-class PreviewPopState(TrackerState):
-    """What `PreviewPop` remembers beside what a `TrackerState` has.
-
-    Attributes
-    ----------
-    previous_steer : float
-        The last angle δ_prev [rad]: that of the wheels, the command plus the steering offset.
-    reached_limits : int
-        The limits that the last plan reached, three bits a step. The search for the next plan
-        starts from them: it gets faster, its result stays the same.
-
-    Examples
-    --------
-    >>> PreviewPopState().previous_steer
-    0.0
-    """
+@dataclass
+class PreviewPopState(LawState):
+    """What `PreviewPop` remembers."""
 
     previous_steer: float = 0.0
+    """The last angle δ_prev [rad]: that of the wheels, the command plus the steering offset."""
     reached_limits: int = 0
+    """The limits that the last plan reached, three bits a step. The core's search for the next plan
+    starts from them; the plan here does not need them."""
 
 
-class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
+class PreviewPop(LateralLaw[PreviewPopParams, PreviewPopState]):
     """Preview POP.
 
     Of the angles in the neighbourhood of the last one, the angle with the least cost over a
@@ -72,40 +57,42 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
 
     Examples
     --------
-    >>> from popsteer.reference import Path
-    >>> controller = PreviewPop(Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
-    >>> controller.steer(0.0, 0.5, 0.0, 5.0, 0.05) < 0.0  # left of the path: steer right
+    >>> from popsteer.reference import Path, Tracker
+    >>> tracker = Tracker(PreviewPop(), Path([(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]))
+    >>> tracker.steer(0.0, 0.5, 0.0, 5.0, 0.05) < 0.0  # left of the path: steer right
     True
     """
 
     TRACKED = Tracked.NO_SLIP_POINT
+    READS_BELIEF = True
     PARAMS = PreviewPopParams
     STATE = PreviewPopState
 
-    def reads_belief(self) -> bool:
-        """Tell whether the controller reads the `Belief`: it does."""
-        return True
-
-    def decide(self, at: Located, belief: Belief) -> Decision:
+    def decide(
+        self, path: PathView, state: PreviewPopState, at: Located, belief: Belief
+    ) -> Decision:
         """Decide the angle for a located vehicle."""
-        wanted, planned = self._choose(at.mirror(self.state.previous_steer), at, belief)
+        wanted, planned = self._choose(path, state, at, belief)
         steer, status = limit_steer(self.vehicle, wanted)
-        self._state = replace(self.state, previous_steer=at.mirror(steer))
+        state.previous_steer = at.mirror(steer)
         return Decision(steer, at.closest.point, planned | status)
 
-    def set_steer(self, state: PreviewPopState, steer: float) -> tuple[PreviewPopState, bool]:
-        """Take note of the angle; the next neighbourhood is its own."""
-        return replace(state, previous_steer=steer), True
+    def set_steer(self, state: PreviewPopState, steer: float) -> None:
+        """Note the angle; the next neighbourhood is its own."""
+        state.previous_steer = steer
 
-    def _choose(self, previous_steer: float, at: Located, belief: Belief) -> tuple[float, Status]:
-        """Find the best angle in the neighbourhood; both angles are of the mirrored vehicle."""
+    def _choose(
+        self, path: PathView, state: PreviewPopState, at: Located, belief: Belief
+    ) -> tuple[float, Status]:
+        """Find the best angle in the neighbourhood, of the mirrored vehicle."""
+        previous_steer = at.mirror(state.previous_steer)
         vehicle, estimate = self.vehicle, belief.estimate
-        approach = Approach.of(vehicle, self._resolved)
-        speed, min_speed = at.vehicle.forward_speed(), self._resolved.min_speed
+        approach = Approach.of(vehicle, self.resolved)
+        speed, min_speed = at.vehicle.forward_speed(), self.resolved.min_speed
         pace = speed if speed > min_speed else min_speed
         length = vehicle.turning_length(speed) / estimate.gain
         count, period = steps(approach.horizon_at(pace), at.dt)
-        horizon, path_yaw = self._predict(at, belief, pace * period, count, length / period)
+        horizon, path_yaw = self._predict(path, at, belief, pace * period, count, length / period)
 
         rate, span = approach.rate_and_span(speed, at.dt)
         tangent = tan(previous_steer)
@@ -151,7 +138,8 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
             first(high) if high < vehicle.max_steer else inf,
         )
         plan = plan_within(horizon, start, PlanLimits(ends, most_later, least, greatest))
-        self._remember(plan.reached[1:] if share > 0.5 else plan.reached)
+        kept = plan.reached[1:] if share > 0.5 else plan.reached
+        state.reached_limits = sum(limit << 3 * k for k, limit in enumerate(kept))
         # A move that ends at a limit of the curvature is commanded at once: with only a share of it
         # in each control period, the wheels would get there too late.
         reached = plan.reached[0]
@@ -165,7 +153,13 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         return saturate(angle, low, high), Status.SATURATED if limits else Status.OK
 
     def _predict(
-        self, at: Located, belief: Belief, step: float, count: int, length_per_time: float
+        self,
+        path: PathView,
+        at: Located,
+        belief: Belief,
+        step: float,
+        count: int,
+        length_per_time: float,
     ) -> tuple[Horizon, float]:
         """Return the prediction over `count` steps of `step` [m], and the path's heading here.
 
@@ -177,19 +171,14 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         # farther ahead; in the mirrored vehicle ahead is behind.
         offset = at.mirror(belief.estimate.slip_length)
         drift = step * belief.estimate.slip
-        here = at.closest.arc_length(self.path)
-        segment, smoothing = at.closest.segment, self._resolved.smoothing_length
-        preview = Preview(self.path, smoothing, segment, here, count * step)
+        here = at.closest.arc_length(path)
+        segment, smoothing = at.closest.segment, self.resolved.smoothing_length
+        preview = Preview(path, smoothing, segment, here, count * step)
         path_yaw, turns = preview.turns(here, step, count)
         models = [transition(step, lag, kept, offset, turn, drift) for turn in turns]
-        move_cost = (self._resolved.steer_rate_cost * length_per_time) ** 2
-        best = regulator(models, stage(self._resolved.heading_cost, offset), move_cost)
+        move_cost = (self.resolved.steer_rate_cost * length_per_time) ** 2
+        best = regulator(models, stage(self.resolved.heading_cost, offset), move_cost)
         return Horizon(models, best), path_yaw
-
-    def _remember(self, reached: Sequence[MoveLimit]) -> None:
-        """Keep the limits that the plan reached: three bits a step, the first the lowest."""
-        code = sum(limit << 3 * k for k, limit in enumerate(reached))
-        self._state = replace(self.state, reached_limits=code)
 
     def _curvatures(self, at: Located, belief: Belief, length: float) -> tuple[float, float]:
         """Return the least and the greatest curvature that may be commanded [1/m].
@@ -207,10 +196,3 @@ class PreviewPop(Tracker[PreviewPopParams, PreviewPopState]):
         speed = at.vehicle.speed
         widest = divide(most, speed * speed)
         return saturate(low, -widest, widest), saturate(high, -widest, widest)
-
-    def check_law_state(self, state: PreviewPopState) -> PreviewPopState:
-        """Return `state` if this controller could be in it."""
-        max_steer = self.vehicle.max_steer
-        previous_steer = check_steer("previous_steer", state.previous_steer, max_steer)
-        reached = operator.index(state.reached_limits)
-        return replace(state, previous_steer=previous_steer, reached_limits=reached)

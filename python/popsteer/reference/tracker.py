@@ -1,0 +1,210 @@
+"""A bare control step around a controller: predict, locate, decide, limit.
+
+It is the core's `tracker::step` without what is no part of the controllers. It leaves out: the
+estimator (its estimates are given, and stay), the hand-over from a driver, another path during a
+run, held inputs, poses with an age and applied angles, the monitor, the next stop, and the
+trajectory that a controller intends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from popsteer.reference.laws.law import Belief, LateralLaw, LawState
+from popsteer.reference.math import atan, atan2, divide, saturate, wrap
+from popsteer.reference.vehicle.delay import InFlight
+from popsteer.reference.vehicle.estimate import Estimate
+from popsteer.reference.vehicle.state import VehicleState, checked_dt
+from popsteer.status import Status
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    from popsteer.reference.geometry import Point
+    from popsteer.reference.path.follow import Located
+    from popsteer.reference.path.view import PathView
+    from popsteer.reference.vehicle import Vehicle
+
+__all__ = ["Command", "Tracker", "TrackerState"]
+
+
+@dataclass(frozen=True)
+class Command:
+    """The command of one step, with its errors and status; see `popsteer.Command`."""
+
+    steer: float
+    """Angle to command [rad], positive to the left."""
+    cross_track_error: float
+    """Offset of the tracked point of the measured vehicle from the path [m], positive to the
+    left."""
+    heading_error: float
+    """Yaw of the measured vehicle less direction of the path [rad], in [-π, π]."""
+    predicted_cross_track_error: float
+    """Cross-track error of the vehicle when the command reaches the wheels [m]."""
+    predicted_heading_error: float
+    """Heading error of that vehicle [rad]."""
+    target: Point
+    """The point aimed at: the lookahead point, or the projection onto the path, (x, y) [m]."""
+    reverse: bool
+    """Whether the path is driven backwards here."""
+    status: Status
+    """How the step went."""
+
+
+StateT = TypeVar("StateT", bound=LawState)
+
+
+@dataclass
+class TrackerState(Generic[StateT]):
+    """What a tracker remembers."""
+
+    law: StateT
+    """What the controller remembers."""
+    waypoint: int | None = None
+    """The segment of the last projection of the predicted vehicle; None before the first step."""
+    measured_waypoint: int | None = None
+    """The same of the measured vehicle, where there is a dead time."""
+    steer: float = 0.0
+    """The angle last commanded [rad]."""
+    in_flight: InFlight | None = None
+    """Commands in flight, and the wheels; None where the vehicle is not modelled."""
+
+
+class Tracker(Generic[StateT]):
+    """A controller on a path.
+
+    With a dead time the controller gets the vehicle as predicted for the time when its command
+    reaches the wheels. Commands keep the vehicle's limits of angle, rate and lateral acceleration.
+
+    Examples
+    --------
+    >>> from popsteer.reference import Path, Stanley
+    >>> tracker = Tracker(Stanley(), Path([(0.0, 0.0), (9.0, 0.0)]))
+    >>> command = tracker.step(1.0, 0.5, 0.0, 5.0, 0.05)
+    >>> command.cross_track_error, command.heading_error, command.target, str(command.status)
+    (0.5, 0.0, (4.0, 0.0), 'ok')
+    """
+
+    def __init__(
+        self, law: LateralLaw[Any, StateT], path: PathView, estimate: Estimate | None = None
+    ) -> None:
+        self.law, self.path = law, path
+        car = law.vehicle
+        # Whether wheels and motion of the vehicle are modelled; else nothing is estimated.
+        self._models = law.READS_BELIEF or car.dead_time > 0.0
+        self.estimate = estimate if estimate is not None and self._models else Estimate()
+        # Whether the controller's angle is the command as it is.
+        self._bare = (
+            not self._models
+            and car.max_steer_rate is None
+            and car.max_lateral_acceleration is None
+            and car.steer_offset == 0.0
+            and copysign(1.0, car.steer_offset) > 0.0
+        )
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all steps."""
+        self.state = TrackerState(self.law.STATE())
+        if self._models:
+            self.state.in_flight = InFlight.settled(self.law.vehicle, 0.0)
+
+    def steer(self, x: float, y: float, yaw: float, speed: float, dt: float) -> float:
+        """Return the angle of `step` alone [rad]; same state afterwards."""
+        return self.step(x, y, yaw, speed, dt).steer
+
+    def step(self, x: float, y: float, yaw: float, speed: float, dt: float) -> Command:
+        """Take one control step: the pose of the vehicle's point, and the speed, after `dt` [s].
+
+        Raises `InputError`, naming the first argument that is not finite or beyond its bound; the
+        state is then unchanged.
+        """
+        vehicle, dt = VehicleState(x, y, yaw, speed).checked(), checked_dt(dt)
+        law, state, path = self.law, self.state, self.path
+        predicted, belief = self._predict(vehicle, dt)
+
+        at = here = law.follow.locate(path, state.waypoint, predicted, dt)
+        state.waypoint = at.closest.segment
+        if law.vehicle.dead_time > 0.0:
+            here = law.follow.locate(path, state.measured_waypoint, vehicle, dt)
+            state.measured_waypoint = here.closest.segment
+
+        if not self._bare:
+            # The angle that the wheels were given.
+            law.set_steer(state.law, law.vehicle.at_wheels(state.steer + self._offset))
+        decision = law.decide(path, state.law, at, belief)
+        wanted, status = at.mirror(decision.steer), decision.status
+        if self._bare:
+            state.steer = wanted
+        elif self._limit(wanted, at.vehicle.speed, dt):
+            status |= Status.SATURATED
+        if at.past_end:
+            status |= Status.END_OF_PATH
+        if at.off_path:
+            status |= Status.OFF_PATH
+        return Command(
+            steer=state.steer,
+            cross_track_error=here.closest.cross_track_error(),
+            heading_error=_heading_error(here),
+            predicted_cross_track_error=at.closest.cross_track_error(),
+            predicted_heading_error=_heading_error(at),
+            target=decision.target,
+            reverse=at.reverse,
+            status=status,
+        )
+
+    @property
+    def _offset(self) -> float:
+        """Angle of the wheels at the command 0 [rad]."""
+        return self.law.vehicle.steer_offset + self.estimate.steer_offset
+
+    def _predict(self, vehicle: VehicleState, dt: float) -> tuple[VehicleState, Belief]:
+        """Put the last command in flight; return the vehicle as the controller is to see it."""
+        car, state, estimate = self.law.vehicle, self.state, self.estimate
+        if state.in_flight is None:
+            return vehicle, Belief(state.steer, estimate)
+        state.in_flight = state.in_flight.elapse(car, state.steer, dt)
+        if car.dead_time > 0.0:
+            now = vehicle.ahead(car.no_slip)
+            then, wheel = state.in_flight.predict(car, now, estimate)
+            # The input was valid, so its prediction is put within the bounds and not refused.
+            return then.bounded().ahead(-car.no_slip).bounded(), Belief(wheel, estimate)
+        return vehicle, Belief(state.in_flight.wheel, estimate)
+
+    def _limit(self, wanted: float, speed: float, dt: float) -> bool:
+        """Command the angle `wanted` of the wheels [rad] as far as the vehicle allows.
+
+        Returns whether that had to be limited.
+        """
+        law, state, car, offset = self.law, self.state, self.law.vehicle, self._offset
+        wanted = wanted - offset
+        wheel = car.at_wheels(wanted + offset)
+        wheel = _limit_lateral_acceleration(car, wheel, speed, self.estimate.gain)
+        steer = car.at_wheels(wheel - offset)
+        if car.max_steer_rate is not None:
+            reach = car.max_steer_rate * dt
+            steer = saturate(steer, state.steer - reach, state.steer + reach)
+        state.steer = steer
+        law.set_steer(state.law, car.at_wheels(steer + offset))
+        # The offset is put off and on again, which rounds.
+        return abs(steer - wanted) > 1e-12
+
+
+def _limit_lateral_acceleration(car: Vehicle, wheel: float, speed: float, gain: float) -> float:
+    """Bring the angle `wheel` [rad] within `max_lateral_acceleration` at `speed` [m/s].
+
+    For a vehicle that turns `gain` times as much as its parameters say.
+    """
+    most = car.max_lateral_acceleration
+    if most is None:
+        return wheel
+    widest = atan(divide(most * car.turning_length(speed), speed * speed * gain))
+    return saturate(wheel, -widest, widest)
+
+
+def _heading_error(at: Located) -> float:
+    """Yaw less direction of the path [rad], in [-π, π]."""
+    along = at.closest.along
+    return wrap(at.vehicle.yaw - atan2(along[1], along[0]))

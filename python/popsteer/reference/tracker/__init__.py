@@ -1,1 +1,0 @@
-"""All of a control step around a controller, by `Tracker`: estimate, predict, locate, limit."""
