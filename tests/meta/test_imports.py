@@ -51,8 +51,6 @@ _BINDING = {"popsteer_py": {*_CORE, *_SIM}}
 _C = {"popsteer_c": {*_CORE}}
 _WASM = {"popsteer_wasm": {*_CORE, *_SIM}}
 _REFERENCE = _core("popsteer.reference")
-# The reference's controllers and their states are still derived from the tracker's.
-_REFERENCE["popsteer.reference.laws"].add("popsteer.reference.tracker")
 
 RUST = {**_CORE, **_SIM, **_BINDING, **_C, **_WASM}
 PYTHON = {**_REFERENCE}

@@ -86,6 +86,17 @@ def _upward(modules: Mapping[str, str]) -> list[str]:
     return sorted(found)
 
 
+def test_reference_is_imported_by_what_times_it_alone() -> None:
+    modules = _sources()
+    users = {
+        module
+        for module, source in modules.items()
+        if _part(module) != "reference"
+        and any(_part(each) == "reference" for each in _imports(source, modules))
+    }
+    assert users == {"popsteer.lab.bench.calls"}
+
+
 def test_every_part_of_the_package_has_its_layer() -> None:
     parts = {_part(module) for module in _sources()}
     assert len(parts) > 20

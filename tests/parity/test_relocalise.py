@@ -19,7 +19,7 @@ BAD_POSES = [
 ]
 
 
-def _eight() -> XY:
+def figure_of_eight() -> XY:
     """A figure of eight that crosses itself at the origin, leading 27 and 153 degrees there."""
     turns = [math.tau * k / 200 for k in range(200)]
     return [(50.0 * math.sin(t), 12.5 * math.sin(2.0 * t)) for t in turns]
@@ -45,7 +45,7 @@ def test_path_relocalise_matches_reference_random(
 
 
 def test_path_relocalise_matches_reference_edges() -> None:
-    pair = make("Path", _eight(), closed=True)
+    pair = make("Path", figure_of_eight(), closed=True)
     for x, y, yaw in BAD_POSES:
         assert pair.call("relocalise", x, y, yaw) is None
     for x, y in ((1e9, -1e9), (-1e9, 0.0), (0.0, -0.0)):
@@ -56,7 +56,7 @@ def test_path_relocalise_matches_reference_edges() -> None:
 
 
 def test_path_relocalise_on_a_crossing_takes_the_branch_of_the_heading() -> None:
-    pair = make("Path", _eight(), closed=True)
+    pair = make("Path", figure_of_eight(), closed=True)
     for yaw, branch in ((0.464, 0), (math.pi - 0.464, 100)):
         for askew in (-0.5, 0.0, 0.5):
             for turn in (0.0, -math.tau, 20.0 * math.tau):

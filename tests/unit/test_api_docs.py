@@ -21,7 +21,6 @@ import pytest
 import popsteer
 import popsteer.lab
 from popsteer import _core, paper
-from popsteer.reference.tracker.state import TrackerState
 
 MODULES = [
     *(
@@ -143,10 +142,10 @@ DEFAULTS = {
 
 def test_enumeration_of_public_objects_finds_the_essential_ones() -> None:
     laws = ("Pop", "PreviewPop", "Pid", "PurePursuit", "Stanley")
-    for home in ("popsteer", "popsteer.reference"):
-        wanted = {f"{home}.{law}{part}" for law in laws for part in ("", "Params", ".step")}
+    for home, method in (("popsteer", "step"), ("popsteer.reference", "decide")):
+        wanted = {f"{home}.{law}{part}" for law in laws for part in ("", "Params", f".{method}")}
         assert wanted <= set(CALLABLES)
-        assert {f"{home}.{law}.state" for law in laws} <= set(PUBLIC)
+    assert {f"popsteer.{law}.state" for law in laws} <= set(PUBLIC)
     assert {"popsteer.paper.wrap", "popsteer.Path.project", "popsteer.Pop.steer"} <= set(CORE)
     assert {"popsteer.sim.Simulation", "popsteer.sim.Simulation.step"} <= set(CORE)
     assert "popsteer.reference.wrap" not in CORE
@@ -179,13 +178,7 @@ def test_parameters_section_names_exactly_the_parameters(name: str) -> None:
     if inspect.isclass(DOCUMENTED[name]) and not _parameters(DOCUMENTED[name]):
         assert "Attributes" in _sections(DOCUMENTED[name])
         return
-    wanted = list(_parameters(DOCUMENTED[name]))
-    if inspect.isclass(DOCUMENTED[name]) and "beside what a `TrackerState` has" in (
-        DOCUMENTED[name].__doc__ or ""
-    ):
-        # These are documented there.
-        wanted = [field for field in wanted if field not in _parameters(TrackerState)]
-    assert list(_documented(DOCUMENTED[name])) == wanted
+    assert list(_documented(DOCUMENTED[name])) == list(_parameters(DOCUMENTED[name]))
 
 
 @pytest.mark.parametrize("name", [name for name in CORE if name in DOCUMENTED])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import popsteer
-from popsteer import InputError, PathError, reference
+from popsteer import InputError, PathError
 
 XY = [(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)]
 
@@ -174,16 +174,15 @@ def test_path_of_wrong_options_is_a_type_error(options: dict[str, Any]) -> None:
 
 def test_path_crossing_before_the_start_is_the_lookahead_away() -> None:
     xy = [(float(k), 0.0) for k in range(9)]
-    for line in (popsteer.Path(xy), reference.Path(xy)):
-        assert line.get_crossing(-20.0, 3.0, 5.0, 0) == ((-16.0, 0.0), True)
-        assert line.get_crossing(-3.0, 3.0, 5.0, 0) == ((1.0, 0.0), True)
+    line = popsteer.Path(xy)
+    assert line.get_crossing(-20.0, 3.0, 5.0, 0) == ((-16.0, 0.0), True)
+    assert line.get_crossing(-3.0, 3.0, 5.0, 0) == ((1.0, 0.0), True)
 
 
 def test_path_drop_duplicates_leaves_no_neighbours_that_coincide() -> None:
     # The third coincides with both before, which do not with each other.
     xy = [(0.0, 0.0), (1.2e-9, 0.0), (0.6e-9, 0.0), (1.0, 0.0)]
     assert list(popsteer.Path(xy, drop_duplicates=True).x) == [0.6e-9, 1.0]
-    assert list(reference.Path(xy, drop_duplicates=True).x) == [0.6e-9, 1.0]
 
 
 def test_path_is_frozen() -> None:
@@ -235,15 +234,10 @@ def test_path_lookahead_point_is_the_first_near_the_circle() -> None:
 
 def test_path_drop_duplicates_keeps_speed_and_direction_of_the_last() -> None:
     xy = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (0.0, 0.5)]
-    for path_class in (popsteer.Path, reference.Path):
-        path = path_class(
-            xy,
-            speed=[1.0, 2.0, 3.0, 4.0],
-            reverse=[False, False, True, True],
-            drop_duplicates=True,
-        )
-        assert len(path) == 3
-        assert path.speed is not None
-        assert list(path.speed) == [1.0, 3.0, 4.0]
-        assert path.reverse is not None
-        assert list(path.reverse) == [False, True, True]
+    speed, reverse = [1.0, 2.0, 3.0, 4.0], [False, False, True, True]
+    path = popsteer.Path(xy, speed=speed, reverse=reverse, drop_duplicates=True)
+    assert len(path) == 3
+    assert path.speed is not None
+    assert list(path.speed) == [1.0, 3.0, 4.0]
+    assert path.reverse is not None
+    assert list(path.reverse) == [False, True, True]

@@ -51,8 +51,9 @@ def compiled(found: yardsticks.Yardsticks) -> Driver:
 def reference_angles(drive: Drive) -> list[float]:
     xy = zip(drive.path.x.tolist(), drive.path.y.tolist(), strict=True)
     path = reference.Path(xy, closed=drive.path.closed)
-    pop = reference.Pop(path, reference.Vehicle(**drive.vehicle.as_dict()))
-    return [pop.steer(*state, DT) for state in drive.states]
+    pop = reference.Pop(reference.Vehicle(**drive.vehicle.as_dict()))
+    tracker = reference.Tracker(pop, path)
+    return [tracker.steer(*state, DT) for state in drive.states]
 
 
 def test_numba_step_gives_the_angles_of_the_reference(drive: Drive, compiled: Driver) -> None:

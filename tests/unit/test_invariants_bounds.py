@@ -53,7 +53,7 @@ def _controller(
         params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))
     made = popsteer.Path(path.xy, speed=path.speed, closed=path.closed)
     tuning = getattr(popsteer, law.params_name)(**params)
-    given = {name: value and value.rust for name, value in adapting(adapt).items()}
+    given = adapting(adapt)
     return getattr(popsteer, law.name)(made, popsteer.Vehicle(**vehicle), tuning, **given)
 
 

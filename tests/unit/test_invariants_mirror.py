@@ -121,7 +121,7 @@ def test_law_in_a_mirrored_world_steers_mirrored(
     if law.searches:
         params = fitted(params, path, 100_000, vehicle.get("wheelbase", 3.0))
     kind, tuning = getattr(popsteer, law.name), getattr(popsteer, law.params_name)(**params)
-    given = {name: value and value.rust for name, value in adapting(adapt).items()}
+    given = adapting(adapt)
     car = popsteer.Vehicle(**vehicle)
     ours = kind(_path(path), car, tuning, **given)
     car = car.replace(steer_offset=-car.steer_offset)
@@ -134,13 +134,14 @@ def test_law_in_a_mirrored_world_steers_mirrored(
         if _are_mirrored(ours, theirs, here, there):
             continue
         # What the law was shown tells whether there is a side to be told.
-        at, decision = decided(law, ours, before, step, adapt)
+        at, decision = decided(law, ours, before, ours.state, step)
         assume(not _is_on_line(path, at.closest.segment, at.position))
         assume(law is not PURE_PURSUIT or not _no_side(at, here.target))
         if law is POP and there.steer != -here.steer:
             # Two candidates are as good, to the last bit, and the first in the list is taken:
             # the list runs the other way in the mirror. Both are then best in either world.
-            mirrored = decided(law, theirs, theirs_before, (x, -y, -yaw, speed, dt), adapt)[1]
+            there_step = (x, -y, -yaw, speed, dt)
+            mirrored = decided(law, theirs, theirs_before, theirs.state, there_step)[1]
             assert mirrored.steer != -decision.steer
             distances = {
                 _candidate_distance(at, here.target, steer)
@@ -173,7 +174,7 @@ def test_pop_with_two_candidates_as_good_takes_the_first() -> None:
     before, step = ours.state, (10.0, 0.0, 0.0, 5.0, 0.05)
     here, there = ours.step(*step), theirs.step(*step)
     assert there.steer == here.steer != 0.0
-    at, _ = decided(POP, ours, before, step)
+    at, _ = decided(POP, ours, before, ours.state, step)
     both = [_candidate_distance(at, here.target, steer) for steer in (here.steer, -here.steer)]
     assert both[0] == both[1]
 

@@ -187,13 +187,15 @@ def test_law_in_a_moved_world_steers_the_same(  # noqa: C901 - a way out for eac
         options = {"grid_spacing": GRID_SPACING, "exact_lookahead": exact}
     car = popsteer.Vehicle(**vehicle)
     tuning = getattr(popsteer, law.params_name)(**options)
-    given = {name: value and value.rust for name, value in adapting(adapt).items()}
+    given = adapting(adapt)
     ours = getattr(popsteer, law.name)(_path(path), car, tuning, **given)
     theirs = getattr(popsteer, law.name)(_path(motion.path(path)), car, tuning, **given)
     x, y, yaw, speed, dt = step = spot.at(path)
     moved_step = (*motion.point(x, y), yaw + motion.turn, speed, dt)
-    shown = decided(law, ours, ours.state, step, adapt)
-    moved_shown = decided(law, theirs, theirs.state, moved_step, adapt)
+    before, moved_before = ours.state, theirs.state
+    answers = (ours.step(*step), theirs.step(*moved_step))
+    shown = decided(law, ours, before, ours.state, step)
+    moved_shown = decided(law, theirs, moved_before, theirs.state, moved_step)
     # The vehicle that the law is shown is the predicted one.
     pose, moved_pose = (_pose(each[0].vehicle) for each in (shown, moved_shown))
     assert math.dist(moved_pose[:2], motion.point(*pose[:2])) <= SLACK
@@ -203,7 +205,6 @@ def test_law_in_a_moved_world_steers_the_same(  # noqa: C901 - a way out for eac
         poses.append((step[:3], moved_step[:3]))
     if not all(_same_start_of(law, ours, theirs, *each) for each in poses):
         return
-    answers = (ours.step(*step), theirs.step(*moved_step))
     assert ours.state.waypoint == shown[0].closest.segment
     if car.dead_time:
         here = _ahead(step[:3], ours.tracked_point)

@@ -92,7 +92,8 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
     paper = popsteer.PopParams(exact_lookahead=False)
     plain = reference.Path(zip(path.x.tolist(), path.y.tolist(), strict=True), closed=path.closed)
     plain_car = reference.Vehicle(**car.as_dict())
-    plain_paper = reference.PopParams(exact_lookahead=False)
+    plain_pop = reference.Pop(plain_car)
+    plain_paper = reference.Pop(plain_car, reference.PopParams(exact_lookahead=False))
 
     def driver(make: Callable[[], _Law], method: str = "steer") -> Callable[[], Driver]:
         def made() -> Driver:
@@ -110,6 +111,6 @@ def lineup(drive: Drive) -> dict[str, Callable[[], Driver]]:
         "pure_pursuit_step_ns": driver(lambda: popsteer.PurePursuit(path, car)),
         "stanley_step_ns": driver(lambda: popsteer.Stanley(path, car)),
         EMPTY_CALL: driver(_EmptyCall),
-        REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_car)),
-        PAPER_REFERENCE_STEP: driver(lambda: reference.Pop(plain, plain_car, plain_paper)),
+        REFERENCE_STEP: driver(lambda: reference.Tracker(plain_pop, plain)),
+        PAPER_REFERENCE_STEP: driver(lambda: reference.Tracker(plain_paper, plain)),
     }
