@@ -100,7 +100,7 @@ def check_bad_steps(law: Law) -> None:
         if warm:
             check_steps(pair, [good])
         before = pair.state()
-        bad_steps = [[*good[:k], value, *good[k + 1 :]] for k, value in BAD_STEPS]
+        bad_steps: list[list[Any]] = [[*good[:k], value, *good[k + 1 :]] for k, value in BAD_STEPS]
         # The first of several is the one named; the others are no numbers, or too few.
         bad_steps += [[NAN] * 5, [1.0, NAN, NAN, 1.0, 0.0], [None] * 5, list(good[:4])]
         for bad in bad_steps:

@@ -308,7 +308,7 @@ ADAPTS = st.one_of(
     some(ADAPT_RANGES, (), calm=True),
 )
 """How a controller adapts: by default, not at all, or arguments of `AdaptParams`."""
-ESTIMATES = st.just({}) | st.fixed_dictionaries(
+ESTIMATES: st.SearchStrategy[dict[str, float]] = st.just({}) | st.fixed_dictionaries(
     {},
     optional={
         "gain": st.floats(0.4, 2.5),

@@ -36,7 +36,7 @@ def _passed(
 
         def kept(there: float, k: int = k, length: float = length) -> bool:
             ends = ((squared[k], bends[k]), (there, bends[k + 1]))
-            least = min(_available(*end, most, grip, exponent) for end in ends)
+            least = min(_available(v2, bend, most, grip, exponent) for v2, bend in ends)
             return bool(there <= squared[k] + 2.0 * length * least)
 
         low, high = squared[k], squared[k + 1]

@@ -84,7 +84,9 @@ def test_law_whose_search_runs_out_of_its_budget_goes_on() -> None:
     places = []
     for pose in ((95.2, 0.3, 1.6), (-94.0, 0.2, -1.5), (0.0, 0.0, 0.0)):
         controller.step(*pose, 5.0, 0.05)
-        places.append(controller.state.waypoint % 600)
+        waypoint = controller.state.waypoint
+        assert waypoint is not None
+        places.append(waypoint % 600)
     # Found, at the front axle, where the search has come near; at the centre nothing is near.
     assert abs(places[0] - 3) <= 1
     assert abs(places[1] - 303) <= 1

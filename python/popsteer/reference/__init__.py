@@ -100,17 +100,12 @@ __all__ = [
 ]
 
 
-# The plain functions, with their arguments checked: what a user calls. The controllers call those
-# behind them, whose arguments they have checked already.
+# The plain functions, with their arguments checked: what a user calls. They raise `InputError`
+# where a number is not finite or beyond its bound. The controllers call those behind them.
 
 
 def wrap(angle: float, /) -> float:
     """Bring an angle [rad], within 1e6, into [-π, π] by whole turns; see `math.wrap`.
-
-    Raises
-    ------
-    InputError
-        Where it is not finite or beyond its bound.
 
     Examples
     --------
@@ -122,11 +117,6 @@ def wrap(angle: float, /) -> float:
 
 def get_distance(a: Point, b: Point, /) -> float:
     """Measure the Euclidean distance of two points (x, y) [m]: Equation 4.
-
-    Raises
-    ------
-    InputError
-        Where a coordinate is not finite or beyond its bound.
 
     Examples
     --------
@@ -141,11 +131,6 @@ def get_predicted_location(
 ) -> Point:
     """Predict the location after `dt` [s]: Equation 6; see `bicycle.get_predicted_location`.
 
-    Raises
-    ------
-    InputError
-        Where a number is not finite or beyond its bound.
-
     Examples
     --------
     >>> get_predicted_location(0.0, 0.0, 0.0, 10.0, 0.0, 0.05)
@@ -158,11 +143,6 @@ def state_transition(
     state: Sequence[float], control: Sequence[float], steer: float, dt: float, /
 ) -> tuple[float, float, float, float, float]:
     """Predict the whole state after `dt` [s]: Equation 6; see `bicycle.state_transition`.
-
-    Raises
-    ------
-    InputError
-        Where a number is not finite or beyond its bound.
 
     Examples
     --------
@@ -192,11 +172,6 @@ def kinematic_bicycle(
     /,
 ) -> tuple[float, float, float, float]:
     """Move the kinematic bicycle by `dt` [s]; see `bicycle.kinematic_bicycle`.
-
-    Raises
-    ------
-    InputError
-        Where a number is not finite or beyond its bound.
 
     Examples
     --------

@@ -29,39 +29,17 @@ __all__ = ["Follow", "Located"]
 
 @dataclass(frozen=True)
 class Located:
-    """The tracked point on the path, and the vehicle as one that drives forward.
+    """The tracked point on the path, and the vehicle as one that drives forward."""
 
-    Attributes
-    ----------
-    position : tuple of float
-        The tracked point [m].
-    closest : ClosestPoint
-        The path's closest point to it.
-    vehicle : VehicleState
-        The vehicle, mirrored where the path is driven backwards, so that it drives forward.
-    heading : tuple of float
-        The unit vector along the mirrored vehicle's heading.
-    dt : float
-        Control period [s].
-    reverse : bool
-        Whether the path is driven backwards here.
-    past_end : bool
-        Whether the point is past the last waypoint of an open path.
-    direction_changed : bool
-        Whether the direction of driving differs from that of the last step.
-    off_path : bool
-        Whether the vehicle was lost in this step.
-    """
-
-    position: Point
-    closest: ClosestPoint
-    vehicle: VehicleState
-    heading: Point
-    dt: float
-    reverse: bool
-    past_end: bool
-    direction_changed: bool = False
-    off_path: bool = False
+    position: Point  # the tracked point [m]
+    closest: ClosestPoint  # of the path, to it
+    vehicle: VehicleState  # mirrored where the path is driven backwards
+    heading: Point  # unit vector along the mirrored vehicle's heading
+    dt: float  # control period [s]
+    reverse: bool  # whether the path is driven backwards here
+    past_end: bool  # whether the point is past the last waypoint of an open path
+    direction_changed: bool = False  # whether `reverse` differs from that of the last step
+    off_path: bool = False  # whether the vehicle was lost in this step
 
     def mirror(self, steer: float) -> float:
         """Convert an angle or a curvature of the mirrored vehicle to the real one, and back.
@@ -73,37 +51,24 @@ class Located:
 
 @dataclass(frozen=True)
 class Follow:
-    """Which point of the vehicle is tracked, and how it is searched for on the path.
-
-    Attributes
-    ----------
-    base : float
-        Point about which the vehicle is mirrored where it drives backwards, ahead of the pose's
-        point [m]: the rear axle or the no-slip point.
-    reference_offset : float
-        Tracked point, ahead of `base` in the direction of driving [m].
-    rear_axle : float
-        Rear axle, ahead of the pose's point in the vehicle's frame [m]: 0 for a pose of the rear
-        axle, negative for a pose farther forward.
-    search_distance : float
-        Arc of the path to search on each side of the last projection [m], in addition to the
-        distance travelled in a step.
-    lost_distance : float
-        Distance from the path beyond which the vehicle is lost and is searched for on the whole
-        path [m].
-    arrival_distance : float
-        Distance to a cusp at which the rear axle counts as arrived [m].
-    opposite_distance : float
-        Cost of a path that leads opposite to the heading, as a distance [m].
-    """
+    """Which point of the vehicle is tracked, and how it is searched for on the path."""
 
     base: float
+    """Point about which the vehicle is mirrored, ahead of the pose's point [m]: the rear axle or
+    the no-slip point."""
     reference_offset: float
+    """Tracked point, ahead of `base` in the direction of driving [m]."""
     rear_axle: float
+    """Rear axle, ahead of the pose's point in the vehicle's frame [m]."""
     search_distance: float
+    """Arc of the path to search on each side of the last projection [m], in addition to the
+    distance travelled in a step."""
     lost_distance: float
+    """Distance from the path beyond which the vehicle is searched for on the whole path [m]."""
     arrival_distance: float
+    """Distance to a cusp at which the rear axle counts as arrived [m]."""
     opposite_distance: float
+    """Cost of a path that leads opposite to the heading, as a distance [m]."""
 
     @classmethod
     def of(cls, vehicle: Vehicle, base: float, ahead: float) -> Follow:

@@ -21,24 +21,15 @@ __all__ = ["Lookahead", "get_crossing", "get_lookahead_point", "get_lookahead_po
 class Lookahead:
     """The result of the search.
 
-    Attributes
-    ----------
-    index : int
-        The index of the point in the grid.
-    point : tuple of float
-        The point itself, (x, y) [m].
-    found : bool
-        Whether it lies on the circle; otherwise it is the last point of the grid.
-
     Examples
     --------
     >>> get_lookahead_point([(0.0, 0.0), (5.0, 0.0)], (0.0, 0.0), 5.0, 0.01)
     Lookahead(index=1, point=(5.0, 0.0), found=True)
     """
 
-    index: int
-    point: Point
-    found: bool
+    index: int  # of the point in the grid
+    point: Point  # the point itself [m]
+    found: bool  # whether it lies on the circle; otherwise it is the last point of the grid
 
 
 def get_lookahead_point_index(
@@ -49,21 +40,8 @@ def get_lookahead_point_index(
     The equation prints only the distance; the text, "almost equal to the lookahead distance",
     says what is compared: d, to within ε, with ld.
 
-    Parameters
-    ----------
-    waypoints : iterable of points
-        The waypoints w, a fine grid [m].
-    position : tuple of float
-        The vehicle's reference point [m].
-    lookahead : float
-        Lookahead distance ld [m].
-    tolerance : float
-        Threshold ε [m].
-
-    Returns
-    -------
-    int
-        Index of the waypoint, lp_i.
+    The waypoints w are a fine grid [m]; `position` [m] is the vehicle's, ld the `lookahead` [m],
+    and ε the `tolerance` [m].
 
     Examples
     --------
@@ -77,16 +55,6 @@ def get_lookahead_point(
     waypoints: Iterable[Point], position: Point, lookahead: float, tolerance: float
 ) -> Lookahead:
     """Find that waypoint, and whether it fits, in one pass that stores nothing.
-
-    Parameters
-    ----------
-    waypoints, position, lookahead, tolerance
-        As `get_lookahead_point_index` takes them.
-
-    Returns
-    -------
-    Lookahead
-        Index, point, and whether it is almost at the lookahead distance.
 
     Examples
     --------

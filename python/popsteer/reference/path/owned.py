@@ -29,24 +29,9 @@ class Path(PathView):
     beyond its bound, and takes `nearest` as the waypoint near which to look; None is the nearest
     of all.
 
-    Parameters
-    ----------
-    xy : iterable of pairs of float
-        The waypoints [m], shape (N, 2).
-    speed : iterable of float, optional
-        Reference speed at each waypoint [m/s].
-    closed : bool, optional
-        Whether the last waypoint leads back to the first.
-    reverse : iterable of bool, optional
-        For each waypoint whether the segment that leaves it is driven backwards; by default
-        where the speed at its start is negative; where that is 0, where the speed at its end
-        is; where both are, as the segment before it.
-
-    Raises
-    ------
-    PathError
-        Fewer than two waypoints (three for a closed path), a speed too many or
-        too few, a number that is not finite or beyond its bound, neighbours that coincide.
+    Made as `popsteer.Path` is, from waypoints `xy` [m] of shape (N, 2), their reference speeds
+    [m/s], and for each waypoint whether the segment that leaves it is driven backwards. Raises
+    `PathError` where they are no path.
 
     Examples
     --------
@@ -164,25 +149,8 @@ class Path(PathView):
     ) -> Lookahead:
         """Find the first point of the grid around (x, y) almost `lookahead` away, else the last.
 
-        Parameters
-        ----------
-        x, y : float
-            Where to measure from [m].
-        lookahead : float
-            Lookahead distance ld [m].
-        nearest : int, optional
-            The waypoint around which the grid is made.
-        tolerance : float, optional
-            Threshold ε [m].
-        window_ahead : float, optional
-            Arc ahead of `nearest` that is searched [m].
-        grid_spacing : float, optional
-            Greatest distance of neighbours on the grid [m].
-
-        Returns
-        -------
-        Lookahead
-            Index in the grid, point, and whether it is almost at the lookahead distance.
+        The grid is made around waypoint `nearest` and `window_ahead` [m] beyond it, with neighbours
+        at most `grid_spacing` [m] apart; `tolerance` is the threshold ε [m].
 
         Examples
         --------

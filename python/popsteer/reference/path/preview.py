@@ -18,20 +18,12 @@ __all__ = ["Preview"]
 
 @dataclass(frozen=True)
 class Stretch:
-    """What is driven without a change of direction.
+    """What is driven without a change of direction."""
 
-    Attributes
-    ----------
-    first, last : int
-        The segments at whose start it begins, and at whose end it ends.
-    start, end : float
-        The arc lengths there [m], infinite where neither is near.
-    """
-
-    first: int
-    start: float
-    last: int
-    end: float
+    first: int  # the segment at whose start it begins
+    start: float  # arc length there [m]; -inf where it is not near
+    last: int  # the segment at whose end it ends
+    end: float  # arc length there [m]; inf where it is not near
 
     @classmethod
     def about(cls, path: PathView, segment: int, nearest: float, farthest: float) -> Stretch:
@@ -71,20 +63,8 @@ class Preview:
     within the chord, the direction is that of the segment. Beyond an open path's ends, and where
     the vehicle turns round to go on the other way, it goes straight on; a closed path wraps.
 
-    Parameters
-    ----------
-    path : Path
-        The path.
-    base : float
-        Length that is smoothed over [m].
-    segment : int
-        The segment that what is looked at begins on.
-    arc_length : float
-        Where it begins [m].
-    distance : float
-        How far ahead is looked at most [m].
-    reach : float, optional
-        The farthest that a chord reaches either way [m]; five bases by default.
+    What is looked at begins at `arc_length` [m], on `segment`, and goes on for `distance` [m] at
+    most; `reach` [m] is the farthest that a chord reaches either way, five bases by default.
 
     Examples
     --------

@@ -29,21 +29,6 @@ __all__ = [
 class Projection:
     """A position projected onto the path: the closest point, and what the path says there.
 
-    Attributes
-    ----------
-    segment : int
-        The segment of the closest point.
-    fraction : float
-        Where on the segment: 0 at its start, 1 at its end; outside of 0..1 on an extension.
-    point : tuple of float
-        The closest point, (x, y) [m].
-    arc_length : float
-        Arc length at the closest point [m].
-    cross_track_error : float
-        Distance to the closest point [m], positive left of the path.
-    path_yaw : float
-        Direction of the segment [rad].
-
     Examples
     --------
     >>> from popsteer.reference import Path
@@ -51,12 +36,12 @@ class Projection:
     1.5
     """
 
-    segment: int
-    fraction: float
-    point: Point
-    arc_length: float
-    cross_track_error: float
-    path_yaw: float
+    segment: int  # of the closest point
+    fraction: float  # where on the segment: 0 at its start, 1 at its end; beyond on an extension
+    point: Point  # the closest point [m]
+    arc_length: float  # there [m]
+    cross_track_error: float  # distance to the closest point [m], positive left of the path
+    path_yaw: float  # direction of the segment [rad]
 
 
 def nearest_waypoint(path: PathView, position: Point) -> int:
@@ -83,32 +68,15 @@ class ClosestPoint:
     """The closest point of one segment.
 
     It holds what is needed to choose between segments; the rest is computed on request.
-
-    Attributes
-    ----------
-    segment : int
-        The segment of the closest point.
-    fraction : float
-        Where on the segment: 0 at its start, 1 at its end; outside of 0..1 on an extension.
-    point : tuple of float
-        The closest point [m].
-    squared_distance : float
-        Square of the distance to the closest point [m²].
-    along : tuple of float
-        Vector from the start of the segment to its end [m].
-    squared_length : float
-        Square of the segment's length [m²].
-    side : float
-        Positive where the position is left of the segment.
     """
 
     segment: int
-    fraction: float
-    point: Point
-    squared_distance: float
-    along: Point
-    squared_length: float
-    side: float
+    fraction: float  # as in a `Projection`
+    point: Point  # [m]
+    squared_distance: float  # to the point [m²]
+    along: Point  # from the start of the segment to its end [m]
+    squared_length: float  # of the segment [m²]
+    side: float  # positive where the position is left of the segment
 
     def projection(self, path: PathView) -> Projection:
         """Return the point with arc length, cross-track error and direction."""

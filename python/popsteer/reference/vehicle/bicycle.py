@@ -60,23 +60,7 @@ def get_predicted_location(
         x_{t+1} = x_t + cos φ · Δt · v
         y_{t+1} = y_t + sin φ · Δt · v
 
-    Parameters
-    ----------
-    x, y : float
-        Location now [m].
-    yaw : float
-        Heading θ [rad].
-    speed : float
-        Speed v [m/s].
-    steer : float
-        Steering angle δ [rad].
-    dt : float
-        Time to look ahead Δt [s].
-
-    Returns
-    -------
-    tuple of float
-        Location then, (x, y) [m].
+    With x and y [m], heading θ [rad], speed v [m/s], steering angle δ [rad] and Δt [s].
 
     Examples
     --------
@@ -97,21 +81,8 @@ def state_transition(
 
     As printed, the control adds to speed and yaw rate without Δt.
 
-    Parameters
-    ----------
-    state : sequence of float, length 5
-        z = (x, y, θ, v, ω): position [m], heading [rad], speed [m/s], yaw rate [rad/s].
-    control : sequence of float, length 2
-        u = (u_τ, u_δ): throttle or brake, and steering.
-    steer : float
-        Steering angle δ [rad]; φ = θ + δ.
-    dt : float
-        Time interval Δt [s].
-
-    Returns
-    -------
-    tuple of float, length 5
-        The state then.
+    The state is z = (x, y, θ, v, ω): position [m], heading [rad], speed [m/s], yaw rate [rad/s];
+    the control u = (u_τ, u_δ), throttle or brake, and steering; φ = θ + δ with the angle δ [rad].
 
     Examples
     --------
@@ -165,27 +136,7 @@ def kinematic_bicycle(
     The yaw rate is v tan δ / L. The position moves along the heading of mid-step (second order
     in `dt`); the speed changes at the end.
 
-    Parameters
-    ----------
-    x, y : float
-        Position of the middle of the rear axle [m].
-    yaw : float
-        Heading [rad].
-    speed : float
-        Speed v [m/s].
-    steer : float
-        Angle of the front wheel δ [rad].
-    acceleration : float
-        Change of speed [m/s²].
-    wheelbase : float
-        Distance of the axles L [m].
-    dt : float
-        Time step [s].
-
-    Returns
-    -------
-    tuple of float
-        The step's end, (x, y, yaw, speed).
+    x and y [m] are of the middle of the rear axle.
 
     Examples
     --------
@@ -208,21 +159,8 @@ def advance(vehicle: VehicleState, travel: float, curvature: float, slip: float)
 
     The position moves along the direction of mid-arc (second order in `travel`).
 
-    Parameters
-    ----------
-    vehicle : VehicleState
-        The state of the point that moves at the angle `slip` to the heading.
-    travel : float
-        Length of the arc [m].
-    curvature : float
-        Its curvature [1/m].
-    slip : float
-        Angle of the motion to the heading [rad], left of it.
-
-    Returns
-    -------
-    VehicleState
-        The state at the end of the arc.
+    `vehicle` is the state of the point that moves at the angle `slip` to the heading [rad], left of
+    it; the arc has the length `travel` [m] and the `curvature` [1/m].
 
     Examples
     --------
@@ -249,19 +187,7 @@ class Rollout:
     What the estimate knows better than the vehicle counts. The speed changes by the acceleration
     that is estimated, and the turning length is that of the first speed.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        What the vehicle's parameters say.
-    estimate : Estimate
-        What its motion has shown.
-    state : VehicleState
-        The point that does not slip at the beginning.
-
-    Attributes
-    ----------
-    state : VehicleState
-        The same by now.
+    `state` is that of the no-slip point, at first as it was given.
 
     Examples
     --------

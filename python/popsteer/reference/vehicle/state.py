@@ -19,25 +19,16 @@ __all__ = ["VehicleState", "checked_dt", "checked_point"]
 class VehicleState:
     """Pose of the vehicle's point, and speed.
 
-    Attributes
-    ----------
-    x, y : float
-        Position [m].
-    yaw : float
-        Heading [rad], counter-clockwise from x.
-    speed : float
-        Forward speed [m/s]; negative while rolling backwards.
-
     Examples
     --------
     >>> VehicleState(1.0, 2.0, 0.0, 5.0).point_ahead(3.0)
     (4.0, 2.0)
     """
 
-    x: float
-    y: float
-    yaw: float
-    speed: float
+    x: float  # [m]
+    y: float  # [m]
+    yaw: float  # heading [rad], counter-clockwise from x
+    speed: float  # forward [m/s]; negative while rolling backwards
 
     def checked(self) -> VehicleState:
         """Return the state, as floats, where each is finite and within its bound.

@@ -29,21 +29,7 @@ def move_wheel(vehicle: Vehicle, wheel: float, command: float, time: float) -> M
     than max_steer_rate steer_lag the wheels turn at their rate, nearer they approach it
     exponentially.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Its steer_offset, steer_lag, max_steer and max_steer_rate count.
-    wheel : float
-        Angle of the wheels at the start [rad].
-    command : float
-        The command [rad].
-    time : float
-        How long it acts [s].
-
-    Returns
-    -------
-    Moved
-        The angle at the end, and the mean one [rad].
+    The `command` [rad] acts for `time` [s].
 
     Examples
     --------
