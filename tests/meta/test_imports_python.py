@@ -94,8 +94,7 @@ def test_reference_is_imported_by_what_times_it_alone() -> None:
         if _part(module) != "reference"
         and any(_part(each) == "reference" for each in _imports(source, modules))
     }
-    # `popsteer` names it for type checkers, and loads it when it is used.
-    assert users == {"popsteer", "popsteer.lab.bench.calls"}
+    assert users == {"popsteer.lab.bench.calls"}
 
 
 def test_every_part_of_the_package_has_its_layer() -> None:

@@ -66,6 +66,7 @@ HELD = {
     "vehicle/estimator.rs": "tests/closed_loop/test_least_squares.py",
     "speed/curvature.rs": f"{_RUST}planned_speeds.rs",
     "speed/limits.rs": "tests/unit/test_planning_numpy.py",
+    "speed/defaults.rs": "tests/unit/test_planning.py",
     "speed/profile.rs": "tests/unit/test_planning_numpy.py",
 }
 """Where each file of the core has its definition, or the test that holds it to one."""
