@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from studies import bench as tables
+from studies.layout import replace_block
 from tests.helpers import ROOT
 
 if TYPE_CHECKING:
@@ -117,22 +118,20 @@ def test_figures_without_counts_say_why(run: Path) -> None:
 
 def test_replace_block_keeps_its_marks_and_what_is_around() -> None:
     text = "a\n<!-- figures: begin (generated) -->\nold\n| \\1 |\n<!-- figures: end -->\nz\n"
-    new = tables.replace_block(text, "figures", "| \\2 |\n\nnew")
+    new = replace_block(text, "figures", "| \\2 |\n\nnew")
     assert new == (
         "a\n<!-- figures: begin (generated) -->\n| \\2 |\n\nnew\n<!-- figures: end -->\nz\n"
     )
-    assert tables.replace_block(new, "figures", "| \\2 |\n\nnew") == new
-    assert tables.replace_block(text, "other", "new") == text
+    assert replace_block(new, "figures", "| \\2 |\n\nnew") == new
+    assert replace_block(text, "other", "new") == text
 
 
 def test_replace_block_twice_is_refused() -> None:
     block = "<!-- figures: begin -->\n<!-- figures: end -->\n"
     with pytest.raises(SystemExit, match="more than one"):
-        tables.replace_block(2 * block, "figures", "new")
+        replace_block(2 * block, "figures", "new")
 
 
 def test_readme_of_the_benches_has_the_block() -> None:
     readme = (ROOT / "benches" / "README.md").read_text(encoding="utf-8")
-    assert tables.replace_block(readme, "figures", "") != tables.replace_block(
-        readme, "figures", "new"
-    )
+    assert replace_block(readme, "figures", "") != replace_block(readme, "figures", "new")

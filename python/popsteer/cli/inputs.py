@@ -20,7 +20,7 @@ from popsteer.sim import default_start
 from popsteer.sim.geometry import StartAt
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from popsteer.sim.closed_loop import Pose
 
@@ -140,37 +140,14 @@ def tuned(
     no_adapt: bool,
     params: FilePath | None = None,
     known: Sequence[str] | None = None,
-    given: Callable[[str], Any] | None = None,
 ) -> Tuning:
     """Give what the controllers are tuned by.
 
-    Parameters
-    ----------
-    controllers : sequence of str
-        Names of the controllers.
-    preset : str
-        Name of a preset.
-    assignments : sequence of str or None
-        ``NAME=VALUE`` each: for every controller that has the parameter, and for how they adapt.
-    no_adapt : bool
-        Whether they estimate nothing.
-    params : pathlib.Path, optional
-        A file of tuning, which takes the place of the preset for the controllers that it has.
-    known : sequence of str, optional
-        The controllers that the command can take; all by default.
-    given : callable, optional
-        Gives the parameters of a controller by its name, where they are not the preset's.
-
-    Returns
-    -------
-    Tuning
-        Parameters, how they adapt, and what the tuning is called.
-
-    Raises
-    ------
-    ConfigError
-        A controller, the preset or a parameter is not known, or a value is refused; or the file
-        has a controller that is not among them.
+    `assignments` are ``NAME=VALUE`` each, for every controller that has the parameter, and for how
+    they adapt; `no_adapt`: they estimate nothing. A file of tuning, `params`, takes the place of
+    the preset for the controllers that it has. `known` are the controllers that the command takes,
+    all by default. Raises ConfigError where a controller, the preset or a parameter is not known, a
+    value is refused, or the file has a controller that is not among them.
 
     Examples
     --------
@@ -182,10 +159,7 @@ def tuned(
     for name in controllers:
         if name not in known:
             raise ConfigError.unknown("controller", name, known)
-    if given is None:
-        begun: dict[str, Any] = parameters(controllers, preset)
-    else:
-        begun = {name: given(name) for name in controllers}
+    begun: dict[str, Any] = parameters(controllers, preset)
     if params is not None:
         found = load_all(params)
         for name in found:

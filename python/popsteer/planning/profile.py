@@ -105,13 +105,7 @@ class SpeedProfile:
 
     @property
     def time(self) -> float:
-        """Time that the path takes, of a closed one a lap.
-
-        Returns
-        -------
-        float
-            Time [s].
-        """
+        """Time that the path takes [s], of a closed one a lap."""
         spacing = _spacing(self.path)
         means = 0.5 * (self.speed + np.roll(self.speed, -1))[: spacing.size]
         return float((spacing / means).sum())

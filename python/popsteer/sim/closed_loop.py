@@ -83,13 +83,7 @@ class Run:
 
     @property
     def dt(self) -> float:
-        """Control period.
-
-        Returns
-        -------
-        float
-            In [s].
-        """
+        """Control period [s]."""
         return self.settings.dt
 
 

@@ -81,13 +81,7 @@ class Track:
 
     @property
     def length(self) -> float:
-        """Length along the waypoints [m], with the joining segment if the track is closed.
-
-        Returns
-        -------
-        float
-            The sum of the distances between neighbours.
-        """
+        """Length along the waypoints [m], with the joining segment if the track is closed."""
         end = self.xy[:1] if self.closed else self.xy[:0]
         steps = np.diff(np.concatenate((self.xy, end)), axis=0)
         return float(np.sqrt((steps * steps).sum(axis=1)).sum())

@@ -85,24 +85,10 @@ class Distribution(NamedTuple):
 
 
 def distribution(name: str, text: str | float) -> Distribution:
-    """Read a distribution.
+    """Read a distribution, written as the table above has it.
 
-    Parameters
-    ----------
-    name : str
-        What varies, for messages.
-    text : str or float
-        As the table above has it.
-
-    Returns
-    -------
-    Distribution
-        What the text says.
-
-    Raises
-    ------
-    ConfigError
-        It says nothing that is known, or the numbers do not make a distribution.
+    `name` is what varies, for messages. Raises ConfigError where the text says nothing that is
+    known, or its numbers do not make a distribution.
 
     Examples
     --------

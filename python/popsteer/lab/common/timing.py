@@ -135,23 +135,9 @@ def time_calls(
 ) -> Result:
     """Time calls on the states of a drive, as this module's head says.
 
-    Parameters
-    ----------
-    makers : mapping
-        Name of each call to a maker of its driver.
-    calls : mapping
-        Name of each call to how many are to be timed, at least.
-    drive : Drive
-        The states, replayed from the start as often as it takes; the drivers are reset there.
-    dt : float
-        Control period [s].
-    progress : callable, optional
-        Called now and then with the part that is done, in 0 to 1.
-
-    Returns
-    -------
-    Result
-        The figures.
+    `makers` and `calls` have by name of a call a maker of its driver, and how many are to be timed
+    at least. The drivers are reset where `drive` begins anew, as often as it takes; `dt` is the
+    control period [s]. `progress` is called now and then with the part that is done, 0 to 1.
     """
     blocks = _blocks(drive.states)
     rows = {name: _Row(make, _batch, _one_by_one, blocks, dt) for name, make in makers.items()}

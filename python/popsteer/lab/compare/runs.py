@@ -58,57 +58,27 @@ class Comparison:
 
     @property
     def first(self) -> Run:
-        """Any of the runs, for what they have in common.
-
-        Returns
-        -------
-        Run
-            The first one.
-        """
+        """Any of the runs, for what they have in common: the first."""
         return next(iter(self.runs.values()))
 
     @property
     def vehicle(self) -> Vehicle:
-        """What the plant is.
-
-        Returns
-        -------
-        Vehicle
-            The same for all runs.
-        """
+        """What the plant is: the same for all runs."""
         return self.first.plant_vehicle
 
     @property
     def believed(self) -> Vehicle:
-        """What the controllers were given of the vehicle.
-
-        Returns
-        -------
-        Vehicle
-            The same for all of them.
-        """
+        """What the controllers were given of the vehicle: the same for all."""
         return self.first.vehicle or self.vehicle
 
     @property
     def path(self) -> Path:
-        """What was followed.
-
-        Returns
-        -------
-        Path
-            The same for all runs.
-        """
+        """What was followed: the same for all runs."""
         return self.first.path
 
     @property
     def dt(self) -> float:
-        """Control period.
-
-        Returns
-        -------
-        float
-            In [s].
-        """
+        """Control period [s]."""
         return self.first.dt
 
 

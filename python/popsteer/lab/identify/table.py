@@ -49,18 +49,7 @@ _ROWS = (
 
 
 def caption(found: Identification) -> str:
-    """Say in one line what was identified from what.
-
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-
-    Returns
-    -------
-    str
-        The log, its length and its period.
-    """
+    """Say in one line what was identified from what: the log, its length and its period."""
     log = found.log
     return (
         f"{log.name}: {log.duration:.1f} s, {len(log)} rows every {1e3 * log.period:.0f} ms;"
@@ -69,20 +58,7 @@ def caption(found: Identification) -> str:
 
 
 def identified_table(found: Identification, given: Vehicle | None = None) -> Table:
-    """Set out what was found, with its standard errors.
-
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-    given : Vehicle, optional
-        What was known before.
-
-    Returns
-    -------
-    rich.table.Table
-        To be printed.
-    """
+    """Set out what was found, with its standard errors, beside what was known before, `given`."""
     table = blank_table()
     table.add_column("", no_wrap=True)
     add_numbers(table, "found", "± error", "given")
@@ -122,18 +98,7 @@ def identified_table(found: Identification, given: Vehicle | None = None) -> Tab
 
 
 def identified_json(found: Identification) -> str:
-    """Write what was found as JSON.
-
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-
-    Returns
-    -------
-    str
-        The document; SI units and radians.
-    """
+    """Write what was found as JSON, in SI units and radians."""
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "version": __version__,
@@ -156,18 +121,7 @@ def identified_json(found: Identification) -> str:
 
 
 def identified_csv(found: Identification) -> str:
-    """Write the measured and the simulated motion as CSV, a row for each of the log's.
-
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-
-    Returns
-    -------
-    str
-        A comment with the units, a row of names, the rows.
-    """
+    """Write the measured and the simulated motion as CSV, a row for each of the log's."""
     records = {name: np.asarray(values, dtype=np.float64) for name, values in found.records.items()}
     columns = [values.tolist() for values in records.values()]
     rows = ([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))

@@ -29,18 +29,7 @@ NOTE = (
 
 
 def caption(found: Replay) -> str:
-    """Say in one line what was replayed.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-
-    Returns
-    -------
-    str
-        The log and what was to be followed.
-    """
+    """Say in one line what was replayed: the log, and what was to be followed."""
     log = found.log
     return (
         f"{log.name}: {log.duration:.1f} s, {len(log)} rows every {1e3 * log.period:.0f} ms, along"
@@ -49,18 +38,7 @@ def caption(found: Replay) -> str:
 
 
 def replay_table(found: Replay) -> Table:
-    """Set out what the controllers would have done, a row for each.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-
-    Returns
-    -------
-    rich.table.Table
-        To be printed.
-    """
+    """Set out what the controllers would have done, a row for each."""
     table = blank_table()
     table.add_column("", no_wrap=True)
     add_numbers(table, "differs\n[deg]", "max\n[deg]", "rate\n[deg/s]", "error\n[m]", "max\n[m]")
@@ -101,18 +79,7 @@ def statuses(found: Replay) -> list[str]:
 
 
 def summary_csv(found: Replay) -> str:
-    """Write the table as CSV.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-
-    Returns
-    -------
-    str
-        A row of names, a row for each controller.
-    """
+    """Write the table as CSV: a row of names, and a row for each controller."""
     rows = []
     for shadow in found.shadows.values():
         figures = _figures(found, shadow)
@@ -121,18 +88,7 @@ def summary_csv(found: Replay) -> str:
 
 
 def replay_csv(found: Replay) -> str:
-    """Write what each controller would have commanded as CSV, a row for each of the log's.
-
-    Parameters
-    ----------
-    found : Replay
-        The replay.
-
-    Returns
-    -------
-    str
-        A comment with the units, a row of names, the rows.
-    """
+    """Write what the controllers would have done as CSV, a row for each row of the log."""
     bits = " | ".join(f"{int(each)} {each}" for each in Status if each)
     columns: dict[str, list[float]] = {
         name: values.tolist() for name, values in found.log.as_dict().items()

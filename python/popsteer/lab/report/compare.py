@@ -36,24 +36,9 @@ PANELS = (
 def of_comparison(comparison: Comparison, origin: Origin | None = None) -> bytes:
     """Make the page of a comparison.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The runs, with their records.
-    origin : Origin, optional
-        The command and the parameters that made it.
-
-    Returns
-    -------
-    bytes
-        One HTML file, which needs nothing from the network.
-
-    Raises
-    ------
-    ConfigError
-        The runs kept no records.
-    ModuleNotFoundError
-        Plotly is not installed; the extra ``lab`` brings it.
+    The page is one HTML file, which needs nothing from the network. `origin` is the command and the
+    parameters that made it. Raises ConfigError where the runs kept no records, and
+    ModuleNotFoundError where plotly is not installed; the extra ``lab`` brings it.
 
     Examples
     --------

@@ -37,26 +37,11 @@ _PANELS = (
 def of_identification(
     found: Identification, given: Vehicle | None = None, origin: Origin | None = None
 ) -> bytes:
-    """Make the page of an identification.
+    """Make the page of an identification; `given` is the vehicle as it was known before.
 
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-    given : Vehicle, optional
-        What was known before.
-    origin : Origin, optional
-        The command that made it.
-
-    Returns
-    -------
-    bytes
-        One HTML file, which needs nothing from the network.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        Plotly is not installed; the extra ``lab`` brings it.
+    The page is one HTML file, which needs nothing from the network. `origin` is the command and the
+    parameters that made it. Raises ModuleNotFoundError where plotly is not installed; the extra
+    ``lab`` brings it.
     """
     origin = Origin() if origin is None else origin
     vehicle = block("The vehicle as found, for --vehicle", vehicle_file.as_toml(found.vehicle))

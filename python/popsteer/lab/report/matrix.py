@@ -26,24 +26,9 @@ _MARKERS = ("circle", "square", "diamond", "triangle-up", "cross", "star", "hexa
 def of_matrix(found: Matrix, origin: Origin | None = None) -> bytes:
     """Make the page of a matrix.
 
-    Parameters
-    ----------
-    found : Matrix
-        What was measured.
-    origin : Origin, optional
-        The command and the parameters that made it.
-
-    Returns
-    -------
-    bytes
-        One HTML file, which needs nothing from the network.
-
-    Raises
-    ------
-    ConfigError
-        The runs kept no records.
-    ModuleNotFoundError
-        Plotly is not installed; the extra ``lab`` brings it.
+    The page is one HTML file, which needs nothing from the network. `origin` is the command and the
+    parameters that made it. Raises ConfigError where the runs kept no records, and
+    ModuleNotFoundError where plotly is not installed; the extra ``lab`` brings it.
 
     Examples
     --------

@@ -38,22 +38,9 @@ _PANELS = (
 def of_replay(found: Replay, origin: Origin | None = None) -> bytes:
     """Make the page of a replay.
 
-    Parameters
-    ----------
-    found : Replay
-        What each controller would have done.
-    origin : Origin, optional
-        The command and the parameters that made it.
-
-    Returns
-    -------
-    bytes
-        One HTML file, which needs nothing from the network.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        Plotly is not installed; the extra ``lab`` brings it.
+    The page is one HTML file, which needs nothing from the network. `origin` is the command and the
+    parameters that made it. Raises ModuleNotFoundError where plotly is not installed; the extra
+    ``lab`` brings it.
 
     Examples
     --------

@@ -40,28 +40,11 @@ def of_sweep(
 ) -> bytes:
     """Make the page of a sweep; its worst runs and its median one are driven again for it.
 
-    Parameters
-    ----------
-    job : Job
-        The sweep.
-    rows : sequence of dict
-        All its rows.
-    file : str, optional
-        Where the rows were written, to name the commands that repeat a run.
-    origin : Origin, optional
-        The command that made it.
-    progress : callable, optional
-        Called with what is being done and the share of it that is done.
-
-    Returns
-    -------
-    bytes
-        One HTML file, which needs nothing from the network.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        Plotly is not installed; the extra ``lab`` brings it.
+    `rows` are all rows of the sweep, and `file` is where they were written, to name the commands
+    that repeat a run. `progress` is called with what is being done and the share of it that is
+    done. The page is one HTML file, which needs nothing from the network. `origin` is the command
+    and the parameters that made it. Raises ModuleNotFoundError where plotly is not installed; the
+    extra ``lab`` brings it.
 
     Examples
     --------

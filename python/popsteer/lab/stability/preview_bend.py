@@ -114,34 +114,9 @@ def choice(
 ) -> Choice:
     """Vary the parameter of a controller that trades margin for accuracy.
 
-    Parameters
-    ----------
-    params : PopParams or PreviewPopParams
-        Tuning of the controller.
-    vehicle : Vehicle
-        The vehicle as it is.
-    values : sequence of float
-        Of POP lookahead distances [m], of preview POP values of `steer_rate_cost` [m s/rad].
-    radius : float, default 50.0
-        Radius of the bend [m].
-    speed : float, default 15.0
-        Speed [m/s].
-    dt : float, default 0.05
-        Control period [s].
-    believed : Vehicle, optional
-        The vehicle that the controller is given; `vehicle` by default.
-    adapt : AdaptParams or None, optional
-        How the controller adapts; None: not at all. Left out: as it does by default.
-
-    Returns
-    -------
-    Choice
-        The margins and offsets.
-
-    Raises
-    ------
-    ConfigError
-        A number is out of its range.
+    `values` are lookahead distances [m] for POP, values of `steer_rate_cost` [m s/rad] for preview
+    POP. `radius` is that of the bend [m], and the other arguments are those of `preview_offset`.
+    Raises ConfigError where a number is out of its range.
 
     Examples
     --------

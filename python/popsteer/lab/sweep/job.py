@@ -135,96 +135,37 @@ class Job:
 
     @cached_property
     def whole(self) -> Any:  # noqa: ANN401 - any kind of plant
-        """The plant before it varies, as an object.
-
-        Returns
-        -------
-        plant
-            With its default parameters where it was given by its name.
-        """
+        """The plant before it varies, as an object; by default parameters where it was a name."""
         return object_of(self.plant)
 
     @cached_property
     def given(self) -> Vehicle:
-        """What the controller is given of the vehicle.
-
-        Returns
-        -------
-        Vehicle
-            The same in all runs.
-        """
+        """What the controller is given of the vehicle: the same in all runs."""
         return sim.vehicle_of(self.whole) if self.vehicle is None else self.vehicle
 
     @property
     def is_of_core(self) -> bool:
-        """Whether the Rust core drives it alone.
-
-        Returns
-        -------
-        bool
-            False for plants and controllers in Python.
-        """
+        """Whether the Rust core drives it alone: neither plant nor controller is in Python."""
         core = isinstance(self.whole, CarlaIdentified | KinematicBicycle)
         return core and self.controller in controllers.names()
 
     @cached_property
     def draws(self) -> dict[str, NDArray[np.float64]]:
-        """The values of what varies, one a run.
-
-        Returns
-        -------
-        dict
-            By name.
-        """
+        """The values of what varies, by name, one a run."""
         return draws(self.vary, self.runs, self.seed)
 
     def drawn(self, run: int) -> dict[str, float]:
-        """Give the values of one run.
-
-        Parameters
-        ----------
-        run : int
-            Which one.
-
-        Returns
-        -------
-        dict
-            By name.
-        """
+        """Give the values of one run, by name."""
         return {name: float(column[run]) for name, column in self.draws.items()}
 
     def seed_of(self, run: int) -> int:
-        """Give the seed of the noise of one run.
-
-        Parameters
-        ----------
-        run : int
-            Which one.
-
-        Returns
-        -------
-        int
-            As `popsteer.sim.run` takes it.
-        """
+        """Give the seed of the noise of one run, as `popsteer.sim.run` takes it."""
         return run_seed(self.seed, run)
 
     def made(self, run: int) -> Varied:
         """Make plant, start and noise of one run.
 
-        Parameters
-        ----------
-        run : int
-            Which one.
-
-        Returns
-        -------
-        Varied
-            As they are driven.
-
-        Raises
-        ------
-        ConfigError
-            A value is out of its range; names the run.
+        Raises ConfigError where a value is out of its range; it names the run.
         """
         try:
             return varied(self.whole, self.path, self.drawn(run), self.start_offset)
@@ -234,26 +175,14 @@ class Job:
 
     @cached_property
     def road(self) -> tuple[Path, Longitudinal | None]:
-        """The path that is driven, and what works the pedals.
-
-        Returns
-        -------
-        tuple
-            None for the paper's pedals.
-        """
+        """The path that is driven, and what works the pedals: None for those of the paper."""
         if self.constant_speed is None:
             return self.path, longitudinal.made(self.longitudinal, self.path, self.given)
         return at_constant_speed(self.path, self.constant_speed)
 
     @property
     def pedals(self) -> PedalMap | None:
-        """The pedals for accelerations, where they are commanded.
-
-        Returns
-        -------
-        PedalMap or None
-            That of the plant before it varies.
-        """
+        """The pedals for accelerations where they are commanded: of the plant before it varies."""
         planned = isinstance(self.longitudinal, SpeedTrackerParams)
         return PedalMap.of(self.whole) if planned and self.constant_speed is None else None
 
@@ -261,10 +190,7 @@ class Job:
     def text(self) -> str:
         """The sweep as text: what its files begin with.
 
-        Returns
-        -------
-        str
-            JSON in one line; waypoints to the last bit.
+        JSON in one line; waypoints to the last bit.
         """
         plant = self.whole
         of_plant: dict[str, Any] = {"name": plant_name(plant)}
@@ -307,13 +233,7 @@ class Job:
 
     @property
     def key(self) -> str:
-        """A short name of exactly this sweep.
-
-        Returns
-        -------
-        str
-            A hash of `text`.
-        """
+        """A short name of exactly this sweep: a hash of `text`."""
         return hashlib.sha256(self.text.encode()).hexdigest()[:16]
 
 

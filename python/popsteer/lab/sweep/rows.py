@@ -51,19 +51,8 @@ class Journal:
     Its first line is the sweep. Opened again after a kill, it gives the rows that it has; half a
     line at its end is cut off.
 
-    Parameters
-    ----------
-    file : pathlib.Path
-        The journal.
-    job : Job
-        The sweep.
-
-    Raises
-    ------
-    PopsteerError
-        The file is of another sweep, or another process writes it.
-    OSError
-        It cannot be written.
+    Raises PopsteerError where the file is of another sweep or another process writes it, and
+    OSError where it cannot be written.
 
     Examples
     --------

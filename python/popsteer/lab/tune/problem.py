@@ -80,18 +80,10 @@ class Score(NamedTuple):
         return float(np.mean(list(self.efforts.values())))
 
     def effort_ratio(self, usual: Score) -> float:
-        """Tell how much more the wheels move than with another tuning.
+        """Tell how many times as much the wheels move as with another tuning, `usual`.
 
-        Parameters
-        ----------
-        usual : Score
-            That of the other.
-
-        Returns
-        -------
-        float
-            The ratio of the mean efforts, or that of the unvaried car on a track where it is
-            greater.
+        It is the ratio of the mean efforts, or that of the unvaried car on a track where it is
+        greater.
         """
         nominal = [self.efforts[k][0] / max(usual.efforts[k][0], 1e-9) for k in self.efforts]
         return max(self.effort / max(usual.effort, 1e-9), *nominal)
@@ -194,36 +186,16 @@ class Problem:
         return PedalMap.of(self.plant) if planned and self.constant_speed is None else None
 
     def changed(self, values: Mapping[str, float]) -> Params:
-        """Give the tuning with other values of what is searched.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            By name.
-
-        Returns
-        -------
-        parameters
-            A changed copy of `base`; whole numbers stay whole.
-        """
+        """Give the tuning with other values of what is searched; whole numbers stay whole."""
         usual = self.base.as_dict()
         whole = {k: round(v) if isinstance(usual[k], int) else v for k, v in values.items()}
         return self.base.replace(**whole)
 
     def score(self, params: Params, progress: Callable[[float], object] | None = None) -> Score:
-        """Drive all tracks with all cars.
+        """Drive all tracks with all cars, and judge a tuning.
 
-        Parameters
-        ----------
-        params : parameters of the controller
-            The tuning to judge.
-        progress : callable, optional
-            Called now and then with the share that is done.
-
-        Returns
-        -------
-        Score
-            What it comes to; a run that does not finish counts as 100 m off.
+        `progress` is called now and then with the share that is done. A run that does not finish
+        counts as 100 m off.
         """
         errors: dict[str, list[float]] = {name: [] for name in self.paths}
         efforts: dict[str, list[float]] = {name: [] for name in self.paths}

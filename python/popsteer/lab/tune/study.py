@@ -62,26 +62,14 @@ class Tuned:
 
     @property
     def params(self) -> Params:
-        """The tuning that was chosen, or what it began with.
-
-        Returns
-        -------
-        parameters
-            To be written by their ``save``.
-        """
+        """The tuning that was chosen, or what it began with; its ``save`` writes it."""
         return (
             self.problem.base if self.chosen is None else self.problem.changed(self.chosen.values)
         )
 
     @property
     def front(self) -> list[Trial]:
-        """The trials that no other beats in both error and effort.
-
-        Returns
-        -------
-        list of Trial
-            By rising effort.
-        """
+        """The trials that no other beats in both error and effort, by rising effort."""
         found: list[Trial] = []
         for trial in sorted(self.trials, key=lambda each: (each.effort, each.error)):
             if not found or trial.error < found[-1].error:
