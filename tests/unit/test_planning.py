@@ -226,3 +226,17 @@ def test_jerk_stays_within_its_limit(name: str, most: float) -> None:
     assert free.time <= profile.time < 1.25 * free.time
     assert max(excess(profile).values()) <= 1e-6
     assert "jerk" in profile.shares()
+
+
+def test_limits_of_neither_plan_nor_vehicle_are_the_documented_ones() -> None:
+    bare = Vehicle(max_lateral_acceleration=None)
+    straight = speeds_along([0.0] * 2001, 1.0, None, bare, start_speed=0.0, end_speed=0.0)
+    # 2 m/s² from rest to 25 m/s, and 3 m/s² to rest again.
+    assert straight[[0, 50, 1000, 1900, 2000]] == pytest.approx(
+        [0.0, math.sqrt(2.0 * 2.0 * 50.0), 25.0, math.sqrt(2.0 * 3.0 * 100.0), 0.0]
+    )
+    # In bends 0.9 of the vehicle's lateral acceleration, or of 4 m/s².
+    bend = [0.04] * 9
+    for car, lateral in ((bare, 4.0), (Vehicle(max_lateral_acceleration=5.0), 5.0)):
+        speeds = speeds_along(bend, 1.0, None, car, closed=True)
+        assert speeds == pytest.approx([math.sqrt(0.9 * lateral / 0.04)] * 9)
