@@ -101,7 +101,6 @@ def identify(
 
 def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, bytes]:
     """Make the vehicle, and what stands beside it."""
-    from popsteer.lab.common.draw import files_of
     from popsteer.lab.identify import identified_csv, identified_json
     from popsteer.lab.identify.figure import identified_figure
     from popsteer.vehicle_file import as_toml
@@ -111,5 +110,4 @@ def _files(found: Identification, out: Path, progress: Progress) -> dict[Path, b
         out.with_suffix(".json"): identified_json(found).encode(),
         out.with_name(f"{out.stem}-motion.csv"): identified_csv(found).encode(),
     }
-    drawn = files_of(partial(identified_figure, found), out.stem, progress.update)
-    return content | {out.with_name(name): data for name, data in drawn.items()}
+    return content | outputs.figures_beside(out, partial(identified_figure, found), progress)

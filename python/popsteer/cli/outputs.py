@@ -17,14 +17,16 @@ from popsteer.lab.common.layout import figure_names
 from popsteer.lab.compare.table import caption, notes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
+    from matplotlib.figure import Figure
     from rich.table import Table
 
     from popsteer.cli.inputs import Course, Tuning
     from popsteer.cli.progress import Progress
     from popsteer.cli.vehicle_inputs import Mover
+    from popsteer.lab.common.theme import Theme
     from popsteer.lab.compare import Comparison
     from popsteer.lab.report import Origin
 
@@ -33,6 +35,7 @@ __all__ = [
     "console",
     "deliver",
     "driven",
+    "figures_beside",
     "say",
     "show",
     "write",
@@ -54,6 +57,18 @@ def beside(out: Path) -> list[Path]:
     ['car.png', 'car.svg', 'car-dark.png', 'car-dark.svg']
     """
     return [out.with_name(name) for name in figure_names(out.stem)] if out.suffix else []
+
+
+def figures_beside(
+    out: Path, draw: Callable[[Theme], Figure], progress: Progress
+) -> dict[Path, bytes]:
+    """Draw a figure into the files that `beside` names; nothing where it names none."""
+    from popsteer.lab.common.draw import files_of
+
+    if not beside(out):
+        return {}
+    drawn = files_of(draw, out.stem, progress.update)
+    return {out.with_name(name): data for name, data in drawn.items()}
 
 
 def console() -> Console:

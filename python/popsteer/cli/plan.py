@@ -124,15 +124,10 @@ def plan(
         progress.update("plan", 0.3)
         profile = planning.speed_profile(path, limits, car, speed_limits=bounds)
         if out is not None:
-            progress.update("figure", 0.6)
-            content = {out: profile.as_csv().encode()}
-            if pictures:
-                from popsteer.lab.common.draw import files_of
-                from popsteer.lab.plan.figures import plan_figure
+            from popsteer.lab.plan.figures import plan_figure
 
-                drawn = files_of(partial(plan_figure, profile), out.stem)
-                content |= {out.with_name(name): data for name, data in drawn.items()}
-            write_files_atomic(content)
+            drawn = outputs.figures_beside(out, partial(plan_figure, profile), progress)
+            write_files_atomic({out: profile.as_csv().encode(), **drawn})
     outputs.show(plan_caption(profile, waypoints.name), [plan_table(profile)])
     if profile.too_sharp.size:
         print(

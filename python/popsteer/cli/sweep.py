@@ -147,12 +147,10 @@ def sweep(
     with kept_in(out and journal_of(out)), Progress() as progress:
         rows = lab.sweep.run(job, out, dask=dask, workers=workers, progress=progress.update)
         if out is not None:
-            from popsteer.lab.common.draw import files_of
             from popsteer.lab.sweep.figure import sweep_figure
 
-            progress.update("figure", 1.0)
-            content = files_of(partial(sweep_figure, job, rows), out.stem)
-            write_files_atomic({out.with_name(name): data for name, data in content.items()})
+            draw = partial(sweep_figure, job, rows)
+            write_files_atomic(outputs.figures_beside(out, draw, progress))
         if report is not None:
             page = lab.report.of_sweep(
                 job,

@@ -179,12 +179,10 @@ def tune(
         )
         judged = lab.tune.report.judge(tuned, progress.update)
         if out is not None:
-            from popsteer.lab.common.draw import files_of
             from popsteer.lab.tune.figure import tune_figure
 
-            drawn = files_of(partial(tune_figure, tuned), out.stem)
-            content = {out.with_name(name): data for name, data in drawn.items()}
-            write_files_atomic({**content, out: as_toml(tuned.params).encode()})
+            drawn = outputs.figures_beside(out, partial(tune_figure, tuned), progress)
+            write_files_atomic({**drawn, out: as_toml(tuned.params).encode()})
     report = lab.tune.report
     outputs.show(report.caption(tuned), report.tables(judged), report.notes(tuned, judged))
     outputs.written(out, pictures, "--out FILE writes the tuning, and a figure of the trials.")

@@ -43,12 +43,7 @@ _BASELINES = {"mpc": Baseline("mpc", "MPC", MpcParams, _mpc)}
 
 
 def names() -> tuple[str, ...]:
-    """Names of the baselines, whether their extras are installed or not.
-
-    Returns
-    -------
-    tuple of str
-        The names that `get` knows.
+    """Name the baselines, whether their extras are installed or not.
 
     Examples
     --------
@@ -59,22 +54,9 @@ def names() -> tuple[str, ...]:
 
 
 def get(name: str) -> Baseline:
-    """Give a baseline by its name.
+    """Give a baseline by its name: its title, its parameters, and what makes it.
 
-    Parameters
-    ----------
-    name : str
-        One of `names`.
-
-    Returns
-    -------
-    Baseline
-        Its title, its parameters, and what makes it.
-
-    Raises
-    ------
-    ConfigError
-        No baseline has this name.
+    Raises ConfigError where no baseline has this name.
 
     Examples
     --------
