@@ -53,25 +53,18 @@ pub(super) fn search(
     let mut pending = [(0.0, 0); LEVELS];
     let mut count = 0;
     let mut visited = 0;
+    let mut is_exact = true;
     let mut next = Some((distance(1), 1));
     while let Some((squared_distance, node)) = next {
         if squared_distance <= limit {
             if visited == budget {
-                return Found {
-                    segment: best.segment(),
-                    is_exact: false,
-                    visits: visited,
-                };
+                is_exact = false;
+                break;
             }
             visited += 1;
             if node < runs {
-                let (left, right) = (2 * node, 2 * node + 1);
-                let (left, right) = ((distance(left), left), (distance(right), right));
-                let (near, far) = if right.0 < left.0 {
-                    (right, left)
-                } else {
-                    (left, right)
-                };
+                let child = |node| (distance(node), node);
+                let (near, far) = near_and_far(child(2 * node), child(2 * node + 1));
                 if let Some(room) = pending.get_mut(count) {
                     *room = far;
                     count += 1;
@@ -79,12 +72,9 @@ pub(super) fn search(
                 next = Some(near);
                 continue;
             }
-            let run = if node < first_run {
-                node + runs - first_run
-            } else {
-                node - first_run
-            };
-            let first = run * RUN;
+            // The leaves of the tree lie on its last two levels; the runs begin on the lower one.
+            let before = if node < first_run { runs } else { 0 };
+            let first = (node + before - first_run) * RUN;
             for segment in first..path.segments().min(first + RUN) {
                 best.visit(path, segment);
             }
@@ -99,8 +89,18 @@ pub(super) fn search(
     }
     Found {
         segment: best.segment(),
-        is_exact: true,
+        is_exact,
         visits: visited,
+    }
+}
+
+/// Two boxes with their squared distances, the nearer one first.
+#[inline]
+fn near_and_far(left: (f64, usize), right: (f64, usize)) -> ((f64, usize), (f64, usize)) {
+    if right.0 < left.0 {
+        (right, left)
+    } else {
+        (left, right)
     }
 }
 

@@ -130,8 +130,6 @@ impl Circle {
     fn first_point_on(&self, start: Point, end: Point, spacing: f64) -> Option<Point> {
         let grid = SegmentGrid::between(start, end, spacing);
         let count = from_count(grid.count);
-        let along = grid.along;
-        let to_start = start - self.position;
         let margin = MARGIN
             * (self.lookahead
                 + self.tolerance
@@ -143,39 +141,21 @@ impl Circle {
                 + end.y.abs());
         let inner = self.lookahead - self.tolerance - margin;
         let outer = self.lookahead + self.tolerance + margin;
-        // squared_length t^2 + 2 approach t + at_start is the squared distance at fraction t.
-        let squared_length = along.x * along.x + along.y * along.y;
-        let inverse = 1.0 / squared_length;
-        let approach = to_start.x * along.x + to_start.y * along.y;
-        let at_start = to_start.x * to_start.x + to_start.y * to_start.y;
-        // A quarter of the discriminant for a radius, and what rounding may add to it.
-        let discriminant =
-            |radius: f64| approach * approach - squared_length * (at_start - radius * radius);
-        let slack = 64.0
-            * f64::EPSILON
-            * (approach * approach + squared_length * (at_start + outer * outer));
+        let distances = SquaredDistances::new(start - self.position, grid.along, outer);
         // The last grid index before the segment leaves the inner circle.
         let exit = || {
-            let narrowed = discriminant(inner) - slack;
-            if narrowed > 0.0 {
-                to_count((sqrt(narrowed) - approach) * inverse * count)
-            } else {
-                0
-            }
+            distances
+                .exit(inner)
+                .map_or(0, |exit| to_count(exit * count))
         };
 
         let mut index = 0;
         let mut jumped = inner <= 0.0;
-        if !jumped && at_start < inner * inner {
+        if !jumped && distances.at_start < inner * inner {
             jumped = true;
             index = exit() + 1;
-        } else if at_start > outer * outer {
-            let widened = discriminant(outer) + slack;
-            if approach >= 0.0 || widened < 0.0 {
-                return None;
-            }
-            let entry = (-approach - sqrt(widened)) * inverse * count;
-            index = to_count(entry).saturating_sub(1);
+        } else if distances.at_start > outer * outer {
+            index = to_count(distances.entry(outer)? * count).saturating_sub(1);
         }
         while index < grid.count {
             let point = grid.point(index);
@@ -184,8 +164,7 @@ impl Circle {
                 return Some(point);
             }
             if difference > self.tolerance + margin {
-                let fraction = from_count(index) / count;
-                if approach + fraction * squared_length > 0.0 {
+                if distances.grow_at(from_count(index) / count) {
                     // Outside the circle, and going away from it.
                     return None;
                 }
@@ -198,6 +177,71 @@ impl Circle {
             index += 1;
         }
         None
+    }
+}
+
+/// The squared distance of a segment's points from the vehicle: at the fraction `t` of the segment
+///
+/// ```text
+/// squared_length t² + 2 approach t + at_start
+/// ```
+struct SquaredDistances {
+    squared_length: f64,
+    /// 1 over `squared_length`.
+    inverse: f64,
+    approach: f64,
+    at_start: f64,
+    /// What rounding may add to a discriminant.
+    slack: f64,
+}
+
+impl SquaredDistances {
+    /// Of a segment `along` from a start that lies at `to_start` from the vehicle; `outer` is the
+    /// largest radius that will be asked for.
+    #[inline]
+    fn new(to_start: Point, along: Point, outer: f64) -> Self {
+        let squared_length = along.x * along.x + along.y * along.y;
+        let approach = to_start.x * along.x + to_start.y * along.y;
+        let at_start = to_start.x * to_start.x + to_start.y * to_start.y;
+        Self {
+            squared_length,
+            inverse: 1.0 / squared_length,
+            approach,
+            at_start,
+            slack: 64.0
+                * f64::EPSILON
+                * (approach * approach + squared_length * (at_start + outer * outer)),
+        }
+    }
+
+    /// A quarter of the discriminant of the equation for the points at a `radius`.
+    #[inline]
+    fn discriminant(&self, radius: f64) -> f64 {
+        self.approach * self.approach - self.squared_length * (self.at_start - radius * radius)
+    }
+
+    /// The fraction at which the segment surely has not yet left the circle of this `radius`.
+    #[inline]
+    fn exit(&self, radius: f64) -> Option<f64> {
+        let narrowed = self.discriminant(radius) - self.slack;
+        (narrowed > 0.0).then(|| (sqrt(narrowed) - self.approach) * self.inverse)
+    }
+
+    /// The fraction before which the segment, from outside, surely does not enter the circle of
+    /// this `radius`; none if it never does.
+    #[inline]
+    fn entry(&self, radius: f64) -> Option<f64> {
+        let widened = self.discriminant(radius) + self.slack;
+        if self.approach >= 0.0 || widened < 0.0 {
+            return None;
+        }
+        Some((-self.approach - sqrt(widened)) * self.inverse)
+    }
+
+    /// Whether the distance grows at a fraction of the segment.
+    #[inline]
+    fn grow_at(&self, fraction: f64) -> bool {
+        self.approach + fraction * self.squared_length > 0.0
     }
 }
 

@@ -24,34 +24,8 @@ pub(super) fn measure(
     closed: bool,
     s: &mut [f64],
 ) -> Result<Measures, PathError> {
+    check_waypoints(x, y, speed, closed, s.len())?;
     let waypoints = x.len();
-    let least = if closed { 3 } else { 2 };
-    if waypoints < least {
-        return Err(PathError::TooFewWaypoints {
-            count: waypoints,
-            least,
-        });
-    }
-    let lengths = [
-        ("y", y.len()),
-        ("speed", speed.map_or(waypoints, <[f64]>::len)),
-        ("s", s.len()),
-    ];
-    for (field, length) in lengths {
-        if length != waypoints {
-            return Err(PathError::LengthMismatch {
-                field,
-                length,
-                waypoints,
-            });
-        }
-    }
-    check_numbers("x", x, MAX_COORDINATE)?;
-    check_numbers("y", y, MAX_COORDINATE)?;
-    if let Some(speed) = speed {
-        check_numbers("speed", speed, MAX_SPEED)?;
-    }
-
     let points = || x.iter().zip(y).map(|(&x, &y)| Point::new(x, y));
     let mut length = 0.0;
     let mut longest = 0.0;
@@ -80,6 +54,44 @@ pub(super) fn measure(
         }
     }
     Ok(Measures { length, longest })
+}
+
+/// Checks that there are enough waypoints, as many entries of each kind, and each within its bound.
+fn check_waypoints(
+    x: &[f64],
+    y: &[f64],
+    speed: Option<&[f64]>,
+    closed: bool,
+    arc_lengths: usize,
+) -> Result<(), PathError> {
+    let waypoints = x.len();
+    let least = if closed { 3 } else { 2 };
+    if waypoints < least {
+        return Err(PathError::TooFewWaypoints {
+            count: waypoints,
+            least,
+        });
+    }
+    let lengths = [
+        ("y", y.len()),
+        ("speed", speed.map_or(waypoints, <[f64]>::len)),
+        ("s", arc_lengths),
+    ];
+    for (field, length) in lengths {
+        if length != waypoints {
+            return Err(PathError::LengthMismatch {
+                field,
+                length,
+                waypoints,
+            });
+        }
+    }
+    check_numbers("x", x, MAX_COORDINATE)?;
+    check_numbers("y", y, MAX_COORDINATE)?;
+    if let Some(speed) = speed {
+        check_numbers("speed", speed, MAX_SPEED)?;
+    }
+    Ok(())
 }
 
 fn check_numbers(field: &'static str, values: &[f64], bound: f64) -> Result<(), PathError> {

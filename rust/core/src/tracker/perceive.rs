@@ -64,17 +64,10 @@ impl<L: LateralLaw> Tracker<L> {
         age: f64,
     ) -> Perception {
         let car = self.vehicle();
-        let TrackerState {
-            steer,
-            in_flight,
-            past,
-            estimator,
-            ..
-        } = state;
-        let steer = *steer;
-        let mut in_flight = in_flight.as_mut().filter(|_| self.models);
+        let (steer, estimator) = (state.steer, &mut state.estimator);
+        let mut in_flight = state.in_flight.as_mut().filter(|_| self.models);
         // Nothing is remembered before the first pose with an age: the wheels count as still.
-        let past = past.get_or_insert_with(|| {
+        let past = state.past.get_or_insert_with(|| {
             let standing = car.at_wheels(steer + car.steer_offset);
             Past::settled(in_flight.as_ref().map_or(standing, |line| line.wheel()))
         });
@@ -85,7 +78,8 @@ impl<L: LateralLaw> Tracker<L> {
         // A pose that was given before carries no new information.
         if observed >= MIN_DT {
             if let (Some(adapt), Some(_)) = (self.adapt(), &in_flight) {
-                estimator.observe_turn(adapt, car, old, past.wheel_integrals(age), observed);
+                let wheels = past.wheel_integrals(age);
+                estimator.observe_turn(adapt, car, old, wheels, observed);
                 // No command reaches the wheels before it is given: within a period the dead time
                 // grows by at most that period.
                 let longer = &mut estimator.estimate.longer_dead_time;
@@ -103,16 +97,13 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             (vehicle, old)
         };
-        let (mut predicted, mut wheel) = (here, steer);
-        if let Some(in_flight) = &mut in_flight {
-            in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
-            wheel = in_flight.wheel();
-            if car.dead_time > 0.0 {
-                let (arriving, then) = in_flight.predict(car, now, &estimate);
-                predicted = arriving.bounded().ahead(-car.no_slip()).bounded();
-                wheel = then;
+        let (predicted, wheel) = match &mut in_flight {
+            Some(in_flight) => {
+                in_flight.elapse(car, steer, dt, estimate.longer_dead_time - before);
+                arrival(car, in_flight, here, now, &estimate)
             }
-        }
+            None => (here, steer),
+        };
         Perception {
             here,
             predicted,
@@ -149,15 +140,8 @@ impl<L: LateralLaw> Tracker<L> {
         }
         let estimate = estimator.estimate;
         in_flight.elapse(car, state.steer, dt, estimate.longer_dead_time - before);
-        if car.dead_time > 0.0 {
-            let (predicted, wheel) = in_flight.predict(car, now, &estimate);
-            // The input was valid, so its prediction is put within the bounds and not refused.
-            let predicted = predicted.bounded().ahead(-car.no_slip()).bounded();
-            (predicted, Belief { wheel, estimate })
-        } else {
-            let wheel = in_flight.wheel();
-            (vehicle, Belief { wheel, estimate })
-        }
+        let (predicted, wheel) = arrival(car, in_flight, vehicle, now, &estimate);
+        (predicted, Belief { wheel, estimate })
     }
 
     /// Updates the estimated slip. `vehicle` is the measured pose, `dt` [s] after the last one;
@@ -193,6 +177,26 @@ impl<L: LateralLaw> Tracker<L> {
         };
         state.estimator.observe_slip(adapt, car, now, curvature, dt);
         state.estimator.last_measured = Some(now);
+    }
+}
+
+/// The vehicle when the next command reaches the wheels, and the angle of these then [rad]. `here` is
+/// the vehicle's point now, `now` its no-slip point.
+#[inline]
+fn arrival(
+    car: &Vehicle,
+    in_flight: &InFlight,
+    here: VehicleState,
+    now: VehicleState,
+    estimate: &Estimate,
+) -> (VehicleState, f64) {
+    if car.dead_time > 0.0 {
+        let (predicted, wheel) = in_flight.predict(car, now, estimate);
+        // The input was valid, so its prediction is put within the bounds and not refused.
+        let predicted = predicted.bounded().ahead(-car.no_slip()).bounded();
+        (predicted, wheel)
+    } else {
+        (here, in_flight.wheel())
     }
 }
 

@@ -77,6 +77,18 @@ impl<L: LateralLaw> Tracker<L> {
         });
 
         let changes_direction = new.is_reverse(closest.segment) != is_reverse;
+        self.change_over(state, along, &closest, changes_direction);
+    }
+
+    /// Continues on a new path at `closest`, where the old one led `along`: the controller keeps
+    /// what still holds, and the command changes over if the new path lies elsewhere.
+    fn change_over(
+        &self,
+        state: &mut TrackerState<L::State>,
+        along: Point,
+        closest: &ClosestPoint,
+        changes_direction: bool,
+    ) {
         let ahead = closest.along();
         let lengths = sqrt(along.x * along.x + along.y * along.y)
             * sqrt(ahead.x * ahead.x + ahead.y * ahead.y);

@@ -326,33 +326,24 @@ impl<L: LateralLaw> Tracker<L> {
         let follow = self.law.follow();
         let at = follow.locate(path, state.waypoint, perception.predicted, dt);
         state.waypoint = Some(at.closest.segment);
-        let measured = if self.law.vehicle().dead_time > 0.0 {
-            let measured = follow.locate(path, state.measured_waypoint, perception.here, dt);
-            state.measured_waypoint = Some(measured.closest.segment);
-            Some(measured)
-        } else {
-            // One that a state of another vehicle brought along may be none of this path.
-            state.measured_waypoint = None;
-            None
-        };
+        let measured = self.locate_measured(path, state, perception.here, dt);
+        let here = measured.as_ref().unwrap_or(&at);
         if let Some(adapt) = &self.adapt {
-            let place = measured.as_ref().unwrap_or(&at);
             // A pose that was given before carries no new information.
             if perception.observed >= MIN_DT {
                 let since = (perception.observed, perception.travel);
-                self.observe_slip(path, state, adapt, place, vehicle, since);
+                self.observe_slip(path, state, adapt, here, vehicle, since);
             }
             belief.estimate = state.estimator.estimate;
         }
 
-        let here = measured.as_ref().unwrap_or(&at);
         let fault = self.find_faults(state, here, perception.here, dt);
 
         if !self.bare {
             // The angle of the last command, with the present estimate of the offset.
             let offset = self.law.vehicle().steer_offset + belief.estimate.steer_offset;
-            let last = self.law.vehicle().at_wheels(state.steer + offset);
-            state.law.set_steer(last);
+            let wheel = self.law.vehicle().at_wheels(state.steer + offset);
+            state.law.set_steer(wheel);
         }
         let decision = self.law.decide(path, &mut state.law, &at, &belief);
         let steer = at.mirror(decision.steer);
@@ -363,29 +354,35 @@ impl<L: LateralLaw> Tracker<L> {
         } else {
             self.limit(state, steer, at.vehicle.speed, dt, &belief.estimate)
         };
-        let predicted = Deviation::of(&at);
-        let ahead = Ahead::of(path, follow, measured.as_ref().unwrap_or(&at));
-        let answer = Answer {
-            measured: measured.as_ref().map_or(predicted, Deviation::of),
-            predicted,
-            target: decision.target,
-            reverse: at.reverse,
-            ahead,
-            vehicle: perception.here,
-        };
-        state.answer = Some(answer);
-        state.place = Some(Place {
-            predicted: at.closest.point,
-            measured: measured
-                .as_ref()
-                .map_or(at.closest.point, |at| at.closest.point),
-        });
+        let ahead = Ahead::of(path, follow, here);
+        state.remember(&at, here, decision.target, ahead, perception.here);
         let status = decision.status
             | fault
             | Status::SATURATED.when(limited)
             | Status::END_OF_PATH.when(at.past_end)
             | Status::OFF_PATH.when(at.off_path);
         Ok(status)
+    }
+
+    /// Where on the path the measured vehicle is; None if the predicted one is the same.
+    #[inline]
+    fn locate_measured(
+        &self,
+        path: &PathView<'_>,
+        state: &mut TrackerState<L::State>,
+        vehicle: VehicleState,
+        dt: f64,
+    ) -> Option<Located> {
+        if self.law.vehicle().dead_time > 0.0 {
+            let follow = self.law.follow();
+            let measured = follow.locate(path, state.measured_waypoint, vehicle, dt);
+            state.measured_waypoint = Some(measured.closest.segment);
+            Some(measured)
+        } else {
+            // One that a state of another vehicle brought along may be none of this path.
+            state.measured_waypoint = None;
+            None
+        }
     }
 
     /// The same tracker with these thresholds of its monitor; without a monitor if none.
@@ -427,13 +424,40 @@ impl<L: LateralLaw> Tracker<L> {
             dt,
         };
         let answer = state.answer.as_ref();
-        let last = answer.map(|answer| answer.measured.cross_track_error);
+        let last_error = answer.map(|answer| answer.measured.cross_track_error);
         monitor.check(
             self.law.vehicle(),
             &mut state.monitor,
             state.steer,
-            last,
+            last_error,
             &now,
         )
+    }
+}
+
+impl<S> TrackerState<S> {
+    /// Keeps what the step found: the vehicle as `predicted`, and as measured, `here`, at the pose
+    /// `vehicle`.
+    #[inline]
+    fn remember(
+        &mut self,
+        predicted: &Located,
+        here: &Located,
+        target: Point,
+        ahead: Ahead,
+        vehicle: VehicleState,
+    ) {
+        self.answer = Some(Answer {
+            measured: Deviation::of(here),
+            predicted: Deviation::of(predicted),
+            target,
+            reverse: predicted.reverse,
+            ahead,
+            vehicle,
+        });
+        self.place = Some(Place {
+            predicted: predicted.closest.point,
+            measured: here.closest.point,
+        });
     }
 }
