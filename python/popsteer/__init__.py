@@ -29,7 +29,7 @@ and `popsteer.reference` (the same controllers in plain Python). To look at: `po
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from popsteer import _core, paper, planning, vehicles
+from popsteer import _core, paper, vehicles
 from popsteer._core import (
     AdaptParams,
     Batch,
@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from popsteer import identification as identification
     from popsteer import lab as lab
     from popsteer import logs as logs
+    from popsteer import planning as planning
     from popsteer import plants as plants
     from popsteer import presets as presets
     from popsteer import reference as reference
@@ -144,8 +145,8 @@ add_load_and_save(PidParams, PopParams, PreviewPopParams, PurePursuitParams, Sta
 
 # Loaded where they are used: what drives a car needs none of them.
 _LAZY = (
-    *("adapters", "controllers", "identification", "lab", "logs", "plants", "presets"),
-    *("reference", "sim", "tracks"),
+    *("adapters", "controllers", "identification", "lab", "logs", "planning"),
+    *("plants", "presets", "reference", "sim", "tracks"),
 )
 
 # Hidden from type checkers, which would take any name for one of popsteer.
