@@ -8,7 +8,9 @@ Examples
 >>> print(as_toml(popsteer.PopParams(min_lookahead=6.0)), end="")  # doctest: +ELLIPSIS
 # Tuning of a controller, as popsteer.PopParams.load reads it. ...
 [pop]
+# Velocity constant `k_v` [s]: `lookahead = min_lookahead + lookahead_gain * speed`.
 lookahead_gain = 0.2
+# Lookahead at rest `ld_min` [m].
 min_lookahead = 6.0
 ...
 """
@@ -20,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 from popsteer import controllers
 from popsteer.errors import ConfigError
 from popsteer.files import write_text_atomic
-from popsteer.toml_file import in_file, read
+from popsteer.toml_file import in_file, keys, read
 
 if TYPE_CHECKING:
     import os
@@ -162,19 +164,12 @@ def as_toml(params: Params) -> str:
 
     Examples
     --------
-    >>> as_toml(popsteer.PopParams()).splitlines()[3:5]
-    ['lookahead_gain = 0.2', '# min_lookahead =']
+    >>> as_toml(popsteer.PopParams()).splitlines()[5:7]
+    ['# Lookahead at rest `ld_min` [m].', '# min_lookahead =']
     """
     name = controllers.name_of(type(params)).replace("-", "_")
-    lines = [_HEAD.format(kind=type(params).__name__) + f"[{name}]"]
-    for key, value in params.as_dict().items():
-        if value is None:
-            lines.append(f"# {key} =")
-        else:
-            lines.append(
-                f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}"
-            )
-    return "\n".join(lines) + "\n"
+    head = _HEAD.format(kind=type(params).__name__) + f"[{name}]"
+    return "\n".join([head, *keys(params)]) + "\n"
 
 
 def add_load_and_save(*kinds: type[Any]) -> None:

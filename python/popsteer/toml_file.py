@@ -1,9 +1,10 @@
-"""TOML files of popsteer: read, and refused by the name of the file."""
+"""TOML files of popsteer: written with what each key means, read, and refused by their name."""
 
 from __future__ import annotations
 
 import os
 import sys
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["in_file", "read", "tomllib"]
+__all__ = ["in_file", "keys", "read", "tomllib"]
 
 
 def read(file: str | os.PathLike[str], kind: str) -> dict[str, Any]:
@@ -40,3 +41,22 @@ def in_file(
     """Put the file before the words of an error."""
     error.args = (f"{os.fspath(file)}: {error if words is None else words}",)
     return error
+
+
+def keys(params: Any) -> list[str]:  # noqa: ANN401 - a class of parameters of the core
+    """Word parameters as lines of a table, each key below a comment with its meaning and unit.
+
+    A key that is None by default and has no value is a comment: left out, it is None. One with
+    another default is inf then.
+    """
+    kind = type(params)
+    defaults = kind().as_dict()
+    lines = []
+    for key, value in params.as_dict().items():
+        meaning = getattr(kind, key).__doc__
+        lines += textwrap.wrap(meaning, 100, initial_indent="# ", subsequent_indent="# ")
+        if value is None:
+            lines.append(f"# {key} =" if defaults[key] is None else f"{key} = inf")
+        else:
+            lines.append(f"{key} = {repr(value).lower()}")
+    return lines

@@ -8,12 +8,11 @@ Examples
 >>> print(as_toml(popsteer.Vehicle(wheelbase=2.7, rear_axle=-1.35)), end="")  # doctest: +ELLIPSIS
 # A vehicle, as popsteer.Vehicle.load reads it. ...
 <BLANKLINE>
-# Distance of the axles [m].
+# Distance of the axles L [m]; the default lengths of all parameters scale with it.
 wheelbase = 2.7
-# How far ahead of the pose's point the rear axle lies [m].
+# How far ahead of the pose's point the rear axle lies [m]: 0 where the pose is the rear axle's,
+# negative where it is of a point ahead of that.
 rear_axle = -1.35
-# How far ahead of the pose's point lies the no-slip point [m]; left out: the rear axle.
-# no_slip_point =
 ...
 """
 
@@ -25,7 +24,7 @@ from typing import TYPE_CHECKING
 from popsteer._core import Vehicle
 from popsteer.errors import ConfigError
 from popsteer.files import write_text_atomic
-from popsteer.toml_file import in_file, read
+from popsteer.toml_file import in_file, keys, read
 
 if TYPE_CHECKING:
     import os
@@ -38,24 +37,6 @@ _HEAD = """\
 # it. What is left out has its default.
 """
 
-_MEANING = {
-    "wheelbase": "Distance of the axles [m].",
-    "rear_axle": "How far ahead of the pose's point the rear axle lies [m].",
-    "no_slip_point": "How far ahead of the pose's point lies the no-slip point [m]; left out: the"
-    " rear axle.",
-    "turning_wheelbase": "The wheelbase that it turns by [m]; left out: wheelbase.",
-    "understeer": "Understeer gradient [s^2/m].",
-    "steer_offset": "Angle of the wheels at the command 0 [rad].",
-    "steer_lag": "Time constant with which the wheels answer a command [s].",
-    "dead_time": "Time from a command to its first effect on the wheels [s].",
-    "max_steer": "Largest angle of the front wheels [rad].",
-    "max_steer_rate": "Fastest move of the front wheels [rad/s]; left out: no limit.",
-    "max_lateral_acceleration": "Largest lateral acceleration to ask for [m/s^2]; inf: no limit.",
-    "max_speed": "Top speed [m/s]; left out: no limit.",
-    "max_acceleration": "Largest driving acceleration [m/s^2]; left out: not known.",
-    "max_deceleration": "Largest braking deceleration [m/s^2]; left out: not known.",
-    "drive_lag": "Time constant with which the drive answers the pedals [s].",
-}
 _LIMITS = ("max_steer_rate", "max_lateral_acceleration", "max_speed")
 """Fields for which None is no limit, and which a file may set to ``inf``."""
 
@@ -90,10 +71,10 @@ def load(file: str | os.PathLike[str]) -> Vehicle:
     >>> car.wheelbase, car.max_lateral_acceleration
     (2.7, None)
     """
-    fields = read(file, "vehicle file")
+    fields, known = read(file, "vehicle file"), Vehicle().as_dict()
     for key, value in fields.items():
-        if key not in _MEANING:
-            raise in_file(file, ConfigError.unknown("key", key, _MEANING))
+        if key not in known:
+            raise in_file(file, ConfigError.unknown("key", key, known))
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise in_file(file, ConfigError(key, value, "a number"))
         if key in _LIMITS and value == math.inf:
@@ -149,14 +130,4 @@ def as_toml(vehicle: Vehicle) -> str:
     >>> [line for line in as_toml(Vehicle()).splitlines() if line.startswith("max_")]
     ['max_steer = 1.22', 'max_lateral_acceleration = 4.0']
     """
-    lines = [_HEAD]
-    defaults = Vehicle().as_dict()
-    for key, value in vehicle.as_dict().items():
-        lines.append(f"# {_MEANING[key]}")
-        if value is not None:
-            lines.append(f"{key} = {value!r}")
-        elif defaults[key] is None:
-            lines.append(f"# {key} =")
-        else:  # left out it would be the default
-            lines.append(f"{key} = inf")
-    return "\n".join(lines) + "\n"
+    return "\n".join([_HEAD, *keys(vehicle)]) + "\n"

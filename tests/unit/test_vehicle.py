@@ -169,9 +169,11 @@ def test_vehicle_file_with_some_keys_has_the_defaults_for_the_others(fields: Any
 
 def test_vehicle_file_says_what_each_field_is_and_its_unit() -> None:
     lines = vehicle_file.as_toml(Vehicle()).splitlines()
-    body = lines[lines.index("") + 1 :]
-    comments, keys = body[::2], body[1::2]
-    assert all(re.fullmatch(r"# [A-Z].*\[.+\].*\.", comment) for comment in comments)
+    keys = [line for line in lines if re.match(r"(# )?\w+ =", line)]
+    text = "\n".join(lines[lines.index("") :])
+    for key in keys:
+        meaning, _, text = text.partition(f"\n{key}")
+        assert re.fullmatch(r"\n# [A-Z].*\[.+\].*\.", meaning, re.DOTALL)
     assert [key.removeprefix("# ").split(" =")[0] for key in keys] == list(FIELDS)
     commented = [key.split()[1] for key in keys if key.startswith("#")]
     assert commented == [name for name, default in DEFAULTS.items() if default is None]

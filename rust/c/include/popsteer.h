@@ -303,12 +303,12 @@ typedef struct popsteer_vehicle {
     double rear_axle;
     /**
      * How far ahead of the pose's point lies the no-slip point [m], the one that moves along
-     * the vehicle's heading; not given, the rear axle. NAN: not given, in [-1000.0, 1000.0].
+     * the vehicle's heading; absent if it is the rear axle. NAN: absent, in [-1000.0, 1000.0].
      */
     double no_slip_point;
     /**
-     * The wheelbase that the vehicle turns by [m]; not given, `wheelbase`. NAN: not given, in
-     * [0.001, 1000.0].
+     * The wheelbase that the vehicle turns by [m]; absent if it is `wheelbase`. NAN: absent,
+     * in [0.001, 1000.0].
      */
     double turning_wheelbase;
     /**
@@ -333,26 +333,26 @@ typedef struct popsteer_vehicle {
      */
     double max_steer;
     /**
-     * Largest rate of the front wheels' angle [rad/s]; not given, no limit. NAN: not given, in
-     * [0.001, 1000000.0].
+     * Largest rate of the front wheels' angle [rad/s]; absent if there is no limit. NAN:
+     * absent, in [0.001, 1000000.0].
      */
     double max_steer_rate;
     /**
-     * Largest lateral acceleration that a command may ask for [m/s^2]; not given, no limit.
-     * Default 4; NAN: not given, in [0.001, 1000000.0].
+     * Largest lateral acceleration that a command may ask for [m/s^2]; absent if there is no
+     * limit. Default 4; NAN: absent, in [0.001, 1000000.0].
      */
     double max_lateral_acceleration;
     /**
-     * Top speed [m/s]; not given, no limit. NAN: not given, in [0.001, 10000.0].
+     * Top speed [m/s]; absent if there is no limit. NAN: absent, in [0.001, 10000.0].
      */
     double max_speed;
     /**
-     * Largest driving acceleration [m/s^2]; not given, not known. NAN: not given, in [0.001,
+     * Largest driving acceleration [m/s^2]; absent if it is not known. NAN: absent, in [0.001,
      * 1000.0].
      */
     double max_acceleration;
     /**
-     * Largest braking deceleration [m/s^2]; not given, not known. NAN: not given, in [0.001,
+     * Largest braking deceleration [m/s^2]; absent if it is not known. NAN: absent, in [0.001,
      * 1000.0].
      */
     double max_deceleration;

@@ -68,10 +68,10 @@ fn written_out(
     writeln!(text, "#[repr(C)]\npub struct {name} {{\n{first}")?;
     for field in fields {
         let (kind, default) = match field.default {
-            Value::Absent if field.written == "None" => ("f64", "NAN: not given".into()),
+            Value::Absent if field.written == "None" => ("f64", "NAN: absent".into()),
             Value::Absent => ("f64", format!("NAN: `{}`", field.written)),
             Value::Number(number) if field.optional => {
-                ("f64", format!("Default {number}; NAN: not given"))
+                ("f64", format!("Default {number}; NAN: absent"))
             }
             Value::Number(number) => ("f64", format!("Default {number}")),
             Value::Count(count) => ("usize", format!("Default {count}")),

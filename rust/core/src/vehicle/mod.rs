@@ -42,9 +42,9 @@ params! {
         /// axle's, negative where it is of a point ahead of that.
         rear_axle: f64 = 0.0, in [-1e3, 1e3];
         /// How far ahead of the pose's point lies the no-slip point [m], the one that moves along
-        /// the vehicle's heading; not given, the rear axle.
+        /// the vehicle's heading; absent if it is the rear axle.
         no_slip_point: Option<f64> = None, in [-1e3, 1e3];
-        /// The wheelbase that the vehicle turns by [m]; not given, `wheelbase`.
+        /// The wheelbase that the vehicle turns by [m]; absent if it is `wheelbase`.
         turning_wheelbase: Option<f64> = None, in [1e-3, 1e3];
         /// Understeer gradient K [s^2/m].
         understeer: f64 = 0.0, in [0.0, 1e3];
@@ -56,15 +56,15 @@ params! {
         dead_time: f64 = 0.0, in [0.0, 10.0];
         /// Largest angle of the front wheels `delta_max` [rad].
         max_steer: f64 = 1.22, in [1e-3, 1.57];
-        /// Largest rate of the front wheels' angle [rad/s]; not given, no limit.
+        /// Largest rate of the front wheels' angle [rad/s]; absent if there is no limit.
         max_steer_rate: Option<f64> = None, in [1e-3, 1e6];
-        /// Largest lateral acceleration that a command may ask for [m/s^2]; not given, no limit.
+        /// Largest lateral acceleration that a command may ask for [m/s^2]; absent if there is no limit.
         max_lateral_acceleration: Option<f64> = Some(4.0), in [1e-3, 1e6];
-        /// Top speed [m/s]; not given, no limit.
+        /// Top speed [m/s]; absent if there is no limit.
         max_speed: Option<f64> = None, in [1e-3, 1e4];
-        /// Largest driving acceleration [m/s^2]; not given, not known.
+        /// Largest driving acceleration [m/s^2]; absent if it is not known.
         max_acceleration: Option<f64> = None, in [1e-3, 1e3];
-        /// Largest braking deceleration [m/s^2]; not given, not known.
+        /// Largest braking deceleration [m/s^2]; absent if it is not known.
         max_deceleration: Option<f64> = None, in [1e-3, 1e3];
         /// Time constant of the drive's first-order response to the pedals [s].
         drive_lag: f64 = 0.0, in [0.0, 10.0];

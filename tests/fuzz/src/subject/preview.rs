@@ -15,17 +15,17 @@ impl Subject for PreviewPop {
 
     fn draw(bytes: &mut Bytes) -> PreviewPopParams {
         let search = Search::draw(bytes);
-        PreviewPopParams {
-            steer_span_rate: bytes.optional([0.1, 3.0], [1e-3, 1e6]),
-            horizon: bytes.parameter(1.0, [0.1, 3.0], [0.05, 100.0]),
-            heading_cost: bytes.optional([0.0, 10.0], [0.0, 1e3]),
-            steer_rate_cost: bytes.optional([0.01, 2.0], [1e-5, 1e3]),
-            approach_angle: bytes.parameter(0.25, [0.05, 1.0], [1e-3, FRAC_PI_2]),
-            min_speed: bytes.optional([0.5, 8.0], [1e-3, 1e4]),
-            smoothing_length: bytes.optional([0.0, 6.0], [0.0, 1e3]),
-            search_distance: search.search_distance,
-            lost_distance: search.lost_distance,
-        }
+        let mut params = PreviewPopParams::DEFAULT;
+        params.steer_span_rate = bytes.optional([0.1, 3.0], [1e-3, 1e6]);
+        params.horizon = bytes.parameter(1.0, [0.1, 3.0], [0.05, 100.0]);
+        params.heading_cost = bytes.optional([0.0, 10.0], [0.0, 1e3]);
+        params.steer_rate_cost = bytes.optional([0.01, 2.0], [1e-5, 1e3]);
+        params.approach_angle = bytes.parameter(0.25, [0.05, 1.0], [1e-3, FRAC_PI_2]);
+        params.min_speed = bytes.optional([0.5, 8.0], [1e-3, 1e4]);
+        params.smoothing_length = bytes.optional([0.0, 6.0], [0.0, 1e3]);
+        params.search_distance = search.search_distance;
+        params.lost_distance = search.lost_distance;
+        params
     }
 
     fn make(vehicle: Vehicle, params: PreviewPopParams) -> Result<Self, ConfigError> {
